@@ -71,7 +71,7 @@ def main() -> int:
 
 
 def make_series(nifti: Path) -> None:
-    """Write the NIfTI file as SERIES, anew each time, so that it never is of an older version."""
+    """Write the NIfTI file as SERIES, each time again, so that it never is of an older version."""
     shutil.rmtree(SERIES, ignore_errors=True)
     with open_source(SourceSpec(path=str(nifti)), ROOT, Silent()) as source:
         dicom.write(AsMr(source), SERIES, Silent(), description="MNI152 T1")

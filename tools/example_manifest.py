@@ -43,7 +43,7 @@ _COMMENTS = {
     "levels": "resolutions, finest first",
     "opacity_cutoff": "early ray termination",
     "palettes": "only if shaders classify by constants",
-    "plan": "what was decided, and why, for people; here one item of a dozen",
+    "plan": "the decisions and their reasons, for people; here one item of a dozen",
     "points": "control points of the transfer function",
     "profile": "check it against your context before you upload anything",
     "programs": "one or more for each transfer function",
@@ -61,7 +61,7 @@ _COMMENTS = {
     "transfer_functions": "the first one is the default",
     "uniforms": "set each one to its source",
 }
-"""What to say beside a key when it comes for the first time."""
+"""Remark on a key where it first occurs."""
 
 
 def example() -> str:
@@ -89,7 +89,7 @@ def _built(folder: Path) -> Manifest:
 
 
 def _lines(value: object, indent: int = 0, prefix: str = "") -> list[str]:
-    """JSON in lines: what fits into one stands in one."""
+    """JSON in lines: a value that fits into one line has one line."""
     flat = json.dumps(value, ensure_ascii=False, sort_keys=True)
     start = " " * indent + prefix
     if indent and len(start + flat) < _WIDTH:

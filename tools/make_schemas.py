@@ -1,4 +1,4 @@
-"""Write formats/schemas/*.json from the models that they describe. A test compares; run this when it says so.
+"""Write formats/schemas/*.json from the models that they describe. A test compares the files; run this when it fails.
 
 python tools/make_schemas.py
 """
@@ -13,7 +13,7 @@ from volprep.plan.device_records import DeviceRecord
 from volprep.scene.profiles import ProfileFile
 from volprep.scene.scene import Scene
 from volprep.validation.curves.records import CurvesReport
-from volprep.validation.records import Report
+from volprep.validation.report_record import Report
 from volprep.validation.stress_records import StressReport
 from volprep.validation.truth_records import TruthIndex
 from volprep_formats.package.manifest import Manifest
@@ -33,10 +33,20 @@ MODELS: dict[str, type[BaseModel]] = {
     "walk.schema.json": WalkReport,
 }
 
+_OTHERS = {
+    "extras": {"description": "Data of one application. Readers ignore it."},
+    "extensions": {"type": "object", "description": "Data of extensions, by their names. Readers ignore unknown ones."},
+}
+_OPEN: tuple[type[BaseModel], ...] = (Manifest, SubvolumeGrid)
+"""Records of packages: each of their objects may have `extras` and `extensions`."""
+
 
 def schema_text(model: type[BaseModel]) -> str:
     """JSON Schema (2020-12) of what a reader accepts, keys sorted."""
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **model.model_json_schema()}
+    if model in _OPEN:
+        for record in (schema, *schema.get("$defs", {}).values()):
+            record["properties"] |= _OTHERS
     return json.dumps(schema, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
 
 

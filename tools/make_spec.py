@@ -1,6 +1,6 @@
 """Fill the tables of fields in formats/SPEC.md and sample_specs/README.md from the models.
 
-A test compares; run this when it says so.
+A test compares the files; run this when it fails.
 
     python tools/make_spec.py
 
@@ -25,7 +25,7 @@ DOCUMENTS: dict[Path, tuple[type[BaseModel], ...]] = {
     _ROOT / "formats" / "SPEC.md": (SubvolumeGrid, Manifest),
     _ROOT / "sample_specs" / "README.md": (DeviceProfile, Scene),
 }
-"""Each text with tables, and the models whose fields they list, with those of every record in them."""
+"""Each text with tables, and the models whose fields they list, with every record in them."""
 _TABLE = re.compile(r"(<!-- fields of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _EXAMPLE = re.compile(r"(<!-- example manifest -->\n).*?(<!-- end -->)", re.DOTALL)
 _PATTERNS = {"^[0-9a-f]{64}$": "64 hexadecimal digits", "^[a-z0-9_-]+(": "[path](#31-paths)"}
@@ -38,7 +38,7 @@ def filled(path: Path) -> str:
     records, text = records_of(path), path.read_text(encoding="utf-8")
     if _EXAMPLE.search(text):
         text = _EXAMPLE.sub(lambda match: f"{match[1]}\n```jsonc\n{example()}```\n\n{match[2]}", text)
-    return _TABLE.sub(lambda match: f"{match[1]}\n{_table(match[2], records)}\n{match[3]}", text)
+    return _TABLE.sub(lambda match: f"{match[1]}\n{field_table(match[2], records)}\n{match[3]}", text)
 
 
 def records_of(path: Path) -> dict[str, Schema]:
@@ -50,7 +50,7 @@ def records_of(path: Path) -> dict[str, Schema]:
     return records
 
 
-def _table(name: str, records: dict[str, Schema]) -> str:
+def field_table(name: str, records: dict[str, Schema]) -> str:
     record = records[name]
     required = record.get("required", [])
     lines = ["| field | type | if absent | meaning |", "|---|---|---|---|"]
@@ -81,7 +81,7 @@ def _type(field: Schema) -> str:
         return f"`{json.dumps(field['const'])}`"
     if "enum" in field:
         return ", ".join(f"`{json.dumps(value)}`" for value in field["enum"])
-    if field["type"] == "array":
+    if field.get("type") == "array":
         return _array(field)
     return _scalar(field)
 
@@ -97,18 +97,20 @@ def _scalar(field: Schema) -> str:
     for start, text in _PATTERNS.items():
         if field.get("pattern", "").startswith(start):
             return text
+    if "examples" in field:
+        return ", ".join(f"`{json.dumps(word)}`" for word in field["examples"]) + ", or another word"
     low, high = field.get("minimum"), field.get("maximum")
     if low is not None and high is not None:
-        return f"{field['type']}, {low:g} to {_bound(high)}"
+        return f"{field['type']}, {_bound(low)} to {_bound(high)}"
     if low is not None:
         return f"{field['type']} ≥ {low:g}"
     if "exclusiveMinimum" in field:
         return f"{field['type']} > {field['exclusiveMinimum']:g}"
-    return str(field["type"])
+    return str(field.get("type", "any"))
 
 
 def _bound(value: float) -> str:
-    powers = {2**31 - 1: "2³¹ − 1", 2**53 - 1: "2⁵³ − 1"}
+    powers = {2**31 - 1: "2³¹ − 1", 1 - 2**31: "1 − 2³¹", 2**53 - 1: "2⁵³ − 1", 1 - 2**53: "1 − 2⁵³"}
     return powers.get(value, f"{value:g}")
 
 

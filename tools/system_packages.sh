@@ -18,6 +18,7 @@ have_mesa() {
     compgen -G '/usr/lib*/dri/swrast_dri.so' >/dev/null || compgen -G '/usr/lib/*/dri/swrast_dri.so' >/dev/null
 }
 have_gles_headers() { printf '#include <EGL/egl.h>\n#include <GLES3/gl3.h>\n' | compile; }
+have_mingw() { command -v x86_64-w64-mingw32-gcc >/dev/null; }
 have_glslang() { command -v glslangValidator >/dev/null; }
 have_chromium() { command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null; }
 # Boost is asked for by name because Debian's libopenvdb-dev includes it without depending on it.
@@ -36,6 +37,7 @@ things=(
     "gles|loader of EGL and OpenGL ES|libegl1 libgles2 libgles1|libglvnd-egl libglvnd-gles|libglvnd|-"
     "mesa|Mesa's software driver llvmpipe|libegl-mesa0 libgl1-mesa-dri|mesa-libEGL mesa-dri-drivers|mesa|-"
     "gles_headers|headers of EGL and OpenGL ES (only for tests)|libegl-dev libgles-dev|libglvnd-devel|libglvnd|-"
+    "mingw|C compiler for Windows (only for a test of the C header)|gcc-mingw-w64-x86-64-win32|mingw64-gcc|mingw-w64-gcc|mingw-w64"
     "glslang|validator of shaders (only for tests)|glslang-tools|glslang|glslang|glslang"
     "chromium|browser with WebGL (only for tests)|chromium|chromium-headless|chromium|-"
     "openvdb|headers of OpenVDB, TBB and Boost (only for .vdb files)|libopenvdb-dev libtbb-dev libboost-dev|openvdb-devel tbb-devel boost-devel|openvdb onetbb boost|openvdb"
@@ -60,9 +62,9 @@ tell() {
             *) echo "volprep: missing: ${field[1]}. $1 ${field[$2]}" ;;
         esac
     done >&2
-    # All but the last four must be there.
+    # All but the last five must be there.
     case ${missing[0]} in
-        gles_headers* | glslang* | chromium* | openvdb*) exit 0 ;;
+        gles_headers* | mingw* | glslang* | chromium* | openvdb*) exit 0 ;;
     esac
     exit 2
 }

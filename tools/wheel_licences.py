@@ -1,9 +1,9 @@
-"""Complete what a repaired wheel says of the libraries in it: the SBOM, and their licences beside volprep's own.
+"""Complete the SBOM of a repaired wheel, and add the licences of its libraries beside volprep's own.
 
     python tools/wheel_licences.py WHEEL FOLDER
 
 auditwheel copies libraries into the wheel and lists their packages in an SBOM (PEP 770). It does not find those in
-/lib, which Debian made a link, and knows nothing of what is linked statically. Both are added here, by asking dpkg.
+/lib, which Debian made a link, and does not know statically linked libraries. Both are added here, by asking dpkg.
 """
 
 import json
@@ -17,7 +17,7 @@ from urllib.parse import quote
 
 DOCUMENTATION = Path("/usr/share/doc")
 STATIC = "nanobind"
-"""What every module contains."""
+"""Libraries in every module."""
 
 
 def original_name(copied: str) -> str:

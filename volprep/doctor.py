@@ -1,4 +1,4 @@
-"""What this machine has of what volprep needs, one fact each. Whatever is missing is a fact too, never an error."""
+"""Check this machine for everything that volprep needs: one fact per requirement; something missing is no error."""
 
 import os
 import platform
@@ -11,6 +11,7 @@ from typing import Literal, get_args
 from volprep.render.probe_results import ProfileProbes
 from volprep.scene.profiles import ProfileFile, class_names, device_names, load_profile, load_sheet, profile_names
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.api import ContextApi, graphics_api
 from volprep_formats.record import Record
 
 Topic = Literal["machine", "volprep", "OpenGL ES", "profile", "device", "drawing", "DICOM", "files"]
@@ -24,17 +25,17 @@ class Fact(Record):
     """One thing that was looked for."""
 
     topic: Topic
-    """What it belongs to."""
+    """Group of the fact."""
     name: str
-    """What was looked for."""
+    """Name of the thing checked."""
     found: bool
     """Whether it is there."""
     needed: bool
     """Whether the way from a scan to a validated package is barred without it."""
     detail: str
-    """What was found: a version, a driver, a number; or why it was not."""
+    """Version, driver or number that was found, or why nothing was found."""
     remedy: str = ""
-    """What to do; empty when it was found."""
+    """How to fix it; empty if it was found."""
 
 
 class Examination(Record):
@@ -45,13 +46,13 @@ class Examination(Record):
     facts: tuple[Fact, ...]
     """One for each thing that was looked for, always in the same order; one more for each thing that is drawn wrong."""
     probes: tuple[ProfileProbes, ...]
-    """What was drawn for each class of devices, where there is a context of its OpenGL ES."""
+    """Probe results for each profile whose OpenGL ES context could be created."""
     profiles: tuple[ProfileFile, ...]
-    """The profiles that come with volprep, and where each of their numbers comes from."""
+    """The profiles that come with volprep, with the source of each of their numbers."""
 
 
 def examine() -> Examination:
-    """Look at everything. Raises nothing for what is missing."""
+    """Run all checks. Missing things never raise."""
     probes: list[ProfileProbes] = []
     facts = (*_machine(), *_volprep(), *_opengl_es(), *_profiles(probes), *_devices(), *_dicom(), *_files())
     return Examination(
@@ -111,7 +112,7 @@ def _openvdb() -> str:
 
 
 def _imported(topic: Topic, name: str, detail: Callable[[], str], *, needed: bool, remedy: str) -> Fact:
-    """State the fact that something can be imported, with what it says of itself."""
+    """Check that something can be imported, and give the version that it reports."""
     try:
         return Fact(topic=topic, name=name, found=True, needed=needed, detail=detail())
     except (ImportError, OSError) as error:
@@ -121,13 +122,13 @@ def _imported(topic: Topic, name: str, detail: Callable[[], str], *, needed: boo
 
 def _opengl_es() -> Iterator[Fact]:
     try:
-        from volprep.render.egl import ContextApi, context  # noqa: PLC0415 -- raises where there is no EGL
+        from volprep.render.egl import context  # noqa: PLC0415 -- raises without EGL
     except VolprepError as error:
         yield Fact(topic="OpenGL ES", name="EGL", found=False, needed=True, detail=error.summary, remedy=error.remedy)
         return
     for api in get_args(ContextApi):
         needed = api in _NEEDED_APIS
-        name = api.removeprefix("es")
+        name = graphics_api(api).number
         try:
             with context(api) as opened:
                 detail = str(opened.driver)
@@ -141,12 +142,12 @@ def _opengl_es() -> Iterator[Fact]:
 
 
 def _filter() -> Iterator[Fact]:
-    from volprep.render.probe import MOST_FILTER_STEPS, filter_steps  # noqa: PLC0415 -- raises where there is no EGL
+    from volprep.render.probe import MOST_FILTER_STEPS, filter_steps  # noqa: PLC0415 -- raises without EGL
 
     try:
         steps = filter_steps()
     except VolprepError:
-        # The fact about OpenGL ES 3.0 says so.
+        # Already reported by the fact about OpenGL ES 3.0.
         return
     if steps is not None:
         number = f"{steps} or more" if steps == MOST_FILTER_STEPS else str(steps)
@@ -156,11 +157,11 @@ def _filter() -> Iterator[Fact]:
 
 
 def _profiles(probes: list[ProfileProbes]) -> Iterator[Fact]:
-    """State for each profile whether all that its packages may need is drawn right; `probes` gets what was drawn."""
+    """Check for each profile that everything its packages may need is drawn correctly; add the results to `probes`."""
     try:
-        from volprep.render.probe import probe_profile  # noqa: PLC0415 -- raises where there is no EGL
+        from volprep.render.probe import probe_profile  # noqa: PLC0415 -- raises without EGL
     except VolprepError:
-        # The fact about EGL says so.
+        # Already reported by the fact about EGL.
         return
     for name in class_names():
         try:
@@ -181,7 +182,7 @@ def _profiles(probes: list[ProfileProbes]) -> Iterator[Fact]:
 
 
 def _devices() -> Iterator[Fact]:
-    """State the limits of each device that a package can be made for; --json also says where they come from."""
+    """State the limits of each device that a package can be made for; --json also names their sources."""
     for name in device_names():
         device = load_profile(name, Path())
         volumes = f"3D {device.max_3d_texture_size}" if device.max_3d_texture_size else "no 3D"
@@ -190,13 +191,13 @@ def _devices() -> Iterator[Fact]:
             name=name,
             found=True,
             needed=False,
-            detail=f"OpenGL ES {device.api[2:]}, textures 2D {device.max_texture_size}, {volumes}, "
+            detail=f"OpenGL ES {device.graphics.number}, textures 2D {device.max_texture_size}, {volumes}, "
             f"{device.texture_units} units, {device.max_texture_bytes / 1e6:.0f} MB",
         )
 
 
 def _drawn(probed: ProfileProbes, known: set[str]) -> Iterator[Fact]:
-    """State what was drawn for a profile; what is wrong and not `known` from another one has a fact of its own."""
+    """State the probe results of a profile; each failure not in `known` from another profile has its own fact."""
     count, wrong = len(probed.results), probed.wrong
     # Most scans do without the largest sizes.
     only_sizes = bool(wrong) and all(each.size is not None for each in wrong)

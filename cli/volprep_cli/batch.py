@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.choices import Choices, takes_choices
-from volprep_cli.console import progress
+from volprep_cli.choices import Choices, complete_profiles, takes_choices
+from volprep_cli.console import print_line, progress
 from volprep_formats.diagnostics import ExitStatus
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from volprep.batch.run import Engine
 
 Jobs = Annotated[
-    str,
+    str | None,
     typer.Argument(
         help="Folder tree with scans, or its address in a store, s3://..., or a table of jobs: CSV or JSON lines with "
         "the columns source, series, volume, mask, scene, profiles, name.",
@@ -25,6 +25,22 @@ Jobs = Annotated[
 ]
 Folder = Annotated[
     Path, typer.Option("-o", "--output", help="Folder of the packages, the ledger and the pages.", metavar="FOLDER")
+]
+Names = Annotated[
+    str | None,
+    typer.Option(
+        "-f",
+        "--names",
+        help="Names of DICOM series, such as {series_number}_{kernel}; also {echo} and {hash}. A part of the hash "
+        "follows. If not given, names say nothing of a scan.",
+        metavar="PATTERN",
+    ),
+]
+Explain = Annotated[
+    str | None,
+    typer.Option(
+        help="Only say which scan a name of this batch is, and why it failed. Instead of JOBS.", metavar="NAME"
+    ),
 ]
 Scene = Annotated[
     Path | None,
@@ -40,6 +56,7 @@ Profiles = Annotated[
         "--profile",
         help="Class of devices for all scans that have none in the table; can be given several times.",
         metavar="PROFILE",
+        autocompletion=complete_profiles,
     ),
 ]
 RuleFile = Annotated[
@@ -83,6 +100,9 @@ RequireMask = Annotated[
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Only list the jobs, with estimates of time and size. The list shows paths.")
 ]
+Digests = Annotated[
+    bool, typer.Option("--check-digests", help="Read packages that are there again, and compare every digest.")
+]
 Retry = Annotated[bool, typer.Option("--retry-failed", help="Try again what failed before.")]
 TimeLimit = Annotated[
     float, typer.Option(min=0.1, help="Longest time that a scan may take, in seconds.", metavar="SECONDS")
@@ -103,11 +123,13 @@ Lines = Annotated[
 
 @takes_choices
 def batch(
-    jobs: Jobs,
+    jobs: Jobs = None,
+    *,
     output: Folder,
     scene: Scene = None,
     profile: Profiles = [],  # noqa: B006 - typer asks for a list, and nothing changes it
-    *,
+    explain: Explain = None,
+    names: Names = None,
     rules: RuleFile = None,
     to: To = None,
     validate: Validate = False,
@@ -117,6 +139,7 @@ def batch(
     require_mask: RequireMask = False,
     dry_run: DryRun = False,
     retry_failed: Retry = False,
+    check_digests: Digests = False,
     time_limit: TimeLimit = 3600.0,
     memory_limit: MemoryLimit = None,
     as_json: Lines = False,
@@ -124,9 +147,15 @@ def batch(
 ) -> None:
     """Build packages of many scans, and keep a ledger of what became of each.
 
-    Run again, it leaves out what is done and unchanged. One scan that fails stops no other. The exit status is the
+    Run again, it skips finished scans that have not changed. One scan that fails stops no other. The exit status is the
     highest of all jobs': 0 all well, 1 a picture beyond its tolerance, 3 a scan that cannot be read, and so on.
     """
+    if explain is not None:
+        _explain(explain, output)
+        return
+    if jobs is None:
+        msg = "Missing argument 'JOBS'."
+        raise typer.BadParameter(msg)
     if scheduler is not None and workers is not None:
         msg = "--workers are processes of this machine, and --scheduler has workers of its own: give one of them"
         raise typer.BadParameter(msg)
@@ -139,7 +168,7 @@ def batch(
     from volprep.batch.run import Wishes, find_jobs, run_batch
 
     place = Place(output.absolute())
-    defaults = Defaults(scene, tuple(profile), choices.of, require_mask)
+    defaults = Defaults(scene, tuple(profile), choices.of, names, require_mask)
     if dry_run:
         from volprep_cli.batch_dry_run import print_dry_run
 
@@ -153,11 +182,19 @@ def batch(
 
     with watching(as_json=as_json) as watcher:
         engine, count = _engine(workers, scheduler, watcher.dashboard, alone=part is not None)
-        wishes = Wishes(validate, retry_failed, _limits(time_limit, memory_limit, count), to)
+        wishes = Wishes(validate, retry_failed, _limits(time_limit, memory_limit, count), to, check_digests)
         status = run_batch(found, place, wishes, engine, watcher)
     watcher.finish(place.folder / "index.html", status)
     if status is not ExitStatus.OK:
         raise typer.Exit(status)
+
+
+def _explain(name: str, output: Path) -> None:
+    from volprep.batch.explain import explain as explained
+    from volprep.batch.place import Place
+
+    for line in explained(name, Place(output.absolute())):
+        print_line(line)
 
 
 def _part(shard: str | None) -> tuple[int, int] | None:

@@ -1,4 +1,4 @@
-"""volprep batch --dry-run: which jobs there are, which rule each scan matches, and what they take."""
+"""volprep batch --dry-run: list the jobs, the rule that each scan matches, and the estimated costs."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Row:
-    """A job, or a scan that is none."""
+    """A job, or a scan without one."""
 
     job: "Job | None"
     estimate: "Estimate | None"
@@ -49,7 +49,7 @@ def print_dry_run(
     place.prepare()
     found = [job for job in expand(taken, jobs, place.key(), defaults) if part is None or in_shard(job.name, *part)]
     rates = rates_of(Ledger(place).records().values())
-    rows = [_Row(job, estimate(job, rates), job.rule, job.shown_source) for job in found]
+    rows = [_Row(job, estimate(job, rates), job.rule, _source(job)) for job in found]
     rows += [_left_out(each) for each in matched if len(each.rules) != 1 or each.skip]
     measured = sum(each.measured for each in rates.values())
     if as_json:
@@ -60,6 +60,19 @@ def print_dry_run(
         require_one_each(matched, rules or Path(jobs))
     except VolprepError as error:
         end_beyond(error, as_json=as_json)
+
+
+def _source(job: "Job") -> str:
+    """Return where a scan is, and which series of a folder is meant."""
+    from volprep_formats.readers.dicom.naming import series_name
+
+    if job.request.scene.source.series is None or not job.files:
+        return job.shown_source
+    name = series_name(job.files[0])
+    number = "series without a number" if name.number is None else f"series {name.number}"
+    files = f"{len(job.files)} file{'s' if len(job.files) > 1 else ''}"
+    told = ", ".join(each for each in (number, name.kernel, files) if each)
+    return f"{job.shown_source} ({told})"
 
 
 def _left_out(matched: "Matched") -> _Row:

@@ -1,4 +1,4 @@
-"""What a batch shows while it runs: one bar on a terminal, and a line for each job that ends."""
+"""Display of a running batch: one bar on a terminal, and a line for each finished job."""
 
 import json
 import os
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from volprep_cli.console import bytes_text, print_line
-from volprep_formats.diagnostics import ExitStatus
+from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.shown import shown
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def watching(*, as_json: bool) -> Iterator["BatchWatcher"]:
-    """Show how far a batch is. Where stderr is no terminal there is no bar, and nothing but the lines."""
+    """Show the progress of a batch. If stderr is not a terminal, only lines are printed, without a bar."""
     if not sys.stderr.isatty():
         yield BatchWatcher(None, as_json=as_json)
         return
@@ -70,6 +70,13 @@ class BatchWatcher:
         if self._bar is not None and self._task is not None:
             self._bar.update(self._task, total=jobs)
 
+    def passed(self, error: VolprepError) -> None:
+        """Warn about a skipped line of the ledger."""
+        if self._as_json:
+            self._line(json.dumps({"passed": {"code": error.code, "summary": error.summary}}))
+        else:
+            self._line(str(error))
+
     def ended(self, ended: "Ended") -> None:
         """Take the end of a job."""
         record = ended.record
@@ -87,7 +94,7 @@ class BatchWatcher:
             self._print(ended)
 
     def finish(self, page: Path, status: ExitStatus) -> None:
-        """Print what came of all."""
+        """Print the summary of all jobs."""
         seconds = round(time.monotonic() - self._began, 1)
         if self._as_json:
             self._line(json.dumps({"summary": {**self._counts, "seconds": seconds, "status": int(status)}}))

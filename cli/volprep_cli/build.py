@@ -1,18 +1,30 @@
 """volprep build: the main job, from a scene to a sealed package."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from volprep_cli.choices import Choices, takes_choices
-from volprep_cli.console import Json, bytes_text, print_json, print_line, print_remarks, progress, voxels_text
+from volprep_cli.choices import Choices, complete_profiles, takes_choices
+from volprep_cli.console import (
+    Json,
+    bytes_text,
+    print_json,
+    print_line,
+    print_note,
+    print_remarks,
+    progress,
+    voxels_text,
+)
+
+if TYPE_CHECKING:
+    from volprep_formats.package.manifest import Manifest
 
 Scene = Annotated[
     Path,
     typer.Argument(
         help="Scene file, TOML: a source and transfer functions. Or a scan alone, drawn as its values suggest: "
-        "labels in a colour each, the bones of a CT, both sides of 0 in two colours, others as a grey ramp; "
+        "labels in a colour each, the bones of a CT, both sides of 0 in two colours, other objects lit in grey; "
         'the name in the package is "scan", never that of the file.',
         metavar="SCENE|SCAN",
     ),
@@ -24,6 +36,7 @@ Profile = Annotated[
         help="Class of devices: gles1, gles2-2048, gles2-4096, gles3, gles3-astc, gles3-norm16, or a device that "
         "volprep doctor lists, or a TOML file. Replaces the scene's.",
         metavar="PROFILE",
+        autocompletion=complete_profiles,
     ),
 ]
 Source = Annotated[Path | None, typer.Option(help="The scan. Replaces the path in the scene.", metavar="PATH")]
@@ -36,6 +49,8 @@ Grid = Annotated[
     ),
 ]
 
+Force = Annotated[bool, typer.Option("--force", help="Replace a package of another scan or scene, too.")]
+
 
 @takes_choices
 def build(
@@ -45,25 +60,31 @@ def build(
     source: Source = None,
     *,
     grid: Grid = None,
+    force: Force = False,
     choices: Choices,
     as_json: Json = False,
 ) -> None:
     """Build the package of a scene: run all stages that it needs.
 
-    The old PACKAGE stays until the new one is complete. If a build was killed, the next one carries on from there.
+    An older PACKAGE of the same scene or scan is replaced when the new one is complete; one of another needs --force.
+    If a build was killed, the next one carries on from there.
     """
     from volprep.pipeline.build import build as build_package
+    from volprep.pipeline.rebuild import check_replaced
     from volprep.scene.request import request_of
 
     request = choices.of(request_of(scene, profile, source))
     if grid is not None:
         request = request.with_grid(grid)
+    replaced = check_replaced(request, output, force=force)
     with progress() as watcher:
         manifest = build_package(request, output, watcher)
     print_remarks(manifest)
+    if replaced:
+        print_note(f"{output} replaced the package that was there")
     size = sum(record.size_bytes for record in manifest.files)
     if as_json:
-        print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size})
+        print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size} | _told(manifest))
     else:
         levels = ", ".join(
             voxels_text(level.grid.shape_zyx) + (" (for previews)" if level.preview_only else "")
@@ -72,3 +93,24 @@ def build(
         print_line(
             f"{output}: {manifest.profile.name}, {len(manifest.files)} files, {bytes_text(size)}; levels {levels}"
         )
+
+
+def _told(manifest: "Manifest") -> dict[str, object]:
+    """Return a build's measurements, other than the size, for JSON."""
+    from volprep.pipeline.remarks import remarks, warnings
+
+    levels = [
+        {
+            "index": level.index,
+            "shape_zyx": list(level.grid.shape_zyx),
+            "spacing_mm_zyx": list(level.grid.spacing_mm_zyx),
+            "preview_only": bool(level.preview_only),
+        }
+        for level in manifest.levels
+    ]
+    return {
+        "profile": manifest.profile.name,
+        "levels": levels,
+        "notes": [*remarks(manifest)],
+        "warnings": [*warnings(manifest)],
+    }

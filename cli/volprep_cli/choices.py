@@ -1,9 +1,11 @@
-"""Options that say which part of a scan is meant and how it is drawn: the same for import, build, plan and batch."""
+"""Options that select a part of a scan and its look: shared by import, build, plan and batch."""
 
 import functools
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, get_type_hints
 
 import typer
@@ -14,9 +16,23 @@ if TYPE_CHECKING:
 _REPAIRS = ("gaps", "tilt")
 
 
+def complete_presets(begun: str) -> list[str]:
+    """Return the presets whose names begin with the typed text."""
+    from volprep.scene.presets import preset_names
+
+    return [name for name in preset_names() if name.startswith(begun)]
+
+
+def complete_profiles(begun: str) -> list[str]:
+    """Return the profiles whose names begin with the typed text."""
+    from volprep.scene.profiles import profile_names
+
+    return [name for name in profile_names() if name.startswith(begun)]
+
+
 @dataclass(frozen=True)
 class Choices:
-    """What a command line says of the source and its look; it replaces what the scene says."""
+    """Source and look options of the command line; they override the scene."""
 
     series: Annotated[
         str | None,
@@ -25,6 +41,13 @@ class Choices:
     volume: Annotated[
         int | None,
         typer.Option(min=1, help="Number of the volume, if there are several in a series or file.", metavar="NUMBER"),
+    ] = None
+    volumes_by: Annotated[
+        Literal["number"] | None,
+        typer.Option(
+            help="number: DICOM volumes that nothing else tells apart follow each other by InstanceNumber; --volume "
+            "then chooses one."
+        ),
     ] = None
     channel: Annotated[
         str | None,
@@ -54,12 +77,44 @@ class Choices:
             metavar="KIND",
         ),
     ] = None
-    labels: Annotated[bool, typer.Option("--labels", help="Voxels are labels: each number names a thing.")] = False
+    labels: Annotated[
+        bool | None,
+        typer.Option(
+            "--labels/--no-labels",
+            help="Whether voxels are labels: each number names a thing. If not given, a scan without a scene is looked "
+            "at.",
+        ),
+    ] = None
+    label_table: Annotated[
+        str | None,
+        typer.Option(
+            help="Names and colours of labels: freesurfer, slicer, itksnap, or a file of such a program. If not given, "
+            "a table of the same name beside the scan.",
+            metavar="NAME|FILE",
+        ),
+    ] = None
+    nan: Annotated[
+        str | None,
+        typer.Option(
+            help="Value of voxels that are NaN, or outside for the least value. If not given, a scan without a scene "
+            "takes 0 if its values lie on both sides of it, else the least one.",
+            metavar="VALUE",
+        ),
+    ] = None
+    segments: Annotated[
+        Path | None,
+        typer.Option(
+            help="Segments of the scan, drawn with it: DICOM SEG or RTSTRUCT, .seg.nrrd, a label volume, or a folder "
+            "of masks.",
+            metavar="PATH",
+        ),
+    ] = None
     preset: Annotated[
         str | None,
         typer.Option(
             help="Transfer function that comes with volprep, in place of the scene's; volprep presets lists them.",
             metavar="NAME",
+            autocompletion=complete_presets,
         ),
     ] = None
 
@@ -69,25 +124,54 @@ class Choices:
             raise typer.BadParameter(msg)
 
     def of(self, request: "Request") -> "Request":
-        """Return the request with what was chosen. Raises VP1243 for a list of channels, VP3005 for the preset."""
+        """Return the request with these choices applied.
+
+        Raises VP1243 for a list of channels, VP3005 for the preset.
+        """
         told: dict[str, object] = {
             "series": self.series,
             "volume": self.volume,
+            "volumes_by": self.volumes_by,
             "channel": self.channel,
             "level": self.level,
             "grid": self.vdb_grid,
             "rgb": self.rgb,
             "repair": tuple(self.repair or ()) or None,
-            "labels": self.labels or None,
+            "labels": self.labels,
+            "label_table": self._table(),
+            "nan": self._nan(),
         }
         source = {key: value for key, value in told.items() if value is not None}
         if source:
             request = request.with_source(**source)
+        if self.segments is not None:
+            request = request.with_segments(self.segments)
         return request if self.preset is None else request.with_preset(self.preset)
+
+    def _nan(self) -> float | str | None:
+        if self.nan is None or self.nan == "outside":
+            return self.nan
+        try:
+            value = float(self.nan)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            msg = f"--nan is {self.nan}, and must be a number or outside"
+            raise typer.BadParameter(msg)
+        return value
+
+    def _table(self) -> str | None:
+        """Return the table with an absolute path, if it is a file."""
+        from volprep_formats.label_tables.table import LABEL_TABLES
+        from volprep_formats.path_text import path_text
+
+        if self.label_table is None or self.label_table in LABEL_TABLES:
+            return self.label_table
+        return path_text(Path(self.label_table).absolute())
 
 
 def takes_choices(verb: Callable[..., None]) -> Callable[..., None]:
-    """Give a verb the fields of `Choices` as options, in place of its parameter `choices`."""
+    """Replace a verb's parameter `choices` by the fields of `Choices` as options."""
     names = [each.name for each in fields(Choices)]
     hints = get_type_hints(Choices, include_extras=True)
     options = [

@@ -1,12 +1,13 @@
-"""What the verbs print: results on stdout, progress and messages on stderr, JSON where a machine may read."""
+"""Output of the verbs: results on stdout, progress and messages on stderr, optionally as JSON."""
 
 import gc
 import json
 import re
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
@@ -22,22 +23,47 @@ if TYPE_CHECKING:
     from volprep_formats.progress import Progress
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result, or the error, as JSON.")]
-"""The option --json, which every verb with a result has."""
+"""The option --json of every verb with a result."""
 
 _HEARTBEAT_S = 10.0
+_QUIET: ContextVar[bool] = ContextVar("quiet", default=False)
+_AS_JSON: ContextVar[bool] = ContextVar("as_json", default=False)
 _LONGEST_LINE = 10_000
 _SURROGATE = re.compile("[\ud800-\udfff]")
-"""What Python makes of a byte that is no UTF-8 (PEP 383): JSON has no letter for it, and strict parsers refuse it."""
+"""Surrogates that represent, in Python, bytes that are not UTF-8 (PEP 383). JSON has no letter for them, and strict
+parsers refuse them."""
+
+
+def be_quiet(*, wanted: bool) -> None:
+    """Turn off progress and notes, if `wanted`."""
+    _QUIET.set(wanted)
+
+
+def want_json(*, wanted: bool) -> None:
+    """Make `print_done` print JSON, if `wanted`."""
+    _AS_JSON.set(wanted)
+
+
+def print_done(text: str, **facts: object) -> None:
+    """Print the confirmation of a verb without another result: the text, or its facts as JSON."""
+    if _AS_JSON.get():
+        print_json(facts)
+    else:
+        print_line(text)
 
 
 @contextmanager
 def progress() -> Iterator["Progress"]:
     """Show progress on stderr: bars on a terminal, else a line for each task and every ten seconds."""
-    # What has been loaded is no garbage; what the work leaves may be.
+    # Objects loaded so far are not garbage; objects that the work creates may be.
     gc.freeze()
     gc.enable()
     try:
-        if sys.stderr.isatty():
+        if _QUIET.get():
+            from volprep_formats.progress import Silent
+
+            yield Silent()
+        elif sys.stderr.isatty():
             with _bars() as bars:
                 yield bars
         else:
@@ -98,22 +124,33 @@ class _Bars:
 
 
 def print_remarks(manifest: "Manifest") -> None:
-    """Print to stderr what a user should know of a package."""
+    """Print the remarks about a package to stderr."""
     from volprep.pipeline.remarks import remarks, warnings
 
     for text in remarks(manifest):
-        _warn(f"note: {text}")
-    for text in warnings(manifest):
+        print_note(text)
+    print_warnings(warnings(manifest))
+
+
+def print_warnings(texts: Iterable[str]) -> None:
+    """Print warnings to stderr, also with --quiet."""
+    for text in texts:
         _warn(f"warning: {text}")
 
 
+def print_note(text: str) -> None:
+    """Print a note to stderr, unless --quiet was given."""
+    if not _QUIET.get():
+        _warn(f"note: {text}")
+
+
 def print_json(value: object) -> None:
-    """Print JSON to stdout, keys sorted, in ASCII: no reader needs to know an encoding, and no terminal obeys it."""
+    """Print JSON to stdout, keys sorted, in ASCII: independent of the encoding, and safe on terminals."""
     print(json.dumps(_unicode(value), indent=2, sort_keys=True))
 
 
 def _unicode(value: object) -> object:
-    """Return a value for JSON in which bytes that are no UTF-8, of names of files, are visible escapes."""
+    """Return a value for JSON, with file-name bytes that are not UTF-8 as visible escapes."""
     if isinstance(value, str):
         return _SURROGATE.sub(lambda found: shown(found[0]), value)
     if isinstance(value, dict):
@@ -122,7 +159,7 @@ def _unicode(value: object) -> object:
 
 
 def print_line(text: str) -> None:
-    """Print one line of a result to stdout; what it names may be text from outside."""
+    """Print one line of a result to stdout; it may contain untrusted text."""
     print(shown(text, _LONGEST_LINE))
 
 
@@ -131,10 +168,10 @@ def _warn(text: str) -> None:
 
 
 def end_beyond(error: "VolprepError", *, as_json: bool) -> NoReturn:
-    """End with `error`, which tells of a result that has been printed."""
+    """Exit with `error`, which describes a result that was already printed."""
     if not as_json:
         raise error
-    # The report says it all; a second JSON document behind it would break whoever parses it.
+    # The report is complete; a second JSON document after it would break parsers.
     _warn(f"volprep: {error}")
     raise typer.Exit(error.status)
 
@@ -156,7 +193,7 @@ def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def voxels_text(numbers_zyx: Sequence[float]) -> str:
-    """Give sizes for people, x first, as scanners and viewers do: 512×512×54."""
+    """Format a shape for people, x first, as scanners and viewers do: 512×512×54."""
     return "×".join(f"{number:.6g}" for number in reversed(numbers_zyx))
 
 

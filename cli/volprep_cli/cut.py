@@ -7,6 +7,7 @@ import typer
 
 from volprep_cli.console import Json, print_json, print_line, voxels_text
 from volprep_cli.inspect import PackageFolder
+from volprep_cli.outputs import Force
 
 
 def cut(
@@ -23,7 +24,7 @@ def cut(
     world: Annotated[
         bool, typer.Option("--world", help="The center is a place in the patient, in millimetres (LPS).")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Cut a box out of the full resolution of a package with sub-volumes, and mark it on the coarsest level.

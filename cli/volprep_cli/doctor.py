@@ -16,7 +16,7 @@ def doctor(
 ) -> None:
     """Print which of the things that volprep needs this machine has.
 
-    There is one line for each thing, with how to get what is missing. For each class of devices, all formats, filters
+    There is one line for each component, with how to get a missing one. For each class of devices, all formats, filters
     and sizes of textures that its packages may need are drawn on this driver and read back: offered is not yet drawn
     right. Devices have a profile of their own; --json says where each of its numbers comes from.
 

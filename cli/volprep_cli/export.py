@@ -6,25 +6,36 @@ from typing import Annotated, Literal
 
 import typer
 
-from volprep_cli.console import Json, print_json, print_line, progress, voxels_text
+from volprep_cli.console import Json, print_json, print_line, print_note, progress, voxels_text
 from volprep_cli.inspect import PackageFolder
+from volprep_cli.outputs import Force, require_new
 
 File = Annotated[
     Path,
     typer.Argument(
-        help="File to write: .nii, .nii.gz, .nrrd, .raw or .vdb. A name without an ending becomes a DICOM series.",
+        help="File to write: .nii, .nii.gz, .nrrd, .raw, .vdb or .ome.zarr. A name without an ending becomes a DICOM "
+        "series.",
         metavar="FILE",
     ),
 ]
-Level = Annotated[int | None, typer.Option(min=0, help="Level to write; if not given, the finest.", metavar="NUMBER")]
+Level = Annotated[
+    int | None,
+    typer.Option(
+        min=0, help="Level to write; if not given, the finest one, or all levels of OME-Zarr.", metavar="NUMBER"
+    ),
+]
 Channel = Annotated[
-    str | None, typer.Option(help="Name or number of the channel to write, if the package has several.", metavar="NAME")
+    str | None,
+    typer.Option(
+        help="Name or number of the channel to write, if the package has several. If not given, the default one, or "
+        "all in OME-Zarr.",
+        metavar="NAME",
+    ),
 ]
 Values = Annotated[
     Literal["physical", "stored"],
     typer.Option(help="physical: values as in the scan, by a slope if the format has one. stored: the codes."),
 ]
-Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
 
 
 def export(
@@ -37,7 +48,7 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a level of a package as NIfTI, NRRD, raw, OpenVDB or a DICOM series.
+    """Write a level of a package as NIfTI, NRRD, raw, OpenVDB or a DICOM series, or all levels as OME-Zarr.
 
     Of a draft, level 0 is the scan as it was imported. A raw file gets a sidecar with its shape, FILE.toml.
     """
@@ -47,12 +58,14 @@ def export(
     from volprep_formats.writers.values import StoredValues
 
     kind = _kind(file)
+    if kind == "ome_zarr":
+        _export_levels(package, file, level, channel, values, force=force, as_json=as_json)
+        return
     with output_errors(file):
         if file.is_dir() if kind != "dicom" else file.exists():
             raise VolprepError("VP1251", path=file)
         for target in (file, file.with_name(f"{file.name}.toml")) if kind == "raw" else (file,):
-            if target.exists() and not force:
-                raise VolprepError("VP1251", path=target)
+            require_new(target, force=force)
             if kind != "dicom":
                 require_place(target)
     with open_level(package, level, channel) as source, progress() as watcher:
@@ -65,11 +78,46 @@ def export(
         print_line(f"{file}: {voxels_text(shape_zyx)} voxels, {values} values, {kind}")
 
 
+def _export_levels(
+    package: Path, file: Path, level: int | None, channel: str | None, values: str, *, force: bool, as_json: bool
+) -> None:
+    """Write the levels of all channels, or of one, and the labels as OME-Zarr."""
+    from volprep_formats.readers.volpkg import open_levels
+    from volprep_formats.writers.ngff import ChannelLook, is_rotated
+    from volprep_formats.writers.ome_zarr import check_target, write
+    from volprep_formats.writers.package_labels import label_images
+
+    check_target(file, replaces=force)
+    opened = open_levels(package, level, channel)
+    looks = [ChannelLook.of(manifest) for manifest in opened.manifests]
+    labels = label_images(package, level, [look.channel for look in looks])
+    with progress() as watcher:
+        stored = values == "stored"
+        grids = write(opened.levels, looks, file, watcher, labels=labels, stored=stored, replaces=force)
+    if is_rotated(grids[0]):
+        print_note(
+            f"{file}: OME-NGFF 0.5 has no directions; positions are along the axes of the volume, and the direction "
+            "is in the attribute volprep"
+        )
+    if opened.left_out:
+        numbers = ", ".join(map(str, opened.left_out))
+        print_note(f"{file}: levels {numbers} are left out, because not all channels have them; --channel writes one")
+    if as_json:
+        shapes = [list(grid.shape_zyx) for grid in grids]
+        told = {"channels": [look.channel for look in looks], "labels": [image.name for image in labels]}
+        print_json({"file": str(file), "format": "ome-zarr", "shapes_zyx": shapes, "values": values, **told})
+    else:
+        sizes = ", ".join(voxels_text(grid.shape_zyx) for grid in grids)
+        several = f", channels {', '.join(look.channel for look in looks)}" if len(looks) > 1 else ""
+        named = f", labels {', '.join(image.name for image in labels)}" if labels else ""
+        print_line(f"{file}: {sizes} voxels, {values} values, ome-zarr{several}{named}")
+
+
 def _kind(file: Path) -> str:
     """Name of the writer, which is a module of `volprep_formats.writers`."""
     from volprep_formats.diagnostics import VolprepError
 
-    endings = {".nii": "nifti", ".nrrd": "nrrd", ".raw": "raw", ".vdb": "vdb", "": "dicom"}
+    endings = {".nii": "nifti", ".nrrd": "nrrd", ".raw": "raw", ".vdb": "vdb", ".zarr": "ome_zarr", "": "dicom"}
     ending = file.suffix.lower()
     if file.name.lower().endswith(".nii.gz"):
         return "nifti"

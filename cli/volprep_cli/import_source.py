@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,7 +18,16 @@ List = Annotated[
     bool,
     typer.Option(
         "--list",
-        help="Only list the DICOM series of a folder, with what is wrong with each; or the channels of an OME file.",
+        help="Only list the DICOM series of a folder, with the problems of each; or the channels of an OME file.",
+    ),
+]
+
+Descriptions = Annotated[
+    bool,
+    typer.Option(
+        "--descriptions/--no-descriptions",
+        help="Whether --list shows on a terminal what people called each series, its kernel, echo and time. Neither "
+        "JSON nor a package ever has them.",
     ),
 ]
 
@@ -32,15 +41,16 @@ def import_source(
     *,
     choices: Choices,
     only_list: List = False,
+    descriptions: Descriptions = True,
     as_json: Json = False,
 ) -> None:
     """Begin a draft: read the scan at full precision and measure it.
 
     A scan without a scene is drawn as its values suggest, and the package's name is "scan": the file's
-    own may be that of a patient. Where the scan is stands in PACKAGE.origin.json beside the draft, and not in it.
+    own may be that of a patient. The location of the scan is in PACKAGE.origin.json beside the draft, not in it.
     """
     if only_list:
-        _list(scene, as_json=as_json)
+        _list(scene, as_json=as_json, described=descriptions and sys.stdout.isatty())
         return
     if output is None:
         msg = "Missing option '-o' / '--output'."
@@ -63,11 +73,11 @@ def import_source(
         print_line(f"{output}: draft of {shape} voxels, values {low:g} to {high:g}")
 
 
-def _list(path: Path, *, as_json: bool) -> None:
+def _list(path: Path, *, as_json: bool, described: bool) -> None:
     from volprep_formats.readers import format_of
 
     if format_of(path) == "dicom":
-        _list_series(path, as_json=as_json)
+        _list_series(path, as_json=as_json, described=described)
     else:
         _list_channels(path, as_json=as_json)
 
@@ -76,21 +86,52 @@ def _list_channels(path: Path, *, as_json: bool) -> None:
     from volprep_formats.readers import channels_of
 
     names = channels_of(path)
+    found = _first(path)
     if as_json:
-        print_json({"channels": names})
+        print_json({"channels": names} | found)
     else:
+        print_line(_said(found))
         print_table(("channel", "name"), [(str(number), name or "-") for number, name in enumerate(names, 1)])
 
 
-def _list_series(path: Path, *, as_json: bool) -> None:
+def _first(path: Path) -> dict[str, Any]:
+    """Return what `volprep look` finds of the first volume of a file, or why it cannot be opened."""
+    from volprep.pipeline.look import look_at
+    from volprep.scene.request import request_of
+    from volprep_cli.look import facts
+    from volprep_formats.diagnostics import VolprepError
+    from volprep_formats.path_text import path_text
+    from volprep_formats.readers import channels_of, list_channels
+    from volprep_formats.source import SourceSpec
+
+    request = request_of(path)
+    try:
+        if len(channels_of(path)) > 1:
+            key, _ = list_channels(SourceSpec(path=path_text(path)), Path())
+            request = request.with_source(**{key: 1})
+        return facts(look_at(request))
+    except VolprepError as error:
+        return {"problem": {"code": error.code, "summary": error.summary, "remedy": error.remedy}}
+
+
+def _said(found: dict[str, Any]) -> str:
+    if "problem" in found:
+        return f"{found['problem']['code']} {found['problem']['summary']}"
+    spacing = " × ".join(f"{each:.4g}" for each in reversed(found["spacing_mm_zyx"]))
+    low, high = found["values"]
+    size = f"{voxels_text(found['shape_zyx'])} voxels of {found['stored_type']}, {spacing} mm"
+    return f"{found['format']}: {size}, values {low:g} to {high:g} {found['unit']}".rstrip()
+
+
+def _list_series(path: Path, *, as_json: bool, described: bool) -> None:
     from volprep_formats.readers.dicom.listing import list_series
 
     with progress() as watcher:
-        listing = list_series(path, watcher, described=sys.stdout.isatty())
+        listing = list_series(path, watcher, described=described)
     if as_json:
         print_json(listing.model_dump(mode="json"))
     else:
-        _print(listing)
+        _print(listing, described=described)
 
 
 def _what(series: "ListedSeries") -> str:
@@ -99,22 +140,23 @@ def _what(series: "ListedSeries") -> str:
     return f"{kind}: {faults}" if series.is_localiser and faults else faults or kind
 
 
-def _print(listing: "Listing") -> None:
+def _print(listing: "Listing", *, described: bool) -> None:
     rows = [
         (
+            "-" if series.number is None else str(series.number),
             series.ending,
             series.modality or "-",
             str(series.files),
             voxels_text(series.shape_zyx),
             " × ".join("?" if h is None else f"{h:.4g}" for h in reversed(series.spacing_mm_zyx)),
             _what(series),
-            *([series.description or "-"] if sys.stdout.isatty() else []),
+            *([series.description or "-", series.details or "-"] if described else []),
         )
         for series in listing.series
     ]
-    headings = ("series", "modality", "files", "voxels", "spacing mm", "what it is")
-    # What people called a series may name a patient: it is shown to who looks, and not written into files.
-    print_table((*headings, "description") if sys.stdout.isatty() else headings, rows)
+    headings = ("number", "series", "modality", "files", "voxels", "spacing mm", "what it is")
+    # The description of a series may name a patient: it is shown on the screen, and not written into files.
+    print_table((*headings, "description", "details") if described else headings, rows)
     for problem in listing.damaged:
         print_line(f"{problem.code} {problem.summary}")
     if listing.other_files:

@@ -1,4 +1,4 @@
-"""volprep inspect: what is in a package."""
+"""volprep inspect: print the contents of a package."""
 
 import math
 from collections.abc import Iterator
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from volprep_cli.console import Json, bytes_text, print_json, print_line, print_table, voxels_text
+from volprep_cli.outputs import Force, require_new
 from volprep_formats.path_text import path_text
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ _KINDS = {
     "bricks": "places of bricks",
     "normals": "normals",
 }
-"""What a texture holds if it is not the values or colours of a level."""
+"""Descriptions of texture roles, other than the values or colours of a level."""
 
 
 def inspect(
@@ -49,15 +50,19 @@ def inspect(
     figure: Figure = None,
     level: Level = None,
     normals: Normals = False,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Print what is in a package: levels, textures, transfer functions, programs, plan, files.
+    """Print the contents of a package: levels, textures, transfer functions, programs, plan, files.
 
     It reads only the manifest; volprep validate --quick checks the files, too. With --picture it reads the textures of
     a level and writes a picture of its slices instead, with --figure one of how the volume is laid out.
     """
     from volprep_formats.package.reader import Package
 
+    for written in (picture, figure):
+        if written is not None:
+            require_new(written, force=force)
     opened = Package.open(package, allow_draft=True)
     if picture is not None:
         _picture(opened, level, picture, normals=normals, as_json=as_json)
@@ -198,7 +203,7 @@ def _general(manifest: "Manifest") -> Rows:
     rows: Rows = [
         ("name", manifest.name),
         ("format", f"{manifest.format} {manifest.version}, written by {manifest.generator}"),
-        ("profile", f"{profile.name}, OpenGL ES {profile.api.removeprefix('es')}"),
+        ("profile", f"{profile.name}, OpenGL ES {profile.graphics.number}"),
     ]
     if manifest.channels:
         rows += _scan(manifest)
@@ -215,7 +220,7 @@ def _general(manifest: "Manifest") -> Rows:
 
 
 def _scan(manifest: "Manifest") -> Rows:
-    """Return what there is to say of the scan of the first channel."""
+    """Return the lines that describe the scan of the first channel."""
     info, statistics = manifest.source.info, manifest.statistics
     source = f"{info.format} {info.modality}".strip()
     non_finite = f", {statistics.non_finite} not finite" if statistics.non_finite else ""

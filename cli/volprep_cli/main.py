@@ -1,4 +1,4 @@
-"""The entry point: the list of verbs, and what happens to errors."""
+"""The entry point: the list of verbs, and error handling."""
 
 import errno
 import gc
@@ -12,6 +12,8 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from volprep_cli.common import with_common_options
+from volprep_cli.examples import EXAMPLES
 from volprep_cli.streams import prepare_streams
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 
@@ -21,9 +23,15 @@ _STATUSES = (
     "70 a defect in volprep; 130 interrupted. Every error has a permanent code: VP and four digits."
 )
 
+_HELP = {"help_option_names": ["-h", "--help"]}
+_GO_ON = {
+    "build": "; run the same command again, and it goes on after the last stage that was done",
+    "batch": "; run the same command again, and it skips finished work",
+}
+"""Work that Ctrl-C loses, for verbs that can resume."""
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _REFUSED = {errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENAMETOOLONG, errno.EIO, errno.EMFILE, errno.ENFILE}
-"""What the system says no to: not a defect, whoever asked for it."""
+"""Errors of an operation that the system refuses: not defects of volprep."""
 _INTERRUPTED = 130
 """Exit status that typer makes of Ctrl-C, and that a shell shows for a program which the signal ended."""
 
@@ -38,6 +46,7 @@ _VERBS = {
     "doctor": "doctor",
     "import": "import_source",
     "export": "export",
+    "look": "look",
     "presets": "presets",
     "batch": "batch",
     "cut": "cut",
@@ -57,7 +66,7 @@ _VERBS = {
     "seal": "seal",
     "zip": "zip_package",
 }
-"""Each verb, and the name that its module and its function share."""
+"""Module and function name of each verb."""
 
 
 def _print_version(wanted: bool) -> None:
@@ -93,6 +102,7 @@ def command_line(arguments: Sequence[str]) -> typer.Typer:
         # Plain help takes 0.1 s, with rich's markup it took 0.2 s.
         rich_markup_mode=None,
         epilog=_STATUSES,
+        context_settings=_HELP,
     )
     program.callback()(volprep)
     for verb in [verb for verb in arguments[:1] if verb in _VERBS] or _VERBS:
@@ -100,12 +110,15 @@ def command_line(arguments: Sequence[str]) -> typer.Typer:
         function = getattr(import_module(f"volprep_cli.{name}"), name)
         # The list of verbs has each one's first paragraph whole; click would cut it off at the end of the line.
         summary = " ".join(function.__doc__.partition("\n\n")[0].split())
-        program.command(verb, short_help=summary)(function)
+        shown = "\n".join(f"  {line}" for line in EXAMPLES[verb])
+        # \b keeps click from filling the lines up.
+        epilog = f"\b\nExamples:\n{shown}"
+        program.command(verb, short_help=summary, epilog=epilog, context_settings=_HELP)(with_common_options(function))
     return program
 
 
 def main() -> None:
-    """Run the command line. Whatever goes wrong becomes one message and a documented exit status."""
+    """Run the command line. Every error becomes one message and a documented exit status."""
     prepare_streams()
     # Both are read when the libraries load: the matrices here are small, and who else is installed is not our concern.
     # Together they took 0.1 s of the 0.5 s that an import needed to start.
@@ -124,7 +137,7 @@ def main() -> None:
     except VolprepError as error:
         _fail(error)
     except (SystemExit, KeyboardInterrupt) as ended:
-        # While the verb is loaded nobody has made an exit of it yet.
+        # Until the verb is loaded, nothing has converted it to an exit.
         if isinstance(ended, KeyboardInterrupt) or ended.code == _INTERRUPTED:
             _end_by_interrupt()
         raise
@@ -139,7 +152,9 @@ def main() -> None:
             _fail(VolprepError("VP7003", path=error.filename or "this command", error=error.strerror))
         if os.environ.get("VOLPREP_TRACEBACK") == "1":
             raise
-        # Some messages have many lines, of which the first says what is wrong.
+        if (limited := _beyond_limit(error)) is not None:
+            _fail(limited)
+        # Some messages have many lines; the first one describes the problem.
         text = (str(error).splitlines() or [""])[0]
         _fail(VolprepError("VP9001", error=f"{type(error).__name__}: {text}"))
     finally:
@@ -157,15 +172,26 @@ def _has_working_directory() -> bool:
     return True
 
 
+def _beyond_limit(error: Exception) -> VolprepError | None:
+    """Return the error for memory or threads that a limit of the address space refuses; None without a limit."""
+    import resource
+
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    refused = isinstance(error, MemoryError) or (isinstance(error, RuntimeError) and "new thread" in str(error))
+    if not refused or limit == resource.RLIM_INFINITY:
+        return None
+    return VolprepError("VP7004", limit_mb=limit / 1e6, needed_mb=2 * limit / 1e6)
+
+
 def _end_by_interrupt() -> None:
     """End as the signal of Ctrl-C ends a program: only then a shell stops the loop that the command runs in."""
-    print("volprep: interrupted", file=sys.stderr)
+    print(f"volprep: interrupted{_GO_ON.get(sys.argv[1] if len(sys.argv) > 1 else '', '')}", file=sys.stderr)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     os.kill(os.getpid(), signal.SIGINT)
 
 
 def _drop_output() -> None:
-    """Have nothing more of standard output written: what failed once may be in its buffer, and fails when we end."""
+    """Discard the rest of standard output: text in a failed buffer would fail again at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 

@@ -1,4 +1,4 @@
-"""volprep plan: what a package of a scene would hold, and why."""
+"""volprep plan: the contents of a scene's package, and the reasons."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -7,12 +7,13 @@ import typer
 
 from volprep_cli.build import Grid, Profile, Scene, Source
 from volprep_cli.choices import Choices, takes_choices
-from volprep_cli.console import Json, bytes_text, print_json, print_line, print_table, progress
+from volprep_cli.console import Json, bytes_text, print_json, print_line, print_note, print_table, progress
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from volprep.plan.device_choice import DeviceChoice, Frame
+    from volprep.plan.device_scaling import Canvas
+    from volprep.scene.request import Request
     from volprep_formats.package.parts.costs.record import DrawCost
 
 Device = Annotated[
@@ -23,8 +24,33 @@ Device = Annotated[
         metavar="FILE",
     ),
 ]
+Devices = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder of such files: print for each device the cheapest package of this scan that was measured on it, "
+        "with profile, level, step and form, in place of the plan.",
+        metavar="FOLDER",
+    ),
+]
 FrameMs = Annotated[
     float, typer.Option(min=0.1, help="Milliseconds that a picture may take on the device.", metavar="MS")
+]
+CanvasSize = Annotated[
+    str | None,
+    typer.Option(
+        help="Size of the app's picture on the device, to which the measured times are scaled. If not given, pictures "
+        "have the size that was measured.",
+        metavar="WIDTHxHEIGHT",
+    ),
+]
+Error = Annotated[
+    float | None,
+    typer.Option(
+        min=0.0,
+        max=1.0,
+        help="Largest RMSE over seen pixels that --devices allows. If not given, the tolerance of the scene.",
+        metavar="RMSE",
+    ),
 ]
 
 
@@ -36,27 +62,42 @@ def plan(
     *,
     grid: Grid = None,
     device: Device = None,
+    devices: Devices = None,
     frame_ms: FrameMs = 33.0,
+    canvas: CanvasSize = None,
+    error: Error = None,
     choices: Choices,
     as_json: Json = False,
 ) -> None:
-    """Print what a package would hold, why, and what it costs.
+    """Print the planned contents of a package, with reasons and costs.
 
     It reads the whole source and writes nothing. With --device it also says which level and step that device draws in
-    time, with the least error, and what that gives up.
+    time, with the least error, and what that gives up. With --devices it chooses the cheapest measured package for
+    each device of a folder.
     """
     from volprep.pipeline.build import plan_build
     from volprep.plan.device_choice import choose_for_frame
     from volprep.plan.device_files import read_device
+    from volprep.plan.device_scaling import canvas_of
     from volprep.scene.request import request_of
 
+    if devices is None and error is not None:
+        raise typer.BadParameter("it is for --devices", param_hint="--error")
+    if devices is not None and device is not None:
+        raise typer.BadParameter("give a file, or a folder of files", param_hint="--device, --devices")
+    if devices is None and device is None and canvas is not None:
+        raise typer.BadParameter("it is for --device and --devices", param_hint="--canvas")
+    size = None if canvas is None else canvas_of(canvas)
     record = None if device is None else read_device(device)
     request = choices.of(request_of(scene, profile, source))
+    if devices is not None:
+        _plan_devices(request, devices, size, frame_ms, error, as_json=as_json)
+        return
     if grid is not None:
         request = request.with_grid(grid)
     with progress() as watcher:
         decided = plan_build(request, watcher, None if device is None or record is None else (device, record))
-    frame = None if record is None else choose_for_frame(record, frame_ms)
+    frame = None if record is None else choose_for_frame(record, frame_ms, size)
     if as_json:
         chosen = {} if frame is None else {"device": frame.model_dump(mode="json")}
         print_json({**decided.model_dump(mode="json", exclude_none=True), **chosen})
@@ -77,7 +118,36 @@ def plan(
     print_line(f"stages: {', '.join(decided.stages)}; {total} of textures for profile {decided.shared.profile.name}")
     _print_costs(decided.costs)
     if frame is not None:
-        _print_frame(frame)
+        from volprep_cli.plan_devices import print_frame
+
+        print_frame(frame)
+
+
+def _plan_devices(
+    request: "Request",
+    folder: Path,
+    canvas: "Canvas | None",
+    frame_ms: float,
+    error: float | None,
+    *,
+    as_json: bool,
+) -> None:
+    from volprep.pipeline.build import scan_digests
+    from volprep.plan.device_cheapest import Wish, cheapest
+    from volprep.plan.device_files import read_devices_of_scan
+    from volprep_cli.plan_devices import print_cheapest, require_all
+
+    with progress() as watcher:
+        records, others = read_devices_of_scan(folder, scan_digests(request, watcher))
+    wish = Wish(frame_ms, request.scene.tolerance.rmse if error is None else error, canvas)
+    found = cheapest(records, wish)
+    if others:
+        print_note(f"{folder}: {others} measurements of other scans are left out")
+    if as_json:
+        print_json(found.model_dump(mode="json"))
+    else:
+        print_cheapest(found)
+    require_all(found)
 
 
 def _print_costs(costs: "Sequence[DrawCost]") -> None:
@@ -87,33 +157,3 @@ def _print_costs(costs: "Sequence[DrawCost]") -> None:
         (each.transfer, str(each.level), bytes_text(each.upload_bytes), bytes_text(each.gpu_bytes)) for each in costs
     ]
     print_table(("transfer function", "level", "upload", "GPU memory"), rows)
-
-
-def _print_frame(frame: "Frame") -> None:
-    size = f"{frame.picture_size}×{frame.picture_size}"
-    print_line("")
-    print_line(f"{frame.gpu}: the least error in {frame.frame_ms:g} ms, for pictures of {size} pixels")
-    rows = [
-        (
-            each.transfer,
-            str(each.chosen.level),
-            f"{each.chosen.step_mm:.3g} mm",
-            f"{each.chosen.slowest_ms:.3g}",
-            f"{each.chosen.rmse:.3g}",
-            _given_up(each),
-        )
-        for each in frame.choices
-    ]
-    print_table(("transfer function", "level", "step", "ms", "RMSE", "gives up"), rows)
-    if frame.throttled:
-        print_line("The device became slower while it was measured: a cool one is faster than this.")
-
-
-def _given_up(choice: "DeviceChoice") -> str:
-    best = choice.best
-    if best == choice.chosen:
-        return "nothing: no measured picture is better"
-    return (
-        f"RMSE {choice.given_up_rmse:.2g}: level {best.level} with {best.step_mm:.3g} mm has {best.rmse:.3g}, in "
-        f"{best.slowest_ms:.3g} ms"
-    )

@@ -1,4 +1,4 @@
-"""volprep proxy: meshes around what can be seen, at which rays begin."""
+"""volprep proxy: meshes around the visible part of the volume, where rays begin."""
 
 from typing import Annotated
 
@@ -20,7 +20,7 @@ def proxy(
         ),
     ] = None,
 ) -> None:
-    """Write, for each level and transfer function, a closed mesh around what is seen, at which rays may begin.
+    """Write, for each level and transfer function, a closed mesh around the visible voxels, where rays may begin.
 
     Meshes are glTF files. The scale of their node turns positions into box millimetres.
     """

@@ -1,19 +1,23 @@
 """volprep render: one picture of a package."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from volprep_cli.console import Json, print_json, print_line
+from volprep_cli.outputs import Force, Package, require_new
 
-Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
+if TYPE_CHECKING:
+    from volprep.pipeline.shot import Shot
+
 Output = Annotated[Path, typer.Option("-o", "--output", help="PNG file to write.", metavar="PICTURE")]
 View = Annotated[
-    str,
+    str | None,
     typer.Option(
         help="Standard view: anterior, posterior, left, right, superior, inferior, anterior-left, anterior-right or "
-        "posterior-left. Left and right are the patient's.",
+        "posterior-left. Left and right are the patient's. If not given, anterior-left, or along the thin axis of a "
+        "flat volume.",
         metavar="VIEW",
     ),
 ]
@@ -51,7 +55,9 @@ Edit = Annotated[
 ]
 Fill = Annotated[
     bool,
-    typer.Option("--fill", help="Let what is seen fill the picture; otherwise all views show the volume in one size."),
+    typer.Option(
+        "--fill/--no-fill", help="Fill the picture with the visible voxels; otherwise all views have one scale."
+    ),
 ]
 Lines = Annotated[bool, typer.Option("--lines", help="Draw the box of the volume and its middle axes, too.")]
 Small = Annotated[
@@ -68,13 +74,27 @@ Opacity = Annotated[
         "without alpha."
     ),
 ]
+Progressive = Annotated[
+    Path | None,
+    typer.Option(
+        help="Also write the picture frame by frame to this new folder, as an app finishes it: low resolution first, "
+        "then more in each frame. frames.json has the time of each frame and its DSSIM to the last one.",
+        metavar="FOLDER",
+    ),
+]
+OrderName = Literal["slabs", "tiles", "random", "structured"]
+Order = Annotated[
+    OrderName | None,
+    typer.Option(help="With --progressive: what is finished first; if not given, as the package's technique has it."),
+]
+Budget = Annotated[float, typer.Option(min=0.0, help="With --progressive: time of a frame.", metavar="MS")]
 
 
 def render(
     package: Package,
     output: Output,
     *,
-    view: View = "anterior",
+    view: View = None,
     eye: Eye = None,
     size: Size = "512x512",
     level: Level = None,
@@ -83,10 +103,14 @@ def render(
     background: Background = "black",
     step: Step = None,
     edit: Edit = None,
-    fill: Fill = False,
+    fill: Fill = True,
     lines: Lines = False,
     small: Small = None,
     opacity: Opacity = "alpha",
+    progressive: Progressive = None,
+    order: Order = None,
+    budget: Budget = 100.0,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw a package off screen with OpenGL ES, with the shaders that it ships, within the limits of its profile."""
@@ -94,6 +118,9 @@ def render(
     eye_mm_xyz = None if eye is None else _eye(eye)
     width, height = _size(size)
     small_wh = None if small is None else _size(small, "--small")
+    require_new(output, force=force)
+    if progressive is not None:
+        require_new(progressive, force=force)
     from volprep.pipeline.shot import Shot, take
     from volprep.render.hybrid import HybridWish
 
@@ -115,6 +142,8 @@ def render(
         hybrid=hybrid,
     )
     taken = take(package, shot, output)
+    if progressive is not None:
+        _finish(package, shot, progressive, order, budget)
     if as_json:
         drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver, "seen": taken.seen}
         print_json({"picture": str(output), "width": width, "height": height, **drawn})
@@ -122,6 +151,16 @@ def render(
     print_line(f"{output}: {width}×{height}, level {taken.level}, {taken.drawn_by}, {taken.driver}")
     if taken.seen == 0.0:
         print_line("Nothing is seen: every pixel is empty. The volume may be smaller than a pixel, or transparent.")
+
+
+def _finish(package: Path, shot: "Shot", folder: Path, order: OrderName | None, ms: float) -> None:
+    from volprep.pipeline.progressive_shot import Finishing, take_progressively
+
+    found = take_progressively(package, shot, Finishing(order, ms), folder)
+    drawn = [frame.milliseconds for frame in found.frames]
+    print_line(
+        f"{folder}: {len(drawn)} frames by {found.order}, {sum(drawn):.0f} ms in all, the longest {max(drawn):.0f} ms"
+    )
 
 
 def _eye(text: str) -> tuple[float, float, float]:

@@ -1,4 +1,4 @@
-"""volprep skip: tables with which rays jump over empty space."""
+"""volprep skip: tables that let rays jump over empty space."""
 
 from typing import Annotated
 

@@ -1,11 +1,11 @@
-"""What the verbs of single stages share."""
+"""Helpers of the verbs of single stages."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import print_line, progress
+from volprep_cli.console import print_done, progress
 
 if TYPE_CHECKING:
     from volprep.scene.scene import Scene
@@ -23,4 +23,5 @@ def run_stage(package: Path, verb: str, **wishes: object) -> None:
 
     with progress() as watcher:
         draft = run_verb(package, verb, change, watcher)
-    print_line(f"{package}: {verb} done, {draft.manifest.state}")
+    state = draft.manifest.state
+    print_done(f"{package}: {verb} done, {state}", package=str(package), stage=verb, state=state)

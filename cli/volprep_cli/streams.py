@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 _PLAIN = {"×": "x", "–": "-", "…": "...", "°": " deg", "·": "*", "µ": "u", "²": "^2", "³": "^3"}
-"""What our own texts say beyond ASCII, for a terminal that knows nothing else."""
+"""ASCII replacements of the non-ASCII characters in volprep's texts, for ASCII-only terminals."""
 
 
 def prepare_streams() -> None:
-    """Open what is closed, and have no text fail for its letters, nor a message for a full disk."""
-    # Else the next file that is opened would be standard output, and get what is printed.
+    """Open closed standard streams, and make writing to them never fail because of an encoding or a full disk."""
+    # Otherwise the next opened file would become standard output, and receive printed text.
     for descriptor in range(3):
         try:
             os.fstat(descriptor)
@@ -34,7 +34,7 @@ def prepare_streams() -> None:
 
 
 class _Lossy(FileIO):
-    """A file that takes all that it is given. Progress that nobody can read is no reason to stop a build."""
+    """A text file that ignores write errors: unreadable progress is no reason to stop a build."""
 
     def write(self, data: "ReadableBuffer", /) -> int:
         try:
@@ -51,7 +51,7 @@ def _open_nothing(descriptor: int) -> None:
 
 
 def _in_other_letters(error: UnicodeError) -> tuple[str, int]:
-    """Replace what the stream has no letters for, and bytes of names that are not UTF-8, by what it has."""
+    """Replace characters that the stream cannot encode, and bytes of file names that are not UTF-8."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]

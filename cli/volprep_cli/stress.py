@@ -52,7 +52,7 @@ def stress(
     Each case is a small scan that is built, drawn by sampling and by pre-integration, and compared with the truth; then
     with every technique, on coarser levels, and in the numbers of phones.
 
-    Exit status 0: every case is drawn, or refused, as it must be. 1: a case is not.
+    Exit status 0: every case is drawn, or refused, as it must be. 1: a case is not, or was not tried.
     """
     from volprep.report.stress import stress as try_cases
     from volprep.scene.profiles import load_profile
@@ -97,7 +97,7 @@ def _print(report: "StressReport", folder: Path) -> None:
         rows += [(result.case, *_cells(drawing, report.oracle_tolerance)) for drawing in shown]
         if more := sum(not each.is_first and each.passed for each in result.drawings):
             rows.append((result.case, f"{more} other ways", "", "in the report", "within or reported"))
-    print_table(("case", "drawn by", "RMSE / largest", "RMSE by step", "verdict"), rows)
+    print_table(("case", "drawn by", "seen RMSE / largest", "seen RMSE by step", "verdict"), rows)
     if report.left_out:
         print_line(f"not tried, because the time was over: {', '.join(report.left_out)}")
     print_line(f"report: {folder / 'index.html'}")
@@ -110,21 +110,25 @@ def _cells(drawing: "StressDrawing", bound: float) -> tuple[str, str, str, str]:
         f"{ratio(point.step_ratio)}: {error(point.rmse, bound)} in {number(point.draw_ms, 2)} ms"
         for point in drawing.points
     )
-    total = f"{error(drawing.total.rmse, bound)} / {error(drawing.total.maximum, bound)}"
+    total = f"{error(drawing.total.seen_rmse, bound)} / {error(drawing.total.maximum, bound)}"
     unjudged = drawing.limit is None and not drawing.laws
-    verdict = "reported" if unjudged else "within" if drawing.passed else "; ".join(drawing.laws) or "beyond"
+    verdict = "reported" if unjudged else "within" if drawing.passed else "; ".join(drawing.problems) or "beyond"
     return drawing.name, total, steps, verdict
 
 
 def _why_not(report: "StressReport", folder: Path) -> VolprepError:
     failed = [result for result in report.results if not result.passed]
+    if not failed:
+        tried = len(report.results)
+        listed = ", ".join(report.left_out)
+        return VolprepError("VP6072", count=len(report.left_out), cases=tried + len(report.left_out), listed=listed)
     first = failed[0]
     problem = f"refused with {first.refused}" if first.refused else "it is drawn, and must be refused"
     for drawing in reversed(first.drawings):
         if not drawing.passed:
             judged = drawing.precise or drawing.total
-            numbers = f"RMSE {judged.rmse:.4g}, largest error {judged.maximum:.4g}"
-            problem = f"{drawing.name}: {'; '.join(drawing.laws) or numbers}"
+            numbers = f"RMSE over seen pixels {judged.seen_rmse:.4g}, largest error {judged.maximum:.4g}"
+            problem = "; ".join((f"{drawing.name}: {numbers}", *drawing.problems))
     return VolprepError(
         "VP6018",
         failed=len(failed),

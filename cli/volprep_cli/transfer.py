@@ -25,9 +25,9 @@ def transfer(
 ) -> None:
     """Write the tables that turn values into colours, for each transfer function.
 
-    lookup: a table of values. preintegrated: a table of ray segments by the values at their two ends; a steep transfer
-    function then needs far fewer samples. palette: a few entries in the shader, without a texture.
-    preclassified: no table, because voxels become colours when textures are made.
+    lookup: a table of values. preintegrated: the integral of the transfer function, read at both ends of a ray
+    segment; a steep transfer function then needs far fewer samples. palette: a few entries in the shader, without a
+    texture. preclassified: no table, because voxels become colours when textures are made.
 
     A scene's transfer function may be a preset (preset = "NAME" in [[transfer]]); volprep presets lists them.
     """

@@ -5,17 +5,30 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, end_beyond, print_json, print_line, print_table, progress
+from volprep_cli.console import (
+    Json,
+    bytes_text,
+    end_beyond,
+    print_json,
+    print_line,
+    print_table,
+    print_warnings,
+    progress,
+)
+from volprep_cli.outputs import Package
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from volprep.validation.ablation.records import Ablation, Measurement
-    from volprep.validation.records import EmptySpace, OtherDrawing, ProgramResult, Report, Verdict
+    from volprep.validation.records import EmptySpace, ProgramResult, TracedLight
+    from volprep.validation.report_record import Report
+    from volprep.validation.seen_records import OtherDrawing
+    from volprep.validation.times import Milliseconds
+    from volprep.validation.verdict import Verdict
     from volprep.validation.witness.records import Witness
 
-Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Source = Annotated[
     Path | None,
     typer.Option(
@@ -31,13 +44,15 @@ ReportFolder = Annotated[
 ]
 Size = Annotated[
     int | None,
-    typer.Option(
-        min=16, max=4096, help="Width and height of the pictures; if not given, those of the scene.", metavar="N"
-    ),
+    typer.Option(min=16, max=4096, help="Width and height of the pictures; the scene's by default.", metavar="N"),
 ]
 AskWitness = Annotated[
     bool,
-    typer.Option("--witness", help="Let VTK draw the scan, too, and say whether it agrees. Needs pyvista."),
+    typer.Option(
+        "--witness",
+        help="Let VTK draw the scan, and independent libraries read it, and say whether they agree. What is not "
+        "installed is named.",
+    ),
 ]
 Devices = Annotated[
     Path | None,
@@ -82,7 +97,7 @@ def validate(
     ablate: Ablate = False,
     as_json: Json = False,
 ) -> None:
-    """Prove a package: make it again from the scan, draw it, compare both with what it holds, and write a report.
+    """Prove a package: make it again from the scan, draw it, compare both with its contents, and write a report.
 
     The truth of pictures is the integral of the scan in double precision. Exit status 0: every byte follows from the
     scan, everything that ships was drawn, and every view is within the scene's tolerance; with --ablate also: each
@@ -93,6 +108,7 @@ def validate(
         return
     from volprep.report.validate import validate as validate_package
     from volprep.validation.folder import default_report_path
+    from volprep.validation.verdict_errors import error_of_verdict
 
     folder = report or default_report_path(package)
     with progress() as watcher:
@@ -111,8 +127,10 @@ def validate(
         print_json(result.model_dump(mode="json"))
     else:
         _print(result, folder)
-    if not result.verdict.passed:
-        end_beyond(_why_not(result, package, folder), as_json=as_json)
+    print_warnings(result.warnings)
+    why_not = error_of_verdict(result, package, folder)
+    if why_not is not None:
+        end_beyond(why_not, as_json=as_json)
     faults = result.ablation.faults if result.ablation is not None else ()
     if faults:
         fields = {"count": len(faults), "listed": ", ".join(faults), "report": folder / "ablation.html"}
@@ -120,13 +138,16 @@ def validate(
 
 
 def _check(package: Path, *, as_json: bool) -> None:
+    from volprep.pipeline.remarks import warnings
     from volprep.validation.whole import open_whole
 
     manifest = open_whole(package).manifest
+    told = [*warnings(manifest)]
     if as_json:
-        print_json({"package": str(package), "whole": True, "files": len(manifest.files)})
+        print_json({"package": str(package), "whole": True, "files": len(manifest.files), "warnings": told})
     else:
         print_line(f"{package}: whole, {len(manifest.files)} files")
+    print_warnings(told)
 
 
 def _print(report: "Report", folder: Path) -> None:
@@ -140,6 +161,8 @@ def _print(report: "Report", folder: Path) -> None:
             _print_others(program.others)
         if program.empty_space is not None:
             _print_empty_space(program.empty_space)
+        if program.light is not None:
+            _print_light(program.light)
         print_line("")
     allowed = report.tolerance
     if report.witness is not None:
@@ -149,8 +172,11 @@ def _print(report: "Report", folder: Path) -> None:
     if report.derivation is not None:
         print_line(f"made again from the scan and compared: {report.derivation.files} files")
     if report.verdict.previews:
-        print_line(f"levels for previews only, told and not judged: {_previews(report.verdict)}")
-    print_line(f"allowed: RMSE {allowed.rmse:g}, largest {allowed.maximum:g}; {report.driver.renderer}")
+        print_line(f"levels for previews only, which may be beyond the tolerance: {_previews(report.verdict)}")
+    limits = f"RMSE {allowed.rmse:g}, largest {allowed.maximum:g}, FLIP {allowed.flip:g}"
+    print_line(f"allowed over seen pixels: {limits}; kept light at least {allowed.kept_light:g}")
+    print_line(f"drawn by {report.driver.renderer}")
+    print_line(f"verdict: {report.verdict.code}")
     print_line(f"report: {folder / 'index.html'}")
 
 
@@ -161,15 +187,23 @@ def _print_views(program: "ProgramResult", bound: float) -> None:
         (
             view.view,
             error(view.total.rmse, bound),
-            error(view.total.maximum, bound),
-            error(view.data.rmse, bound),
-            error(view.drawing.rmse, bound),
-            f"{min(view.total.ssim_black, view.total.ssim_white):.4f}",
+            error(view.seen.rmse, bound),
+            error(view.seen.maximum, bound),
+            f"{view.seen.off:.2%}",
+            f"{view.seen.flip:.3f}",
+            _kept(view.seen.kept_light, view.seen.thin_things),
+            error(view.data.seen_rmse, bound),
+            error(view.drawing.seen_rmse, bound),
             "within" if view.passed else "beyond",
         )
         for view in program.views
     ]
-    print_table(("view", "RMSE", "largest", "data RMSE", "drawing RMSE", "SSIM", "verdict"), rows)
+    heads = ("view", "RMSE", "seen RMSE", "largest", "off", "FLIP", "kept light", "of data", "of drawing", "verdict")
+    print_table(heads, rows)
+
+
+def _kept(kept: float, things: int) -> str:
+    return f"{kept:.2f}" if things else "–"
 
 
 def _print_sweep(program: "ProgramResult") -> None:
@@ -180,13 +214,19 @@ def _print_sweep(program: "ProgramResult") -> None:
             str(point.level),
             f"{ratio(point.step_ratio)} {number(point.step_mm)} mm",
             number(point.samples_mean),
-            number(point.draw_ms),
-            number(point.total.rmse),
-            number(point.drawing.rmse),
+            _time(point.draw),
+            number(point.total.seen_rmse),
+            number(point.drawing.seen_rmse),
         )
         for point in program.sweep.points
     ]
-    print_table(("level", "step", "samples", "ms", "RMSE", "drawing RMSE"), rows)
+    print_table(("level", "step", "samples", "ms (quartiles)", "seen RMSE", "of drawing"), rows)
+
+
+def _time(draw: "Milliseconds | None") -> str:
+    from volprep.report.text import number
+
+    return "–" if draw is None else f"{number(draw.median)} ({number(draw.low, 2)}–{number(draw.high, 2)})"
 
 
 def _print_others(others: "Sequence[OtherDrawing]") -> None:
@@ -200,12 +240,24 @@ def _print_others(others: "Sequence[OtherDrawing]") -> None:
             other.program,
             str(other.pixels),
             number(other.rmse),
-            number(max(view.maximum for view in other.views)),
+            number(max(view.seen.maximum for view in other.views)),
+            f"{other.flip:.3f}",
+            _kept(other.kept_light, sum(view.seen.thin_things for view in other.views)),
+            _box(other),
             ("within" if other.passed else "beyond") + (", for previews" if other.preview_only else ""),
         )
         for other in others
     ]
-    print_table(("drawn", "program", "pixels", "RMSE", "largest", "verdict"), rows)
+    measured = ("seen RMSE", "largest", "FLIP", "kept light", "box: RMSE / FLIP / kept")
+    print_table(("drawn", "program", "pixels", *measured, "verdict"), rows)
+
+
+def _box(other: "OtherDrawing") -> str:
+    boxes = other.boxes
+    if not boxes:
+        return "–"
+    worst = (max(each.rmse for each in boxes), max(each.flip for each in boxes), min(each.kept_light for each in boxes))
+    return " / ".join(f"{each:.3g}" for each in worst)
 
 
 def _previews(verdict: "Verdict") -> str:
@@ -232,8 +284,14 @@ def _print_witness(witness: "Witness") -> None:
     ]
     if rows:
         print_table(("program", "view", "from truth", "from package", "its own error", "VTK"), rows)
-    for each in witness.missing:
-        print_line(f"not witnessed: {each.item}: {each.reason}")
+    checks = []
+    for each in witness.checks:
+        verdict = "agrees" if each.passed else "disagrees"
+        checks.append((each.item, each.by, each.what, number(each.found), number(each.limit), verdict))
+    if checks:
+        print_table(("second reading", "by", "what", "found", "limit", "verdict"), checks)
+    for other in witness.missing:
+        print_line(f"not witnessed: {other.item}: {other.reason}")
     print_line("")
 
 
@@ -245,15 +303,23 @@ def _print_empty_space(found: "EmptySpace") -> None:
         (
             way.way,
             "–" if way.samples_mean is None else number(way.samples_mean),
-            number(way.draw_ms),
-            f"{plain.draw_ms / way.draw_ms:.2f} ×",
+            _time(way.draw),
+            f"{plain.draw.median / way.draw.median:.2f} ×",
             number(way.difference),
         )
         for way in found.ways
     ]
     print_line("")
     print_line("empty space, as the package draws last")
-    print_table(("left out by", "samples", "ms", "faster", "largest difference"), rows)
+    print_table(("left out by", "samples", "ms (quartiles)", "faster", "largest difference"), rows)
+
+
+def _print_light(found: "TracedLight") -> None:
+    from volprep.report.text import number
+
+    noise = f"noise of its {found.paths} paths, {number(found.noise_rmse)}, left out"
+    print_line("")
+    print_line(f"baked light against path tracing: RMSE {number(found.rmse)} over {found.pixels} pixels, {noise}")
 
 
 def _print_ablation(found: "Ablation") -> None:
@@ -284,42 +350,3 @@ def _measured(other: "Measurement | None") -> tuple[str, ...]:
     ratio = "1" if other.ratio is None else f"{other.ratio.median:.2f} ({other.ratio.low:.2f}–{other.ratio.high:.2f})"
     sizes = (bytes_text(size) for size in (other.package_bytes, other.upload_bytes, other.gpu_bytes))
     return (*sizes, number(other.milliseconds), ratio, number(other.rmse))
-
-
-def _why_not(report: "Report", package: Path, folder: Path) -> VolprepError:
-    verdict = report.verdict
-    if report.derivation is not None and report.derivation.findings:
-        from volprep.validation.exact.findings import error_of
-
-        return error_of(report.derivation.findings, package)
-    if verdict.unproved:
-        return VolprepError("VP6032", path=package, listed=", ".join(verdict.unproved))
-    if verdict.disagreeing and not verdict.failed:
-        return VolprepError("VP6042", path=package, programs=", ".join(verdict.disagreeing), report=folder)
-    if verdict.changed and not verdict.failed:
-        return VolprepError("VP6015", path=package, programs=", ".join(verdict.changed), report=folder)
-    if verdict.failed:
-        return _beyond(report, package, folder)
-    return VolprepError("VP6035", path=package, listed=", ".join(verdict.beyond), report=folder)
-
-
-def _beyond(report: "Report", package: Path, folder: Path) -> VolprepError:
-    verdict, allowed = report.verdict, report.tolerance
-    fields = {
-        "path": package,
-        "failed": verdict.failed,
-        "views": verdict.views,
-        "view": verdict.worst_view,
-        "program": verdict.worst_program,
-        "rmse": verdict.worst_rmse,
-        "rmse_allowed": allowed.rmse,
-        "maximum": verdict.worst_maximum,
-        "maximum_allowed": allowed.maximum,
-        "report": folder,
-    }
-    sweep = next(each.sweep for each in report.programs if each.program == verdict.worst_program)
-    parts = sweep.breakdown
-    if parts.texels is not None and parts.angle is not None and parts.target is not None:
-        of_slices = {"texels": parts.texels.rmse, "angle": parts.angle.rmse, "target": parts.target.rmse}
-        return VolprepError("VP6016", **fields, **of_slices, part_view=sweep.view)
-    return VolprepError("VP6011", **fields, data=verdict.worst_data_rmse, drawing=verdict.worst_drawing_rmse)

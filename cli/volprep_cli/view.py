@@ -1,13 +1,16 @@
 """volprep view: look at a package in a browser, on this machine or on another one."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import bytes_text, print_line, progress
+from volprep_cli.console import Json, bytes_text, print_json, print_line, print_note, progress
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from volprep.plan.device_records import DeviceRecord
     from volprep.view.site import ShownPackage
 
@@ -35,7 +38,7 @@ Devices = Annotated[
 Lan = Annotated[
     bool,
     typer.Option(
-        "--lan", help="Serve to other devices in the local network, too, at an address that nobody can guess."
+        "--lan", help="Serve to other devices in the local network, too, at an address that cannot be guessed."
     ),
 ]
 Port = Annotated[
@@ -54,6 +57,7 @@ def view(
     lan: Lan = False,
     port: Port = 0,
     no_open: NoOpen = False,
+    as_json: Json = False,
 ) -> None:
     """Look at a package in a browser, and measure it there: error against time of that device.
 
@@ -64,30 +68,36 @@ def view(
     from volprep.view.site import shown_with
 
     if output is not None and (lan or devices is not None):
-        raise typer.BadParameter("what is written is not served: leave out --lan and --devices", param_hint="--output")
+        raise typer.BadParameter("exported pages are not served: leave out --lan and --devices", param_hint="--output")
     shown = shown_with(package, report, default_report_path(package))
+    say = print_note if as_json else print_line
     if shown.report is None:
-        print_line("no report of this package: volprep validate makes one. The page shows no error, and measures none")
+        say("no report of this package: volprep validate makes one. The page shows no error, and measures none")
     if output is not None:
-        _write(shown, output, force=force)
+        _write(shown, output, force=force, as_json=as_json)
     else:
-        _serve(shown, devices, port, lan=lan, opens=not no_open)
+        _serve(shown, devices, port, lan=lan, opens=not no_open, as_json=as_json)
 
 
-def _write(shown: "ShownPackage", output: Path, *, force: bool) -> None:
+def _write(shown: "ShownPackage", output: Path, *, force: bool, as_json: bool) -> None:
     from volprep.view.export import write_page_file, write_page_folder
 
     with progress() as watcher:
         if output.suffix.lower() in {".html", ".htm"}:
             size = write_page_file(shown, output, watcher, force=force)
+            facts: dict[str, object] = {"page": str(output), "size_bytes": size}
             told = f"{output}: one file, {bytes_text(size)}; open it with a browser"
         else:
             count = write_page_folder(shown, output, watcher, force=force)
+            facts = {"page": str(output), "files": count}
             told = f"{output}: {count} files, for any server of static files"
-    print_line(told)
+    if as_json:
+        print_json(facts)
+    else:
+        print_line(told)
 
 
-def _serve(shown: "ShownPackage", devices: Path | None, port: int, *, lan: bool, opens: bool) -> None:
+def _serve(shown: "ShownPackage", devices: Path | None, port: int, *, lan: bool, opens: bool, as_json: bool) -> None:
     import sys
     import threading
     import webbrowser
@@ -96,28 +106,32 @@ def _serve(shown: "ShownPackage", devices: Path | None, port: int, *, lan: bool,
     from volprep.view.site import make_site
     from volprep_formats.package.digest import manifest_sha256
 
+    say = print_note if as_json else print_line
     site = make_site(shown, takes_devices=devices is not None)
     address = lan_address() if lan else LOCAL
     digest = manifest_sha256(shown.package.path)
-    with ViewServer(site, digest, address=address, port=port, devices=devices, received=_told) as server:
-        if lan:
+    with ViewServer(site, digest, address=address, port=port, devices=devices, received=partial(_told, say)) as server:
+        if as_json:
+            print_json({"url": server.url})
+        elif lan:
             print(qr_code(server.url))  # noqa: T201 - blocks of a terminal, made here
             print_line(
-                "This address is for devices in the same network. Pass it on to nobody who must not see the scan."
+                "This address is for devices in the same network. Only share it with people who may see the scan."
             )
-        print_line(f"{server.url}")
-        print_line("Ctrl-C ends it.")
+        if not as_json:
+            print_line(f"{server.url}")
+            print_line("Ctrl-C ends it.")
         sys.stdout.flush()
         if opens:
             # Some browsers of a terminal do not come back until they are closed.
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         server.serve()
-    print_line("ended")
+    say("ended")
 
 
-def _told(path: Path, record: "DeviceRecord") -> None:
+def _told(say: "Callable[[str], None]", path: Path, record: "DeviceRecord") -> None:
     import sys
 
     slower = ", it became slower while measuring" if record.throttling.throttled else ""
-    print_line(f"{path}: {record.device.gpu}, {record.device.browser}{slower}")
+    say(f"{path}: {record.device.gpu}, {record.device.browser}{slower}")
     sys.stdout.flush()

@@ -7,6 +7,7 @@ import typer
 
 from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, progress
 from volprep_cli.inspect import PackageFolder
+from volprep_cli.outputs import Force
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def walk(
         Path, typer.Option("--output", "-o", help="Folder to write: walk-001.png, ..., walk.json.", metavar="FOLDER")
     ],
     *,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Walk over the sub-volumes of a package as a user of an app does, and judge each picture.

@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 import typer
 
 from volprep_cli.console import Json, bytes_text, print_json, print_line, progress
+from volprep_cli.outputs import Force, Package, require_new
 from volprep_formats.diagnostics import VolprepError
 
-Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="Where the file goes; if not given, PACKAGE.zip.", metavar="FILE")
 ]
@@ -22,7 +22,6 @@ Texels = Annotated[
         "as-is: as they are in PACKAGE.",
     ),
 ]
-Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
 
 
 def zip_package(
@@ -39,15 +38,13 @@ def zip_package(
     on the way to web pages; formats/c/volpkg.h, which uses textures in place, needs --texels plain.
     """
     from volprep.validation.whole import open_whole
-    from volprep_formats.output import new_file, output_errors, require_place
+    from volprep_formats.output import new_file, require_place
     from volprep_formats.package.storage.files import MANIFEST
     from volprep_formats.package.storage.single_file import write_single_file
     from volprep_formats.package.transport import write_converted
 
     target = output or package.resolve().with_name(f"{package.resolve().name}.zip")
-    with output_errors(target):
-        if target.is_dir() or (target.exists() and not force):
-            raise VolprepError("VP1251", path=target)
+    require_new(target, force=force and not target.is_dir())
     require_place(target)
     whole = open_whole(package)
     if not package.is_dir() and texels == "as-is":

@@ -13,34 +13,8 @@
 #include <GLES3/gl3.h>
 
 #include "volpkg.h"
-
-typedef struct picture {
-    unsigned char* rgba; /* row 0 at the bottom */
-    int side;
-} picture;
-
-static void fail(const char* what, const char* why) {
-    fprintf(stderr, "example: %s: %s\n", what, why);
-    exit(1);
-}
-
-/* ---- a context without a window ---- */
-
-static void open_context(int version) {
-    EGLint wanted[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_ES2_BIT, EGL_NONE};
-    EGLint context_wanted[] = {EGL_CONTEXT_CLIENT_VERSION, 2, EGL_NONE}, count = 0;
-    EGLDisplay display = eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL);
-    EGLConfig config;
-    EGLContext context;
-    if (display == EGL_NO_DISPLAY) display = eglGetDisplay(EGL_DEFAULT_DISPLAY);
-    if (display == EGL_NO_DISPLAY || !eglInitialize(display, NULL, NULL)) fail("EGL", "no display can be opened");
-    if (version == 3) wanted[3] = EGL_OPENGL_ES3_BIT;
-    context_wanted[1] = version;
-    eglBindAPI(EGL_OPENGL_ES_API);
-    if (!eglChooseConfig(display, wanted, &config, 1, &count) || count < 1) fail("EGL", "no configuration");
-    context = eglCreateContext(display, config, EGL_NO_CONTEXT, context_wanted);
-    if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) fail("EGL", "no context of this version");
-}
+/* Follows volpkg.h: a context without a window, targets to draw into, and a PNG of the picture. */
+#include "example_offscreen.h"
 
 /* ---- programs and textures ---- */
 
@@ -62,7 +36,9 @@ static GLuint link_program(const volpkg_text* vertex, const volpkg_text* fragmen
     char log[512] = "";
     glAttachShader(program, compile(GL_VERTEX_SHADER, vertex));
     glAttachShader(program, compile(GL_FRAGMENT_SHADER, fragment));
-    glBindAttribLocation(program, 0, "a_ndc");
+    glBindAttribLocation(program, 0, "a_ndc"); /* a shader has one of these */
+    glBindAttribLocation(program, 0, "a_corner");
+    glBindAttribLocation(program, 0, "a_slice");
     glBindAttribLocation(program, 0, "a_position");
     glLinkProgram(program);
     glGetProgramiv(program, GL_LINK_STATUS, &linked);
@@ -86,7 +62,7 @@ static void upload_level(const volpkg_texture* t, int level) {
 /* Upload the texture of a unit. It stays bound to the unit. */
 static void upload(const volpkg_drawing* drawing, int unit) {
     const volpkg_texture* t = &drawing->textures[unit];
-    GLint linear = t->filter == VOLPKG_LINEAR, filter = linear ? GL_LINEAR : GL_NEAREST, level;
+    GLint linear = t->filter == VOLPKG_FILTER_LINEAR, filter = linear ? GL_LINEAR : GL_NEAREST, level;
     GLuint handle;
     glGenTextures(1, &handle);
     glActiveTexture(GL_TEXTURE0 + (GLenum)unit);
@@ -106,159 +82,173 @@ static void upload(const volpkg_drawing* drawing, int unit) {
     if (t->gl.target == GL_TEXTURE_3D) glTexParameteri(t->gl.target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
 }
 
-/* Use a program, and set its uniforms and samplers; the depth pass of a mesh has only some of them. */
-static void use(GLuint program, const volpkg_drawing* drawing, const double box_from_clip[16]) {
-    const volpkg_program* p = drawing->program;
+/* ---- drawing ---- */
+
+#define MOST_PASSES 17
+
+typedef struct scene {
+    volpkg_frame frame;
+    GLuint program;
+    int passes; /* the light_pass is the last one */
+    target pass[MOST_PASSES], picture;
+} scene;
+
+static const volpkg_pass* pass_of(const volpkg_program* p, int number) {
+    return number < p->before.count ? &p->before.at[number] : p->light_pass;
+}
+
+/* Use a program, and set its uniforms and samplers; a pass, and the depth pass of a mesh, has only some of them. */
+static void use(const scene* s, GLuint program, const volpkg_uniform_record* uniforms, int count, int draw) {
+    const volpkg_program* p = s->frame.drawing->program;
     float value[16];
     int i;
     glUseProgram(program);
-    for (i = 0; i < p->uniforms.count; ++i) {
-        const volpkg_uniform_record* uniform = &p->uniforms.at[i];
-        GLint location = glGetUniformLocation(program, uniform->name);
-        volpkg_uniform(drawing, uniform, box_from_clip, volpkg_step_mm(drawing), value);
-        if (uniform->type == VOLPKG_MAT4) glUniformMatrix4fv(location, 1, GL_FALSE, value);
-        if (uniform->type == VOLPKG_VEC3) glUniform3fv(location, 1, value);
-        if (uniform->type == VOLPKG_FLOAT) glUniform1f(location, value[0]);
+    for (i = 0; i < count; ++i) {
+        GLint location = glGetUniformLocation(program, uniforms[i].name);
+        volpkg_frame_uniform(&s->frame, &uniforms[i], draw, value);
+        if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_MAT4) glUniformMatrix4fv(location, 1, GL_FALSE, value);
+        if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_VEC3) glUniform3fv(location, 1, value);
+        if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_FLOAT) glUniform1f(location, value[0]);
     }
     for (i = 0; i < p->samplers.count; ++i) glUniform1i(glGetUniformLocation(program, p->samplers.at[i].name), i);
-}
-
-/* ---- drawing ---- */
-
-static void attach_target(int side, int with_depth) {
-    GLuint framebuffer, texture, depth;
-    glGenFramebuffers(1, &framebuffer);
-    glGenTextures(1, &texture);
-    glBindTexture(GL_TEXTURE_2D, texture);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, side, side, 0, GL_RGBA, GL_UNSIGNED_BYTE, NULL);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glBindTexture(GL_TEXTURE_2D, 0);
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
-    if (with_depth) {
-        glGenRenderbuffers(1, &depth);
-        glBindRenderbuffer(GL_RENDERBUFFER, depth);
-        glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT16, side, side);
-        glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth);
+    for (i = 0; i < s->passes && program == s->program; ++i) {
+        glActiveTexture(GL_TEXTURE0 + (GLenum)(p->samplers.count + i));
+        glBindTexture(GL_TEXTURE_2D, s->pass[i].texture);
+        glUniform1i(glGetUniformLocation(program, pass_of(p, i)->sampler), p->samplers.count + i);
     }
-    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) fail("framebuffer", "not complete");
-    glViewport(0, 0, side, side);
-    glDisable(GL_DITHER);
-    glClearColor(0, 0, 0, 0);
-    glEnableVertexAttribArray(0);
 }
 
-static void draw_box(GLuint program, const volpkg_drawing* drawing, const double box_from_clip[16]) {
-    static const float corners[] = {-1, -1, 3, -1, -1, 3};
-    use(program, drawing, box_from_clip);
-    glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, corners);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+static void draw_corners(const scene* s, volpkg_geometry geometry, int draw, int for_light, const volpkg_blend* blend) {
+    int size = volpkg_corner_size(geometry), count = volpkg_corners(&s->frame, geometry, draw, for_light, NULL, 0);
+    float* corners = (float*)malloc((size_t)count * (size_t)size * sizeof(float) + 1);
+    if (corners == NULL) fail("corners", "no memory");
+    volpkg_corners(&s->frame, geometry, draw, for_light, corners, count);
+    if (blend)
+        glEnable(GL_BLEND), glBlendFuncSeparate(blend->colour[0], blend->colour[1], blend->alpha[0], blend->alpha[1]);
+    glVertexAttribPointer(0, size, GL_FLOAT, GL_FALSE, 0, corners);
+    glDrawArrays(GL_TRIANGLES, 0, count);
+    glDisable(GL_BLEND);
+    free(corners);
+}
+
+/* The steps of a picture, as volpkg.h lists them beside volpkg_frame. */
+static void draw_program(scene* s) {
+    const volpkg_program* p = s->frame.drawing->program;
+    int i;
+    for (i = 0; i < p->before.count; ++i) {
+        draw_into(&s->pass[i]);
+        use(s, s->pass[i].program, p->before.at[i].uniforms.at, p->before.at[i].uniforms.count, 0);
+        draw_corners(s, p->before.at[i].geometry, 0, 0, NULL);
+    }
+    for (i = 0; i < s->frame.draws; ++i) {
+        const target* light = &s->pass[s->passes - 1];
+        draw_into(&s->picture);
+        use(s, s->program, p->uniforms.at, p->uniforms.count, i);
+        draw_corners(s, p->geometry, i, 0, s->frame.light_behind ? &p->light_pass->behind : p->blend);
+        if (p->light_pass == NULL) continue;
+        draw_into(light);
+        glActiveTexture(GL_TEXTURE0 + (GLenum)(p->samplers.count + s->passes - 1));
+        glBindTexture(GL_TEXTURE_2D, 0); /* a pass must not read its own target */
+        use(s, light->program, p->light_pass->uniforms.at, p->light_pass->uniforms.count, i);
+        draw_corners(s, p->geometry, i, 1, &p->light_pass->blend);
+    }
 }
 
 /* SPEC.md section 15: first depth alone, then only what has that depth. */
-static void draw_mesh(GLuint program, GLuint depth, const volpkg_drawing* drawing, const double box_from_clip[16]) {
+static void draw_mesh(scene* s, GLuint depth) {
+    const volpkg_program* p = s->frame.drawing->program;
+    const volpkg_mesh* mesh = s->frame.drawing->mesh;
     int pass, i;
+    draw_into(&s->picture);
     glEnable(GL_DEPTH_TEST);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     for (pass = 0; pass < 2; ++pass) {
         GLboolean colour = pass == 1 ? GL_TRUE : GL_FALSE;
         glColorMask(colour, colour, colour, colour);
         glDepthMask(!colour);
         glDepthFunc(pass ? GL_EQUAL : GL_LESS);
-        use(pass ? program : depth, drawing, box_from_clip);
-        for (i = 0; i < drawing->mesh->parts.count; ++i) {
-            const volpkg_mesh_part* part = &drawing->mesh->parts.at[i];
-            glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, part->positions);
-            glDrawElements(GL_TRIANGLES, part->index_count, GL_UNSIGNED_SHORT, part->indices);
+        use(s, pass ? s->program : depth, p->uniforms.at, p->uniforms.count, 0);
+        for (i = 0; i < mesh->parts.count; ++i) {
+            glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, mesh->parts.at[i].positions);
+            glDrawElements(GL_TRIANGLES, mesh->parts.at[i].index_count, GL_UNSIGNED_SHORT, mesh->parts.at[i].indices);
         }
     }
 }
 
+static void read_picture(const scene* s, picture* made) {
+    size_t count = 4 * (size_t)made->side * (size_t)made->side, i;
+    unsigned char* bytes = (unsigned char*)made->rgba;
+    int eight_bits = s->frame.drawing->program->target == VOLPKG_TARGET_RGBA8;
+    draw_into(&s->picture);
+    glReadPixels(0, 0, made->side, made->side, GL_RGBA, eight_bits ? GL_UNSIGNED_BYTE : GL_FLOAT, made->rgba);
+    for (i = count; i-- > 0 && eight_bits;) made->rgba[i] = (float)bytes[i] / 255.0f; /* from the end: in place */
+    if (glGetError() != GL_NO_ERROR) fail("OpenGL ES", "an error while drawing");
+}
+
 static void draw(const volpkg_package* package, volpkg_drawing* drawing, int point, const char* view, picture* made) {
+    static scene s;
     double box_from_clip[16];
     volpkg_drawing from_mesh;
     volpkg_error error;
-    GLuint program;
-    int unit;
+    int es3 = package->profile.api == VOLPKG_API_ES3_0, i;
+    const volpkg_program* p;
     if (volpkg_view(package, view, 1.0, box_from_clip)) fail(view, "no standard view has this name");
     /* Rays that begin at a mesh are faster; the picture is the same. */
     if (point < 0 &&
         !volpkg_choose_mesh(package, drawing->program->transfer, drawing->level->index, &from_mesh, &error) &&
         !volpkg_near_plane_cuts(&from_mesh, box_from_clip))
         *drawing = from_mesh;
-    attach_target(made->side, drawing->mesh != NULL);
-    for (unit = 0; unit < drawing->units; ++unit) upload(drawing, unit);
-    program = link_program(&drawing->program->vertex, &drawing->program->fragment);
-    if (drawing->mesh == NULL)
-        draw_box(program, drawing, box_from_clip);
-    else
-        draw_mesh(program, link_program(&drawing->program->vertex, &package->proxy->depth), drawing, box_from_clip);
-    glReadPixels(0, 0, made->side, made->side, GL_RGBA, GL_UNSIGNED_BYTE, made->rgba);
-    if (glGetError() != GL_NO_ERROR) fail("OpenGL ES", "an error while drawing");
-}
-
-/* ---- a PNG of stored blocks ---- */
-
-static void put32(unsigned char* to, unsigned long word) {
-    int i;
-    for (i = 0; i < 4; ++i) to[i] = (unsigned char)(word >> (24 - 8 * i));
-}
-
-static void write_chunk(FILE* file, const char* kind, const unsigned char* data, size_t bytes) {
-    unsigned char* whole = (unsigned char*)malloc(bytes + 12);
-    if (whole == NULL) fail("PNG", "no memory");
-    put32(whole, (unsigned long)bytes);
-    memcpy(whole + 4, kind, 4);
-    if (bytes) memcpy(whole + 8, data, bytes);
-    put32(whole + 8 + bytes, volpkg_crc32(whole + 4, bytes + 4));
-    fwrite(whole, 1, bytes + 12, file);
-    free(whole);
-}
-
-static void write_png(const char* path, const picture* made) {
-    size_t side = (size_t)made->side, row = 1 + 3 * side, used = 2, x, y;
-    unsigned char head[13] = {0, 0, 0, 0, 0, 0, 0, 0, 8, 2, 0, 0, 0};
-    unsigned char* data = (unsigned char*)malloc(side * (row + 5) + 6);
-    static const float black[3] = {0, 0, 0};
-    unsigned long a = 1, b = 0;
-    FILE* file = fopen(path, "wb");
-    if (file == NULL || data == NULL) fail(path, "cannot be written");
-    data[0] = 0x78;
-    data[1] = 1;
-    for (y = 0; y < side; ++y) { /* a block of deflate for each row: last or not, its length, and that again inverted */
-        unsigned char *block = data + used, *pixel = block + 6;
-        block[0] = y + 1 == side;
-        block[1] = (unsigned char)row;
-        block[2] = (unsigned char)(row >> 8);
-        block[3] = (unsigned char)~block[1];
-        block[4] = (unsigned char)~block[2];
-        block[5] = 0; /* no filter */
-        for (x = 0; x < side; ++x, pixel += 3) {
-            const unsigned char* from = made->rgba + 4 * ((side - 1 - y) * side + x);
-            float rgba[4];
-            int i;
-            for (i = 0; i < 4; ++i) rgba[i] = (float)from[i] / 255.0f;
-            volpkg_srgb(rgba, black, pixel);
-        }
-        for (x = 0; x < row; ++x) a = (a + block[5 + x]) % 65521, b = (b + a) % 65521;
-        used += 5 + row;
+    p = drawing->program;
+    if (volpkg_begin_frame(drawing, box_from_clip, volpkg_step_mm(drawing), made->side, made->side, &s.frame, &error))
+        fail(p->name, error.text);
+    s.passes = p->before.count + (p->light_pass != NULL);
+    glDisable(GL_DITHER);
+    glEnableVertexAttribArray(0);
+    make_target(&s.picture, p->target, made->side, GL_NEAREST, es3, drawing->mesh != NULL);
+    for (i = 0; i < s.passes; ++i) {
+        const volpkg_pass* pass = pass_of(p, i);
+        make_target(&s.pass[i], pass->target, pass->size ? pass->size : made->side,
+                    pass == p->light_pass ? GL_LINEAR : GL_NEAREST, es3, 0);
+        s.pass[i].program = link_program(&pass->vertex, &pass->fragment);
     }
-    put32(data + used, b << 16 | a);
-    put32(head, (unsigned long)side);
-    put32(head + 4, (unsigned long)side);
-    fwrite("\x89PNG\r\n\x1a\n", 1, 8, file);
-    write_chunk(file, "IHDR", head, 13);
-    write_chunk(file, "IDAT", data, used + 4);
-    write_chunk(file, "IEND", NULL, 0);
-    if (fclose(file) != 0) fail(path, "cannot be written");
-    free(data);
+    for (i = 0; i < drawing->units; ++i) upload(drawing, i);
+    s.program = link_program(&p->vertex, &p->fragment);
+    if (drawing->mesh == NULL)
+        draw_program(&s);
+    else
+        draw_mesh(&s, link_program(&p->vertex, &package->proxy->depth));
+    read_picture(&s, made);
+}
+
+/* Hide a segment: only the texels of the table of looks change. */
+static void hide(volpkg_drawing* drawing, const char* name) {
+    const volpkg_package* package = drawing->package;
+    int32_t number = volpkg_find_segment(package, name), unit;
+    volpkg_look* looks;
+    if (number < 0) fail(name, "the package has no segment of this name");
+    looks = (volpkg_look*)malloc((size_t)package->segments->segments.count * sizeof *looks);
+    if (looks == NULL) fail(name, "no memory");
+    volpkg_looks(package, looks);
+    looks[number].visible = 0;
+    for (unit = 0; unit < drawing->units; ++unit) {
+        volpkg_texture* table = &drawing->textures[unit];
+        unsigned char* texels;
+        if (table->role != VOLPKG_ROLE_LOOKS) continue;
+        texels = (unsigned char*)malloc((size_t)table->texel_bytes);
+        if (texels == NULL || volpkg_look_texels(package, looks, table, texels, (size_t)table->texel_bytes))
+            fail(name, "its look cannot be changed");
+        table->texels = texels; /* until the end */
+    }
+    free(looks);
 }
 
 int main(int count, char** words) {
-    const char *view = "anterior", *transfer = NULL;
+    const char *view = "anterior", *transfer = NULL, *hidden = NULL;
     int level = -1, point = -1, i;
     picture made = {NULL, 512};
+    static char room[1 << 17];
     volpkg_mapping file;
+    volpkg_folder folder = {NULL, 0};
+    volpkg_input input;
     volpkg_error error;
     volpkg_drawing drawing;
     const volpkg_package* package;
@@ -269,6 +259,8 @@ int main(int count, char** words) {
             view = words[i + 1];
         else if (strcmp(words[i], "--transfer") == 0)
             transfer = words[i + 1];
+        else if (strcmp(words[i], "--hide") == 0)
+            hidden = words[i + 1];
         else if (strcmp(words[i], "--level") == 0)
             level = atoi(words[i + 1]);
         else if (strcmp(words[i], "--point") == 0)
@@ -279,22 +271,30 @@ int main(int count, char** words) {
             break;
     }
     if (count < 3 || i != count || made.side < 1 || made.side > 8192)
-        fail("usage", "PACKAGE.zip PICTURE.png [--view NAME] [--transfer NAME] [--level N] [--point N] [--size N]");
-    if (volpkg_map(words[1], &file, &error)) fail(words[1], error.text);
-    if ((bytes = volpkg_arena_bytes(file.data, file.size, &error)) == 0) fail(words[1], error.text);
+        fail("usage",
+             "PACKAGE PICTURE.png [--view NAME] [--transfer NAME] [--level N] [--point N] [--hide SEGMENT] [--size N]");
+    memset(&input, 0, sizeof input);
+    if (volpkg_map(words[1], &file, &error) && volpkg_map_folder(words[1], room, sizeof room, &folder, &error))
+        fail(words[1], error.text);
+    input.data = file.data;
+    input.size = file.size;
+    input.files = folder.files, input.file_count = folder.count; /* none, if it is a zip */
+    if ((bytes = volpkg_input_arena_bytes(&input, &error)) == 0) fail(words[1], error.text);
     arena = malloc(bytes);
-    package = volpkg_open(file.data, file.size, arena, bytes, &error);
+    package = volpkg_open_input(&input, arena, bytes, &error);
     if (package == NULL || volpkg_check_files(package, &error)) fail(words[1], error.text);
     if (point < 0 ? volpkg_choose(package, transfer, level, &drawing, &error)
                   : volpkg_choose_point(package, transfer, point, &drawing, &error))
         fail(words[1], error.text);
-    made.rgba = (unsigned char*)malloc((size_t)made.side * (size_t)made.side * 4);
+    if (hidden) hide(&drawing, hidden);
+    made.rgba = (float*)malloc((size_t)made.side * (size_t)made.side * 4 * sizeof(float));
     if (made.rgba == NULL) fail("picture", "no memory");
-    open_context(package->profile.api == VOLPKG_ES3_0 ? 3 : 2);
+    open_context(package->profile.api == VOLPKG_API_ES3_0 ? 3 : 2);
     draw(package, &drawing, point, view, &made);
     write_png(words[2], &made);
     free(made.rgba);
     free(arena); /* the package is gone */
     volpkg_unmap(&file);
+    volpkg_unmap_folder(&folder);
     return 0;
 }

@@ -1,5 +1,9 @@
 /*
- * volpkg.h: reads volume packages (.volpkg.zip, version 1.0), as formats/SPEC.md describes them. One file, C99.
+ * volpkg.h: reads volume packages (.volpkg.zip, version 1.x), as formats/SPEC.md describes them. One file, C99.
+ *
+ * SPDX-License-Identifier: Apache-2.0
+ * Part of volprep. You may use, change and ship this file under the Apache License, version 2.0:
+ * https://www.apache.org/licenses/LICENSE-2.0. It comes without warranties or conditions of any kind.
  *
  * Include it wherever you need the declarations, and in exactly one C, C++ or Objective-C file like this:
  *
@@ -25,15 +29,18 @@
  * Nothing is to be closed: when you are done, free the arena and unmap the file. No function keeps state of its own, so
  * several packages may be open in several threads; one open package may be read from several threads.
  *
- * Transport. Textures that were made smaller for the way (volprep zip --texels zstd) cannot be used in place and are
- * refused with VP7062; volprep zip --texels plain gives the package that apps ship, which their stores compress anyway.
+ * Transport. Textures that were made smaller for the way (volprep zip --texels zstd) cannot be used in place:
+ * volpkg_open_input unpacks them into the arena with a function of yours, for example libzstd's; without one they are
+ * refused with VP7062. volprep zip --texels plain gives the package that apps ship, which their stores compress anyway.
+ *
+ * Folders. volpkg_map_folder maps the files of a package that is a folder, for volpkg_open_input.
  *
  * Trust. Every file counts as hostile until it is checked. volpkg_open checks the structure of the zip, the manifest
  * against its schema, every rule of SPEC.md section 20 that a reader can see, and the headers and sizes of all
  * textures, meshes and tables; it reads texels only of the indices of bricks. volpkg_check_file adds CRC-32 and
  * SHA-256, which reads every byte. Lists have limits far above what packages need: a manifest of more than 4 MiB, 4096
  * textures, 256 programs, 32 channels, or 64 levels or transfer functions of a channel is refused, so that opening
- * takes less than a second. Shaders are code: run only those of packages that you trust.
+ * takes less than a second. Shaders are code: run only shaders of packages that you trust.
  *
  * Conventions. A name that ends in _zyx lists z, y, x; one that ends in _xyz lists x, y, z. Lengths are millimetres.
  * Matrices have 16 numbers, column by column, as OpenGL takes them. Colours are linear RGB with sRGB's primaries.
@@ -50,6 +57,12 @@
 extern "C" {
 #endif
 
+/* Version of this header, which is that of volprep: 10000 * major + 100 * minor + patch. */
+#define VOLPKG_HEADER_VERSION 100
+/* Version of the format whose packages it knows whole. It opens every minor version of the same major version. */
+#define VOLPKG_FORMAT_MAJOR 1
+#define VOLPKG_FORMAT_MINOR 0
+
 #define VOLPKG_LIST(type) \
     struct {              \
         const type* at;   \
@@ -58,14 +71,14 @@ extern "C" {
 
 /* ---- errors --------------------------------------------------------------------------------------------- */
 
-/* What can be wrong. Numbers above 1000 are the permanent codes of SPEC.md and of volprep: 4011 is VP4011. */
+/* Error codes. Numbers above 1000 are the permanent codes of SPEC.md and of volprep: 4011 is VP4011. */
 typedef enum volpkg_code {
     VOLPKG_OK = 0,
     VOLPKG_CANNOT_MAP = 1,       /* the operating system does not open or map the file */
     VOLPKG_SMALL_ARENA = 2,      /* the arena is too small: volpkg_arena_bytes says how large it must be */
-    VOLPKG_BAD_ARGUMENT = 3,     /* a matrix without an inverse, a name of a view that there is not, ... */
+    VOLPKG_BAD_ARGUMENT = 3,     /* a matrix without an inverse, an unknown view, ... */
     VOLPKG_NOT_A_PACKAGE = 4002, /* no sound zip, or no manifest.json that is JSON of a volume package */
-    VOLPKG_VERSION = 4003,       /* another version than 1.0 */
+    VOLPKG_VERSION = 4003,       /* another major version than 1 */
     VOLPKG_SCHEMA = 4004,        /* the manifest breaks the schema */
     VOLPKG_DRAFT = 4005,         /* a draft, which is not for apps */
     VOLPKG_MISSING_FILE = 4007,
@@ -78,531 +91,38 @@ typedef enum volpkg_code {
     VOLPKG_HISTOGRAM = 4032,     /* not a joint histogram */
     VOLPKG_MESH = 4039,          /* not a glTF binary of the kind that packages hold */
     VOLPKG_CRC = 4061,           /* a file has another CRC-32 than the zip says */
+    VOLPKG_EXTENSION = 4070,     /* the package requires an extension */
     VOLPKG_TOO_LARGE = 5010,     /* a texture is larger than the device allows */
-    VOLPKG_FORMAT = 5011,        /* the profile does not have the format of a texture */
     VOLPKG_UNITS = 5013,         /* a program reads more textures than there are units */
     VOLPKG_MEMORY = 5014,        /* the textures of a program take more memory than the profile allows */
     VOLPKG_CANNOT_DRAW = 5018,   /* the package cannot draw that: no such level, transfer function, program or point */
     VOLPKG_STEP = 5019,          /* a step that is not positive, or too small for the program's loop */
-    VOLPKG_PACKED = 7062,        /* textures of Zstandard frames, which are not used in place: zip them anew */
+    VOLPKG_NOT_EDITABLE = 5023,  /* the transfer functions of this package are not editable */
+    VOLPKG_POINTS = 7020,        /* these are no points of a transfer function */
+    VOLPKG_PACKED = 7062,        /* textures of Zstandard frames, which cannot be used in place: zip again */
     VOLPKG_DRACO = 7064          /* a mesh that is compressed with Draco: draw with volpkg_choose, from the box */
 } volpkg_code;
 
-/* What went wrong. Functions set it when they fail, and leave it alone when they succeed. */
+/* Details of an error. Functions set it when they fail, and leave it unchanged when they succeed. */
 typedef struct volpkg_error {
     volpkg_code code;
     char file[96];    /* the file or the record that it is about, perhaps cut off; "" if it is about the whole */
-    int64_t number;   /* the number that is wrong, 0 if there is none */
-    int64_t expected; /* what it should have been, 0 if that is not one number */
+    int64_t number;   /* the wrong number, or 0 */
+    int64_t expected; /* the expected number, 0 if that is not one number */
     char text[384];   /* all of it in one line of ASCII: "VP4008 textures/a.ktx2: its size in bytes is 12, not 13" */
 } volpkg_error;
 
-/* What a code means, in a few words. */
+/* Short description of a code. */
 const char* volpkg_words(volpkg_code code);
 
-/* ---- files ---------------------------------------------------------------------------------------------- */
+/* ---- records ------------------------------------------------------------------------------------------- */
 
-typedef enum volpkg_file_role {
-    VOLPKG_FILE_TEXTURE,
-    VOLPKG_FILE_SHADER,
-    VOLPKG_FILE_PREVIEW, /* a PNG for people */
-    VOLPKG_FILE_GRID,
-    VOLPKG_FILE_SUBVOLUME,
-    VOLPKG_FILE_MESH,
-    VOLPKG_FILE_HISTOGRAM
-} volpkg_file_role;
-
-typedef struct volpkg_file {
-    const char* path;
-    volpkg_file_role role;
-    int64_t size_bytes;
-    unsigned char sha256[32];
-    uint32_t crc32;            /* as the zip says */
-    const unsigned char* data; /* in the mapping, size_bytes */
-    int32_t uses;              /* how many records of the manifest name it */
-} volpkg_file;
-
+/* A shader of the package. */
 typedef struct volpkg_text {
     const char* path;
     const char* at; /* in the mapping: NOT ended by a zero byte; give glShaderSource the length */
     int32_t bytes;
 } volpkg_text;
-
-/* ---- channels ------------------------------------------------------------------------------------------- */
-
-/*
- * Where voxels lie in the patient's space (DICOM's LPS). Voxel (i, j, k) along x, y, z is at
- * origin + direction * (h_x i, h_y j, h_z k). direction[r] is ROW r; the axes of the volume are its columns.
- */
-typedef struct volpkg_grid {
-    int32_t shape_zyx[3];
-    double spacing_mm_zyx[3];
-    double origin_mm_xyz[3]; /* the centre of voxel (0, 0, 0) */
-    double direction[3][3];
-    double extent_mm_zyx[3]; /* true size; the last voxels of a coarse level may reach beyond it */
-} volpkg_grid;
-
-typedef enum volpkg_stored_type {
-    VOLPKG_STORED_NONE,
-    VOLPKG_STORED_UINT8,
-    VOLPKG_STORED_INT16,
-    VOLPKG_STORED_UINT16,
-    VOLPKG_STORED_FLOAT32
-} volpkg_stored_type;
-
-typedef struct volpkg_source {
-    const char* format;
-    volpkg_grid grid;
-    volpkg_stored_type stored_type;
-    double slope, intercept;            /* physical = slope * stored + intercept, for the values of the scan */
-    const char* unit;                   /* "HU", or "" */
-    const char* modality;               /* "CT", or "" */
-    int32_t level_set;                  /* the values are distances to a surface, negative inside */
-    VOLPKG_LIST(int32_t) label_numbers; /* of renumbered labels: the number of each code */
-    VOLPKG_LIST(int32_t) repairs;       /* only their number is kept */
-    VOLPKG_LIST(char* const) remarks;
-} volpkg_source;
-
-typedef struct volpkg_source_record {
-    volpkg_source info;
-    unsigned char sha256[32];
-} volpkg_source_record;
-
-typedef struct volpkg_statistics {
-    double minimum, maximum; /* physical values of the scan */
-    int64_t non_finite;
-} volpkg_statistics;
-
-/* physical = slope * code + intercept; a normalised value v from 0 to 1 is window[0] + v * (window[1] - window[0]). */
-typedef struct volpkg_quantization {
-    int32_t bits; /* 8 or 16 */
-    double window[2];
-    double slope, intercept;
-    double rmse, max_error;
-    int64_t clipped_below, clipped_above;
-} volpkg_quantization;
-
-typedef enum volpkg_level_filter {
-    VOLPKG_LEVEL_NONE,
-    VOLPKG_LEVEL_NEAREST,
-    VOLPKG_LEVEL_BILINEAR,
-    VOLPKG_LEVEL_TWO_STEP_BILINEAR,
-    VOLPKG_LEVEL_BOX,
-    VOLPKG_LEVEL_BINOMIAL,
-    VOLPKG_LEVEL_GAUSSIAN,
-    VOLPKG_LEVEL_LANCZOS3,
-    VOLPKG_LEVEL_MINIMUM,
-    VOLPKG_LEVEL_MAXIMUM,
-    VOLPKG_LEVEL_MEDIAN,
-    VOLPKG_LEVEL_MODE,
-    VOLPKG_LEVEL_MODE_FOREGROUND,
-    VOLPKG_LEVEL_FEATURE_PRESERVING,
-    VOLPKG_LEVEL_LEAST_SQUARES,
-    VOLPKG_LEVEL_APPEARANCE,
-    VOLPKG_LEVEL_TRANSMITTANCE
-} volpkg_level_filter;
-
-/* One resolution. Level 0 is the scan's; factors_zyx voxels of it make one voxel of this level. */
-typedef struct volpkg_level {
-    int32_t index;
-    int32_t factors_zyx[3];
-    volpkg_grid grid;
-    double texture_from_box_per_mm_xyz[3];
-    volpkg_level_filter filter;
-    int32_t preview_only; /* 1: draw it while finer levels load or the camera moves, but settle on a finer one */
-} volpkg_level;
-
-typedef struct volpkg_transfer_point {
-    double value; /* physical */
-    double colour[3];
-    double extinction_per_mm;
-} volpkg_transfer_point;
-
-/* Piecewise linear between its points, constant outside. Two points at one value make a jump. */
-typedef struct volpkg_transfer_function {
-    const char* name;
-    VOLPKG_LIST(volpkg_transfer_point) points;
-    double reference_mm;
-    const double* isovalue;    /* of the surface that isosurface and first-hit show; NULL for none */
-    const double* intensities; /* two values that mida takes for 0 and 1; NULL for those of first and last point */
-} volpkg_transfer_function;
-
-typedef struct volpkg_channel {
-    const char* name;
-    volpkg_source_record source;
-    volpkg_statistics statistics;
-    volpkg_stored_type stored_type;
-    const volpkg_quantization* quantization; /* never NULL in an open package */
-    VOLPKG_LIST(volpkg_level) levels;        /* finest first */
-    VOLPKG_LIST(volpkg_transfer_function) transfer_functions;
-} volpkg_channel;
-
-/* ---- textures ------------------------------------------------------------------------------------------- */
-
-/* Numbers of OpenGL, for glTexImage2D, glTexImage3D and glCompressedTexImage2D. */
-typedef struct volpkg_gl {
-    uint32_t target; /* GL_TEXTURE_2D or GL_TEXTURE_3D */
-    uint32_t internal_format;
-    uint32_t format; /* 0 if the texels are compressed, as is the type */
-    uint32_t type;
-} volpkg_gl;
-
-typedef enum volpkg_filter { VOLPKG_LINEAR, VOLPKG_NEAREST } volpkg_filter;
-
-/* What a texture holds, or what a sampler reads. */
-typedef enum volpkg_role {
-    VOLPKG_VOLUME,        /* normalised stored values of a level, or classified voxels */
-    VOLPKG_BRICKS,        /* where each brick of a level lies in its volume */
-    VOLPKG_TRANSFER,      /* lookup table of a transfer function */
-    VOLPKG_PREINTEGRATED, /* pre-integrated table */
-    VOLPKG_SKIP,          /* skip table of a transfer function for a level */
-    VOLPKG_RANGES,        /* least and greatest values of the blocks of a level; no program reads it */
-    VOLPKG_NORMALS,       /* directions of gradients of a level */
-    VOLPKG_SLICES,        /* stacks of slices for OpenGL ES 1.1 */
-    VOLPKG_SUBVOLUME      /* only of samplers: a piece of the grid */
-} volpkg_role;
-
-typedef enum volpkg_mosaic_order { VOLPKG_INTERLEAVED, VOLPKG_PLANAR, VOLPKG_OVERLAPPING } volpkg_mosaic_order;
-
-/* Slices of a level side by side in 2D textures: SPEC.md section 7. Programs know it; apps need not. */
-typedef struct volpkg_mosaic {
-    int32_t tile_shape_yx[2];
-    int32_t slices;
-    int32_t components_per_voxel;
-    int32_t slices_per_texel; /* 1 or 4 */
-    volpkg_mosaic_order order;
-    int32_t gutter;
-    int32_t padding_yx[2];
-    int32_t tiles_x, tiles_y;
-    int32_t textures;
-    int32_t texture_shape_yx[2];
-} volpkg_mosaic;
-
-/* Layout of a level as bricks: SPEC.md section 16. */
-typedef struct volpkg_bricks {
-    int32_t cells_zyx[3];
-    int32_t reach;
-    int32_t bricks_zyx[3];
-    int32_t pool_zyx[3];
-    int32_t stored;
-} volpkg_bricks;
-
-typedef enum volpkg_kernel {
-    VOLPKG_FORWARD,
-    VOLPKG_CENTRAL,
-    VOLPKG_THESIS,
-    VOLPKG_SOBEL,
-    VOLPKG_ISOTROPIC
-} volpkg_kernel;
-typedef enum volpkg_normal_code { VOLPKG_BIASED8, VOLPKG_SNORM8, VOLPKG_OCT8, VOLPKG_OCT12 } volpkg_normal_code;
-typedef enum volpkg_normal_space { VOLPKG_BOX_SPACE, VOLPKG_PATIENT_SPACE } volpkg_normal_space;
-
-typedef struct volpkg_normals {
-    volpkg_kernel kernel;
-    volpkg_normal_code code;
-    volpkg_normal_space space;
-    double largest_gradient; /* -1 if the texels hold no length */
-} volpkg_normals;
-
-/* Which slices a texture for OpenGL ES 1.1 holds: SPEC.md section 17. */
-typedef struct volpkg_slices {
-    int32_t axis; /* 0 for x, 1 for y, 2 for z */
-    int32_t slice_shape_yx[2];
-    int32_t first, slices, tiles_x;
-    double largest_opacity;
-} volpkg_slices;
-
-typedef struct volpkg_texture {
-    const char* name;
-    volpkg_role role;
-    int32_t shape_zyx[3]; /* depth, height, width */
-    volpkg_gl gl;
-    volpkg_filter filter; /* for minification and magnification; clamp to the edge along all axes */
-    const void* texels;   /* in the mapping; UNPACK_ALIGNMENT is 1 */
-    int64_t texel_bytes;  /* all of them */
-    const volpkg_file* file;
-    int32_t level;                     /* -1 if it is for all levels */
-    int32_t part;                      /* number in its mosaic or its stack */
-    int32_t mipmap;                    /* which mipmap of its file it is, -1 if its file has no mipmaps */
-    int32_t mipmaps;                   /* number of textures that share the file; volpkg_mipmap gives each */
-    const char* transfer;              /* of a table or of classified voxels; "" for none */
-    VOLPKG_LIST(char* const) channels; /* whose data it holds; several are components of the same texels */
-    double reference_mm;               /* of classified voxels and slices; 0 for none */
-    double max_extinction_per_mm;      /* of a table of 8 bits: extinction = this * alpha^2; 0 for none */
-    double segment_mm;                 /* of a pre-integrated table; 0 for none */
-    const volpkg_mosaic* mosaic;       /* NULL if it is none; as are the following */
-    const volpkg_bricks* bricks;
-    const volpkg_normals* normals;
-    const volpkg_slices* slices;
-    const char* encoder;
-    const char* path;
-} volpkg_texture;
-
-typedef struct volpkg_palette_entry {
-    double colour[3];
-    double extinction_per_mm;
-} volpkg_palette_entry;
-
-/* A transfer function that shaders hold as constants. Entry j of n is for normalised values nearest to j / (n - 1). */
-typedef struct volpkg_palette {
-    const char* transfer;
-    VOLPKG_LIST(volpkg_palette_entry) entries;
-} volpkg_palette;
-
-/* ---- programs ------------------------------------------------------------------------------------------- */
-
-typedef enum volpkg_sampling {
-    VOLPKG_FROM_TEXTURE3D,
-    VOLPKG_FROM_MOSAIC,
-    VOLPKG_FROM_SUBVOLUMES,
-    VOLPKG_FROM_BRICKS
-} volpkg_sampling;
-typedef enum volpkg_technique {
-    VOLPKG_RAY_CASTING,
-    VOLPKG_TWO_PASS,
-    VOLPKG_TWO_PASS_AS_PUBLISHED,
-    VOLPKG_SLABS,
-    VOLPKG_TILES,
-    VOLPKG_AXIS_SLICES,
-    VOLPKG_VIEW_SLICES,
-    VOLPKG_VIEW_SLICES_AS_PUBLISHED
-} volpkg_technique;
-typedef enum volpkg_geometry {
-    VOLPKG_DRAW_TRIANGLE,
-    VOLPKG_DRAW_FRONT_FACES,
-    VOLPKG_DRAW_BACK_FACES,
-    VOLPKG_DRAW_AXIS_SLICES,
-    VOLPKG_DRAW_VIEW_SLICES,
-    VOLPKG_DRAW_HALF_ANGLE_SLICES
-} volpkg_geometry;
-typedef enum volpkg_classification {
-    VOLPKG_BY_LOOKUP,
-    VOLPKG_BY_PREINTEGRATED,
-    VOLPKG_BY_PALETTE,
-    VOLPKG_BY_CONTROL_POINTS,
-    VOLPKG_BY_PRECLASSIFIED
-} volpkg_classification;
-typedef enum volpkg_lighting { VOLPKG_UNLIT, VOLPKG_HEADLIGHT, VOLPKG_PHONG, VOLPKG_BLINN_PHONG } volpkg_lighting;
-typedef enum volpkg_normals_from {
-    VOLPKG_NORMALS_FROM_VOLUME,
-    VOLPKG_FORWARD_DIFFERENCES,
-    VOLPKG_CENTRAL_DIFFERENCES
-} volpkg_normals_from;
-typedef enum volpkg_compositing {
-    VOLPKG_EMISSION_ABSORPTION,
-    VOLPKG_BACK_TO_FRONT,
-    VOLPKG_MAXIMUM,
-    VOLPKG_MINIMUM,
-    VOLPKG_AVERAGE,
-    VOLPKG_MIDA,
-    VOLPKG_FIRST_HIT,
-    VOLPKG_ISOSURFACE
-} volpkg_compositing;
-typedef enum volpkg_rays { VOLPKG_RAYS_FROM_BOX, VOLPKG_RAYS_FROM_MESH } volpkg_rays;
-
-typedef enum volpkg_uniform_type { VOLPKG_FLOAT, VOLPKG_VEC3, VOLPKG_MAT4 } volpkg_uniform_type;
-typedef enum volpkg_uniform_source {
-    VOLPKG_BOX_FROM_CLIP,
-    VOLPKG_STEP_MM,
-    VOLPKG_TEXTURE_FROM_BOX,
-    VOLPKG_MIPMAP,
-    VOLPKG_BLOCKS_FROM_BOX,
-    VOLPKG_BLOCK_LOW_MM,
-    VOLPKG_BLOCK_HIGH_MM,
-    VOLPKG_SPLIT_VOXEL,
-    VOLPKG_LOW_START_VOXEL,
-    VOLPKG_LOW_SIZE_VOXELS,
-    VOLPKG_HIGH_START_VOXEL,
-    VOLPKG_HIGH_SIZE_VOXELS,
-    VOLPKG_CLIP_FROM_BOX,
-    VOLPKG_BOX_FROM_MESH,
-    VOLPKG_BOX_FROM_SLICES,
-    VOLPKG_SLICE_COUNT,
-    VOLPKG_FIRST_SAMPLE,
-    VOLPKG_LIGHT_MM,
-    VOLPKG_BOX_FROM_LIGHT,
-    VOLPKG_LIGHT_FROM_BOX,
-    VOLPKG_PICTURE_WIDTH,
-    VOLPKG_PICTURE_HEIGHT
-} volpkg_uniform_source;
-
-typedef struct volpkg_uniform_record {
-    const char* name;
-    volpkg_uniform_type type;
-    volpkg_uniform_source source;
-} volpkg_uniform_record;
-
-typedef struct volpkg_sampler {
-    const char* name;
-    volpkg_role role;
-    const char* transfer; /* whose table or channel; "" for the program's */
-    int32_t part;
-} volpkg_sampler;
-
-/* How fragments are blended, with GL_FUNC_ADD: arguments of glBlendFuncSeparate, of the fragment and of the picture. */
-typedef struct volpkg_blend {
-    int32_t back_to_front; /* the order in which the parts of the geometry are drawn; else front to back */
-    uint32_t colour[2], alpha[2];
-} volpkg_blend;
-
-/* Whether what lies between the light and a sample takes light away. */
-typedef enum volpkg_shadows {
-    VOLPKG_NO_SHADOWS,
-    VOLPKG_SHADOW_RAYS,
-    VOLPKG_SHADOW_MAP,
-    VOLPKG_HALF_ANGLE
-} volpkg_shadows;
-
-/* A light with a place in the patient's space, millimetres. Both sides of a surface are lit. */
-typedef struct volpkg_light {
-    double place_mm_xyz[3];
-    double ambient, diffuse, specular, shininess;
-    volpkg_shadows shadows;
-} volpkg_light;
-
-typedef enum volpkg_pass_target { VOLPKG_INTO_RGBA8, VOLPKG_INTO_RGBA16F, VOLPKG_INTO_RGBA32F } volpkg_pass_target;
-
-/* A pass before the picture, into a texture that is cleared to zero: SPEC.md section 9. */
-typedef struct volpkg_pass {
-    volpkg_text vertex, fragment;
-    volpkg_geometry geometry;
-    const char* sampler; /* which the program reads it with; its unit follows those of the program's samplers */
-    volpkg_pass_target target;
-    VOLPKG_LIST(volpkg_uniform_record) uniforms;
-    VOLPKG_LIST(char* const) reads; /* samplers of the program that it has, too */
-    int32_t size;                   /* width and height of the texture; 0 if they are those of the picture */
-    const volpkg_blend* blend;      /* of a light_pass, else NULL */
-    const volpkg_blend* behind; /* that of the picture, if the light comes from behind; of a light_pass, else NULL */
-} volpkg_pass;
-
-/* Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by what they cost: SPEC.md section 9.5. */
-typedef struct volpkg_tiles {
-    int32_t size, groups;
-    volpkg_text cost, offsets, place;
-    VOLPKG_LIST(volpkg_uniform_record) uniforms;
-    VOLPKG_LIST(char* const) reads; /* samplers of the program that `cost` has, too */
-} volpkg_tiles;
-
-/*
- * A program. Attribute 0 is `a_ndc` (vec2): one triangle (-1, -1), (3, -1), (-1, 3). If rays begin at a mesh, it is
- * `a_position` (vec3). The fragments are premultiplied linear RGB and opacity: see volpkg_srgb.
- */
-typedef struct volpkg_program {
-    const char* name;
-    volpkg_sampling sampling;
-    volpkg_technique technique;
-    volpkg_classification classification;
-    volpkg_lighting lighting;
-    volpkg_normals_from normals_from; /* where lit samples have their normals from */
-    const volpkg_light* light;        /* NULL unless lighting is VOLPKG_PHONG or VOLPKG_BLINN_PHONG */
-    volpkg_compositing compositing;
-    volpkg_rays rays;
-    volpkg_text vertex, fragment;
-    VOLPKG_LIST(int32_t) levels;
-    const char* transfer; /* a transfer function, or the picture of several channels */
-    VOLPKG_LIST(volpkg_uniform_record) uniforms;
-    VOLPKG_LIST(volpkg_sampler) samplers; /* sampler n is texture unit n */
-    double step_mm_min;                   /* 0 if there is no bound */
-    volpkg_geometry geometry;             /* what the vertex shader draws, unless rays begin at a mesh */
-    VOLPKG_LIST(volpkg_pass) before;
-    const volpkg_pass* light_pass; /* what is drawn after each layer, from the light; NULL if nothing is */
-    const volpkg_tiles* tiles;     /* NULL if the picture is not drawn tile by tile */
-    const volpkg_blend* blend;     /* NULL if there is one fragment for each pixel */
-    volpkg_pass_target target;     /* format of the picture */
-    int32_t slab_samples;          /* samples of a ray in each draw; 0 if one draw makes the picture */
-} volpkg_program;
-
-typedef struct volpkg_level_step {
-    int32_t level;
-    double step_mm;
-} volpkg_level_step;
-
-/* Where the opacity of the small picture comes from, for buffers of OpenGL ES 1.1 that have no alpha. */
-typedef enum volpkg_opacity_source {
-    VOLPKG_OPACITY_ALPHA,
-    VOLPKG_OPACITY_BLACK_AND_WHITE,
-    VOLPKG_OPACITY_WHITE_VOLUME,
-    VOLPKG_OPACITY_LUMINANCE_AVERAGE,
-    VOLPKG_OPACITY_LUMINANCE_PERCEIVED
-} volpkg_opacity_source;
-
-typedef struct volpkg_shader_pair {
-    volpkg_text vertex, fragment;
-} volpkg_shader_pair;
-
-/* The volume with few pixels, enlarged between lines that have all: SPEC.md section 10.1. */
-typedef struct volpkg_hybrid {
-    int32_t longest_side; /* pixels along the longer side of the small picture */
-    volpkg_opacity_source opacity;
-    const volpkg_shader_pair *enlarged, *lines; /* NULL where there are no shaders; lines also where there are none */
-    int32_t has_lines;
-} volpkg_hybrid;
-
-typedef struct volpkg_render {
-    double step_mm;                             /* nominal distance of samples; volpkg_step_mm gives that of a level */
-    VOLPKG_LIST(volpkg_level_step) level_steps; /* coarser levels that have another */
-    double opacity_cutoff;                      /* 1 if rays never stop early */
-    int32_t perspective;         /* whether the standard views are perspective; else they are orthographic */
-    const volpkg_hybrid* hybrid; /* NULL if the volume is drawn alone */
-    struct {
-        double rmse, maximum;
-    } tolerance;
-} volpkg_render;
-
-typedef enum volpkg_api { VOLPKG_ES1_1, VOLPKG_ES2_0, VOLPKG_ES3_0 } volpkg_api;
-
-/* The devices that the package is for. Check it against your context before you upload anything. */
-typedef struct volpkg_profile {
-    const char* name;
-    volpkg_api api;
-    int32_t max_texture_size;
-    int32_t max_3d_texture_size; /* 0 if there are no 3D textures */
-    int32_t texture_units;
-    VOLPKG_LIST(int32_t) texture_formats; /* places in the list of SPEC.md's DeviceProfile, from 0 */
-    int32_t npot, square;
-    int32_t index_bits;
-    int64_t max_texture_bytes;
-} volpkg_profile;
-
-/* ---- parts that a package may have ---------------------------------------------------------------------- */
-
-typedef struct volpkg_together {
-    const char* name; /* what programs name in place of a transfer function */
-    VOLPKG_LIST(char* const) transfers;
-} volpkg_together;
-
-typedef enum volpkg_skip_kind {
-    VOLPKG_SKIP_BLOCKS,
-    VOLPKG_SKIP_TABLE16,
-    VOLPKG_SKIP_DISTANCE,
-    VOLPKG_SKIP_OCTANTS,
-    VOLPKG_SKIP_PYRAMID,
-    VOLPKG_SKIP_EUCLIDEAN
-} volpkg_skip_kind;
-
-typedef struct volpkg_skip_table {
-    const char* texture;
-    int32_t level;
-    const char* transfer;
-    volpkg_skip_kind kind;
-    int32_t block;
-    int32_t blocks_zyx[3];
-    double blocks_from_box_per_mm_xyz[3];
-    double empty_share;
-} volpkg_skip_table;
-
-typedef struct volpkg_ranges {
-    const char* texture;
-    int32_t level;
-    int32_t block;
-    int32_t blocks_zyx[3];
-} volpkg_ranges;
-
-typedef struct volpkg_skipping {
-    double epsilon;
-    VOLPKG_LIST(volpkg_skip_table) tables;
-    VOLPKG_LIST(volpkg_ranges) ranges;
-} volpkg_skipping;
 
 /* One draw call of a mesh: glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_SHORT, ...). */
 typedef struct volpkg_mesh_part {
@@ -613,154 +133,1126 @@ typedef struct volpkg_mesh_part {
     int32_t index_count;
 } volpkg_mesh_part;
 
-typedef enum volpkg_mesh_form {
-    VOLPKG_MESH_BLOCKS,
-    VOLPKG_MESH_MERGED,
-    VOLPKG_MESH_CONVEX,
-    VOLPKG_MESH_BOX
-} volpkg_mesh_form;
+/* ==== records, written by tools/make_c_schema.py: do not edit ==== */
+/* clang-format off */
+typedef enum volpkg_api { VOLPKG_API_ES1_1, VOLPKG_API_ES2_0, VOLPKG_API_ES3_0 } volpkg_api;
+typedef enum volpkg_axis { VOLPKG_AXIS_X, VOLPKG_AXIS_Y, VOLPKG_AXIS_Z } volpkg_axis;
+typedef enum volpkg_classification { VOLPKG_CLASSIFICATION_LOOKUP, VOLPKG_CLASSIFICATION_PREINTEGRATED,
+    VOLPKG_CLASSIFICATION_PALETTE, VOLPKG_CLASSIFICATION_CONTROL_POINTS, VOLPKG_CLASSIFICATION_PRECLASSIFIED }
+    volpkg_classification;
+typedef enum volpkg_compositing { VOLPKG_COMPOSITING_EMISSION_ABSORPTION, VOLPKG_COMPOSITING_BACK_TO_FRONT,
+    VOLPKG_COMPOSITING_MAXIMUM, VOLPKG_COMPOSITING_MINIMUM, VOLPKG_COMPOSITING_AVERAGE, VOLPKG_COMPOSITING_MIDA,
+    VOLPKG_COMPOSITING_FIRST_HIT, VOLPKG_COMPOSITING_ISOSURFACE } volpkg_compositing;
+typedef enum volpkg_draw_order { VOLPKG_DRAW_ORDER_FRONT_TO_BACK, VOLPKG_DRAW_ORDER_BACK_TO_FRONT } volpkg_draw_order;
+typedef enum volpkg_file_role { VOLPKG_FILE_ROLE_TEXTURE, VOLPKG_FILE_ROLE_SHADER, VOLPKG_FILE_ROLE_PREVIEW,
+    VOLPKG_FILE_ROLE_GRID, VOLPKG_FILE_ROLE_SUBVOLUME, VOLPKG_FILE_ROLE_MESH, VOLPKG_FILE_ROLE_HISTOGRAM,
+    VOLPKG_FILE_ROLE_WORK, VOLPKG_FILE_ROLE_OTHER /* of a later version: ignore it */ } volpkg_file_role;
+typedef enum volpkg_filter { VOLPKG_FILTER_LINEAR, VOLPKG_FILTER_NEAREST } volpkg_filter;
+typedef enum volpkg_geometry { VOLPKG_GEOMETRY_TRIANGLE, VOLPKG_GEOMETRY_FRONT_FACES, VOLPKG_GEOMETRY_BACK_FACES,
+    VOLPKG_GEOMETRY_AXIS_SLICES, VOLPKG_GEOMETRY_VIEW_SLICES, VOLPKG_GEOMETRY_HALF_ANGLE_SLICES } volpkg_geometry;
+typedef enum volpkg_light_channels { VOLPKG_LIGHT_CHANNELS_LUMINANCE, VOLPKG_LIGHT_CHANNELS_RGB } volpkg_light_channels;
+typedef enum volpkg_light_kind { VOLPKG_LIGHT_KIND_OCCLUSION, VOLPKG_LIGHT_KIND_SCATTERING, VOLPKG_LIGHT_KIND_SHADOW }
+    volpkg_light_kind;
+typedef enum volpkg_lighting { VOLPKG_LIGHTING_NONE, VOLPKG_LIGHTING_HEADLIGHT, VOLPKG_LIGHTING_PHONG,
+    VOLPKG_LIGHTING_BLINN_PHONG } volpkg_lighting;
+typedef enum volpkg_mosaic_order { VOLPKG_MOSAIC_ORDER_INTERLEAVED, VOLPKG_MOSAIC_ORDER_PLANAR,
+    VOLPKG_MOSAIC_ORDER_OVERLAPPING } volpkg_mosaic_order;
+typedef enum volpkg_move { VOLPKG_MOVE_MINUS_X, VOLPKG_MOVE_PLUS_X, VOLPKG_MOVE_MINUS_Y, VOLPKG_MOVE_PLUS_Y,
+    VOLPKG_MOVE_MINUS_Z, VOLPKG_MOVE_PLUS_Z } volpkg_move;
+typedef enum volpkg_normal_code { VOLPKG_NORMAL_CODE_BIASED8, VOLPKG_NORMAL_CODE_SNORM8, VOLPKG_NORMAL_CODE_OCT8,
+    VOLPKG_NORMAL_CODE_OCT12 } volpkg_normal_code;
+typedef enum volpkg_normal_space { VOLPKG_NORMAL_SPACE_BOX, VOLPKG_NORMAL_SPACE_PATIENT } volpkg_normal_space;
+typedef enum volpkg_normals_from { VOLPKG_NORMALS_FROM_VOLUME, VOLPKG_NORMALS_FROM_FORWARD, VOLPKG_NORMALS_FROM_CENTRAL
+    } volpkg_normals_from;
+typedef enum volpkg_opacity_source { VOLPKG_OPACITY_SOURCE_ALPHA, VOLPKG_OPACITY_SOURCE_BLACK_AND_WHITE,
+    VOLPKG_OPACITY_SOURCE_WHITE_VOLUME, VOLPKG_OPACITY_SOURCE_LUMINANCE_AVERAGE,
+    VOLPKG_OPACITY_SOURCE_LUMINANCE_PERCEIVED } volpkg_opacity_source;
+typedef enum volpkg_point_kind { VOLPKG_POINT_KIND_CORNER, VOLPKG_POINT_KIND_EDGE, VOLPKG_POINT_KIND_COLUMN_EDGE,
+    VOLPKG_POINT_KIND_PLANE, VOLPKG_POINT_KIND_INTERIOR } volpkg_point_kind;
+typedef enum volpkg_projection { VOLPKG_PROJECTION_ORTHOGRAPHIC, VOLPKG_PROJECTION_PERSPECTIVE } volpkg_projection;
+typedef enum volpkg_rays { VOLPKG_RAYS_BOX, VOLPKG_RAYS_MESH } volpkg_rays;
+typedef enum volpkg_role { VOLPKG_ROLE_VOLUME, VOLPKG_ROLE_BRICKS, VOLPKG_ROLE_TRANSFER, VOLPKG_ROLE_PREINTEGRATED,
+    VOLPKG_ROLE_SKIP, VOLPKG_ROLE_NORMALS, VOLPKG_ROLE_SUBVOLUME, VOLPKG_ROLE_LABELS, VOLPKG_ROLE_LOOKS,
+    VOLPKG_ROLE_LIGHT, VOLPKG_ROLE_RANGES, VOLPKG_ROLE_SLICES, VOLPKG_ROLE_OTHER /* of a later version: ignore it */ }
+    volpkg_role;
+typedef enum volpkg_sampling { VOLPKG_SAMPLING_TEXTURE3D, VOLPKG_SAMPLING_MOSAIC, VOLPKG_SAMPLING_SUBVOLUMES,
+    VOLPKG_SAMPLING_BRICKS } volpkg_sampling;
+typedef enum volpkg_segment_border { VOLPKG_SEGMENT_BORDER_MIXED, VOLPKG_SEGMENT_BORDER_CRISP } volpkg_segment_border;
+typedef enum volpkg_shadows { VOLPKG_SHADOWS_NONE, VOLPKG_SHADOWS_RAYS, VOLPKG_SHADOWS_MAP, VOLPKG_SHADOWS_HALF_ANGLE }
+    volpkg_shadows;
+typedef enum volpkg_skip_kind { VOLPKG_SKIP_KIND_BLOCKS, VOLPKG_SKIP_KIND_TABLE16, VOLPKG_SKIP_KIND_DISTANCE,
+    VOLPKG_SKIP_KIND_OCTANTS, VOLPKG_SKIP_KIND_PYRAMID, VOLPKG_SKIP_KIND_EUCLIDEAN } volpkg_skip_kind;
+typedef enum volpkg_state { VOLPKG_STATE_DRAFT, VOLPKG_STATE_SEALED } volpkg_state;
+typedef enum volpkg_stored_type { VOLPKG_STORED_TYPE_NONE, VOLPKG_STORED_TYPE_UINT8, VOLPKG_STORED_TYPE_INT16,
+    VOLPKG_STORED_TYPE_UINT16, VOLPKG_STORED_TYPE_FLOAT32 } volpkg_stored_type;
+typedef enum volpkg_target { VOLPKG_TARGET_RGBA8, VOLPKG_TARGET_RGBA16F, VOLPKG_TARGET_RGBA32F } volpkg_target;
+typedef enum volpkg_technique { VOLPKG_TECHNIQUE_RAY_CASTING, VOLPKG_TECHNIQUE_TWO_PASS,
+    VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED, VOLPKG_TECHNIQUE_SLABS, VOLPKG_TECHNIQUE_TILES,
+    VOLPKG_TECHNIQUE_AXIS_SLICES, VOLPKG_TECHNIQUE_VIEW_SLICES, VOLPKG_TECHNIQUE_VIEW_SLICES_AS_PUBLISHED }
+    volpkg_technique;
+typedef enum volpkg_texture_format { VOLPKG_TEXTURE_FORMAT_LUMINANCE8, VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8,
+    VOLPKG_TEXTURE_FORMAT_RGB8, VOLPKG_TEXTURE_FORMAT_RGBA8, VOLPKG_TEXTURE_FORMAT_R8, VOLPKG_TEXTURE_FORMAT_RG8,
+    VOLPKG_TEXTURE_FORMAT_RGB8_SNORM, VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM, VOLPKG_TEXTURE_FORMAT_R16,
+    VOLPKG_TEXTURE_FORMAT_R16F, VOLPKG_TEXTURE_FORMAT_RGBA16F, VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8,
+    VOLPKG_TEXTURE_FORMAT_EAC_R11, VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8, VOLPKG_TEXTURE_FORMAT_ASTC_4X4,
+    VOLPKG_TEXTURE_FORMAT_ASTC_5X5, VOLPKG_TEXTURE_FORMAT_ASTC_6X6, VOLPKG_TEXTURE_FORMAT_ASTC_8X8,
+    VOLPKG_TEXTURE_FORMAT_OTHER /* of a later version: ignore it */ } volpkg_texture_format;
+typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG_UNIFORM_SOURCE_STEP_MM,
+    VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX, VOLPKG_UNIFORM_SOURCE_MIPMAP, VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX,
+    VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM, VOLPKG_UNIFORM_SOURCE_BLOCK_HIGH_MM, VOLPKG_UNIFORM_SOURCE_SPLIT_VOXEL,
+    VOLPKG_UNIFORM_SOURCE_LOW_START_VOXEL, VOLPKG_UNIFORM_SOURCE_LOW_SIZE_VOXELS,
+    VOLPKG_UNIFORM_SOURCE_HIGH_START_VOXEL, VOLPKG_UNIFORM_SOURCE_HIGH_SIZE_VOXELS, VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX,
+    VOLPKG_UNIFORM_SOURCE_BOX_FROM_MESH, VOLPKG_UNIFORM_SOURCE_BOX_FROM_SLICES, VOLPKG_UNIFORM_SOURCE_SLICES,
+    VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE, VOLPKG_UNIFORM_SOURCE_LIGHT_MM, VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT,
+    VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX, VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH, VOLPKG_UNIFORM_SOURCE_PICTURE_HEIGHT }
+    volpkg_uniform_source;
+typedef enum volpkg_uniform_type { VOLPKG_UNIFORM_TYPE_FLOAT, VOLPKG_UNIFORM_TYPE_VEC3, VOLPKG_UNIFORM_TYPE_MAT4 }
+    volpkg_uniform_type;
 
-typedef struct volpkg_mesh {
-    const char* transfer;
+/* Blending of fragments into the picture; glBlendEquation is GL_FUNC_ADD. */
+typedef struct volpkg_blend {
+    /* Order in which the parts of the geometry must be drawn. */
+    volpkg_draw_order order;
+    /* Factor of the fragment's colour, and of the picture's. */
+    uint32_t colour[2];
+    /* Factor of the fragment's alpha, and of the picture's. */
+    uint32_t alpha[2];
+} volpkg_blend;
+
+/* Least and greatest texel of each block of a level, whatever the transfer function. */
+typedef struct volpkg_ranges {
+    /* Name of the texture. It holds the least texel of each block, then, in the same number of slices, the greatest. */
+    const char* texture;
+    /* Level that it is for. */
     int32_t level;
-    volpkg_mesh_form form;
+    /* Cells between voxel centres along an edge of a block. */
     int32_t block;
-    const volpkg_file* file; /* NULL if nothing is to be seen: then nothing is drawn */
-    int64_t vertices, triangles;
-    int32_t draco; /* compressed: then there are no parts, and you decode the file or draw without the mesh */
-    double box_from_mesh_mm_xyz[3];
-    double occupied_share;
-    VOLPKG_LIST(volpkg_mesh_part) parts;
-    const char* path;
-} volpkg_mesh;
+    /* Number of blocks along each axis. */
+    int32_t blocks_zyx[3];
+} volpkg_ranges;
 
-/* Meshes around what is seen. Draw one in two passes, as SPEC.md section 15 says; example.c does. */
-typedef struct volpkg_proxy {
-    double epsilon;
-    VOLPKG_LIST(volpkg_mesh) meshes;
-    volpkg_text depth; /* fragment shader of the first pass */
-    VOLPKG_LIST(volpkg_program) programs;
-} volpkg_proxy;
+/* Layout of the bricks of a level, and their number in the texture. */
+typedef struct volpkg_bricks {
+    /* Cells between voxel centres along the edges of a brick; 0 along an axis of one voxel. The last brick of an axis
+       may have fewer; its last voxels are then repeated. */
+    int32_t cells_zyx[3];
+    /* Voxels on each side of a position that filters may read: 1 for linear ones. A brick holds the voxels at the ends
+       of its cells and reach - 1 ghost voxels more on each side; beyond the volume the outer voxels are repeated. */
+    int32_t reach;
+    /* Number of bricks of the level along each axis. */
+    int32_t bricks_zyx[3];
+    /* Capacity of the texture in bricks, along each axis. */
+    int32_t pool_zyx[3];
+    /* Number of bricks that the texture holds. They fill its places in the order of the level's bricks: x first, then
+       y, then z. */
+    int32_t stored;
+} volpkg_bricks;
 
-/* The file has 256 pairs of uint16 and then the bands: SPEC.md section 19. */
-typedef struct volpkg_histogram {
-    int32_t level;
-    const char* path;
+/* Positions of the voxels of one level, in the patient's space. */
+typedef struct volpkg_grid {
+    /* Number of voxels along each axis; x is the fastest axis in memory. */
+    int32_t shape_zyx[3];
+    /* Distance between neighbouring voxel centres along each axis, in millimetres. */
+    double spacing_mm_zyx[3];
+    /* World position (LPS) of the centre of voxel [0, 0, 0], in millimetres. */
+    double origin_mm_xyz[3];
+    /* Rows of a 3x3 matrix whose columns are the unit world vectors along the index axes x, y and z. */
+    double direction[3][3];
+    /* True size of the volume. A level whose odd sizes were rounded up has voxels that reach beyond it. */
+    double extent_mm_zyx[3];
+} volpkg_grid;
+
+/* Facts from the header of a source. None of them can name a patient. */
+typedef struct volpkg_source {
+    /* Name of the reader: dicom, raw, ... */
+    const char* format;
+    /* Positions of the voxels. */
+    volpkg_grid grid;
+    /* Type of the values that read_slab returns. */
+    volpkg_stored_type stored_type;
+    /* physical = slope * stored + intercept. */
+    double slope;
+    /* physical = slope * stored + intercept. */
+    double intercept;
+    /* Unit of the physical values, for example HU; empty if the source has none. */
+    const char* unit;
+    /* DICOM modality, for example CT or MR; empty if the source has none. */
+    const char* modality;
+    /* Whether the values are distances to a surface, negative inside. */
+    int32_t level_set;
+    /* Labels above 255, renumbered: the number in the source of each physical value of the package, the first for 0. */
+    VOLPKG_LIST(int64_t) label_numbers;
+    /* Repairs by interpolation that the scene requests, in order. */
+    VOLPKG_LIST(int32_t) repairs;
+    /* Remarks of the reader: ignored files, missing attributes. */
+    VOLPKG_LIST(char* const) remarks;
+} volpkg_source;
+
+/* The scan that the package was made from. Nothing in it can name a patient. */
+typedef struct volpkg_source_record {
+    /* Facts from the reader. */
+    volpkg_source info;
+    /* Digest of the geometry and the stored values; a source with another digest is another scan. */
+    unsigned char sha256[32];
+} volpkg_source_record;
+
+/* Statistics from one pass over the source. Values are physical. */
+typedef struct volpkg_statistics {
+    /* Smallest finite value. */
+    double minimum;
+    /* Largest finite value. */
+    double maximum;
+    /* Number of voxels that are NaN or infinite. */
+    int64_t non_finite;
+} volpkg_statistics;
+
+/* Conversion from physical to stored values, and its loss. */
+typedef struct volpkg_quantization {
+    /* Bits of a stored value. */
+    int32_t bits;
+    /* Physical values of the smallest code, 0, and the largest, 2^bits - 1. */
+    double window[2];
+    /* physical = slope * stored + intercept. */
+    double slope;
+    /* physical = slope * stored + intercept. */
+    double intercept;
+    /* Root mean square error of the voxels inside the window, in physical units. */
+    double rmse;
+    /* Largest error of a voxel inside the window, in physical units. */
+    double max_error;
+    /* Number of voxels below the window. */
+    int64_t clipped_below;
+    /* Number of voxels above the window. */
+    int64_t clipped_above;
+} volpkg_quantization;
+
+/* One resolution of the volume. */
+typedef struct volpkg_level {
+    /* Number of the level; 0 is the resolution of the source. */
+    int32_t index;
+    /* Number of level-0 voxels along each axis per voxel of this level. */
+    int32_t factors_zyx[3];
+    /* Positions of the voxels. */
+    volpkg_grid grid;
+    /* Factor from box millimetres to normalised texture coordinates of the level: 1 / (n * spacing) for n texels; a
+       mipmap may have more texels than the level has voxels. */
+    double texture_from_box_per_mm_xyz[3];
+    /* Filter that makes the level from level 0; none for level 0. A reader accepts any other word. */
+    const char* filter;
+    /* Whether the level is for previews only: its pictures may exceed the tolerance even at one voxel per pixel. An app
+       draws it while finer levels load and while the camera moves, and settles on a finer one if the device can hold
+       it. Absent means false. Never true for the finest level; always true for levels coarser than a preview level. 0
+       if absent. */
+    int32_t preview_only;
+} volpkg_level;
+
+/* Colour and extinction at one physical value. */
+typedef struct volpkg_transfer_point {
+    /* Physical value. */
+    double value;
+    /* Linear-light RGB with sRGB's primaries, not premultiplied. */
+    double colour[3];
+    /* Extinction coefficient. A step of d millimetres has opacity 1 - exp(-extinction * d). */
+    double extinction_per_mm;
+} volpkg_transfer_point;
+
+/* Piecewise linear between its points, constant outside. Two points at one value make a jump. */
+typedef struct volpkg_transfer_function {
+    /* Name, unique in a package. */
+    const char* name;
+    /* Control points in ascending order of value. */
+    VOLPKG_LIST(volpkg_transfer_point) points;
+    /* Path length of the stated opacities; 1 if extinctions were stated. A value drawn without a path, such as a
+       maximum, has the opacity 1 - exp(-extinction * this). */
     double reference_mm;
+    /* Physical value of the surface drawn by the compositing isosurface or first-hit. NULL if absent. */
+    const double* isovalue;
+    /* Physical values with the intensities 0 and 1 in the compositing mida; if absent, the values of the first and the
+       last point. NULL if absent. */
+    const double* intensities;
+} volpkg_transfer_function;
+
+/* One channel of the volume. All channels share the grid of level 0, and each has the levels that fit. */
+typedef struct volpkg_channel {
+    /* Name of the channel. */
+    const char* name;
+    /* Scan that it was made from; all channels have its grid in common. */
+    volpkg_source_record source;
+    /* Values of the scan. */
+    volpkg_statistics statistics;
+    /* Type of its values in the working data and the volume textures. */
+    volpkg_stored_type stored_type;
+    /* Conversion from stored to physical values. NULL if absent. */
+    const volpkg_quantization* quantization;
+    /* Levels of this channel, finest first. */
+    VOLPKG_LIST(volpkg_level) levels;
+    /* Transfer functions of its values, the default one first. */
+    VOLPKG_LIST(volpkg_transfer_function) transfer_functions;
+} volpkg_channel;
+
+/* One form of the finest level, encoded and decoded again. */
+typedef struct volpkg_compressed_form {
+    /* Format of its textures. A reader accepts any other word for a form that is not kept. */
+    const char* format;
+    /* Channel for which it was considered. */
     const char* channel;
+    /* Whether the package uses it. */
+    int32_t kept;
+    /* The finest level that fits. */
+    int32_t level;
+    /* Size of the textures of that level. */
+    int64_t size_bytes;
+    /* Scope of the test. "level": the whole level was encoded; the oracle drew its standard views. "sample": a sample
+       of the source, with rays along z, was encoded; it was enough to refuse the form, or the plan was made without a
+       build. A reader accepts any other word. */
+    const char* basis;
+    /* Number of standard views that were drawn, of all transfer functions together, until one was beyond half of the
+       tolerance; 1 for the rays of a sample. */
+    int64_t pictures;
+    /* Peak signal to noise of the codes; null if nothing is lost. 0 if absent. */
+    double psnr_db;
+    /* Largest root mean square error of a picture, in premultiplied linear values from 0 to 1. Level 0 is compared with
+       the source, a coarser level with means of its values, a sample with its codes. */
+    double rmse;
+    /* Largest error of one channel of one pixel of these pictures. */
+    double maximum;
+} volpkg_compressed_form;
+
+/* Limits of a package for this class of devices, independent of the driver of this machine. */
+typedef struct volpkg_profile {
+    /* Name, for example gles3. */
+    const char* name;
+    /* OpenGL ES version whose contexts draw the package. */
+    volpkg_api api;
+    /* Largest width and height of a 2D texture, in texels. */
+    int32_t max_texture_size;
+    /* Largest width, height and depth of a 3D texture, in texels; 0 if there are no 3D textures. */
+    int32_t max_3d_texture_size;
+    /* Number of textures that a fragment shader may read. */
+    int32_t texture_units;
+    /* Formats that can be uploaded and filtered linearly. A reader ignores formats that it does not know. */
+    VOLPKG_LIST(volpkg_texture_format) texture_formats;
+    /* Whether textures may have sizes that are not powers of two. */
+    int32_t npot;
+    /* Whether textures must be as high as they are wide, except tables of one row. */
+    int32_t square;
+    /* Widest index of a draw call. */
+    int32_t index_bits;
+    /* Memory in bytes for all textures in use at one time. */
+    int64_t max_texture_bytes;
+} volpkg_profile;
+
+/* Bytes that a device takes to draw one level with one transfer function, in every view and size of picture. Textures
+   that the program reads, and the mesh where rays begin at one. Pictures, depth buffers and shaders are not counted:
+   they depend on the app and on the driver. */
+typedef struct volpkg_cost {
+    /* Name of the transfer function, or of the picture of several channels. */
+    const char* transfer;
+    /* Level that is drawn. */
+    int32_t level;
+    /* Bytes of texels, vertices and indices that the app uploads to OpenGL ES. */
+    int64_t upload_bytes;
+    /* Memory of the uploaded data. A texel of three bytes counts as four, and one of a palette as four: many drivers
+       keep them so. */
+    int64_t gpu_bytes;
+} volpkg_cost;
+
+/* One file of the package. */
+typedef struct volpkg_file {
+    /* Path inside the package. */
+    const char* path;
+    /* Use of the file. Working data exists in drafts only. A reader ignores files of other roles. */
+    volpkg_file_role role;
+    /* Size of the file. */
+    int64_t size_bytes;
+    /* SHA-256 of the file's bytes. */
+    unsigned char sha256[32];
+    /* Whether it comes from a zip, which has its CRC-32. */
+    int32_t has_crc32;
+    /* As the zip says. */
+    uint32_t crc32;
+    /* In the mapping, size_bytes. */
+    const unsigned char* data;
+    /* Number of records of the manifest that name it. */
+    int32_t uses;
+} volpkg_file;
+
+/* Joint histogram of one level and level 0, used to make the level's table of an edited function. */
+typedef struct volpkg_histogram {
+    /* Level. */
+    int32_t level;
+    /* File of the matrix. */
+    const char* path;
+    /* Length of the path whose opacities are averaged: half a voxel of the level. */
+    double reference_mm;
+    /* Channel that it is for. */
+    const char* channel;
+    /* 256 pairs of uint16, then the bands. */
     const volpkg_file* file;
 } volpkg_histogram;
 
+/* Data for editing a transfer function. Only the tables depend on the function. */
 typedef struct volpkg_editing {
+    /* One for each level except level 0; none for labels, because one table serves all their levels. */
     VOLPKG_LIST(volpkg_histogram) histograms;
 } volpkg_editing;
 
-/* A piece of level 0. */
+/* Error of one level with one transfer function, against the integral of the scan, in views from all sides. Pictures
+   hold the whole volume. A pixel is the mean of at least four rays. */
+typedef struct volpkg_fidelity {
+    /* Name of the transfer function. */
+    const char* transfer;
+    /* Level that is drawn, with its own lookup table if it has one. */
+    int32_t level;
+    /* Width and height of the pictures. */
+    int32_t pixels;
+    /* Pixels along the shortest edge of a voxel of the level, in the middle of the picture. */
+    double pixels_per_voxel;
+    /* Number of views. */
+    int32_t views;
+    /* Root mean square error over all pixels of all views and the four channels, premultiplied linear light. Over other
+       views from all sides it is the same within 20 %. */
+    double rmse;
+    /* No channel of a pixel, in any view from any side, is expected to be further off: the mean of the largest errors
+       of the views and nine standard deviations, at least twice the mean, at most 1. */
+    double maximum;
+    /* FLIP, the perceived difference: mean over all pixels that are not transparent and over the views, sRGB, over
+       black or over white, whichever is larger, at 67 pixels per degree. */
+    double flip;
+} volpkg_fidelity;
+
+/* Arguments of glTexImage2D, glTexImage3D and glCompressedTexImage2D, as names of constants without GL_. */
+typedef struct volpkg_gl {
+    /* Binding target, for example TEXTURE_3D for GL_TEXTURE_3D. */
+    uint32_t target;
+    /* Internal format, for example R8 for GL_R8. */
+    uint32_t internal_format;
+    /* Format of the pixels, for example RED for GL_RED; absent if they are compressed. */
+    uint32_t format;
+    /* Type of the pixels, for example UNSIGNED_BYTE; absent if they are compressed. */
+    uint32_t type;
+} volpkg_gl;
+
+/* A point where up to eight pieces meet. The device holds the pieces around one point at a time. */
+typedef struct volpkg_grid_point {
+    /* Number of axes along which the point is outermost. Three: corner. Two: edge, or column edge if only y varies.
+       One: plane. None: interior. */
+    volpkg_point_kind kind;
+    /* Numbers of the pieces that touch it, ascending. */
+    VOLPKG_LIST(int32_t) subvolumes;
+    /* Directions along the index axes that lead to another point. */
+    VOLPKG_LIST(volpkg_move) moves;
+} volpkg_grid_point;
+
+/* A vertex and a fragment shader. SPEC.md lists their attributes and uniforms. */
+typedef struct volpkg_shader_pair {
+    /* Vertex shader. */
+    volpkg_text vertex;
+    /* Fragment shader. */
+    volpkg_text fragment;
+} volpkg_shader_pair;
+
+/* Draws the volume with few pixels, and enlarges it between lines at full resolution. */
+typedef struct volpkg_hybrid {
+    /* Pixels along the longer side of the small picture. A picture that is not larger is drawn at its own resolution.
+       */
+    int32_t longest_side;
+    /* Source of the small picture's opacity. alpha: the buffer has it, as in all profiles with shaders. For OpenGL ES
+       1.1, where it may not: black-and-white: the difference of pictures before black and before white, which is exact.
+       white-volume: a picture of a white volume, which is exact. luminance-average, luminance-perceived: the luminance
+       of the picture, which takes dark parts for transparent ones. */
+    volpkg_opacity_source opacity;
+    /* Shaders that enlarge the small picture; absent where the profile has no shaders. NULL if absent. */
+    const volpkg_shader_pair* enlarged;
+    /* Shaders that draw the lines; absent where there are no lines or no shaders. NULL if absent. */
+    const volpkg_shader_pair* lines;
+    /* Whether there are lines: the edges of the box, and its middle axes. */
+    int32_t has_lines;
+} volpkg_hybrid;
+
+/* Sample distances for each level. */
+typedef struct volpkg_level_step {
+    /* Number of the level. */
+    int32_t level;
+    /* Nominal distance of the samples along a ray. */
+    double step_mm;
+} volpkg_level_step;
+
+/* A light with a position. Both sides of a surface are lit. */
+typedef struct volpkg_light {
+    /* Position in the patient's space (LPS), in millimetres. It may be inside the volume. */
+    double place_mm_xyz[3];
+    /* Ambient part of the colour. */
+    double ambient;
+    /* Diffuse part of the colour, of a surface that faces the light. */
+    double diffuse;
+    /* Whiteness of highlights. */
+    double specular;
+    /* Exponent of a highlight: the larger, the smaller the highlight. */
+    double shininess;
+    /* Attenuation between the light and a sample. rays: the shader follows a ray from each lit sample to the light.
+       map: a pass draws how far the light goes before it meets the surface. half-angle: each layer is drawn twice, for
+       the viewer and for the light. */
+    volpkg_shadows shadows;
+} volpkg_light;
+
+/* Light from a cone of directions. */
+typedef struct volpkg_sun {
+    /* Direction towards it in the patient's space (LPS), of any length but zero. */
+    double direction[3];
+    /* Linear RGB that a place without shadow gets from it. */
+    double colour[3];
+    /* Angle across the cone. */
+    double size_degrees;
+} volpkg_sun;
+
+/* The light around a volume, and how it travels. */
+typedef struct volpkg_light_model {
+    /* Propagation of the light. */
+    volpkg_light_kind kind;
+    /* Whether light has a brightness or a colour. */
+    volpkg_light_channels channels;
+    /* Linear RGB of the light from above, the patient's head; a place under a whole sky of it has this light. */
+    double sky[3];
+    /* Linear RGB of the light from below. Between both it changes with the cosine of the angle. */
+    double ground[3];
+    /* Lights that are far away. */
+    VOLPKG_LIST(volpkg_sun) suns;
+    /* Matter farther away than this blocks no light; None: everything in the volume does. 0 if absent. */
+    double radius_mm;
+    /* Place of the light of kind shadow, in the patient's space (LPS). */
+    double light_mm[3];
+    /* With kind shadow, the light in full shadow; without shadow it is 1. */
+    double ambient;
+} volpkg_light_model;
+
+/* One active uniform of a program that is not a sampler. */
+typedef struct volpkg_uniform_record {
+    /* Name in the shader. */
+    const char* name;
+    /* GLSL type. */
+    volpkg_uniform_type type;
+    /* Source of its value; SPEC.md lists the value of each source under Programs, Sub-volumes and Proxy geometry. */
+    volpkg_uniform_source source;
+} volpkg_uniform_record;
+
+/* The pass from the light after each layer of the picture. Its texture has a linear filter. */
+typedef struct volpkg_pass {
+    /* Vertex shader. */
+    volpkg_text vertex;
+    /* Fragment shader. */
+    volpkg_text fragment;
+    /* Geometry of the vertex shader. */
+    volpkg_geometry geometry;
+    /* Sampler of the program that reads the texture, without a filter; its texture unit comes after `samplers`. */
+    const char* sampler;
+    /* Format of the texture, which is cleared to zero first. rgba32f needs GL_EXT_color_buffer_float, rgba16f that or
+       GL_EXT_color_buffer_half_float. */
+    volpkg_target target;
+    /* Every active uniform that is not a sampler. */
+    VOLPKG_LIST(volpkg_uniform_record) uniforms;
+    /* Samplers that the pass shares with the program, with the same textures. */
+    VOLPKG_LIST(char* const) reads;
+    /* Width and height of the texture; if absent, the size of the picture. 0 if absent. */
+    int32_t size;
+    /* Blending of its fragments. All zero in a pass of another kind. */
+    volpkg_blend blend;
+    /* Blending of the picture's layers if the light comes from behind the volume, in place of the program's. All zero
+       in a pass of another kind. */
+    volpkg_blend behind;
+} volpkg_pass;
+
+/* Positions of a level's slices in one or several 2D textures of the same size. */
+typedef struct volpkg_mosaic {
+    /* Size of a slice, in texels. */
+    int32_t tile_shape_yx[2];
+    /* Number of slices. */
+    int32_t slices;
+    /* Values of a voxel, each in a component of the texel: packed channels, or parts of a normal; several only if a
+       texel holds one slice. */
+    int32_t components_per_voxel;
+    /* Slices in one texel, each in a component of its own. */
+    int32_t slices_per_texel;
+    /* Which slices share a texel. "interleaved": four consecutive slices. "planar": four slices whose distance is the
+       number of tiles of the texture. "overlapping": three consecutive slices and the next one, which the next tile
+       repeats. */
+    volpkg_mosaic_order order;
+    /* Texels around each tile that repeat its edge. If it is 0, tiles abut, and a fetch must stay half a texel inside.
+       */
+    int32_t gutter;
+    /* Texels below and right of each tile, and of its gutter, that repeat its edge, so that the next tile begins with a
+       new compressed block. */
+    int32_t padding_yx[2];
+    /* Number of tiles in a row of one texture. */
+    int32_t tiles_x;
+    /* Number of rows of tiles in one texture. */
+    int32_t tiles_y;
+    /* Number of textures. */
+    int32_t textures;
+    /* Height and width of each texture, in texels. */
+    int32_t texture_shape_yx[2];
+} volpkg_mosaic;
+
+/* Unit vectors along the gradient, towards larger values. Their negatives point out of a bright body. */
+typedef struct volpkg_normals {
+    /* Encoding of the bytes. Two-number codes must not be filtered: sample their texture with NEAREST. */
+    volpkg_normal_code code;
+    /* Axes of the vectors. */
+    volpkg_normal_space space;
+    /* Method of measuring the gradient at level 0. A voxel of a coarser level has the mean over its voxels of level 0.
+       A reader accepts any other word. */
+    const char* kernel;
+    /* Length of the gradient for which the texel's last channel is 1, in units of the physical value per millimetre;
+       absent if the texels hold no length. -1 if absent. */
+    double largest_gradient;
+} volpkg_normals;
+
+/* Light that multiplies the colour of each sample. It is the same for all levels. At a place p in box millimetres the
+   texture is read at p * `texture_from_box_per_mm_xyz`, with linear filters. With r and g the first two components, and
+   s the share, the light is `largest` * (r + s * (g - r)). The share rises from 0 at the first to 1 at the second of
+   `stored_values`, of the normalised stored value at the sample; it is constant outside. */
+typedef struct volpkg_baked_light {
+    /* The light around the volume, and how it travels. */
+    volpkg_light_model model;
+    /* Texture coordinates for each box millimetre. */
+    double texture_from_box_per_mm_xyz[3];
+    /* Light of a component that is 1. */
+    double largest;
+    /* Normalised stored values where the share is 0 and 1, ascending. */
+    double stored_values[2];
+    /* Number of positions where light was computed; the texture is fitted to them. */
+    int64_t samples;
+} volpkg_baked_light;
+
+/* Positions of slices in one texture. Tiles abut, row by row from the texel (0, 0). */
+typedef struct volpkg_slices {
+    /* Index axis that the slices are perpendicular to. */
+    volpkg_axis axis;
+    /* Rows and columns of a slice: z and y for the axis x, z and x for y, y and x for z. */
+    int32_t slice_shape_yx[2];
+    /* Voxel along the axis of the first slice in this texture. */
+    int32_t first;
+    /* Number of slices in this texture. */
+    int32_t slices;
+    /* Tiles in a row: slice `first` + i lies in column i mod tiles_x of row i div tiles_x. */
+    int32_t tiles_x;
+    /* No texel of the stack is more opaque. */
+    double largest_opacity;
+} volpkg_slices;
+
+/* One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE. */
+typedef struct volpkg_texture {
+    /* Depth, height and width in texels; depth is 1 for a 2D texture. */
+    int32_t shape_zyx[3];
+    /* For a volume: the level that it holds. For a lookup table: the level that it is for; absent if it is for all. -1
+       if absent. */
+    int32_t level;
+    /* Channels whose data the texture holds; several are components of the same texels. None for textures of a transfer
+       function. */
+    VOLPKG_LIST(char* const) channels;
+    /* For a volume in 2D textures: layout of the slices. NULL if absent. */
+    const volpkg_mosaic* mosaic;
+    /* For volumes that share one KTX 2 file as mipmaps: mipmap level of the file for this entry. Bind the one texture,
+       and draw this mipmap of it. -1 if absent. */
+    int32_t mipmap;
+    /* For a table, and for classified voxels: name of the transfer function. "" if absent. */
+    const char* transfer;
+    /* For classified voxels: length of the path whose opacity is the alpha channel. For slices: their distance. 0 if
+       absent. */
+    double reference_mm;
+    /* Minification and magnification filter. A volume of labels has nearest, also between the slices of a mosaic. */
+    volpkg_filter filter;
+    /* Name, unique in the package. */
+    const char* name;
+    /* volume: normalised stored values of a level. bricks: position of each brick in its volume. transfer: the lookup
+       table of a transfer function. preintegrated: its pre-integrated table. skip: its skip table for a level. ranges:
+       the least and the greatest values of the blocks of a level. normals: directions of gradients of a level. slices:
+       classified slices of a level, in a 2D texture for polygons. labels: the segment of each voxel of a level. looks:
+       tint and opacity of each label. light: light of a transfer function that was computed once. A reader ignores
+       textures of other roles. */
+    volpkg_role role;
+    /* KTX 2 file. If gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold: the bytes for
+       glCompressedTexImage2D. */
+    const char* path;
+    /* Upload parameters. */
+    volpkg_gl gl;
+    /* For a volume that holds its level as bricks: layout of the bricks. NULL if absent. */
+    const volpkg_bricks* bricks;
+    /* Number of the texture in its mosaic or its stack of slices, from 0. */
+    int32_t part;
+    /* For a lookup table of 8 bits: extinction = this * a^2, where a is the alpha channel. Larger ones are clamped to
+       this one, which makes a step of the package opaque. For a pre-integrated table: the extinction of a segment from
+       the first to the last column if the sum of extinction grows from 0 to the largest number. 0 if absent. */
+    double max_extinction_per_mm;
+    /* For a pre-integrated table: normalised stored values of the first and the last column. Beyond them the sums go on
+       as between the two outermost columns. */
+    double stored_range[2];
+    /* For normals: encoding and source of the texels. NULL if absent. */
+    const volpkg_normals* normals;
+    /* For light: meaning of the texels. NULL if absent. */
+    const volpkg_baked_light* light;
+    /* For compressed texels: encoder, with version and settings. NULL if absent. */
+    const char* encoder;
+    /* For slices: the slices in the texture, and their positions. NULL if absent. */
+    const volpkg_slices* slices;
+    /* File that holds the texels. */
+    const volpkg_file* file;
+    /* In the mapping. UNPACK_ALIGNMENT is 1; clamp to the edge along all axes. */
+    const void* texels;
+    /* Size of all texels. */
+    int64_t texel_bytes;
+    /* Number of textures that share the file; volpkg_mipmap returns each. */
+    int32_t mipmaps;
+} volpkg_texture;
+
+/* Colour and extinction of the values that are nearest to one entry. */
+typedef struct volpkg_palette_entry {
+    /* Linear-light RGB with sRGB's primaries, not multiplied by anything. */
+    double colour[3];
+    /* Extinction coefficient. */
+    double extinction_per_mm;
+} volpkg_palette_entry;
+
+/* Entry j of n is for the normalised stored values that are nearest to j / (n - 1). */
+typedef struct volpkg_palette {
+    /* Name of the transfer function. */
+    const char* transfer;
+    /* Entries, for the smallest stored value first. */
+    VOLPKG_LIST(volpkg_palette_entry) entries;
+} volpkg_palette;
+
+/* Distance that a ray may jump from each block of a level without missing anything that is visible. */
+typedef struct volpkg_skip_table {
+    /* Name of the texture that holds the entries, one byte for a block. */
+    const char* texture;
+    /* Level that it is for. */
+    int32_t level;
+    /* Transfer function that it is for, or the picture of several channels. */
+    const char* transfer;
+    /* Meaning of an entry. */
+    volpkg_skip_kind kind;
+    /* Cells between voxel centres along an edge of a block. */
+    int32_t block;
+    /* Number of blocks along each axis. */
+    int32_t blocks_zyx[3];
+    /* Positions in blocks are box millimetres times this, less 1 / (2 * block). */
+    double blocks_from_box_per_mm_xyz[3];
+    /* Part of the blocks that are empty. */
+    double empty_share;
+} volpkg_skip_table;
+
+/* Empty-space skipping in this package. */
+typedef struct volpkg_skipping {
+    /* Largest opacity that a ray may lose by skipping. */
+    double epsilon;
+    /* One for each level of each transfer function that leaves enough blocks empty. */
+    VOLPKG_LIST(volpkg_skip_table) tables;
+    /* One for each level, if an app makes new tables after its users edit a transfer function. */
+    VOLPKG_LIST(volpkg_ranges) ranges;
+} volpkg_skipping;
+
+/* One active sampler of a program. */
+typedef struct volpkg_sampler {
+    /* Name in the shader. */
+    const char* name;
+    /* Which texture to bind: the level's volume, index of bricks or normals, the table or the light of the program's
+       transfer function, its skip table for the level, one of the sub-volumes around a point, labels of the level, or
+       the looks of labels. */
+    volpkg_role role;
+    /* In a program that draws several transfer functions: the transfer function of the table, or of the channel's
+       volume. "" if absent. */
+    const char* transfer;
+    /* Number of the texture in a mosaic, from 0. For sub-volumes: 1 for the upper one along x, plus 2 along y, plus 4
+       along z. */
+    int32_t part;
+} volpkg_sampler;
+
+/* Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by cost. */
+typedef struct volpkg_tiles {
+    /* Pixels of an edge of a tile. */
+    int32_t size;
+    /* Groups of costs. */
+    int32_t groups;
+    /* Compute shader that finds the group of each tile, and counts the tiles of each group. */
+    volpkg_text cost;
+    /* Compute shader that converts these counts to offsets. */
+    volpkg_text offsets;
+    /* Compute shader that puts each tile in its place. */
+    volpkg_text place;
+    /* All active uniforms of the `cost` shader, except samplers. */
+    VOLPKG_LIST(volpkg_uniform_record) uniforms;
+    /* Samplers that the `cost` shader shares with the program, with the same textures. */
+    VOLPKG_LIST(char* const) reads;
+} volpkg_tiles;
+
+/* One vertex and fragment shader, and their inputs. */
+typedef struct volpkg_program {
+    /* Name, unique in the package. */
+    const char* name;
+    /* Representation of the volume that it samples. */
+    volpkg_sampling sampling;
+    /* Traversal of the volume. */
+    volpkg_technique technique;
+    /* Classification of samples. */
+    volpkg_classification classification;
+    /* Lighting. headlight: diffuse light from the viewer's position. phong, blinn-phong: `light`, with highlights after
+       Phong, or after Blinn. A sample without a normal has its own colour. */
+    volpkg_lighting lighting;
+    /* Source of the normals of lit samples. volume: a texture of normals. forward, central: differences of the stored
+       values one voxel apart, computed in the shader. */
+    volpkg_normals_from normals_from;
+    /* Light of the phong and blinn-phong lighting. NULL if absent. */
+    const volpkg_light* light;
+    /* Whether precomputed light multiplies the colour of each sample, before other lighting. */
+    int32_t baked;
+    /* Compositing of the samples of a ray. emission-absorption: each emits light and absorbs the light from behind.
+       back-to-front: the same, from the far end of the ray on. maximum: only the greatest value counts, with the
+       opacity of the transfer function's `reference_mm`. minimum: the same with the least value. average: the same with
+       the mean value. mida: a value that exceeds those in front of it hides them in part (maximum intensity difference
+       accumulation). first-hit: the first value that is the transfer function's `isovalue` or more. isosurface: the
+       first place where the value passes the `isovalue`, from either side. */
+    volpkg_compositing compositing;
+    /* Start of rays. box: the vertex shader draws the program's `geometry`. mesh: it draws proxy geometry. */
+    volpkg_rays rays;
+    /* Vertex shader. */
+    volpkg_text vertex;
+    /* Fragment shader. */
+    volpkg_text fragment;
+    /* Levels that the program can draw. */
+    VOLPKG_LIST(int32_t) levels;
+    /* Name of the transfer function that it draws, or of the picture of several channels. */
+    const char* transfer;
+    /* Every active uniform that is not a sampler. */
+    VOLPKG_LIST(volpkg_uniform_record) uniforms;
+    /* Every active sampler, in the order of texture units. */
+    VOLPKG_LIST(volpkg_sampler) samplers;
+    /* Geometry of the vertex shader if rays begin at the box. */
+    volpkg_geometry geometry;
+    /* Passes that are drawn first, in order. */
+    VOLPKG_LIST(volpkg_pass) before;
+    /* The pass from the light after each layer of the picture. NULL if absent. */
+    const volpkg_pass* light_pass;
+    /* Tiled drawing of its picture. NULL if absent. */
+    const volpkg_tiles* tiles;
+    /* Blending of fragments; if absent, one fragment of each pixel replaces the pixel. NULL if absent. */
+    const volpkg_blend* blend;
+    /* Format of the picture that is drawn into. Where many layers are blended, each is rounded to it: a device that
+       cannot draw into rgba16f draws faint tissue less exactly. */
+    volpkg_target target;
+    /* Samples of a ray in each draw, where several draws make the picture. 0 if absent. */
+    int32_t slab_samples;
+    /* Smallest step for which the shader's loop is long enough for the longest ray; unbounded if absent. 0 if absent.
+       */
+    double step_mm_min;
+} volpkg_program;
+
+/* One piece of level 0. */
 typedef struct volpkg_piece {
-    int64_t minimum, maximum; /* codes */
-    const char* path;         /* NULL if it is empty: draw a constant piece of the code `minimum` */
-    const void* texels;       /* NULL if it is empty */
+    /* Smallest code. */
+    int32_t minimum;
+    /* Largest code. */
+    int32_t maximum;
+    /* KTX 2 file of a 3D texture. Absent for an empty piece; draw a constant piece of the code `minimum` instead. NULL
+       if absent. */
+    const char* path;
+    /* In the mapping; NULL if it is empty. */
+    const void* texels;
+    /* Size of the texels. */
     int64_t texel_bytes;
 } volpkg_piece;
 
-/* Bits of volpkg_grid_point.moves. */
-enum {
-    VOLPKG_MINUS_X = 1,
-    VOLPKG_PLUS_X = 2,
-    VOLPKG_MINUS_Y = 4,
-    VOLPKG_PLUS_Y = 8,
-    VOLPKG_MINUS_Z = 16,
-    VOLPKG_PLUS_Z = 32
-};
-
-typedef struct volpkg_grid_point {
-    int32_t kind; /* 0 corner, 1 edge, 2 column edge, 3 plane, 4 interior */
-    VOLPKG_LIST(int32_t) subvolumes;
-    VOLPKG_LIST(int32_t) moves; /* each one bit of the above */
-} volpkg_grid_point;
-
+/* Which way "forward" leads: the direction of view (x, y, z), along the index axes, becomes up to three moves. theta =
+   acos(z), phi = atan2(y, x), in degrees. Between moves along one and along two axes lie the directions 22.5 degrees
+   from an axis. And when another level is drawn: by the size of its voxels, the shortest side, in pixels. */
 typedef struct volpkg_view_thresholds {
-    double plus_z_below_theta, minus_z_above_theta, sideways_between_theta[2];
-    double plus_x_below_phi, minus_x_above_phi, y_between_phi[2];
-    double finer_above_pixels, coarser_below_pixels;
+    /* The move is +z if theta is below this. */
+    double plus_z_below_theta;
+    /* The move is -z if theta is above this. */
+    double minus_z_above_theta;
+    /* There are moves along x and y only if theta lies between these. */
+    double sideways_between_theta[2];
+    /* The move is +x if the absolute value of phi is below this. */
+    double plus_x_below_phi;
+    /* The move is -x if the absolute value of phi is above this. */
+    double minus_x_above_phi;
+    /* The move is +y or -y, by the sign of phi, if the absolute value of phi lies between these. */
+    double y_between_phi[2];
+    /* The next finer level is drawn if a voxel of the level is larger than this number of pixels. Level 0 is the
+       pieces. */
+    double finer_above_pixels;
+    /* The next coarser level is drawn if a voxel of the level is smaller than this number of pixels. It is less than
+       half of the other number, so that a small change of the zoom does not switch back and forth between levels. */
+    double coarser_below_pixels;
 } volpkg_view_thresholds;
 
-/* Level 0 in pieces: SPEC.md section 18. Piece number i + nx * (j + ny * k) is piece i along x, j along y, k along z.
- */
+/* The pieces of level 0, x first, then y, then z, and the points between them in the same order. */
 typedef struct volpkg_subvolume_grid {
-    int32_t format;
+    /* Number of voxels of level 0 along each axis. */
     int32_t shape_zyx[3];
+    /* Largest number of voxels of a piece along an axis, the shared ones included. */
     int32_t size;
-    VOLPKG_LIST(int32_t) cuts_zyx[3]; /* n + 1 voxels for n pieces along an axis */
+    /* For each axis: the voxels where the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i] to
+       cuts[i + 1], both included, so neighbours share one layer. */
+    VOLPKG_LIST(int32_t) cuts_zyx[3];
+    /* Upload parameters of a piece. */
     volpkg_gl gl;
+    /* Texture filter of a piece: nearest if voxels are labels. */
     volpkg_filter filter;
+    /* KTX 2 file of the whole level. Any box can be read from it by seeking. NULL if absent. */
     const char* whole;
+    /* The pieces. Number i + nx * (j + ny * k) is piece i along x, j along y, k along z. */
     VOLPKG_LIST(volpkg_piece) subvolumes;
+    /* Number of points: one more than pieces along each axis. Point i along an axis lies on the voxel cuts[i]. */
     VOLPKG_LIST(volpkg_grid_point) points;
+    /* Conversion of the direction of view to a move. */
     volpkg_view_thresholds view;
 } volpkg_subvolume_grid;
 
+/* Level 0 in sub-volumes. */
 typedef struct volpkg_subvolumes {
+    /* JSON file with the cuts of the level and its pieces. */
     const char* grid_path;
+    /* KTX 2 files of the pieces that are not empty, in their order. */
     VOLPKG_LIST(char* const) pieces;
-    const char* whole; /* NULL for none */
+    /* KTX 2 file of the whole level, which may be a texture, too. NULL if absent. */
+    const char* whole;
+    /* Programs that draw the pieces around a point, one for each transfer function; none without files of pieces. */
     VOLPKG_LIST(volpkg_program) programs;
+    /* The parsed grid. */
     const volpkg_subvolume_grid* grid;
 } volpkg_subvolumes;
 
-/* What was decided when the package was made, for people. */
-typedef struct volpkg_plan_item {
+/* A closed mesh around everything that a transfer function shows of a level. */
+typedef struct volpkg_mesh {
+    /* Name of the transfer function. */
+    const char* transfer;
+    /* Level. */
+    int32_t level;
+    /* Kind of mesh: the outer faces of occupied blocks, the same merged into rectangles, their convex hull, or their
+       bounding box. A reader accepts any other word. */
+    const char* form;
+    /* Cells along an edge of the blocks that it encloses. */
+    int32_t block;
+    /* glTF binary. Absent if the transfer function shows nothing of the level; then nothing is drawn. NULL if absent.
+       */
+    const char* path;
+    /* Number of vertices. */
+    int64_t vertices;
+    /* Number of triangles. */
+    int64_t triangles;
+    /* Whether the mesh is compressed with the extension KHR_draco_mesh_compression. */
+    int32_t draco;
+    /* Positions of vertices times this are box millimetres: a quarter of the level's spacing. */
+    double box_from_mesh_mm_xyz[3];
+    /* Part of the blocks that are occupied. */
+    double occupied_share;
+    /* NULL if nothing is visible: then nothing is drawn. */
+    const volpkg_file* file;
+    /* None if it is compressed with Draco. */
+    VOLPKG_LIST(volpkg_mesh_part) parts;
+} volpkg_mesh;
+
+/* Proxy geometry: rays begin where they first meet a mesh. */
+typedef struct volpkg_proxy {
+    /* Largest opacity that a ray may lose because it begins at the mesh. */
+    double epsilon;
+    /* One for each level of each transfer function, if it saves samples. */
+    VOLPKG_LIST(volpkg_mesh) meshes;
+    /* Fragment shader of the first pass, which writes only depth. */
+    volpkg_text depth;
+    /* Programs of the second pass. Their attribute is `a_position` (vec3), a vertex of the mesh. */
+    VOLPKG_LIST(volpkg_program) programs;
+} volpkg_proxy;
+
+/* One picture of several channels: extinctions add, and each channel emits light as its extinction does. */
+typedef struct volpkg_together {
+    /* Name of the picture, which programs name in place of a transfer function. */
     const char* name;
-    const char* channel; /* "" for what concerns all */
+    /* Names of the transfer functions that are drawn together. Each belongs to another channel. */
+    VOLPKG_LIST(char* const) transfers;
+} volpkg_together;
+
+/* A coded name. */
+typedef struct volpkg_segment_code {
+    /* Vocabulary, for example SCT. */
+    const char* scheme;
+    /* Code in this vocabulary. Modifiers follow after a plus sign. */
+    const char* value;
+    /* Meaning of the code, in words. */
+    const char* meaning;
+} volpkg_segment_code;
+
+/* One segment. */
+typedef struct volpkg_segment {
+    /* Unique name that an app uses to switch the segment on and off. */
+    const char* name;
+    /* Name for people: the meaning of its code, or a typed name if the scene allows it. NULL if absent. */
+    const char* title;
+    /* Coded name, if there is one. NULL if absent. */
+    const volpkg_segment_code* code;
+    /* Number in the source. */
+    int64_t number;
+    /* Transfer function that shows it: its style. */
+    const char* transfer;
+    /* Linear RGB factors of its colours. */
+    double tint[3];
+    /* Factor of its extinction. */
+    double opacity;
+    /* Whether it is shown at first. */
+    int32_t visible;
+    /* Volume in millilitres, measured on the source of the segments. */
+    double volume_ml;
+    /* Largest number of its labels; -1 if it has none. */
+    int32_t last_label;
+} volpkg_segment;
+
+/* One label: the segments that its voxels belong to. */
+typedef struct volpkg_segment_label {
+    /* Names of segments; several where they overlap, none outside all segments. */
+    VOLPKG_LIST(char* const) segments;
+    /* Transfer function that shows it: that of its first segment. */
+    const char* transfer;
+} volpkg_segment_label;
+
+/* A picture of a scan with its segments. Label k is entry k of `labels`. The look of a label, which an app may change,
+   is an entry of the table of looks: tint and opacity of its visible segments, hidden if none of them is visible. Of
+   several the tint is the mean, and the opacity the largest. */
+typedef struct volpkg_segments {
+    /* Name of the picture, which programs name in place of a transfer function. */
+    const char* name;
+    /* Transfer functions that show labels, in the order of `labels`, each once. */
+    VOLPKG_LIST(char* const) transfers;
+    /* How labels meet between voxels. mixed: extinction and emission are sums weighted with the trilinear weights of
+       the voxels of each label. crisp: the label with the greatest weight. */
+    volpkg_segment_border border;
+    /* All segments, in the order of the source. */
+    VOLPKG_LIST(volpkg_segment) segments;
+    /* All labels. Labels of one transfer function are consecutive. */
+    VOLPKG_LIST(volpkg_segment_label) labels;
+    /* Opacity factor of voxels outside all segments. */
+    double outside;
+    /* Digest of the labels on the grid of the source, 16 bits each, little-endian. */
+    unsigned char sha256[32];
+} volpkg_segments;
+
+/* Largest error that a standard view may have. Errors count over seen pixels: pixels whose opacity or light exceeds
+   half a step of 8 bits in the truth or in the picture. */
+typedef struct volpkg_tolerance {
+    /* Root mean square over seen pixels and the four channels, premultiplied linear values from 0 to 1. */
+    double rmse;
+    /* Largest error of one channel of one pixel, premultiplied linear. */
+    double maximum;
+    /* Mean of FLIP over seen pixels at 67 pixels a degree, over black or white, whichever is larger. An attentive
+       person who flips between two pictures hardly notices 0.03. */
+    double flip;
+    /* Smallest share of the truth's light that each thin structure keeps: anything connected and thinner than two
+       voxels of the level, such as a vessel, a strut or a wire. 0 sets no requirement. */
+    double kept_light;
+} volpkg_tolerance;
+
+/* Rendering settings of the package. Fragments are premultiplied linear light; alpha is the opacity. */
+typedef struct volpkg_render {
+    /* Nominal distance of the samples along a ray, at the finest level that is held whole, and at each not among
+       `level_steps`. */
+    double step_mm;
+    /* Coarser levels that are drawn with other steps, finest first; before them level 0, if it comes in sub-volumes
+       only. */
+    VOLPKG_LIST(volpkg_level_step) level_steps;
+    /* A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if rays run
+       to their end. 1 if absent. */
+    double opacity_cutoff;
+    /* Projection of the standard views. */
+    volpkg_projection projection;
+    /* Largest error of a standard view against the oracle. */
+    volpkg_tolerance tolerance;
+    /* Hybrid resolution: the volume drawn with few pixels, and lines at full resolution; absent if only the volume is
+       drawn. NULL if absent. */
+    const volpkg_hybrid* hybrid;
+} volpkg_render;
+
+/* One decision of the plan. */
+typedef struct volpkg_plan_item {
+    /* Name of the item, for people. */
+    const char* name;
+    /* Kind of item, for programs, for example "skip-table"; items of one kind differ in channel, transfer function or
+       level. The list is open. */
+    const char* kind;
+    /* Channel for which it was decided; absent if it concerns all. "" if absent. */
+    const char* channel;
+    /* Transfer function for which it was decided; absent if it concerns all. "" if absent. */
+    const char* transfer;
+    /* Level for which it was decided; absent if it concerns all. -1 if absent. */
+    int32_t level;
+    /* Whether the package includes it. */
     int32_t kept;
+    /* Reason of the decision. */
     const char* reason;
+    /* Files that exist because of this item. */
     VOLPKG_LIST(char* const) files;
+    /* Size if it is kept, or the size saved if it is left out. */
     int64_t size_bytes;
 } volpkg_plan_item;
 
-/* What drawing one level with one transfer function takes on a device; see SPEC.md, DrawCost. */
-typedef struct volpkg_cost {
-    const char* transfer;
-    int32_t level;
-    int64_t upload_bytes, gpu_bytes;
-} volpkg_cost;
-
-typedef struct volpkg_compressed_form {
-    int32_t format; /* place in: EAC_R11, ETC2_RGBA8, ASTC_4X4, ASTC_5X5, ASTC_6X6, ASTC_8X8 */
-    const char* channel;
-    int32_t kept;
-    int32_t level;
-    int64_t size_bytes;
-    int32_t basis; /* 0 the whole level was encoded, 1 a sample */
-    int64_t pictures;
-    double psnr_db; /* 0 if nothing is lost */
-    double rmse, maximum;
-} volpkg_compressed_form;
-
+/* The manifest of a package. */
 typedef struct volpkg_package {
-    int32_t format, version, state;
-    const char* name;
-    const char* generator;
-    volpkg_profile profile;
-    const volpkg_grid* grid; /* voxels of level 0; never NULL in an open package, as render */
-    const volpkg_together* together;
-    VOLPKG_LIST(volpkg_compressed_form) compression;
-    const volpkg_render* render;
-    VOLPKG_LIST(volpkg_plan_item) plan;
-    VOLPKG_LIST(volpkg_channel) channels;
+    /* Textures, sorted by name. */
     VOLPKG_LIST(volpkg_texture) textures;
+    /* Palettes of transfer functions, which shaders hold as constants. */
     VOLPKG_LIST(volpkg_palette) palettes;
-    const volpkg_skipping* skipping;      /* NULL if the package does not have it, as all that follow */
-    VOLPKG_LIST(volpkg_program) programs; /* the first one draws the default transfer function */
+    /* Empty-space skipping. NULL if absent. */
+    const volpkg_skipping* skipping;
+    /* Shader programs. The first one draws the default transfer function, or the picture of several channels. */
+    VOLPKG_LIST(volpkg_program) programs;
+    /* Data for apps whose users edit transfer functions. NULL if absent. */
     const volpkg_editing* editing;
+    /* Level 0 in sub-volumes, for devices that cannot hold it whole. NULL if absent. */
     const volpkg_subvolumes* subvolumes;
+    /* Proxy geometry. NULL if absent. */
     const volpkg_proxy* proxy;
-    const char* preview;
-    VOLPKG_LIST(int32_t) fidelity; /* only its length is kept */
+    /* Fidelity of the pictures to the scan, for each level and transfer function; empty unless the scene requests it.
+       */
+    VOLPKG_LIST(volpkg_fidelity) fidelity;
+    /* Cost of drawing each level with each transfer function, in the order of the programs. */
     VOLPKG_LIST(volpkg_cost) costs;
-    VOLPKG_LIST(int32_t) stages; /* empty */
+    /* Picture of the package, PNG. NULL if absent. */
+    const char* preview;
+    /* Name of the scene. */
+    const char* name;
+    /* Program and version that wrote the package. */
+    const char* generator;
+    /* Class of devices that the package is for. */
+    volpkg_profile profile;
+    /* Voxels of level 0, whether or not the package holds it: the source without its empty border. NULL if absent. */
+    const volpkg_grid* grid;
+    /* Channels that are drawn into one picture, which is then the default picture. NULL if absent. */
+    const volpkg_together* together;
+    /* Segments of the scan, which are drawn with it into one picture; it is then the default picture. NULL if absent.
+       */
+    const volpkg_segments* segments;
+    /* Compressed forms that were considered for the finest level, and the loss of each. */
+    VOLPKG_LIST(volpkg_compressed_form) compression;
+    /* Rendering settings of the package. NULL if absent. */
+    const volpkg_render* render;
+    /* Every decision, with its reason. */
+    VOLPKG_LIST(volpkg_plan_item) plan;
+    /* Version of the format: major.minor. A reader refuses another major version. */
+    const char* version;
+    /* Names of the extensions whose data the package has, as in glTF. */
+    VOLPKG_LIST(char* const) extensions_used;
+    /* Extensions without which the package cannot be drawn. A reader refuses a package that requires an unknown
+       extension. */
+    VOLPKG_LIST(char* const) extensions_required;
+    /* A draft is under construction; only a sealed package may be shipped. */
+    volpkg_state state;
+    /* Channels of the volume; at least one in a package, none in a draft before its source is imported. */
+    VOLPKG_LIST(volpkg_channel) channels;
+    /* Stages that have run; drafts only. */
+    VOLPKG_LIST(int32_t) stages;
+    /* Every file but the manifest, in order of path. */
     VOLPKG_LIST(volpkg_file) files;
 } volpkg_package;
+/* clang-format on */
+/* ==== end of records ==== */
 
 /* ---- opening -------------------------------------------------------------------------------------------- */
 
@@ -770,8 +1262,9 @@ typedef struct volpkg_mapping {
 } volpkg_mapping;
 
 /*
- * Map a file into memory for reading. On systems without mmap (define VOLPKG_NO_MMAP, which is so on Windows) it always
- * fails: map the file yourself and give volpkg_open the memory. Returns VOLPKG_OK or VOLPKG_CANNOT_MAP.
+ * Map a file into memory for reading; `path` is UTF-8. With VOLPKG_NO_MMAP defined, for systems that are neither POSIX
+ * nor Windows, it always fails: map the file yourself and give volpkg_open the memory. Returns VOLPKG_OK or
+ * VOLPKG_CANNOT_MAP.
  */
 volpkg_code volpkg_map(const char* path, volpkg_mapping* mapping, volpkg_error* error);
 void volpkg_unmap(volpkg_mapping* mapping);
@@ -788,6 +1281,52 @@ size_t volpkg_arena_bytes(const void* data, size_t size, volpkg_error* error);
  * aligned them. The arena may have any alignment. Returns the package, which lies in the arena, or NULL and an error.
  */
 const volpkg_package* volpkg_open(const void* data, size_t size, void* arena, size_t arena_bytes, volpkg_error* error);
+
+/* A file of a package that is a folder: its path in the package and its bytes. */
+typedef struct volpkg_named_file {
+    const char* path;
+    const void* data;
+    size_t size;
+} volpkg_named_file;
+
+/*
+ * Unpack Zstandard frames that follow each other into `room` bytes at `texels`; return how many there were. With
+ * libzstd: return ZSTD_decompress(texels, room, frames, bytes).
+ */
+typedef size_t (*volpkg_unpack)(void* user, const void* frames, size_t bytes, void* texels, size_t room);
+
+/* A package that is not just one mapped zip. Set what you use, and zero the rest. */
+typedef struct volpkg_input {
+    const void* data; /* a zip, */
+    size_t size;
+    const volpkg_named_file* files; /* or all files of a folder, in any order */
+    size_t file_count;
+    volpkg_unpack unpack; /* for textures that were made smaller for the way; NULL refuses them */
+    void* user;
+} volpkg_input;
+
+/*
+ * Like volpkg_arena_bytes and volpkg_open. Unpacked texels lie in the arena, which is larger by what the textures say
+ * they take: a damaged package may say anything, so limit what you allocate.
+ */
+size_t volpkg_input_arena_bytes(const volpkg_input* input, volpkg_error* error);
+const volpkg_package* volpkg_open_input(const volpkg_input* input, void* arena, size_t arena_bytes,
+                                        volpkg_error* error);
+
+/* The files of a folder, mapped. */
+typedef struct volpkg_folder {
+    const volpkg_named_file* files;
+    size_t count;
+} volpkg_folder;
+
+/*
+ * Map all files of a folder. The list of files and their names lie in `room`: 64 bytes and the path for each file, so
+ * that 64 KiB are plenty for most packages. VOLPKG_SMALL_ARENA if it is full; VOLPKG_CANNOT_MAP for a link or anything
+ * else that is no regular file. volpkg_unmap_folder ends it, after an error, too.
+ */
+volpkg_code volpkg_map_folder(const char* path, void* room, size_t room_bytes, volpkg_folder* folder,
+                              volpkg_error* error);
+void volpkg_unmap_folder(volpkg_folder* folder);
 
 /* Compare a file with its CRC-32 and its SHA-256, which reads all of it. VOLPKG_OK, VOLPKG_CRC or VOLPKG_DIGEST. */
 volpkg_code volpkg_check_file(const volpkg_file* file, volpkg_error* error);
@@ -817,21 +1356,22 @@ typedef struct volpkg_drawing {
     volpkg_texture textures[VOLPKG_MAX_UNITS]; /* of each unit; copies, so that pieces of the grid are textures, too */
     unsigned char constants[8][2];             /* texels of empty pieces */
     double light_mm_xyz[3]; /* where the light with a place is, patient's space: the program's own until you move it */
-    double block[7][3];     /* of sub-volumes: values x, y, z of the sources from VOLPKG_BLOCK_LOW_MM on */
+    double block[7][3]; /* of sub-volumes: values x, y, z of the sources from VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM on */
 } volpkg_drawing;
 
 /*
  * Choose the program for a transfer function (NULL: the default one) and a level (-1: the finest that can be drawn),
- * and find its textures. Fails with VOLPKG_CANNOT_DRAW, VOLPKG_UNITS, VOLPKG_MEMORY. A package for OpenGL ES 1.1 has no
- * programs, so that this always fails: draw its slices as SPEC.md section 17 says. Programs with passes, slabs or
- * slices are for the app to draw: volpkg_program has what they need.
+ * and find its textures. A program with passes or a blend takes several draws: see volpkg_frame. Refused, with a text
+ * that says why and what can be drawn: a transfer function or a level that no program draws, a sampler without its
+ * texture, and packages for OpenGL ES 1.1, which have no programs: draw their slices as SPEC.md section 17 says
+ * (VOLPKG_CANNOT_DRAW); more textures than units (VOLPKG_UNITS); more bytes than the profile allows (VOLPKG_MEMORY).
  */
 volpkg_code volpkg_choose(const volpkg_package* package, const char* transfer, int32_t level, volpkg_drawing* drawing,
                           volpkg_error* error);
 
 /*
- * The same with a program whose rays begin at a mesh. Fails with VOLPKG_CANNOT_DRAW if there is none, with VOLPKG_DRACO
- * if it is compressed: draw with volpkg_choose then. Do so, too, if volpkg_near_plane_cuts.
+ * The same with a program whose rays begin at a mesh. Fails with VOLPKG_CANNOT_DRAW if the package has no such mesh,
+ * with VOLPKG_DRACO if the mesh is compressed. In both cases, and if volpkg_near_plane_cuts, draw with volpkg_choose.
  */
 volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transfer, int32_t level,
                                volpkg_drawing* drawing, volpkg_error* error);
@@ -840,7 +1380,7 @@ volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transf
 volpkg_code volpkg_choose_point(const volpkg_package* package, const char* transfer, int32_t point,
                                 volpkg_drawing* drawing, volpkg_error* error);
 
-/* What a device allows, from glGetIntegerv; 0 for what is unlimited. */
+/* Limits of a device, from glGetIntegerv; 0 means unlimited. */
 typedef struct volpkg_limits {
     int32_t max_texture_size, max_3d_texture_size, texture_units;
     int64_t max_texture_bytes; /* memory for the textures of one picture */
@@ -855,6 +1395,27 @@ int32_t volpkg_choose_level(const volpkg_package* package, const char* transfer,
 /* Bytes of the textures of a picture, mipmaps included. */
 int64_t volpkg_texture_bytes(const volpkg_drawing* drawing);
 
+/* Look of a segment: what an app changes to switch it, tint it or fade it. */
+typedef struct volpkg_look {
+    int32_t visible;
+    double tint[3]; /* linear RGB factors of its colours, from 0 to 1 */
+    double opacity; /* factor of its extinction, from 0 to 1 */
+} volpkg_look;
+
+/* Fill `looks`, of package->segments->segments.count entries, with the looks that the package gives its segments. */
+void volpkg_looks(const volpkg_package* package, volpkg_look* looks);
+
+/* Number of a segment by its name, or -1. */
+int32_t volpkg_find_segment(const volpkg_package* package, const char* name);
+
+/*
+ * Write the texels of the table of looks, 4 bytes for each texel of `table`, which is the texture of role
+ * VOLPKG_ROLE_LOOKS of a drawing. Upload them in place of its own: switching a segment changes no other texture.
+ * Returns VOLPKG_BAD_ARGUMENT if a look is out of range, if `table` is no such texture, or if `bytes` is not its size.
+ */
+volpkg_code volpkg_look_texels(const volpkg_package* package, const volpkg_look* looks, const volpkg_texture* table,
+                               unsigned char* texels, size_t bytes);
+
 /* Mipmap k of the file of a texture, or NULL. Upload a texture with mipmaps as levels 0 to texture->mipmaps - 1. */
 const volpkg_texture* volpkg_mipmap(const volpkg_package* package, const volpkg_texture* texture, int32_t mipmap);
 
@@ -862,8 +1423,9 @@ const volpkg_texture* volpkg_mipmap(const volpkg_package* package, const volpkg_
 double volpkg_step_mm(const volpkg_drawing* drawing);
 
 /*
- * The value of a uniform: 1 number for VOLPKG_FLOAT, 3 for VOLPKG_VEC3, 16 column by column for VOLPKG_MAT4. Returns
- * how many; 0 if the matrix has no inverse, and for what follows from how often the app draws (SPEC.md section 9).
+ * The value of a uniform: 1 number for VOLPKG_UNIFORM_TYPE_FLOAT, 3 for VOLPKG_UNIFORM_TYPE_VEC3, 16 column by column
+ * for VOLPKG_UNIFORM_TYPE_MAT4. Returns the count of numbers. Returns 0 if the matrix has no inverse, and for a uniform
+ * that depends on the frame or the draw (SPEC.md section 9): volpkg_frame_uniform gives these.
  */
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,
                        const double box_from_clip[16], double step_mm, float value[16]);
@@ -873,7 +1435,7 @@ int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_recor
 /* Box space is millimetres along the axes x, y, z of the volume from its corner; it is the same for all levels. */
 void volpkg_world_from_box(const volpkg_grid* grid, double world_from_box[16]);
 
-/* For a camera of your own: inverse(clip_from_world * world_from_box), or VOLPKG_BAD_ARGUMENT if there is none. */
+/* For a camera of your own: inverse(clip_from_world * world_from_box). VOLPKG_BAD_ARGUMENT if it has no inverse. */
 volpkg_code volpkg_box_from_clip(const volpkg_grid* grid, const double clip_from_world[16], double box_from_clip[16]);
 
 /*
@@ -885,6 +1447,103 @@ volpkg_code volpkg_view(const volpkg_package* package, const char* view, double 
 /* Whether part of the volume is before the near plane, so that a mesh would be cut open. */
 int volpkg_near_plane_cuts(const volpkg_drawing* drawing, const double box_from_clip[16]);
 
+/* ---- pictures of several draws -------------------------------------------------------------------------- */
+
+/*
+ * One picture: a camera, a step and a size. It serves every program, and those whose pictures take several draws need
+ * it: shadow maps, half-angle and other slices, slabs, two passes (SPEC.md sections 9.1 to 9.4). With
+ * volpkg_begin_frame done, draw like this; example.c does:
+ *
+ *   1. Each pass of program->before into a texture of its own, cleared to zero, with the corners of pass->geometry.
+ *      Filter NEAREST. It has pass->size texels along both edges, or the size of the picture.
+ *   2. Clear the picture. For draw 0 to frame.draws - 1: the program, blended as program->blend, with the corners of
+ *      program->geometry. The textures of the passes follow the drawing's textures in the order of units; the texture
+ *      of the light_pass is the last one, and has the filter LINEAR.
+ *   3. If there is a light_pass: clear its texture before the first draw, and after each draw of the program draw the
+ *      light_pass into it with the corners for the light, blended as light_pass->blend. If frame.light_behind, the
+ *      program is blended as light_pass->behind.
+ */
+typedef struct volpkg_frame {
+    const volpkg_drawing* drawing;
+    double box_from_clip[16], clip_from_box[16];
+    double box_from_slices[16];                    /* of slices */
+    double box_from_light[16], light_from_box[16]; /* of shadow maps and half-angle slices */
+    double step_mm;
+    int32_t width, height;
+    int32_t draws;        /* of the program: 1, or one for each slab or half-angle layer */
+    int32_t layers;       /* of slices; else 0 */
+    int32_t light_behind; /* half-angle slices with the light behind the volume */
+} volpkg_frame;
+
+/*
+ * Begin a picture. Fails with VOLPKG_BAD_ARGUMENT for a camera without an inverse or a size below 1, VOLPKG_STEP for a
+ * step that is not positive or gives more than a million draws, VOLPKG_CANNOT_DRAW for a light in the volume where
+ * shadows need a view from it. The drawing must stay as long as the frame is in use.
+ */
+volpkg_code volpkg_begin_frame(const volpkg_drawing* drawing, const double box_from_clip[16], double step_mm,
+                               int32_t width, int32_t height, volpkg_frame* frame, volpkg_error* error);
+
+/* The value of a uniform of the program or of a pass in one draw, like volpkg_uniform. Returns how many numbers. */
+int32_t volpkg_frame_uniform(const volpkg_frame* frame, const volpkg_uniform_record* uniform, int32_t draw,
+                             float value[16]);
+
+/* Name and numbers of the attribute of a geometry: a_ndc 2, a_corner 3, a_slice 4. */
+const char* volpkg_corner_name(volpkg_geometry geometry);
+int32_t volpkg_corner_size(volpkg_geometry geometry);
+
+/*
+ * Corners of triangles for one draw. `for_light` gives the corners for the light_pass. Writes at most `most` corners
+ * and returns the total number: call it with NULL and 0 first.
+ */
+int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int32_t draw, int for_light, float* corners,
+                       int32_t most);
+
+/* ---- clipping ------------------------------------------------------------------------------------------- */
+
+/* Largest number of planes: OpenGL ES 2 promises 16 vectors of uniforms to fragment shaders. */
+#define VOLPKG_MAX_CLIP_PLANES 12
+
+/*
+ * The text of a fragment shader whose rays are cut by planes, as SPEC.md section 9 allows. It has one more uniform,
+ * `uniform vec4 u_clip_planes[planes]`: a ray is visible where dot(plane.xyz, place) + plane.w >= 0, in box
+ * millimetres, for each plane. Cut passes from a light, too, so that removed parts cast no shadow. Writes the text and
+ * a zero byte if `room` is large enough, and returns the length of the text: ask with NULL and 0 first. Returns 0 for a
+ * shader that does not define clip_to_box as SPEC.md says, and for no planes or more than VOLPKG_MAX_CLIP_PLANES.
+ */
+size_t volpkg_clip_shader(const volpkg_text* fragment, int32_t planes, char* text, size_t room);
+
+/* The planes of a box between two corners, box millimetres, for glUniform4fv(location, 6, planes). */
+void volpkg_clip_box(const double low_mm_xyz[3], const double high_mm_xyz[3], float planes[24]);
+
+/* A plane of the patient's space in box space: dot(plane.xyz, place) + plane.w >= 0 is kept, in millimetres. */
+void volpkg_clip_plane(const volpkg_grid* grid, const double world_plane[4], float plane[4]);
+
+/* ---- editing -------------------------------------------------------------------------------------------- */
+
+/* A transfer function that takes the place of one of the package. */
+typedef struct volpkg_edit {
+    const char* transfer;                /* name of the one that it replaces */
+    const volpkg_transfer_point* points; /* in ascending order of value */
+    int32_t count;
+    double reference_mm; /* of projections and surfaces: length of the path with these opacities; 0: as it was */
+} volpkg_edit;
+
+/*
+ * Bytes of memory that volpkg_edit_drawing needs, 0 if the package is not editable. A few hundred kilobytes: it is the
+ * app's, aligned as malloc does, and must stay as long as the drawing.
+ */
+size_t volpkg_edit_bytes(const volpkg_drawing* drawing);
+
+/*
+ * Draw with edited transfer functions (SPEC.md section 19): compute the tables and the skip table of the drawing again
+ * in `room`, and let their textures point there. Upload the textures of the roles VOLPKG_ROLE_TRANSFER and
+ * VOLPKG_ROLE_SKIP again; nothing else changes. Give all edits that hold each time, also those of other functions of
+ * the same picture; with none, the tables are the package's own. A chosen drawing must be edited again. Fails with
+ * VOLPKG_NOT_EDITABLE, VOLPKG_POINTS for points that are no transfer function, and VOLPKG_SMALL_ARENA.
+ */
+volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
+                                size_t bytes, volpkg_error* error);
+
 /* ---- small help ----------------------------------------------------------------------------------------- */
 
 /* A row of a lookup table: linear colour and extinction per millimetre of entry j, from 0 to shape_zyx[2] - 1. */
@@ -893,7 +1552,7 @@ void volpkg_table_entry(const volpkg_texture* table, int32_t j, double colour[3]
 /* A pixel over a background as a display wants it: premultiplied linear RGB and opacity to 8-bit sRGB. */
 void volpkg_srgb(const float premultiplied[4], const float background[3], unsigned char rgb[3]);
 
-/* The number that a half float stands for. */
+/* Value of a half float. */
 float volpkg_half(uint16_t bits);
 
 /* CRC-32 as zip and PNG have it. */
@@ -914,24 +1573,36 @@ uint32_t volpkg_crc32(const void* data, size_t bytes);
 #include <stdlib.h>
 #include <string.h>
 
-#if !defined(VOLPKG_NO_MMAP) && !defined(_WIN32)
+#if defined(VOLPKG_NO_MMAP)
+#define VOLPKG__MMAP 0
+#elif defined(_WIN32)
+#ifndef WIN32_LEAN_AND_MEAN
+#define WIN32_LEAN_AND_MEAN
+#endif
+#ifndef NOMINMAX
+#define NOMINMAX
+#endif
+#include <windows.h>
+#define VOLPKG__MMAP 2
+#else
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #define VOLPKG__MMAP 1
-#else
-#define VOLPKG__MMAP 0
 #endif
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
+#define VOLPKG__MOST_DIRECTORY_BYTES (8 * 1024 * 1024)
 #define VOLPKG__MOST_MANIFEST_BYTES (4 * 1024 * 1024)
 #define VOLPKG__MOST_GRID_BYTES (64 * 1024 * 1024)
 #define VOLPKG__MOST_MESH_JSON_BYTES (1 << 20)
 #define VOLPKG__MOST_DEPTH 32
+#define VOLPKG__MOST_KEYS 256
 #define VOLPKG__LARGEST_INTEGER 9007199254740991.0
 
 /* A list as tables of fields see it; every VOLPKG_LIST has this layout. */
@@ -947,6 +1618,7 @@ typedef struct volpkg__entry {
     uint64_t header;
     uint64_t start;
     uint64_t size;
+    const unsigned char* data;
 } volpkg__entry;
 
 typedef struct volpkg__reader {
@@ -958,6 +1630,7 @@ typedef struct volpkg__reader {
     volpkg_error* error;
     volpkg__entry* entries;
     int32_t entry_count;
+    const volpkg_input* input;
 } volpkg__reader;
 
 /* ---- errors ---- */
@@ -1000,10 +1673,10 @@ const char* volpkg_words(volpkg_code code) {
             return "not a mesh of the kind that packages hold";
         case VOLPKG_CRC:
             return "a file is damaged: its CRC-32 is not the one in the zip";
+        case VOLPKG_EXTENSION:
+            return "the package requires an extension that this reader does not know";
         case VOLPKG_TOO_LARGE:
             return "a texture is larger than the profile allows";
-        case VOLPKG_FORMAT:
-            return "the profile does not have the format of a texture";
         case VOLPKG_UNITS:
             return "a program reads more textures than there are units";
         case VOLPKG_MEMORY:
@@ -1012,6 +1685,10 @@ const char* volpkg_words(volpkg_code code) {
             return "the package cannot draw that";
         case VOLPKG_STEP:
             return "the step is too small for the program, or no positive number";
+        case VOLPKG_NOT_EDITABLE:
+            return "the transfer functions of this package are not editable";
+        case VOLPKG_POINTS:
+            return "these are no points of a transfer function";
         case VOLPKG_PACKED:
             return "textures are Zstandard frames; volprep zip --texels plain makes a package that is used in place";
         case VOLPKG_DRACO:
@@ -1020,7 +1697,7 @@ const char* volpkg_words(volpkg_code code) {
     return "unknown";
 }
 
-/* Copy text that may come from a file: printable ASCII alone, cut off where there is no more room. */
+/* Copy untrusted text: printable ASCII only, truncated to the room. */
 static void volpkg__printable(char* to, size_t room, const char* from) {
     size_t i = 0;
     for (; from != NULL && from[i] != 0 && i + 1 < room; ++i) to[i] = from[i] >= ' ' && from[i] <= '~' ? from[i] : '?';
@@ -1188,31 +1865,27 @@ static volpkg_code volpkg__no_zip(volpkg__reader* r, const char* name, const cha
     return volpkg__fail(r->error, VOLPKG_NOT_A_PACKAGE, name, problem, NAN, NAN);
 }
 
-/* Find the directory: the end record is the last one whose comment reaches to the end of the file. */
+/* Find the directory by the end record, which is the last 22 bytes: SPEC.md 2.1. */
 static volpkg_code volpkg__find_directory(volpkg__reader* r, volpkg__directory* found) {
-    const unsigned char *end = NULL, *wide;
-    size_t at, back;
+    const unsigned char *end, *wide;
+    size_t at;
     uint64_t stop;
-    for (back = 22; back <= r->size && back <= 22 + 65535; ++back) {
-        const unsigned char* tried = r->data + (r->size - back);
-        if (volpkg__u32(tried) == 0x06054b50u && volpkg__u16(tried + 20) == back - 22) {
-            end = tried;
-            break;
-        }
-    }
-    if (end == NULL) return volpkg__no_zip(r, "", "it is no zip: it has no end record");
-    at = (size_t)(end - r->data);
+    if (r->size < 22) return volpkg__no_zip(r, "", "it is too short for a zip");
+    at = r->size - 22;
+    end = r->data + at;
+    if (volpkg__u32(end) != 0x06054b50u || volpkg__u16(end + 20) != 0)
+        return volpkg__no_zip(r, "", "it is no zip whose end record is its last 22 bytes, without a comment");
     found->count = volpkg__u16(end + 10);
     found->bytes = volpkg__u32(end + 12);
     found->at = volpkg__u32(end + 16);
     if (volpkg__u16(end + 4) != 0 || volpkg__u16(end + 6) != 0 || volpkg__u16(end + 8) != found->count)
         return volpkg__no_zip(r, "", "the zip has several parts");
     stop = at;
-    if (at >= 76 && volpkg__u32(end - 20) == 0x07064b50u) { /* ZIP64 */
+    if (at >= 20 && volpkg__u32(end - 20) == 0x07064b50u) { /* ZIP64 */
         wide = end - 76;
-        if (volpkg__u32(wide) != 0x06064b50u || volpkg__u64(end - 12) != at - 76 || volpkg__u64(wide + 4) != 44 ||
-            volpkg__u32(wide + 16) != 0 || volpkg__u32(wide + 20) != 0 || volpkg__u32(end - 16) != 0 ||
-            volpkg__u64(wide + 24) != volpkg__u64(wide + 32))
+        if (at < 76 || volpkg__u32(wide) != 0x06064b50u || volpkg__u64(end - 12) != at - 76 ||
+            volpkg__u64(wide + 4) != 44 || volpkg__u32(wide + 16) != 0 || volpkg__u32(wide + 20) != 0 ||
+            volpkg__u32(end - 16) != 0 || volpkg__u32(end - 4) != 1 || volpkg__u64(wide + 24) != volpkg__u64(wide + 32))
             return volpkg__no_zip(r, "", "the ZIP64 end record is out of place");
         if ((found->count != 0xFFFF && found->count != volpkg__u64(wide + 32)) ||
             (found->bytes != 0xFFFFFFFFu && found->bytes != volpkg__u64(wide + 40)) ||
@@ -1223,8 +1896,9 @@ static volpkg_code volpkg__find_directory(volpkg__reader* r, volpkg__directory* 
         found->at = volpkg__u64(wide + 48);
         stop = at - 76;
     }
-    if (found->at > stop || found->bytes != stop - found->at || found->count > found->bytes / 46)
-        return volpkg__no_zip(r, "", "the directory of the zip is out of place");
+    if (found->bytes > VOLPKG__MOST_DIRECTORY_BYTES || found->at > stop || found->bytes != stop - found->at ||
+        found->count > found->bytes / 46)
+        return volpkg__no_zip(r, "", "the directory of the zip is out of place, or too large");
     return VOLPKG_OK;
 }
 
@@ -1238,7 +1912,8 @@ static int volpkg__widen(const unsigned char* extra, size_t bytes, uint64_t* siz
     while (bytes >= 4) {
         size_t length = volpkg__u16(extra + 2);
         if (length > bytes - 4) return 0;
-        if (volpkg__u16(extra) == 1 && !seen++) {
+        if (volpkg__u16(extra) == 1) {
+            if (seen++) return 0;
             size_t at = 0;
             for (i = 0; i < 3; ++i) {
                 if (wanted[i] == NULL) continue;
@@ -1250,6 +1925,8 @@ static int volpkg__widen(const unsigned char* extra, size_t bytes, uint64_t* siz
         extra += 4 + length;
         bytes -= 4 + length;
     }
+    for (i = 0; i < 3; ++i)
+        if (wanted[i] != NULL && !seen) return 0;
     return bytes == 0;
 }
 
@@ -1257,7 +1934,7 @@ static int volpkg__widen(const unsigned char* extra, size_t bytes, uint64_t* siz
 static volpkg_code volpkg__read_entry(volpkg__reader* r, const volpkg__directory* directory, uint64_t* at,
                                       volpkg__entry* entry) {
     const unsigned char *head, *local;
-    uint64_t left = directory->at + directory->bytes - *at, name, extra, note, packed;
+    uint64_t left = directory->at + directory->bytes - *at, name, extra, note, packed, size, none = 0;
     char shown[96];
     uint32_t flags, i;
     if (left < 46 || volpkg__u32(r->data + *at) != 0x02014b50u)
@@ -1279,8 +1956,12 @@ static volpkg_code volpkg__read_entry(volpkg__reader* r, const volpkg__directory
     entry->header = volpkg__u32(head + 42);
     if (!volpkg__widen(head + 46 + name, (size_t)extra, &entry->size, &packed, &entry->header))
         return volpkg__no_zip(r, shown, "its extra fields are damaged");
-    if (volpkg__u16(head + 10) != 0 || packed != entry->size || (flags & 9) != 0)
+    if (volpkg__u16(head + 10) != 0 || packed != entry->size || (flags & ~0x0800u) != 0)
         return volpkg__no_zip(r, shown, "it is compressed, encrypted, or has its sizes behind it");
+    if (note != 0 || volpkg__u16(head + 34) != 0)
+        return volpkg__no_zip(r, shown, "it has a comment, or is in another part of the zip");
+    for (i = 0; i < name; ++i)
+        if (entry->name[i] > 127) return volpkg__no_zip(r, shown, "its name is not ASCII");
     if (entry->header > directory->at || directory->at - entry->header < 30 + name)
         return volpkg__no_zip(r, shown, "it begins beyond the end of the zip");
     local = r->data + entry->header;
@@ -1289,12 +1970,16 @@ static volpkg_code volpkg__read_entry(volpkg__reader* r, const volpkg__directory
         return volpkg__no_zip(r, shown, "it has another name at its place");
     if (volpkg__u16(local + 6) != flags || volpkg__u16(local + 8) != 0 || volpkg__u32(local + 14) != entry->crc32)
         return volpkg__no_zip(r, shown, "it has another CRC or kind at its place than in the directory");
-    for (i = 18; i <= 22; i += 4)
-        if (volpkg__u32(local + i) != 0xFFFFFFFFu && volpkg__u32(local + i) != entry->size)
-            return volpkg__no_zip(r, shown, "it has another size at its place than in the directory");
     entry->start = entry->header + 30 + name + volpkg__u16(local + 28);
+    entry->data = r->data + entry->start;
     if (entry->start > directory->at || entry->size > directory->at - entry->start)
         return volpkg__no_zip(r, shown, "it reaches into what follows");
+    size = volpkg__u32(local + 22);
+    packed = volpkg__u32(local + 18);
+    if (!volpkg__widen(local + 30 + name, volpkg__u16(local + 28), &size, &packed, &none))
+        return volpkg__no_zip(r, shown, "its extra fields are damaged");
+    if (size != entry->size || packed != entry->size)
+        return volpkg__no_zip(r, shown, "it has another size at its place than in the directory");
     return VOLPKG_OK;
 }
 
@@ -1324,19 +2009,48 @@ static volpkg_code volpkg__read_directory(volpkg__reader* r) {
     if (directory.count > INT32_MAX) return volpkg__no_zip(r, "", "the zip has too many files");
     r->entry_count = (int32_t)directory.count;
     r->entries = (volpkg__entry*)volpkg__take(r, (size_t)directory.count, sizeof(volpkg__entry));
+    if (r->entry_count == 0 && directory.at != 0)
+        return volpkg__no_zip(r, "", "the zip does not begin with its first file");
     if (r->entries == NULL) return r->entry_count ? volpkg__no_room(r) : VOLPKG_OK;
     at = directory.at;
     for (i = 0; i < r->entry_count; ++i)
         if ((code = volpkg__read_entry(r, &directory, &at, &r->entries[i])) != VOLPKG_OK) return code;
     if (at != directory.at + directory.bytes) return volpkg__no_zip(r, "", "the directory of the zip is too long");
     volpkg__sort(r->entries, (size_t)r->entry_count, sizeof(volpkg__entry), volpkg__before);
-    for (i = 0; i + 1 < r->entry_count; ++i)
-        if (r->entries[i].start + r->entries[i].size > r->entries[i + 1].header)
-            return volpkg__no_zip(r, "", "two files of the zip overlap");
+    if (r->entry_count > 0 && r->entries[0].header != 0)
+        return volpkg__no_zip(r, "", "the zip does not begin with its first file");
+    for (i = 0; i < r->entry_count; ++i)
+        if (r->entries[i].start + r->entries[i].size !=
+            (i + 1 < r->entry_count ? r->entries[i + 1].header : directory.at))
+            return volpkg__no_zip(r, "", "a file of the zip does not end where the next one or the directory begins");
     volpkg__sort(r->entries, (size_t)r->entry_count, sizeof(volpkg__entry), volpkg__by_name);
     for (i = 0; i + 1 < r->entry_count; ++i)
         if (!volpkg__by_name(&r->entries[i], &r->entries[i + 1]))
             return volpkg__no_zip(r, "", "the zip has two files of one name");
+    return VOLPKG_OK;
+}
+
+/* ---- the files of a folder ---- */
+
+static void volpkg__given_entry(const volpkg_named_file* file, volpkg__entry* entry) {
+    memset(entry, 0, sizeof *entry);
+    entry->name = (const unsigned char*)file->path;
+    entry->name_bytes = (uint32_t)strlen(file->path);
+    entry->size = file->size;
+    entry->data = file->size ? (const unsigned char*)file->data : (const unsigned char*)"";
+}
+
+static volpkg_code volpkg__read_files(volpkg__reader* r) {
+    size_t i, count = r->input->file_count;
+    if (count > INT32_MAX) return volpkg__no_zip(r, "", "it has too many files");
+    r->entries = (volpkg__entry*)volpkg__take(r, count, sizeof(volpkg__entry));
+    if (r->entries == NULL) return volpkg__no_room(r);
+    r->entry_count = (int32_t)count;
+    for (i = 0; i < count; ++i) volpkg__given_entry(&r->input->files[i], &r->entries[i]);
+    volpkg__sort(r->entries, count, sizeof(volpkg__entry), volpkg__by_name);
+    for (i = 0; i + 1 < count; ++i)
+        if (!volpkg__by_name(&r->entries[i], &r->entries[i + 1]))
+            return volpkg__no_zip(r, r->input->files[i].path, "the folder has two files of one name");
     return VOLPKG_OK;
 }
 
@@ -1362,8 +2076,9 @@ typedef struct volpkg__json {
     const char* at;
     const char* end;
     const char* file;
-    volpkg_code syntax; /* code for what is no JSON */
+    volpkg_code syntax; /* code of invalid JSON */
     volpkg_code breach; /* code for JSON of another form */
+    int strict;         /* whether unknown keys are refused */
 } volpkg__json;
 
 static int volpkg__is_utf8(const unsigned char* at, size_t bytes) {
@@ -1466,7 +2181,7 @@ static size_t volpkg__utf8(int32_t c, char to[4]) {
     return 4;
 }
 
-/* Read a string; as many of its bytes as there is room for go to `to`, which then has a zero byte at its end. */
+/* Read a string; copies the bytes that fit to `to`, with a zero byte at the end. */
 static volpkg_code volpkg__text(volpkg__json* j, char* to, size_t room, size_t* length) {
     char bytes[4];
     size_t used = 0, n, i;
@@ -1516,7 +2231,7 @@ static volpkg_code volpkg__number(volpkg__json* j, double* value, int* is_whole)
     if (j->at < j->end && *j->at == '.') {
         *is_whole = 0;
         begun = used;
-        for (++j->at; j->at < j->end && *j->at >= '0' && *j->at <= '9' && used < 512; --shift)
+        for (++j->at; j->at < j->end && *j->at >= '0' && *j->at <= '9' && used < begun + 256; --shift)
             digits[used++] = *j->at++;
         if (used == begun) return volpkg__no_json(j, "a number ends with its point");
     }
@@ -1526,8 +2241,9 @@ static volpkg_code volpkg__number(volpkg__json* j, double* value, int* is_whole)
         ++j->at;
         if (j->at < j->end && (*j->at == '-' || *j->at == '+')) down = *j->at++ == '-';
         if (j->at == j->end || *j->at < '0' || *j->at > '9') return volpkg__no_json(j, "a number has no exponent");
-        for (; j->at < j->end && *j->at >= '0' && *j->at <= '9'; ++j->at)
+        for (begun = 0; j->at < j->end && *j->at >= '0' && *j->at <= '9' && begun <= 256; ++j->at, ++begun)
             if (exponent < 100000) exponent = exponent * 10 + (*j->at - '0');
+        if (begun > 256) return volpkg__no_json(j, "a number has too many digits");
     }
     snprintf(digits + used, sizeof digits - used, "e%d", (int)((down ? -exponent : exponent) + shift));
     *value = strtod(digits, NULL);
@@ -1543,25 +2259,70 @@ static int volpkg__word(volpkg__json* j, const char* word) {
     return 1;
 }
 
+/* The next byte of a string, escapes decoded; -1 at its end. A decoded character may have more bytes: `rest` holds
+ * them. */
+typedef struct volpkg__key {
+    volpkg__json j;
+    char rest[4];
+    size_t at, count;
+} volpkg__key;
+
+static int volpkg__key_byte(volpkg__key* key) {
+    if (key->at == key->count) {
+        key->rest[0] = *key->j.at++;
+        key->at = 0;
+        key->count = 1;
+        if (key->rest[0] == '"') return -1;
+        if (key->rest[0] == '\\') key->count = volpkg__utf8(volpkg__escape(&key->j), key->rest);
+    }
+    return (unsigned char)key->rest[key->at++];
+}
+
+/* Whether two strings of a checked text, which begin after their quotes, are the same. */
+static int volpkg__same_key(const volpkg__json* j, const char* one, const char* other) {
+    volpkg__key a, b;
+    int byte;
+    memset(&a, 0, sizeof a);
+    a.j = *j;
+    b = a;
+    a.j.at = one;
+    b.j.at = other;
+    do {
+        byte = volpkg__key_byte(&a);
+        if (byte != volpkg__key_byte(&b)) return 0;
+    } while (byte >= 0);
+    return 1;
+}
+
 /* Go over a value of any kind. */
 static volpkg_code volpkg__skip(volpkg__json* j, int depth) {
     volpkg_code code;
     size_t length;
+    const char* keys[VOLPKG__MOST_KEYS];
     double number;
-    int whole, is_object;
-    if (depth > VOLPKG__MOST_DEPTH) return volpkg__no_json(j, "it nests too deeply");
+    int whole, is_object, count = 0, i;
     volpkg__space(j);
     if (j->at == j->end) return volpkg__no_json(j, "it ends too early");
     if (*j->at == '"') return volpkg__text(j, NULL, 0, &length);
     if (*j->at != '{' && *j->at != '[') {
         if (volpkg__word(j, "true") || volpkg__word(j, "false") || volpkg__word(j, "null")) return VOLPKG_OK;
-        return volpkg__number(j, &number, &whole);
+        if ((code = volpkg__number(j, &number, &whole)) != VOLPKG_OK) return code;
+        if (whole && fabs(number) > VOLPKG__LARGEST_INTEGER) return volpkg__no_json(j, "an integer is too large");
+        return VOLPKG_OK;
     }
+    if (depth >= VOLPKG__MOST_DEPTH) return volpkg__no_json(j, "it nests too deeply");
     is_object = *j->at++ == '{';
     if (volpkg__next(j, is_object ? '}' : ']')) return VOLPKG_OK;
     do {
         if (is_object) {
+            volpkg__space(j);
+            if (count == VOLPKG__MOST_KEYS) return volpkg__no_json(j, "an object has too many keys");
+            keys[count] = j->at + 1;
             if ((code = volpkg__text(j, NULL, 0, &length)) != VOLPKG_OK) return code;
+            for (i = 0; i < count; ++i)
+                if (volpkg__same_key(j, keys[i], keys[count]))
+                    return volpkg__no_json(j, "a key occurs twice in one object");
+            ++count;
             if (!volpkg__next(j, ':')) return volpkg__no_json(j, "a colon is missing");
         }
         if ((code = volpkg__skip(j, depth + 1)) != VOLPKG_OK) return code;
@@ -1574,12 +2335,14 @@ static volpkg_code volpkg__skip(volpkg__json* j, int depth) {
 enum {
     VOLPKG__INT,     /* int32_t from least to most, in steps of `exact` */
     VOLPKG__LONG,    /* int64_t */
-    VOLPKG__REAL,    /* double from least to most; above least if `exact` is 1 */
+    VOLPKG__REAL,    /* double from least to most; bits of `exact`: 1 without least, 2 without most */
     VOLPKG__TRUTH,   /* int32_t */
     VOLPKG__STRING,  /* const char * */
     VOLPKG__PATH,    /* the same, of SPEC.md 3.1 */
     VOLPKG__LABEL,   /* the same, name of a channel */
     VOLPKG__NAMED,   /* an enum: one of `names` */
+    VOLPKG__OPEN,    /* the same, or `exact` for any other word */
+    VOLPKG__CONST,   /* the only word of `names`; nothing is kept of it */
     VOLPKG__GL,      /* uint32_t: one of `names`, or all bits for another */
     VOLPKG__DIGEST,  /* unsigned char[32] */
     VOLPKG__RECORD,  /* struct of `fields` */
@@ -1588,7 +2351,7 @@ enum {
     VOLPKG__LISTED,  /* VOLPKG_LIST of `item`, `least` to `most` of them */
     VOLPKG__ANY      /* nothing is kept of it */
 };
-enum { VOLPKG__NEEDED = 1, VOLPKG__NULLABLE = 2, VOLPKG__NO_TEXT = 4, VOLPKG__SIDEWAYS = 8 };
+enum { VOLPKG__NEEDED = 1, VOLPKG__NULLABLE = 2, VOLPKG__NO_TEXT = 4 /* NULL if the text is left out */ };
 
 typedef struct volpkg__named {
     const char* name;
@@ -1610,7 +2373,8 @@ typedef struct volpkg__field {
     const volpkg__type* type;
     size_t offset;
     int flags;
-    double if_absent;
+    double if_absent;   /* the number, or the value of the word, if the field is left out */
+    const void* absent; /* the text, or the numbers; NULL for "" and zeros */
 } volpkg__field;
 
 typedef char volpkg__enums_have_32_bits[sizeof(volpkg_role) == 4 ? 1 : -1];
@@ -1644,13 +2408,13 @@ static int volpkg__is_label(const char* text) {
 
 static volpkg_code volpkg__read_text(volpkg__json* j, const volpkg__type* type, const char* key, void* to) {
     const char* begin;
-    char *text, small[1];
+    char *text, narrow[1];
     size_t length, again;
     volpkg_code code;
     volpkg__space(j);
     if (j->at == j->end || *j->at != '"') return volpkg__wrong(j, key, "is not a string");
     begin = j->at;
-    if ((code = volpkg__text(j, small, 0, &length)) != VOLPKG_OK) return code;
+    if ((code = volpkg__text(j, narrow, 0, &length)) != VOLPKG_OK) return code;
     text = (char*)volpkg__take(j->r, length + 1, 1);
     if (to == NULL) return VOLPKG_OK;
     if (text == NULL) return volpkg__no_room(j->r);
@@ -1687,20 +2451,22 @@ static volpkg_code volpkg__read_word(volpkg__json* j, const volpkg__type* type, 
         if (to) memcpy(to, digest, sizeof digest);
         return VOLPKG_OK;
     }
+    if (type->kind == VOLPKG__OPEN) value = (uint32_t)type->exact;
     for (each = type->names; each->name != NULL; ++each)
         if (length < sizeof word && strcmp(each->name, word) == 0) {
             value = each->value;
             break;
         }
-    if (each->name == NULL && type->kind == VOLPKG__NAMED) return volpkg__wrong(j, key, "is none of the words for it");
-    if (to) memcpy(to, &value, sizeof value);
+    if (each->name == NULL && (type->kind == VOLPKG__NAMED || type->kind == VOLPKG__CONST))
+        return volpkg__wrong(j, key, "is none of the words for it");
+    if (to && type->kind != VOLPKG__CONST) memcpy(to, &value, sizeof value);
     return VOLPKG_OK;
 }
 
 static volpkg_code volpkg__read_number(volpkg__json* j, const volpkg__type* type, const char* key, void* to) {
     double value;
     int is_whole;
-    int32_t small;
+    int32_t narrow;
     int64_t large;
     volpkg_code code;
     volpkg__space(j);
@@ -1709,20 +2475,21 @@ static volpkg_code volpkg__read_number(volpkg__json* j, const volpkg__type* type
     if ((code = volpkg__number(j, &value, &is_whole)) != VOLPKG_OK) return code;
     if (!(value >= type->least && value <= type->most)) return volpkg__wrong(j, key, "is out of range");
     if (type->kind == VOLPKG__REAL) {
-        if (type->exact && value == type->least) return volpkg__wrong(j, key, "is out of range");
+        if (((type->exact & 1) && value == type->least) || ((type->exact & 2) && value == type->most))
+            return volpkg__wrong(j, key, "is out of range");
         if (to) memcpy(to, &value, sizeof value);
         return VOLPKG_OK;
     }
-    if (!is_whole) return volpkg__wrong(j, key, "is not an integer");
+    if (!is_whole && floor(value) != value) return volpkg__wrong(j, key, "is not an integer");
     if (type->kind == VOLPKG__LONG) {
         large = (int64_t)value;
         if (to) memcpy(to, &large, sizeof large);
         return VOLPKG_OK;
     }
-    small = (int32_t)value;
-    if (type->exact > 1 && (small - (int32_t)type->least) % type->exact != 0)
+    narrow = (int32_t)value;
+    if (type->exact > 1 && (narrow - (int32_t)type->least) % type->exact != 0)
         return volpkg__wrong(j, key, "is out of range");
-    if (to) memcpy(to, &small, sizeof small);
+    if (to) memcpy(to, &narrow, sizeof narrow);
     return VOLPKG_OK;
 }
 
@@ -1771,35 +2538,37 @@ static volpkg_code volpkg__read_items(volpkg__json* j, const volpkg__type* type,
     return VOLPKG_OK;
 }
 
-/* Fill in what counts if a field is left out. */
+/* Set the default of an absent field. Other defaults are zero: an empty list, NULL. */
 static void volpkg__absent(const volpkg__field* field, unsigned char* record) {
-    static const char* const empty = "";
-    static const double sideways[2] = {22.5, 157.5};
+    const char* text = field->absent ? (const char*)field->absent : "";
+    const volpkg__field* inner;
     unsigned char* to = record + field->offset;
-    int32_t small = (int32_t)field->if_absent;
+    int32_t narrow = (int32_t)field->if_absent;
+    int64_t large = (int64_t)field->if_absent;
     switch (field->type->kind) {
         case VOLPKG__INT:
         case VOLPKG__TRUTH:
-            memcpy(to, &small, sizeof small);
+        case VOLPKG__NAMED:
+            memcpy(to, &narrow, sizeof narrow);
+            break;
+        case VOLPKG__LONG:
+            memcpy(to, &large, sizeof large);
             break;
         case VOLPKG__REAL:
             memcpy(to, &field->if_absent, sizeof field->if_absent);
             break;
         case VOLPKG__STRING:
-        case VOLPKG__PATH:
         case VOLPKG__LABEL:
-            if (!(field->flags & VOLPKG__NO_TEXT)) memcpy(to, &empty, sizeof empty);
+            if (!(field->flags & VOLPKG__NO_TEXT)) memcpy(to, &text, sizeof text);
             break;
         case VOLPKG__ARRAY:
-            if (field->flags & VOLPKG__SIDEWAYS) memcpy(to, sideways, sizeof sideways);
+            if (field->absent) memcpy(to, field->absent, field->type->size);
             break;
-        case VOLPKG__RECORD: {
-            const volpkg__field* inner;
+        case VOLPKG__RECORD:
             for (inner = field->type->fields; inner->name != NULL; ++inner) volpkg__absent(inner, to);
             break;
-        }
         default:
-            break; /* zeros: the first word, an empty list, NULL */
+            break;
     }
 }
 
@@ -1817,7 +2586,11 @@ static volpkg_code volpkg__read_record(volpkg__json* j, const volpkg__type* type
             if (!volpkg__next(j, ':')) return volpkg__no_json(j, "a colon is missing");
             for (field = type->fields; field->name != NULL; ++field)
                 if (length < sizeof name && strcmp(field->name, name) == 0) break;
-            if (field->name == NULL) return volpkg__wrong(j, name, "is an unknown key");
+            if (field->name == NULL) {
+                if (j->strict) return volpkg__wrong(j, name, "is an unknown key");
+                if ((code = volpkg__skip(j, 0)) != VOLPKG_OK) return code;
+                continue;
+            }
             bit = (uint64_t)1 << (field - type->fields);
             if (seen & bit)
                 return volpkg__fail(j->r->error, j->syntax, j->file, "a key stands twice in one object", NAN, NAN);
@@ -1854,6 +2627,8 @@ static volpkg_code volpkg__read(volpkg__json* j, const volpkg__type* type, const
         case VOLPKG__LABEL:
             return volpkg__read_text(j, type, key, to);
         case VOLPKG__NAMED:
+        case VOLPKG__OPEN:
+        case VOLPKG__CONST:
         case VOLPKG__GL:
         case VOLPKG__DIGEST:
             return volpkg__read_word(j, type, key, to);
@@ -1886,15 +2661,11 @@ static volpkg_code volpkg__read(volpkg__json* j, const volpkg__type* type, const
  * compare, for example, each texture with each program.
  */
 
-#define VOLPKG__KEY(record, name, member, type, flags, absent) {name, &type, offsetof(record, member), flags, absent}
-#define VOLPKG__MUST(record, member, type) VOLPKG__KEY(record, #member, member, type, VOLPKG__NEEDED, 0)
-#define VOLPKG__MAY(record, member, type, absent) VOLPKG__KEY(record, #member, member, type, 0, absent)
-#define VOLPKG__NULL(record, member, type, absent) VOLPKG__KEY(record, #member, member, type, VOLPKG__NULLABLE, absent)
-#define VOLPKG__END {NULL, NULL, 0, 0, 0}
+#define VOLPKG__END {NULL, NULL, 0, 0, 0, NULL}
 #define VOLPKG__NUMBERS(name, kind, c_type, least, most, exact) \
     static const volpkg__type name = {kind, sizeof(c_type), least, most, exact, NULL, NULL, NULL};
-#define VOLPKG__WORDS(name, kind, words) \
-    static const volpkg__type name = {kind, sizeof(uint32_t), 0, 0, 0, NULL, NULL, words};
+#define VOLPKG__WORDS(name, kind, other, words) \
+    static const volpkg__type name = {kind, sizeof(uint32_t), 0, 0, (int32_t)(other), NULL, NULL, words};
 #define VOLPKG__RECORDS(name, record, fields) \
     static const volpkg__type name = {VOLPKG__RECORD, sizeof(record), 0, 0, 0, NULL, fields, NULL};
 #define VOLPKG__MANY(name, item, least, most) \
@@ -1907,791 +2678,849 @@ static volpkg_code volpkg__read(volpkg__json* j, const volpkg__type* type, const
 #define VOLPKG__MOST 2147483647.0
 #define VOLPKG__HUGE 1.7976931348623157e308
 
-VOLPKG__NUMBERS(volpkg__integer, VOLPKG__INT, int32_t, -VOLPKG__MOST, VOLPKG__MOST, 1)
-VOLPKG__NUMBERS(volpkg__index, VOLPKG__INT, int32_t, 0, VOLPKG__MOST, 1)
-VOLPKG__NUMBERS(volpkg__from1, VOLPKG__INT, int32_t, 1, VOLPKG__MOST, 1)
-VOLPKG__NUMBERS(volpkg__from2, VOLPKG__INT, int32_t, 2, VOLPKG__MOST, 1)
-VOLPKG__NUMBERS(volpkg__from64, VOLPKG__INT, int32_t, 64, VOLPKG__MOST, 1)
-VOLPKG__NUMBERS(volpkg__to4, VOLPKG__INT, int32_t, 1, 4, 1)
-VOLPKG__NUMBERS(volpkg__to8, VOLPKG__INT, int32_t, 1, 8, 1)
-VOLPKG__NUMBERS(volpkg__is1or4, VOLPKG__INT, int32_t, 1, 4, 3)
-VOLPKG__NUMBERS(volpkg__is8or16, VOLPKG__INT, int32_t, 8, 16, 8)
-VOLPKG__NUMBERS(volpkg__is16or32, VOLPKG__INT, int32_t, 16, 32, 16)
-VOLPKG__NUMBERS(volpkg__truth, VOLPKG__TRUTH, int32_t, 0, 1, 1)
-VOLPKG__NUMBERS(volpkg__bytes, VOLPKG__LONG, int64_t, 0, VOLPKG__LARGEST_INTEGER, 1)
-VOLPKG__NUMBERS(volpkg__long1, VOLPKG__LONG, int64_t, 1, VOLPKG__LARGEST_INTEGER, 1)
-VOLPKG__NUMBERS(volpkg__real, VOLPKG__REAL, double, -VOLPKG__HUGE, VOLPKG__HUGE, 0)
-VOLPKG__NUMBERS(volpkg__not_negative, VOLPKG__REAL, double, 0, VOLPKG__HUGE, 0)
-VOLPKG__NUMBERS(volpkg__positive, VOLPKG__REAL, double, 0, VOLPKG__HUGE, 1)
-VOLPKG__NUMBERS(volpkg__fraction, VOLPKG__REAL, double, 0, 1, 0)
-VOLPKG__NUMBERS(volpkg__shininess, VOLPKG__REAL, double, 1, 1000, 0)
-VOLPKG__NUMBERS(volpkg__share, VOLPKG__REAL, double, 0, 1, 1)
-VOLPKG__NUMBERS(volpkg__below1, VOLPKG__REAL, double, 0, 0.99999999999999988898, 0)
-VOLPKG__NUMBERS(volpkg__degrees, VOLPKG__REAL, double, 0, 180, 0)
-VOLPKG__NUMBERS(volpkg__string, VOLPKG__STRING, char*, 0, 0, 0)
-VOLPKG__NUMBERS(volpkg__path, VOLPKG__PATH, char*, 0, 0, 0)
-VOLPKG__NUMBERS(volpkg__label, VOLPKG__LABEL, char*, 0, 0, 0)
 static const volpkg__type volpkg__digest = {VOLPKG__DIGEST, 32, 0, 0, 0, NULL, NULL, NULL};
 static const volpkg__type volpkg__any = {VOLPKG__ANY, sizeof(int32_t), 0, 0, 0, NULL, NULL, NULL};
 
-VOLPKG__EXACTLY(volpkg__two_indices, volpkg__index, 2, int32_t)
-VOLPKG__EXACTLY(volpkg__three_indices, volpkg__index, 3, int32_t)
-VOLPKG__EXACTLY(volpkg__two_counts, volpkg__from1, 2, int32_t)
-VOLPKG__EXACTLY(volpkg__three_counts, volpkg__from1, 3, int32_t)
-VOLPKG__EXACTLY(volpkg__two_reals, volpkg__real, 2, double)
-VOLPKG__MAYBE(volpkg__maybe_real, volpkg__real)
-VOLPKG__MAYBE(volpkg__maybe_two_reals, volpkg__two_reals)
-VOLPKG__EXACTLY(volpkg__two_degrees, volpkg__degrees, 2, double)
-VOLPKG__EXACTLY(volpkg__three_reals, volpkg__real, 3, double)
-VOLPKG__EXACTLY(volpkg__three_positive, volpkg__positive, 3, double)
-VOLPKG__EXACTLY(volpkg__three_fractions, volpkg__fraction, 3, double)
-VOLPKG__EXACTLY(volpkg__three_by_three, volpkg__three_reals, 3, double[3])
-VOLPKG__MANY(volpkg__few_integers, volpkg__integer, 0, 64)
-VOLPKG__MANY(volpkg__labels_of_codes, volpkg__integer, 0, VOLPKG__MOST)
-VOLPKG__MANY(volpkg__indices, volpkg__index, 0, VOLPKG__MOST)
-VOLPKG__MANY(volpkg__strings, volpkg__string, 0, VOLPKG__MOST)
-VOLPKG__MANY(volpkg__few_strings, volpkg__string, 0, 32)
-VOLPKG__MANY(volpkg__paths, volpkg__path, 0, VOLPKG__MOST)
-VOLPKG__MANY(volpkg__four_labels, volpkg__label, 0, 4)
-VOLPKG__MANY(volpkg__anything, volpkg__any, 0, VOLPKG__MOST)
-
-static const volpkg__field volpkg__grid_fields[] = {VOLPKG__MUST(volpkg_grid, shape_zyx, volpkg__three_counts),
-                                                    VOLPKG__MUST(volpkg_grid, spacing_mm_zyx, volpkg__three_positive),
-                                                    VOLPKG__MUST(volpkg_grid, origin_mm_xyz, volpkg__three_reals),
-                                                    VOLPKG__MUST(volpkg_grid, direction, volpkg__three_by_three),
-                                                    VOLPKG__MUST(volpkg_grid, extent_mm_zyx, volpkg__three_positive),
-                                                    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__grid_type, volpkg_grid, volpkg__grid_fields)
-VOLPKG__MAYBE(volpkg__maybe_grid, volpkg__grid_type)
-
-static const volpkg__named volpkg__stored_types[] = {{"uint8", VOLPKG_STORED_UINT8},
-                                                     {"int16", VOLPKG_STORED_INT16},
-                                                     {"uint16", VOLPKG_STORED_UINT16},
-                                                     {"float32", VOLPKG_STORED_FLOAT32},
-                                                     {NULL, 0}};
-VOLPKG__WORDS(volpkg__stored_type_type, VOLPKG__NAMED, volpkg__stored_types)
-
-static const volpkg__field volpkg__source_fields[] = {
-    VOLPKG__MUST(volpkg_source, format, volpkg__string),
-    VOLPKG__MUST(volpkg_source, grid, volpkg__grid_type),
-    VOLPKG__MUST(volpkg_source, stored_type, volpkg__stored_type_type),
-    VOLPKG__MAY(volpkg_source, slope, volpkg__real, 1),
-    VOLPKG__MAY(volpkg_source, intercept, volpkg__real, 0),
-    VOLPKG__MAY(volpkg_source, unit, volpkg__string, 0),
-    VOLPKG__MAY(volpkg_source, modality, volpkg__string, 0),
-    VOLPKG__MAY(volpkg_source, level_set, volpkg__truth, 0),
-    VOLPKG__MAY(volpkg_source, label_numbers, volpkg__labels_of_codes, 0),
-    VOLPKG__MAY(volpkg_source, repairs, volpkg__anything, 0),
-    VOLPKG__MAY(volpkg_source, remarks, volpkg__strings, 0),
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__source_type, volpkg_source, volpkg__source_fields)
-static const volpkg__field volpkg__source_record_fields[] = {
-    VOLPKG__MUST(volpkg_source_record, info, volpkg__source_type),
-    VOLPKG__MUST(volpkg_source_record, sha256, volpkg__digest), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__source_record_type, volpkg_source_record, volpkg__source_record_fields)
-
-static const volpkg__field volpkg__statistics_fields[] = {
-    VOLPKG__MUST(volpkg_statistics, minimum, volpkg__real), VOLPKG__MUST(volpkg_statistics, maximum, volpkg__real),
-    VOLPKG__MUST(volpkg_statistics, non_finite, volpkg__bytes), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__statistics_type, volpkg_statistics, volpkg__statistics_fields)
-
-static const volpkg__field volpkg__quantization_fields[] = {
-    VOLPKG__MUST(volpkg_quantization, bits, volpkg__is8or16),
-    VOLPKG__MUST(volpkg_quantization, window, volpkg__two_reals),
-    VOLPKG__MUST(volpkg_quantization, slope, volpkg__real),
-    VOLPKG__MUST(volpkg_quantization, intercept, volpkg__real),
-    VOLPKG__MUST(volpkg_quantization, rmse, volpkg__not_negative),
-    VOLPKG__MUST(volpkg_quantization, max_error, volpkg__not_negative),
-    VOLPKG__MUST(volpkg_quantization, clipped_below, volpkg__bytes),
-    VOLPKG__MUST(volpkg_quantization, clipped_above, volpkg__bytes),
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__quantization_type, volpkg_quantization, volpkg__quantization_fields)
-VOLPKG__MAYBE(volpkg__maybe_quantization, volpkg__quantization_type)
-
-static const volpkg__named volpkg__level_filters[] = {{"none", VOLPKG_LEVEL_NONE},
-                                                      {"nearest", VOLPKG_LEVEL_NEAREST},
-                                                      {"bilinear", VOLPKG_LEVEL_BILINEAR},
-                                                      {"two-step-bilinear", VOLPKG_LEVEL_TWO_STEP_BILINEAR},
-                                                      {"box", VOLPKG_LEVEL_BOX},
-                                                      {"binomial", VOLPKG_LEVEL_BINOMIAL},
-                                                      {"gaussian", VOLPKG_LEVEL_GAUSSIAN},
-                                                      {"lanczos3", VOLPKG_LEVEL_LANCZOS3},
-                                                      {"minimum", VOLPKG_LEVEL_MINIMUM},
-                                                      {"maximum", VOLPKG_LEVEL_MAXIMUM},
-                                                      {"median", VOLPKG_LEVEL_MEDIAN},
-                                                      {"mode", VOLPKG_LEVEL_MODE},
-                                                      {"mode-foreground", VOLPKG_LEVEL_MODE_FOREGROUND},
-                                                      {"feature-preserving", VOLPKG_LEVEL_FEATURE_PRESERVING},
-                                                      {"least-squares", VOLPKG_LEVEL_LEAST_SQUARES},
-                                                      {"appearance", VOLPKG_LEVEL_APPEARANCE},
-                                                      {"transmittance", VOLPKG_LEVEL_TRANSMITTANCE},
-                                                      {NULL, 0}};
-VOLPKG__WORDS(volpkg__level_filter_type, VOLPKG__NAMED, volpkg__level_filters)
-static const volpkg__field volpkg__level_fields[] = {
-    VOLPKG__MUST(volpkg_level, index, volpkg__index),
-    VOLPKG__MUST(volpkg_level, factors_zyx, volpkg__three_counts),
-    VOLPKG__MUST(volpkg_level, grid, volpkg__grid_type),
-    VOLPKG__MUST(volpkg_level, texture_from_box_per_mm_xyz, volpkg__three_reals),
-    VOLPKG__MUST(volpkg_level, filter, volpkg__level_filter_type),
-    VOLPKG__NULL(volpkg_level, preview_only, volpkg__truth, 0),
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__level_type, volpkg_level, volpkg__level_fields)
-VOLPKG__MANY(volpkg__levels, volpkg__level_type, 0, 64)
-
-static const volpkg__field volpkg__point_fields[] = {
-    VOLPKG__MUST(volpkg_transfer_point, value, volpkg__real),
-    VOLPKG__MUST(volpkg_transfer_point, colour, volpkg__three_fractions),
-    VOLPKG__MUST(volpkg_transfer_point, extinction_per_mm, volpkg__not_negative), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__point_type, volpkg_transfer_point, volpkg__point_fields)
-VOLPKG__MANY(volpkg__points, volpkg__point_type, 1, VOLPKG__MOST)
-static const volpkg__field volpkg__function_fields[] = {
-    VOLPKG__MUST(volpkg_transfer_function, name, volpkg__string),
-    VOLPKG__MUST(volpkg_transfer_function, points, volpkg__points),
-    VOLPKG__MAY(volpkg_transfer_function, reference_mm, volpkg__positive, 1),
-    VOLPKG__NULL(volpkg_transfer_function, isovalue, volpkg__maybe_real, 0),
-    VOLPKG__NULL(volpkg_transfer_function, intensities, volpkg__maybe_two_reals, 0),
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__function_type, volpkg_transfer_function, volpkg__function_fields)
-VOLPKG__MANY(volpkg__functions, volpkg__function_type, 0, 64)
-
-static const volpkg__field volpkg__channel_fields[] = {
-    VOLPKG__MUST(volpkg_channel, name, volpkg__label),
-    VOLPKG__MUST(volpkg_channel, source, volpkg__source_record_type),
-    VOLPKG__MUST(volpkg_channel, statistics, volpkg__statistics_type),
-    VOLPKG__NULL(volpkg_channel, stored_type, volpkg__stored_type_type, 0),
-    VOLPKG__NULL(volpkg_channel, quantization, volpkg__maybe_quantization, 0),
-    VOLPKG__MAY(volpkg_channel, levels, volpkg__levels, 0),
-    VOLPKG__MAY(volpkg_channel, transfer_functions, volpkg__functions, 0),
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__channel_type, volpkg_channel, volpkg__channel_fields)
-VOLPKG__MANY(volpkg__channels, volpkg__channel_type, 0, 32)
-
-static const volpkg__named volpkg__targets[] = {{"TEXTURE_2D", 0x0DE1}, {"TEXTURE_3D", 0x806F}, {NULL, 0}};
-static const volpkg__named volpkg__internal_formats[] = {{"LUMINANCE", 0x1909},
-                                                         {"LUMINANCE_ALPHA", 0x190A},
-                                                         {"RGB", 0x1907},
-                                                         {"RGBA", 0x1908},
-                                                         {"R8", 0x8229},
-                                                         {"RG8", 0x822B},
-                                                         {"RGB8", 0x8051},
-                                                         {"RGBA8", 0x8058},
-                                                         {"RGB8_SNORM", 0x8F96},
-                                                         {"RGBA8_SNORM", 0x8F97},
-                                                         {"R16_EXT", 0x822A},
-                                                         {"R16F", 0x822D},
-                                                         {"RGBA16F", 0x881A},
-                                                         {"PALETTE8_RGBA8_OES", 0x8B96},
-                                                         {"COMPRESSED_R11_EAC", 0x9270},
-                                                         {"COMPRESSED_RGBA8_ETC2_EAC", 0x9278},
-                                                         {"COMPRESSED_RGBA_ASTC_4x4_KHR", 0x93B0},
-                                                         {"COMPRESSED_RGBA_ASTC_5x5_KHR", 0x93B2},
-                                                         {"COMPRESSED_RGBA_ASTC_6x6_KHR", 0x93B4},
-                                                         {"COMPRESSED_RGBA_ASTC_8x8_KHR", 0x93B7},
-                                                         {NULL, 0}};
-static const volpkg__named volpkg__pixel_formats[] = {{"LUMINANCE", 0x1909},
-                                                      {"LUMINANCE_ALPHA", 0x190A},
-                                                      {"RED", 0x1903},
-                                                      {"RG", 0x8227},
-                                                      {"RGB", 0x1907},
-                                                      {"RGBA", 0x1908},
-                                                      {NULL, 0}};
-static const volpkg__named volpkg__pixel_types[] = {
-    {"UNSIGNED_BYTE", 0x1401}, {"BYTE", 0x1400}, {"UNSIGNED_SHORT", 0x1403}, {"HALF_FLOAT", 0x140B}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__target_type, VOLPKG__NAMED, volpkg__targets)
-VOLPKG__WORDS(volpkg__internal_format_type, VOLPKG__GL, volpkg__internal_formats)
-VOLPKG__WORDS(volpkg__pixel_format_type, VOLPKG__GL, volpkg__pixel_formats)
-VOLPKG__WORDS(volpkg__pixel_type_type, VOLPKG__GL, volpkg__pixel_types)
-static const volpkg__field volpkg__gl_fields[] = {
-    VOLPKG__MUST(volpkg_gl, target, volpkg__target_type),
-    VOLPKG__MUST(volpkg_gl, internal_format, volpkg__internal_format_type),
-    VOLPKG__NULL(volpkg_gl, format, volpkg__pixel_format_type, 0),
-    VOLPKG__NULL(volpkg_gl, type, volpkg__pixel_type_type, 0), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__gl_type, volpkg_gl, volpkg__gl_fields)
-
-static const volpkg__named volpkg__orders[] = {
-    {"interleaved", VOLPKG_INTERLEAVED}, {"planar", VOLPKG_PLANAR}, {"overlapping", VOLPKG_OVERLAPPING}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__order_type, VOLPKG__NAMED, volpkg__orders)
-static const volpkg__field volpkg__mosaic_fields[] = {VOLPKG__MUST(volpkg_mosaic, tile_shape_yx, volpkg__two_counts),
-                                                      VOLPKG__MUST(volpkg_mosaic, slices, volpkg__from1),
-                                                      VOLPKG__MAY(volpkg_mosaic, components_per_voxel, volpkg__to4, 1),
-                                                      VOLPKG__MUST(volpkg_mosaic, slices_per_texel, volpkg__is1or4),
-                                                      VOLPKG__MAY(volpkg_mosaic, order, volpkg__order_type, 0),
-                                                      VOLPKG__MAY(volpkg_mosaic, gutter, volpkg__index, 0),
-                                                      VOLPKG__MAY(volpkg_mosaic, padding_yx, volpkg__two_indices, 0),
-                                                      VOLPKG__MUST(volpkg_mosaic, tiles_x, volpkg__from1),
-                                                      VOLPKG__MUST(volpkg_mosaic, tiles_y, volpkg__from1),
-                                                      VOLPKG__MAY(volpkg_mosaic, textures, volpkg__to8, 1),
-                                                      VOLPKG__MUST(volpkg_mosaic, texture_shape_yx, volpkg__two_counts),
-                                                      VOLPKG__END};
-VOLPKG__RECORDS(volpkg__mosaic_type, volpkg_mosaic, volpkg__mosaic_fields)
-VOLPKG__MAYBE(volpkg__maybe_mosaic, volpkg__mosaic_type)
-
-static const volpkg__field volpkg__bricks_fields[] = {VOLPKG__MUST(volpkg_bricks, cells_zyx, volpkg__three_indices),
-                                                      VOLPKG__MUST(volpkg_bricks, reach, volpkg__from1),
-                                                      VOLPKG__MUST(volpkg_bricks, bricks_zyx, volpkg__three_counts),
-                                                      VOLPKG__MUST(volpkg_bricks, pool_zyx, volpkg__three_counts),
-                                                      VOLPKG__MUST(volpkg_bricks, stored, volpkg__from1),
-                                                      VOLPKG__END};
-VOLPKG__RECORDS(volpkg__bricks_type, volpkg_bricks, volpkg__bricks_fields)
-VOLPKG__MAYBE(volpkg__maybe_bricks, volpkg__bricks_type)
-
-static const volpkg__named volpkg__kernels[] = {{"forward", VOLPKG_FORWARD},     {"central", VOLPKG_CENTRAL},
-                                                {"thesis", VOLPKG_THESIS},       {"sobel", VOLPKG_SOBEL},
-                                                {"isotropic", VOLPKG_ISOTROPIC}, {NULL, 0}};
-static const volpkg__named volpkg__normal_codes[] = {
-    {"biased8", VOLPKG_BIASED8}, {"snorm8", VOLPKG_SNORM8}, {"oct8", VOLPKG_OCT8}, {"oct12", VOLPKG_OCT12}, {NULL, 0}};
-static const volpkg__named volpkg__spaces[] = {{"box", VOLPKG_BOX_SPACE}, {"patient", VOLPKG_PATIENT_SPACE}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__kernel_type, VOLPKG__NAMED, volpkg__kernels)
-VOLPKG__WORDS(volpkg__code_type, VOLPKG__NAMED, volpkg__normal_codes)
-VOLPKG__WORDS(volpkg__space_type, VOLPKG__NAMED, volpkg__spaces)
-static const volpkg__field volpkg__normals_fields[] = {
-    VOLPKG__MUST(volpkg_normals, kernel, volpkg__kernel_type), VOLPKG__MUST(volpkg_normals, code, volpkg__code_type),
-    VOLPKG__MUST(volpkg_normals, space, volpkg__space_type),
-    VOLPKG__NULL(volpkg_normals, largest_gradient, volpkg__not_negative, -1), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__normals_type, volpkg_normals, volpkg__normals_fields)
-VOLPKG__MAYBE(volpkg__maybe_normals, volpkg__normals_type)
-
-static const volpkg__named volpkg__axes[] = {{"x", 0}, {"y", 1}, {"z", 2}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__axis_type, VOLPKG__NAMED, volpkg__axes)
-static const volpkg__field volpkg__slices_fields[] = {VOLPKG__MUST(volpkg_slices, axis, volpkg__axis_type),
-                                                      VOLPKG__MUST(volpkg_slices, slice_shape_yx, volpkg__two_counts),
-                                                      VOLPKG__MUST(volpkg_slices, first, volpkg__index),
-                                                      VOLPKG__MUST(volpkg_slices, slices, volpkg__from1),
-                                                      VOLPKG__MUST(volpkg_slices, tiles_x, volpkg__from1),
-                                                      VOLPKG__MAY(volpkg_slices, largest_opacity, volpkg__share, 1),
-                                                      VOLPKG__END};
-VOLPKG__RECORDS(volpkg__slices_type, volpkg_slices, volpkg__slices_fields)
-VOLPKG__MAYBE(volpkg__maybe_slices, volpkg__slices_type)
-
-static const volpkg__named volpkg__filters[] = {{"linear", VOLPKG_LINEAR}, {"nearest", VOLPKG_NEAREST}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__filter_type, VOLPKG__NAMED, volpkg__filters)
-static const volpkg__named volpkg__texture_roles[] = {{"volume", VOLPKG_VOLUME},
-                                                      {"bricks", VOLPKG_BRICKS},
-                                                      {"transfer", VOLPKG_TRANSFER},
-                                                      {"preintegrated", VOLPKG_PREINTEGRATED},
-                                                      {"skip", VOLPKG_SKIP},
-                                                      {"ranges", VOLPKG_RANGES},
-                                                      {"normals", VOLPKG_NORMALS},
-                                                      {"slices", VOLPKG_SLICES},
-                                                      {NULL, 0}};
-VOLPKG__WORDS(volpkg__texture_role_type, VOLPKG__NAMED, volpkg__texture_roles)
-static const volpkg__field volpkg__texture_fields[] = {
-    VOLPKG__MUST(volpkg_texture, name, volpkg__string),
-    VOLPKG__MUST(volpkg_texture, role, volpkg__texture_role_type),
-    VOLPKG__KEY(volpkg_texture, "file", path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__MUST(volpkg_texture, gl, volpkg__gl_type),
-    VOLPKG__MUST(volpkg_texture, shape_zyx, volpkg__three_counts),
-    VOLPKG__NULL(volpkg_texture, level, volpkg__index, -1),
-    VOLPKG__MAY(volpkg_texture, channels, volpkg__four_labels, 0),
-    VOLPKG__NULL(volpkg_texture, mosaic, volpkg__maybe_mosaic, 0),
-    VOLPKG__NULL(volpkg_texture, mipmap, volpkg__index, -1),
-    VOLPKG__NULL(volpkg_texture, transfer, volpkg__string, 0),
-    VOLPKG__NULL(volpkg_texture, reference_mm, volpkg__real, 0),
-    VOLPKG__MAY(volpkg_texture, filter, volpkg__filter_type, 0),
-    VOLPKG__NULL(volpkg_texture, bricks, volpkg__maybe_bricks, 0),
-    VOLPKG__MAY(volpkg_texture, part, volpkg__index, 0),
-    VOLPKG__NULL(volpkg_texture, max_extinction_per_mm, volpkg__real, 0),
-    VOLPKG__NULL(volpkg_texture, segment_mm, volpkg__real, 0),
-    VOLPKG__NULL(volpkg_texture, normals, volpkg__maybe_normals, 0),
-    VOLPKG__KEY(volpkg_texture, "encoder", encoder, volpkg__string, VOLPKG__NULLABLE | VOLPKG__NO_TEXT, 0),
-    VOLPKG__NULL(volpkg_texture, slices, volpkg__maybe_slices, 0),
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__texture_type, volpkg_texture, volpkg__texture_fields)
-VOLPKG__MANY(volpkg__textures, volpkg__texture_type, 0, 4096)
-
-static const volpkg__field volpkg__entry_fields[] = {
-    VOLPKG__MUST(volpkg_palette_entry, colour, volpkg__three_fractions),
-    VOLPKG__MUST(volpkg_palette_entry, extinction_per_mm, volpkg__not_negative), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__entry_type, volpkg_palette_entry, volpkg__entry_fields)
-VOLPKG__MANY(volpkg__palette_entries, volpkg__entry_type, 2, 256)
-static const volpkg__field volpkg__palette_fields[] = {VOLPKG__MUST(volpkg_palette, transfer, volpkg__string),
-                                                       VOLPKG__MUST(volpkg_palette, entries, volpkg__palette_entries),
-                                                       VOLPKG__END};
-VOLPKG__RECORDS(volpkg__palette_type, volpkg_palette, volpkg__palette_fields)
-VOLPKG__MANY(volpkg__palettes, volpkg__palette_type, 0, 1024)
-
-static const volpkg__named volpkg__uniform_types[] = {
-    {"float", VOLPKG_FLOAT}, {"vec3", VOLPKG_VEC3}, {"mat4", VOLPKG_MAT4}, {NULL, 0}};
-static const volpkg__named volpkg__sources[] = {{"box_from_clip", VOLPKG_BOX_FROM_CLIP},
-                                                {"step_mm", VOLPKG_STEP_MM},
-                                                {"texture_from_box", VOLPKG_TEXTURE_FROM_BOX},
-                                                {"mipmap", VOLPKG_MIPMAP},
-                                                {"blocks_from_box", VOLPKG_BLOCKS_FROM_BOX},
-                                                {"block_low_mm", VOLPKG_BLOCK_LOW_MM},
-                                                {"block_high_mm", VOLPKG_BLOCK_HIGH_MM},
-                                                {"split_voxel", VOLPKG_SPLIT_VOXEL},
-                                                {"low_start_voxel", VOLPKG_LOW_START_VOXEL},
-                                                {"low_size_voxels", VOLPKG_LOW_SIZE_VOXELS},
-                                                {"high_start_voxel", VOLPKG_HIGH_START_VOXEL},
-                                                {"high_size_voxels", VOLPKG_HIGH_SIZE_VOXELS},
-                                                {"clip_from_box", VOLPKG_CLIP_FROM_BOX},
-                                                {"box_from_mesh", VOLPKG_BOX_FROM_MESH},
-                                                {"box_from_slices", VOLPKG_BOX_FROM_SLICES},
-                                                {"slices", VOLPKG_SLICE_COUNT},
-                                                {"first_sample", VOLPKG_FIRST_SAMPLE},
-                                                {"light_mm", VOLPKG_LIGHT_MM},
-                                                {"box_from_light", VOLPKG_BOX_FROM_LIGHT},
-                                                {"light_from_box", VOLPKG_LIGHT_FROM_BOX},
-                                                {"picture_width", VOLPKG_PICTURE_WIDTH},
-                                                {"picture_height", VOLPKG_PICTURE_HEIGHT},
-                                                {NULL, 0}};
-VOLPKG__WORDS(volpkg__uniform_type_type, VOLPKG__NAMED, volpkg__uniform_types)
-VOLPKG__WORDS(volpkg__source_word_type, VOLPKG__NAMED, volpkg__sources)
-static const volpkg__field volpkg__uniform_fields[] = {
-    VOLPKG__MUST(volpkg_uniform_record, name, volpkg__string),
-    VOLPKG__MUST(volpkg_uniform_record, type, volpkg__uniform_type_type),
-    VOLPKG__MUST(volpkg_uniform_record, source, volpkg__source_word_type), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__uniform_record_type, volpkg_uniform_record, volpkg__uniform_fields)
-VOLPKG__MANY(volpkg__uniforms, volpkg__uniform_record_type, 0, 64)
-
-static const volpkg__named volpkg__sampler_roles[] = {
-    {"volume", VOLPKG_VOLUME},       {"bricks", VOLPKG_BRICKS},
-    {"transfer", VOLPKG_TRANSFER},   {"preintegrated", VOLPKG_PREINTEGRATED},
-    {"skip", VOLPKG_SKIP},           {"normals", VOLPKG_NORMALS},
-    {"subvolume", VOLPKG_SUBVOLUME}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__sampler_role_type, VOLPKG__NAMED, volpkg__sampler_roles)
-static const volpkg__field volpkg__sampler_fields[] = {
-    VOLPKG__MUST(volpkg_sampler, name, volpkg__string), VOLPKG__MUST(volpkg_sampler, role, volpkg__sampler_role_type),
-    VOLPKG__NULL(volpkg_sampler, transfer, volpkg__string, 0), VOLPKG__MAY(volpkg_sampler, part, volpkg__index, 0),
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__sampler_type, volpkg_sampler, volpkg__sampler_fields)
-VOLPKG__MANY(volpkg__samplers, volpkg__sampler_type, 0, 64)
-
-static const volpkg__named volpkg__samplings[] = {{"texture3d", VOLPKG_FROM_TEXTURE3D},
-                                                  {"mosaic", VOLPKG_FROM_MOSAIC},
-                                                  {"subvolumes", VOLPKG_FROM_SUBVOLUMES},
-                                                  {"bricks", VOLPKG_FROM_BRICKS},
-                                                  {NULL, 0}};
-static const volpkg__named volpkg__techniques[] = {{"ray-casting", VOLPKG_RAY_CASTING},
-                                                   {"two-pass", VOLPKG_TWO_PASS},
-                                                   {"two-pass-as-published", VOLPKG_TWO_PASS_AS_PUBLISHED},
-                                                   {"slabs", VOLPKG_SLABS},
-                                                   {"tiles", VOLPKG_TILES},
-                                                   {"axis-slices", VOLPKG_AXIS_SLICES},
-                                                   {"view-slices", VOLPKG_VIEW_SLICES},
-                                                   {"view-slices-as-published", VOLPKG_VIEW_SLICES_AS_PUBLISHED},
-                                                   {NULL, 0}};
-static const volpkg__named volpkg__geometries[] = {{"triangle", VOLPKG_DRAW_TRIANGLE},
-                                                   {"front-faces", VOLPKG_DRAW_FRONT_FACES},
-                                                   {"back-faces", VOLPKG_DRAW_BACK_FACES},
-                                                   {"axis-slices", VOLPKG_DRAW_AXIS_SLICES},
-                                                   {"view-slices", VOLPKG_DRAW_VIEW_SLICES},
-                                                   {"half-angle-slices", VOLPKG_DRAW_HALF_ANGLE_SLICES},
-                                                   {NULL, 0}};
-static const volpkg__named volpkg__classifications[] = {{"lookup", VOLPKG_BY_LOOKUP},
-                                                        {"preintegrated", VOLPKG_BY_PREINTEGRATED},
-                                                        {"palette", VOLPKG_BY_PALETTE},
-                                                        {"control-points", VOLPKG_BY_CONTROL_POINTS},
-                                                        {"preclassified", VOLPKG_BY_PRECLASSIFIED},
-                                                        {NULL, 0}};
-static const volpkg__named volpkg__lightings[] = {{"none", VOLPKG_UNLIT},
-                                                  {"headlight", VOLPKG_HEADLIGHT},
-                                                  {"phong", VOLPKG_PHONG},
-                                                  {"blinn-phong", VOLPKG_BLINN_PHONG},
-                                                  {NULL, 0}};
-static const volpkg__named volpkg__normals_words[] = {{"volume", VOLPKG_NORMALS_FROM_VOLUME},
-                                                      {"forward", VOLPKG_FORWARD_DIFFERENCES},
-                                                      {"central", VOLPKG_CENTRAL_DIFFERENCES},
-                                                      {NULL, 0}};
-static const volpkg__named volpkg__compositings[] = {{"emission-absorption", VOLPKG_EMISSION_ABSORPTION},
-                                                     {"back-to-front", VOLPKG_BACK_TO_FRONT},
-                                                     {"maximum", VOLPKG_MAXIMUM},
-                                                     {"minimum", VOLPKG_MINIMUM},
-                                                     {"average", VOLPKG_AVERAGE},
-                                                     {"mida", VOLPKG_MIDA},
-                                                     {"first-hit", VOLPKG_FIRST_HIT},
-                                                     {"isosurface", VOLPKG_ISOSURFACE},
-                                                     {NULL, 0}};
-static const volpkg__named volpkg__draw_orders[] = {{"front-to-back", 0}, {"back-to-front", 1}, {NULL, 0}};
-static const volpkg__named volpkg__factors[] = {
-    {"ZERO", 0}, {"ONE", 1}, {"ONE_MINUS_SRC_ALPHA", 0x0303}, {"ONE_MINUS_DST_ALPHA", 0x0305}, {NULL, 0}};
-static const volpkg__named volpkg__pass_targets[] = {
-    {"rgba8", VOLPKG_INTO_RGBA8}, {"rgba16f", VOLPKG_INTO_RGBA16F}, {"rgba32f", VOLPKG_INTO_RGBA32F}, {NULL, 0}};
-static const volpkg__named volpkg__ray_words[] = {
-    {"box", VOLPKG_RAYS_FROM_BOX}, {"mesh", VOLPKG_RAYS_FROM_MESH}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__sampling_type, VOLPKG__NAMED, volpkg__samplings)
-VOLPKG__WORDS(volpkg__technique_type, VOLPKG__NAMED, volpkg__techniques)
-VOLPKG__WORDS(volpkg__geometry_type, VOLPKG__NAMED, volpkg__geometries)
-VOLPKG__WORDS(volpkg__draw_order_type, VOLPKG__NAMED, volpkg__draw_orders)
-VOLPKG__WORDS(volpkg__factor_type, VOLPKG__NAMED, volpkg__factors)
-VOLPKG__WORDS(volpkg__pass_target_type, VOLPKG__NAMED, volpkg__pass_targets)
-VOLPKG__EXACTLY(volpkg__two_factors, volpkg__factor_type, 2, uint32_t)
-VOLPKG__WORDS(volpkg__classification_type, VOLPKG__NAMED, volpkg__classifications)
-VOLPKG__WORDS(volpkg__lighting_type, VOLPKG__NAMED, volpkg__lightings)
-VOLPKG__WORDS(volpkg__normals_from_type, VOLPKG__NAMED, volpkg__normals_words)
-VOLPKG__WORDS(volpkg__compositing_type, VOLPKG__NAMED, volpkg__compositings)
-VOLPKG__WORDS(volpkg__rays_type, VOLPKG__NAMED, volpkg__ray_words)
-static const volpkg__named volpkg__shadows_words[] = {{"none", VOLPKG_NO_SHADOWS},
-                                                      {"rays", VOLPKG_SHADOW_RAYS},
-                                                      {"map", VOLPKG_SHADOW_MAP},
-                                                      {"half-angle", VOLPKG_HALF_ANGLE},
-                                                      {NULL, 0}};
-VOLPKG__WORDS(volpkg__shadows_type, VOLPKG__NAMED, volpkg__shadows_words)
-static const volpkg__field volpkg__light_fields[] = {VOLPKG__MUST(volpkg_light, place_mm_xyz, volpkg__three_reals),
-                                                     VOLPKG__MAY(volpkg_light, ambient, volpkg__fraction, 0.2),
-                                                     VOLPKG__MAY(volpkg_light, diffuse, volpkg__fraction, 0.7),
-                                                     VOLPKG__MAY(volpkg_light, specular, volpkg__fraction, 0.3),
-                                                     VOLPKG__MAY(volpkg_light, shininess, volpkg__shininess, 20),
-                                                     VOLPKG__MAY(volpkg_light, shadows, volpkg__shadows_type, 0),
-                                                     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__light_type, volpkg_light, volpkg__light_fields)
-VOLPKG__MAYBE(volpkg__maybe_light, volpkg__light_type)
+/* ==== tables, written by tools/make_c_schema.py: do not edit ==== */
+/* clang-format off */
+static const volpkg__named volpkg__draw_order_words[] = {{"front-to-back", VOLPKG_DRAW_ORDER_FRONT_TO_BACK},
+    {"back-to-front", VOLPKG_DRAW_ORDER_BACK_TO_FRONT}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__draw_order_word, VOLPKG__NAMED, 0, volpkg__draw_order_words)
+static const volpkg__named volpkg__factor_words[] = {{"ZERO", 0x0000}, {"ONE", 0x0001}, {"ONE_MINUS_SRC_ALPHA", 0x0303},
+    {"ONE_MINUS_DST_ALPHA", 0x0305}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__factor_word, VOLPKG__NAMED, 0, volpkg__factor_words)
+VOLPKG__EXACTLY(volpkg__factor_word_x2, volpkg__factor_word, 2, uint32_t)
 static const volpkg__field volpkg__blend_fields[] = {
-    VOLPKG__KEY(volpkg_blend, "order", back_to_front, volpkg__draw_order_type, VOLPKG__NEEDED, 0),
-    VOLPKG__MUST(volpkg_blend, colour, volpkg__two_factors), VOLPKG__MUST(volpkg_blend, alpha, volpkg__two_factors),
+    {"order", &volpkg__draw_order_word, offsetof(volpkg_blend, order), VOLPKG__NEEDED, 0, NULL},
+    {"colour", &volpkg__factor_word_x2, offsetof(volpkg_blend, colour), VOLPKG__NEEDED, 0, NULL},
+    {"alpha", &volpkg__factor_word_x2, offsetof(volpkg_blend, alpha), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__blend_type, volpkg_blend, volpkg__blend_fields)
-VOLPKG__MAYBE(volpkg__maybe_blend, volpkg__blend_type)
-#define VOLPKG__PASS_FIELDS                                                                      \
-    VOLPKG__KEY(volpkg_pass, "vertex", vertex.path, volpkg__path, VOLPKG__NEEDED, 0),            \
-        VOLPKG__KEY(volpkg_pass, "fragment", fragment.path, volpkg__path, VOLPKG__NEEDED, 0),    \
-        VOLPKG__MUST(volpkg_pass, geometry, volpkg__geometry_type),                              \
-        VOLPKG__MUST(volpkg_pass, sampler, volpkg__string),                                      \
-        VOLPKG__KEY(volpkg_pass, "target", target, volpkg__pass_target_type, VOLPKG__NEEDED, 0), \
-        VOLPKG__MUST(volpkg_pass, uniforms, volpkg__uniforms),                                   \
-        VOLPKG__MAY(volpkg_pass, reads, volpkg__few_strings, 0), VOLPKG__NULL(volpkg_pass, size, volpkg__from1, 0)
-static const volpkg__field volpkg__pass_fields[] = {VOLPKG__PASS_FIELDS, VOLPKG__END};
-VOLPKG__RECORDS(volpkg__pass_type, volpkg_pass, volpkg__pass_fields)
-VOLPKG__MANY(volpkg__passes, volpkg__pass_type, 0, 16)
-static const volpkg__field volpkg__light_pass_fields[] = {
-    VOLPKG__PASS_FIELDS, VOLPKG__KEY(volpkg_pass, "blend", blend, volpkg__maybe_blend, VOLPKG__NEEDED, 0),
-    VOLPKG__KEY(volpkg_pass, "behind", behind, volpkg__maybe_blend, VOLPKG__NEEDED, 0), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__light_pass_type, volpkg_pass, volpkg__light_pass_fields)
-VOLPKG__MAYBE(volpkg__maybe_light_pass, volpkg__light_pass_type)
-static const volpkg__field volpkg__tiles_fields[] = {
-    VOLPKG__MUST(volpkg_tiles, size, volpkg__from1),
-    VOLPKG__MUST(volpkg_tiles, groups, volpkg__from1),
-    VOLPKG__KEY(volpkg_tiles, "cost", cost.path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__KEY(volpkg_tiles, "offsets", offsets.path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__KEY(volpkg_tiles, "place", place.path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__MUST(volpkg_tiles, uniforms, volpkg__uniforms),
-    VOLPKG__MUST(volpkg_tiles, reads, volpkg__few_strings),
+VOLPKG__RECORDS(volpkg__blend_record, volpkg_blend, volpkg__blend_fields)
+VOLPKG__NUMBERS(volpkg__string, VOLPKG__STRING, const char*, 0, 0, 0)
+VOLPKG__NUMBERS(volpkg__int, VOLPKG__INT, int32_t, -2147483647.0, 2147483647.0, 1)
+VOLPKG__NUMBERS(volpkg__int_from_1, VOLPKG__INT, int32_t, 1.0, 2147483647.0, 1)
+VOLPKG__EXACTLY(volpkg__int_from_1_x3, volpkg__int_from_1, 3, int32_t)
+static const volpkg__field volpkg__block_ranges_record_fields[] = {
+    {"texture", &volpkg__string, offsetof(volpkg_ranges, texture), VOLPKG__NEEDED, 0, NULL},
+    {"level", &volpkg__int, offsetof(volpkg_ranges, level), VOLPKG__NEEDED, 0, NULL},
+    {"block", &volpkg__int_from_1, offsetof(volpkg_ranges, block), VOLPKG__NEEDED, 0, NULL},
+    {"blocks_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_ranges, blocks_zyx), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__tiles_type, volpkg_tiles, volpkg__tiles_fields)
-VOLPKG__MAYBE(volpkg__maybe_tiles, volpkg__tiles_type)
-static const volpkg__field volpkg__program_fields[] = {
-    VOLPKG__MUST(volpkg_program, name, volpkg__string),
-    VOLPKG__MUST(volpkg_program, sampling, volpkg__sampling_type),
-    VOLPKG__MAY(volpkg_program, technique, volpkg__technique_type, 0),
-    VOLPKG__MAY(volpkg_program, classification, volpkg__classification_type, 0),
-    VOLPKG__MAY(volpkg_program, lighting, volpkg__lighting_type, 0),
-    VOLPKG__MAY(volpkg_program, normals_from, volpkg__normals_from_type, 0),
-    VOLPKG__NULL(volpkg_program, light, volpkg__maybe_light, 0),
-    VOLPKG__MAY(volpkg_program, compositing, volpkg__compositing_type, 0),
-    VOLPKG__MAY(volpkg_program, rays, volpkg__rays_type, 0),
-    VOLPKG__KEY(volpkg_program, "vertex", vertex.path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__KEY(volpkg_program, "fragment", fragment.path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__MUST(volpkg_program, levels, volpkg__few_integers),
-    VOLPKG__MUST(volpkg_program, transfer, volpkg__string),
-    VOLPKG__MUST(volpkg_program, uniforms, volpkg__uniforms),
-    VOLPKG__MUST(volpkg_program, samplers, volpkg__samplers),
-    VOLPKG__NULL(volpkg_program, step_mm_min, volpkg__real, 0),
-    VOLPKG__MAY(volpkg_program, geometry, volpkg__geometry_type, 0),
-    VOLPKG__MAY(volpkg_program, before, volpkg__passes, 0),
-    VOLPKG__NULL(volpkg_program, light_pass, volpkg__maybe_light_pass, 0),
-    VOLPKG__NULL(volpkg_program, tiles, volpkg__maybe_tiles, 0),
-    VOLPKG__NULL(volpkg_program, blend, volpkg__maybe_blend, 0),
-    VOLPKG__MAY(volpkg_program, target, volpkg__pass_target_type, 0),
-    VOLPKG__NULL(volpkg_program, slab_samples, volpkg__from1, 0),
+VOLPKG__RECORDS(volpkg__block_ranges_record_record, volpkg_ranges, volpkg__block_ranges_record_fields)
+VOLPKG__NUMBERS(volpkg__int_from_0, VOLPKG__INT, int32_t, 0.0, 2147483647.0, 1)
+VOLPKG__EXACTLY(volpkg__int_from_0_x3, volpkg__int_from_0, 3, int32_t)
+static const volpkg__field volpkg__brick_layout_fields[] = {
+    {"cells_zyx", &volpkg__int_from_0_x3, offsetof(volpkg_bricks, cells_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"reach", &volpkg__int_from_1, offsetof(volpkg_bricks, reach), VOLPKG__NEEDED, 0, NULL},
+    {"bricks_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_bricks, bricks_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"pool_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_bricks, pool_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"stored", &volpkg__int_from_1, offsetof(volpkg_bricks, stored), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__program_type, volpkg_program, volpkg__program_fields)
-VOLPKG__MANY(volpkg__programs, volpkg__program_type, 0, 256)
-
-static const volpkg__field volpkg__tolerance_fields[] = {
-    VOLPKG__KEY(volpkg_render, "rmse", tolerance.rmse, volpkg__fraction, 0, 0.02),
-    VOLPKG__KEY(volpkg_render, "maximum", tolerance.maximum, volpkg__fraction, 0, 0.25), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__tolerance_type, volpkg_render, volpkg__tolerance_fields)
-static const volpkg__named volpkg__projections[] = {{"orthographic", 0}, {"perspective", 1}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__projection_type, VOLPKG__NAMED, volpkg__projections)
-static const volpkg__field volpkg__level_step_fields[] = {VOLPKG__MUST(volpkg_level_step, level, volpkg__index),
-                                                          VOLPKG__MUST(volpkg_level_step, step_mm, volpkg__positive),
-                                                          VOLPKG__END};
-VOLPKG__RECORDS(volpkg__level_step_type, volpkg_level_step, volpkg__level_step_fields)
-VOLPKG__MANY(volpkg__level_steps, volpkg__level_step_type, 0, 64)
-static const volpkg__field volpkg__shader_pair_fields[] = {
-    VOLPKG__KEY(volpkg_shader_pair, "vertex", vertex.path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__KEY(volpkg_shader_pair, "fragment", fragment.path, volpkg__path, VOLPKG__NEEDED, 0), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__shader_pair_type, volpkg_shader_pair, volpkg__shader_pair_fields)
-VOLPKG__MAYBE(volpkg__maybe_shader_pair, volpkg__shader_pair_type)
-static const volpkg__named volpkg__opacity_sources[] = {{"alpha", VOLPKG_OPACITY_ALPHA},
-                                                        {"black-and-white", VOLPKG_OPACITY_BLACK_AND_WHITE},
-                                                        {"white-volume", VOLPKG_OPACITY_WHITE_VOLUME},
-                                                        {"luminance-average", VOLPKG_OPACITY_LUMINANCE_AVERAGE},
-                                                        {"luminance-perceived", VOLPKG_OPACITY_LUMINANCE_PERCEIVED},
-                                                        {NULL, 0}};
-VOLPKG__WORDS(volpkg__opacity_source_type, VOLPKG__NAMED, volpkg__opacity_sources)
-static const volpkg__field volpkg__hybrid_fields[] = {
-    VOLPKG__MAY(volpkg_hybrid, longest_side, volpkg__from1, 128),
-    VOLPKG__MAY(volpkg_hybrid, opacity, volpkg__opacity_source_type, 0),
-    VOLPKG__NULL(volpkg_hybrid, enlarged, volpkg__maybe_shader_pair, 0),
-    VOLPKG__NULL(volpkg_hybrid, lines, volpkg__maybe_shader_pair, 0),
-    VOLPKG__MAY(volpkg_hybrid, has_lines, volpkg__truth, 1),
+VOLPKG__RECORDS(volpkg__brick_layout_record, volpkg_bricks, volpkg__brick_layout_fields)
+VOLPKG__NUMBERS(volpkg__label, VOLPKG__LABEL, const char*, 0, 0, 0)
+VOLPKG__NUMBERS(volpkg__real_above_0, VOLPKG__REAL, double, 0.0, VOLPKG__HUGE, 1)
+VOLPKG__EXACTLY(volpkg__real_above_0_x3, volpkg__real_above_0, 3, double)
+VOLPKG__NUMBERS(volpkg__real, VOLPKG__REAL, double, -VOLPKG__HUGE, VOLPKG__HUGE, 0)
+VOLPKG__EXACTLY(volpkg__real_x3, volpkg__real, 3, double)
+VOLPKG__EXACTLY(volpkg__real_x3_x3, volpkg__real_x3, 3, double[3])
+static const volpkg__field volpkg__grid_fields[] = {
+    {"shape_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_grid, shape_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"spacing_mm_zyx", &volpkg__real_above_0_x3, offsetof(volpkg_grid, spacing_mm_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"origin_mm_xyz", &volpkg__real_x3, offsetof(volpkg_grid, origin_mm_xyz), VOLPKG__NEEDED, 0, NULL},
+    {"direction", &volpkg__real_x3_x3, offsetof(volpkg_grid, direction), VOLPKG__NEEDED, 0, NULL},
+    {"extent_mm_zyx", &volpkg__real_above_0_x3, offsetof(volpkg_grid, extent_mm_zyx), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__hybrid_type, volpkg_hybrid, volpkg__hybrid_fields)
-VOLPKG__MAYBE(volpkg__maybe_hybrid, volpkg__hybrid_type)
-static const volpkg__field volpkg__render_fields[] = {
-    VOLPKG__MUST(volpkg_render, step_mm, volpkg__positive),
-    VOLPKG__MAY(volpkg_render, level_steps, volpkg__level_steps, 0),
-    VOLPKG__NULL(volpkg_render, opacity_cutoff, volpkg__fraction, 1),
-    VOLPKG__KEY(volpkg_render, "projection", perspective, volpkg__projection_type, 0, 0),
-    VOLPKG__NULL(volpkg_render, hybrid, volpkg__maybe_hybrid, 0),
-    {"tolerance", &volpkg__tolerance_type, 0, 0, 0}, /* its fields have offsets of this record */
+VOLPKG__RECORDS(volpkg__grid_record, volpkg_grid, volpkg__grid_fields)
+static const volpkg__named volpkg__stored_type_words[] = {{"uint8", VOLPKG_STORED_TYPE_UINT8},
+    {"int16", VOLPKG_STORED_TYPE_INT16}, {"uint16", VOLPKG_STORED_TYPE_UINT16}, {"float32", VOLPKG_STORED_TYPE_FLOAT32},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__stored_type_word, VOLPKG__NAMED, 0, volpkg__stored_type_words)
+VOLPKG__NUMBERS(volpkg__truth, VOLPKG__TRUTH, int32_t, 0, 1, 1)
+VOLPKG__NUMBERS(volpkg__long, VOLPKG__LONG, int64_t, -9007199254740991.0, 9007199254740991.0, 1)
+VOLPKG__MANY(volpkg__long_list, volpkg__long, 0, 2147483647.0)
+VOLPKG__MANY(volpkg__any_list, volpkg__any, 0, 2147483647.0)
+VOLPKG__MANY(volpkg__string_list, volpkg__string, 0, 2147483647.0)
+static const volpkg__field volpkg__source_info_fields[] = {
+    {"format", &volpkg__string, offsetof(volpkg_source, format), VOLPKG__NEEDED, 0, NULL},
+    {"grid", &volpkg__grid_record, offsetof(volpkg_source, grid), VOLPKG__NEEDED, 0, NULL},
+    {"stored_type", &volpkg__stored_type_word, offsetof(volpkg_source, stored_type), VOLPKG__NEEDED, 0, NULL},
+    {"slope", &volpkg__real, offsetof(volpkg_source, slope), 0, 1.0, NULL},
+    {"intercept", &volpkg__real, offsetof(volpkg_source, intercept), 0, 0.0, NULL},
+    {"unit", &volpkg__string, offsetof(volpkg_source, unit), 0, 0, NULL},
+    {"modality", &volpkg__string, offsetof(volpkg_source, modality), 0, 0, NULL},
+    {"level_set", &volpkg__truth, offsetof(volpkg_source, level_set), 0, 0.0, NULL},
+    {"label_numbers", &volpkg__long_list, offsetof(volpkg_source, label_numbers), 0, 0, NULL},
+    {"repairs", &volpkg__any_list, offsetof(volpkg_source, repairs), 0, 0, NULL},
+    {"remarks", &volpkg__string_list, offsetof(volpkg_source, remarks), 0, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__render_type, volpkg_render, volpkg__render_fields)
-VOLPKG__MAYBE(volpkg__maybe_render, volpkg__render_type)
-
-static const volpkg__named volpkg__apis[] = {
-    {"es1.1", VOLPKG_ES1_1}, {"es2.0", VOLPKG_ES2_0}, {"es3.0", VOLPKG_ES3_0}, {NULL, 0}};
-static const volpkg__named volpkg__texture_formats[] = {
-    {"LUMINANCE8", 0}, {"LUMINANCE_ALPHA8", 1}, {"RGB8", 2},        {"RGBA8", 3},       {"R8", 4},
-    {"RG8", 5},        {"RGB8_SNORM", 6},       {"RGBA8_SNORM", 7}, {"R16", 8},         {"R16F", 9},
-    {"RGBA16F", 10},   {"PALETTE8_RGBA8", 11},  {"EAC_R11", 12},    {"ETC2_RGBA8", 13}, {"ASTC_4X4", 14},
-    {"ASTC_5X5", 15},  {"ASTC_6X6", 16},        {"ASTC_8X8", 17},   {NULL, 0}};
-VOLPKG__WORDS(volpkg__api_type, VOLPKG__NAMED, volpkg__apis)
-VOLPKG__WORDS(volpkg__texture_format_type, VOLPKG__NAMED, volpkg__texture_formats)
-VOLPKG__MANY(volpkg__format_list, volpkg__texture_format_type, 0, VOLPKG__MOST)
-static const volpkg__field volpkg__profile_fields[] = {
-    VOLPKG__MUST(volpkg_profile, name, volpkg__string),
-    VOLPKG__MUST(volpkg_profile, api, volpkg__api_type),
-    VOLPKG__MUST(volpkg_profile, max_texture_size, volpkg__from64),
-    VOLPKG__MUST(volpkg_profile, max_3d_texture_size, volpkg__index),
-    VOLPKG__MUST(volpkg_profile, texture_units, volpkg__from1),
-    VOLPKG__MUST(volpkg_profile, texture_formats, volpkg__format_list),
-    VOLPKG__MAY(volpkg_profile, npot, volpkg__truth, 1),
-    VOLPKG__MAY(volpkg_profile, square, volpkg__truth, 0),
-    VOLPKG__MUST(volpkg_profile, index_bits, volpkg__is16or32),
-    VOLPKG__MUST(volpkg_profile, max_texture_bytes, volpkg__long1),
+VOLPKG__RECORDS(volpkg__source_info_record, volpkg_source, volpkg__source_info_fields)
+static const volpkg__field volpkg__source_record_fields[] = {
+    {"info", &volpkg__source_info_record, offsetof(volpkg_source_record, info), VOLPKG__NEEDED, 0, NULL},
+    {"sha256", &volpkg__digest, offsetof(volpkg_source_record, sha256), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__profile_type, volpkg_profile, volpkg__profile_fields)
-
-static const volpkg__field volpkg__together_fields[] = {VOLPKG__MUST(volpkg_together, name, volpkg__string),
-                                                        VOLPKG__MUST(volpkg_together, transfers, volpkg__few_strings),
-                                                        VOLPKG__END};
-VOLPKG__RECORDS(volpkg__together_type, volpkg_together, volpkg__together_fields)
-VOLPKG__MAYBE(volpkg__maybe_together, volpkg__together_type)
-
-static const volpkg__named volpkg__skip_kinds[] = {{"blocks", VOLPKG_SKIP_BLOCKS},
-                                                   {"table16", VOLPKG_SKIP_TABLE16},
-                                                   {"distance", VOLPKG_SKIP_DISTANCE},
-                                                   {"octants", VOLPKG_SKIP_OCTANTS},
-                                                   {"pyramid", VOLPKG_SKIP_PYRAMID},
-                                                   {"euclidean", VOLPKG_SKIP_EUCLIDEAN},
-                                                   {NULL, 0}};
-VOLPKG__WORDS(volpkg__skip_kind_type, VOLPKG__NAMED, volpkg__skip_kinds)
-static const volpkg__field volpkg__skip_fields[] = {
-    VOLPKG__MUST(volpkg_skip_table, texture, volpkg__string),
-    VOLPKG__MUST(volpkg_skip_table, level, volpkg__integer),
-    VOLPKG__MUST(volpkg_skip_table, transfer, volpkg__string),
-    VOLPKG__MUST(volpkg_skip_table, kind, volpkg__skip_kind_type),
-    VOLPKG__MUST(volpkg_skip_table, block, volpkg__from1),
-    VOLPKG__MUST(volpkg_skip_table, blocks_zyx, volpkg__three_counts),
-    VOLPKG__MUST(volpkg_skip_table, blocks_from_box_per_mm_xyz, volpkg__three_reals),
-    VOLPKG__MUST(volpkg_skip_table, empty_share, volpkg__fraction),
+VOLPKG__RECORDS(volpkg__source_record_record, volpkg_source_record, volpkg__source_record_fields)
+VOLPKG__NUMBERS(volpkg__long_from_0, VOLPKG__LONG, int64_t, 0.0, 9007199254740991.0, 1)
+static const volpkg__field volpkg__statistics_fields[] = {
+    {"minimum", &volpkg__real, offsetof(volpkg_statistics, minimum), VOLPKG__NEEDED, 0, NULL},
+    {"maximum", &volpkg__real, offsetof(volpkg_statistics, maximum), VOLPKG__NEEDED, 0, NULL},
+    {"non_finite", &volpkg__long_from_0, offsetof(volpkg_statistics, non_finite), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__skip_type, volpkg_skip_table, volpkg__skip_fields)
-VOLPKG__MANY(volpkg__skip_tables, volpkg__skip_type, 0, 4096)
-static const volpkg__field volpkg__ranges_fields[] = {
-    VOLPKG__MUST(volpkg_ranges, texture, volpkg__string), VOLPKG__MUST(volpkg_ranges, level, volpkg__integer),
-    VOLPKG__MUST(volpkg_ranges, block, volpkg__from1), VOLPKG__MUST(volpkg_ranges, blocks_zyx, volpkg__three_counts),
+VOLPKG__RECORDS(volpkg__statistics_record, volpkg_statistics, volpkg__statistics_fields)
+VOLPKG__NUMBERS(volpkg__int_8_or_16, VOLPKG__INT, int32_t, 8, 16, 8)
+VOLPKG__EXACTLY(volpkg__real_x2, volpkg__real, 2, double)
+VOLPKG__NUMBERS(volpkg__real_from_0, VOLPKG__REAL, double, 0.0, VOLPKG__HUGE, 0)
+static const volpkg__field volpkg__quantization_fields[] = {
+    {"bits", &volpkg__int_8_or_16, offsetof(volpkg_quantization, bits), VOLPKG__NEEDED, 0, NULL},
+    {"window", &volpkg__real_x2, offsetof(volpkg_quantization, window), VOLPKG__NEEDED, 0, NULL},
+    {"slope", &volpkg__real, offsetof(volpkg_quantization, slope), VOLPKG__NEEDED, 0, NULL},
+    {"intercept", &volpkg__real, offsetof(volpkg_quantization, intercept), VOLPKG__NEEDED, 0, NULL},
+    {"rmse", &volpkg__real_from_0, offsetof(volpkg_quantization, rmse), VOLPKG__NEEDED, 0, NULL},
+    {"max_error", &volpkg__real_from_0, offsetof(volpkg_quantization, max_error), VOLPKG__NEEDED, 0, NULL},
+    {"clipped_below", &volpkg__long_from_0, offsetof(volpkg_quantization, clipped_below), VOLPKG__NEEDED, 0, NULL},
+    {"clipped_above", &volpkg__long_from_0, offsetof(volpkg_quantization, clipped_above), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__ranges_type, volpkg_ranges, volpkg__ranges_fields)
-VOLPKG__MANY(volpkg__ranges_list, volpkg__ranges_type, 0, 4096)
-static const volpkg__field volpkg__skipping_fields[] = {VOLPKG__MAY(volpkg_skipping, epsilon, volpkg__below1, 0),
-                                                        VOLPKG__MAY(volpkg_skipping, tables, volpkg__skip_tables, 0),
-                                                        VOLPKG__MAY(volpkg_skipping, ranges, volpkg__ranges_list, 0),
-                                                        VOLPKG__END};
-VOLPKG__RECORDS(volpkg__skipping_type, volpkg_skipping, volpkg__skipping_fields)
-VOLPKG__MAYBE(volpkg__maybe_skipping, volpkg__skipping_type)
-
-static const volpkg__named volpkg__mesh_forms[] = {{"blocks", VOLPKG_MESH_BLOCKS},
-                                                   {"merged", VOLPKG_MESH_MERGED},
-                                                   {"convex", VOLPKG_MESH_CONVEX},
-                                                   {"box", VOLPKG_MESH_BOX},
-                                                   {NULL, 0}};
-VOLPKG__WORDS(volpkg__mesh_form_type, VOLPKG__NAMED, volpkg__mesh_forms)
-static const volpkg__field volpkg__mesh_fields[] = {
-    VOLPKG__MUST(volpkg_mesh, transfer, volpkg__string),
-    VOLPKG__MUST(volpkg_mesh, level, volpkg__index),
-    VOLPKG__MUST(volpkg_mesh, form, volpkg__mesh_form_type),
-    VOLPKG__MUST(volpkg_mesh, block, volpkg__from1),
-    VOLPKG__KEY(volpkg_mesh, "file", path, volpkg__path, VOLPKG__NULLABLE | VOLPKG__NO_TEXT, 0),
-    VOLPKG__MAY(volpkg_mesh, vertices, volpkg__bytes, 0),
-    VOLPKG__MAY(volpkg_mesh, triangles, volpkg__bytes, 0),
-    VOLPKG__MAY(volpkg_mesh, draco, volpkg__truth, 0),
-    VOLPKG__MUST(volpkg_mesh, box_from_mesh_mm_xyz, volpkg__three_reals),
-    VOLPKG__MUST(volpkg_mesh, occupied_share, volpkg__fraction),
+VOLPKG__RECORDS(volpkg__quantization_record, volpkg_quantization, volpkg__quantization_fields)
+VOLPKG__MAYBE(volpkg__quantization_record_pointer, volpkg__quantization_record)
+static const volpkg__field volpkg__level_fields[] = {
+    {"index", &volpkg__int_from_0, offsetof(volpkg_level, index), VOLPKG__NEEDED, 0, NULL},
+    {"factors_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_level, factors_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"grid", &volpkg__grid_record, offsetof(volpkg_level, grid), VOLPKG__NEEDED, 0, NULL},
+    {"texture_from_box_per_mm_xyz", &volpkg__real_x3, offsetof(volpkg_level, texture_from_box_per_mm_xyz),
+     VOLPKG__NEEDED, 0, NULL},
+    {"filter", &volpkg__string, offsetof(volpkg_level, filter), VOLPKG__NEEDED, 0, NULL},
+    {"preview_only", &volpkg__truth, offsetof(volpkg_level, preview_only), VOLPKG__NULLABLE, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__mesh_type, volpkg_mesh, volpkg__mesh_fields)
-VOLPKG__MANY(volpkg__meshes, volpkg__mesh_type, 0, 1024)
-static const volpkg__field volpkg__proxy_fields[] = {
-    VOLPKG__MAY(volpkg_proxy, epsilon, volpkg__below1, 0), VOLPKG__MAY(volpkg_proxy, meshes, volpkg__meshes, 0),
-    VOLPKG__KEY(volpkg_proxy, "depth", depth.path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__MAY(volpkg_proxy, programs, volpkg__programs, 0), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__proxy_type, volpkg_proxy, volpkg__proxy_fields)
-VOLPKG__MAYBE(volpkg__maybe_proxy, volpkg__proxy_type)
-
-static const volpkg__field volpkg__histogram_fields[] = {
-    VOLPKG__MUST(volpkg_histogram, level, volpkg__from1),
-    VOLPKG__KEY(volpkg_histogram, "file", path, volpkg__string, VOLPKG__NEEDED, 0),
-    VOLPKG__MUST(volpkg_histogram, reference_mm, volpkg__positive),
-    VOLPKG__MUST(volpkg_histogram, channel, volpkg__label), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__histogram_type, volpkg_histogram, volpkg__histogram_fields)
-VOLPKG__MANY(volpkg__histograms, volpkg__histogram_type, 0, 1024)
-static const volpkg__field volpkg__editing_fields[] = {VOLPKG__MAY(volpkg_editing, histograms, volpkg__histograms, 0),
-                                                       VOLPKG__END};
-VOLPKG__RECORDS(volpkg__editing_type, volpkg_editing, volpkg__editing_fields)
-VOLPKG__MAYBE(volpkg__maybe_editing, volpkg__editing_type)
-
-static const volpkg__field volpkg__subvolumes_fields[] = {
-    VOLPKG__KEY(volpkg_subvolumes, "grid", grid_path, volpkg__path, VOLPKG__NEEDED, 0),
-    VOLPKG__MAY(volpkg_subvolumes, pieces, volpkg__paths, 0),
-    VOLPKG__KEY(volpkg_subvolumes, "whole", whole, volpkg__path, VOLPKG__NULLABLE | VOLPKG__NO_TEXT, 0),
-    VOLPKG__MAY(volpkg_subvolumes, programs, volpkg__programs, 0), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__subvolumes_type, volpkg_subvolumes, volpkg__subvolumes_fields)
-VOLPKG__MAYBE(volpkg__maybe_subvolumes, volpkg__subvolumes_type)
-
-static const volpkg__field volpkg__plan_fields[] = {VOLPKG__MUST(volpkg_plan_item, name, volpkg__string),
-                                                    VOLPKG__NULL(volpkg_plan_item, channel, volpkg__label, 0),
-                                                    VOLPKG__MUST(volpkg_plan_item, kept, volpkg__truth),
-                                                    VOLPKG__MUST(volpkg_plan_item, reason, volpkg__string),
-                                                    VOLPKG__MAY(volpkg_plan_item, files, volpkg__paths, 0),
-                                                    VOLPKG__MAY(volpkg_plan_item, size_bytes, volpkg__bytes, 0),
-                                                    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__plan_type, volpkg_plan_item, volpkg__plan_fields)
-VOLPKG__MANY(volpkg__plan, volpkg__plan_type, 0, VOLPKG__MOST)
-
-static const volpkg__field volpkg__cost_fields[] = {VOLPKG__MUST(volpkg_cost, transfer, volpkg__string),
-                                                    VOLPKG__MUST(volpkg_cost, level, volpkg__index),
-                                                    VOLPKG__MUST(volpkg_cost, upload_bytes, volpkg__bytes),
-                                                    VOLPKG__MUST(volpkg_cost, gpu_bytes, volpkg__bytes), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__cost_type, volpkg_cost, volpkg__cost_fields)
-VOLPKG__MANY(volpkg__costs, volpkg__cost_type, 0, VOLPKG__MOST)
-
-static const volpkg__named volpkg__compressed_formats[] = {
-    {"EAC_R11", 0}, {"ETC2_RGBA8", 1}, {"ASTC_4X4", 2}, {"ASTC_5X5", 3}, {"ASTC_6X6", 4}, {"ASTC_8X8", 5}, {NULL, 0}};
-static const volpkg__named volpkg__bases[] = {{"level", 0}, {"sample", 1}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__compressed_format_type, VOLPKG__NAMED, volpkg__compressed_formats)
-VOLPKG__WORDS(volpkg__basis_type, VOLPKG__NAMED, volpkg__bases)
-static const volpkg__field volpkg__form_fields[] = {
-    VOLPKG__MUST(volpkg_compressed_form, format, volpkg__compressed_format_type),
-    VOLPKG__MUST(volpkg_compressed_form, channel, volpkg__label),
-    VOLPKG__MUST(volpkg_compressed_form, kept, volpkg__truth),
-    VOLPKG__MUST(volpkg_compressed_form, level, volpkg__index),
-    VOLPKG__MUST(volpkg_compressed_form, size_bytes, volpkg__bytes),
-    VOLPKG__MUST(volpkg_compressed_form, basis, volpkg__basis_type),
-    VOLPKG__MUST(volpkg_compressed_form, pictures, volpkg__long1),
-    VOLPKG__KEY(volpkg_compressed_form, "psnr_db", psnr_db, volpkg__real, VOLPKG__NEEDED | VOLPKG__NULLABLE, 0),
-    VOLPKG__MUST(volpkg_compressed_form, rmse, volpkg__not_negative),
-    VOLPKG__MUST(volpkg_compressed_form, maximum, volpkg__not_negative),
+VOLPKG__RECORDS(volpkg__level_record, volpkg_level, volpkg__level_fields)
+VOLPKG__MANY(volpkg__level_record_list_to_64, volpkg__level_record, 0, 64.0)
+VOLPKG__NUMBERS(volpkg__real_from_0_to_1, VOLPKG__REAL, double, 0.0, 1.0, 0)
+VOLPKG__EXACTLY(volpkg__real_from_0_to_1_x3, volpkg__real_from_0_to_1, 3, double)
+static const volpkg__field volpkg__transfer_point_fields[] = {
+    {"value", &volpkg__real, offsetof(volpkg_transfer_point, value), VOLPKG__NEEDED, 0, NULL},
+    {"colour", &volpkg__real_from_0_to_1_x3, offsetof(volpkg_transfer_point, colour), VOLPKG__NEEDED, 0, NULL},
+    {"extinction_per_mm", &volpkg__real_from_0, offsetof(volpkg_transfer_point, extinction_per_mm), VOLPKG__NEEDED, 0,
+     NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__form_type, volpkg_compressed_form, volpkg__form_fields)
-VOLPKG__MANY(volpkg__forms, volpkg__form_type, 0, VOLPKG__MOST)
-
-static const volpkg__named volpkg__file_roles[] = {{"texture", VOLPKG_FILE_TEXTURE},
-                                                   {"shader", VOLPKG_FILE_SHADER},
-                                                   {"preview", VOLPKG_FILE_PREVIEW},
-                                                   {"grid", VOLPKG_FILE_GRID},
-                                                   {"subvolume", VOLPKG_FILE_SUBVOLUME},
-                                                   {"mesh", VOLPKG_FILE_MESH},
-                                                   {"histogram", VOLPKG_FILE_HISTOGRAM},
-                                                   {"work", 7}, /* in drafts only */
-                                                   {NULL, 0}};
-VOLPKG__WORDS(volpkg__file_role_type, VOLPKG__NAMED, volpkg__file_roles)
-static const volpkg__field volpkg__file_fields[] = {VOLPKG__MUST(volpkg_file, path, volpkg__path),
-                                                    VOLPKG__MUST(volpkg_file, role, volpkg__file_role_type),
-                                                    VOLPKG__MUST(volpkg_file, size_bytes, volpkg__bytes),
-                                                    VOLPKG__MUST(volpkg_file, sha256, volpkg__digest), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__file_type, volpkg_file, volpkg__file_fields)
-VOLPKG__MANY(volpkg__files, volpkg__file_type, 0, VOLPKG__MOST)
-
-static const volpkg__named volpkg__formats[] = {{"volpkg", 0}, {NULL, 0}};
-static const volpkg__named volpkg__versions[] = {{"1.0", 0}, {NULL, 0}};
-static const volpkg__named volpkg__states[] = {{"sealed", 0}, {"draft", 1}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__format_type, VOLPKG__NAMED, volpkg__formats)
-VOLPKG__WORDS(volpkg__version_type, VOLPKG__NAMED, volpkg__versions)
-VOLPKG__WORDS(volpkg__state_type, VOLPKG__NAMED, volpkg__states)
-static const volpkg__field volpkg__package_fields[] = {
-    VOLPKG__MAY(volpkg_package, format, volpkg__format_type, 0),
-    VOLPKG__MAY(volpkg_package, version, volpkg__version_type, 0),
-    VOLPKG__MUST(volpkg_package, state, volpkg__state_type),
-    VOLPKG__MUST(volpkg_package, name, volpkg__string),
-    VOLPKG__MUST(volpkg_package, generator, volpkg__string),
-    VOLPKG__MUST(volpkg_package, profile, volpkg__profile_type),
-    VOLPKG__NULL(volpkg_package, grid, volpkg__maybe_grid, 0),
-    VOLPKG__NULL(volpkg_package, together, volpkg__maybe_together, 0),
-    VOLPKG__MAY(volpkg_package, compression, volpkg__forms, 0),
-    VOLPKG__NULL(volpkg_package, render, volpkg__maybe_render, 0),
-    VOLPKG__MAY(volpkg_package, plan, volpkg__plan, 0),
-    VOLPKG__MAY(volpkg_package, channels, volpkg__channels, 0),
-    VOLPKG__MAY(volpkg_package, textures, volpkg__textures, 0),
-    VOLPKG__MAY(volpkg_package, palettes, volpkg__palettes, 0),
-    VOLPKG__NULL(volpkg_package, skipping, volpkg__maybe_skipping, 0),
-    VOLPKG__MAY(volpkg_package, programs, volpkg__programs, 0),
-    VOLPKG__MAY(volpkg_package, fidelity, volpkg__anything, 0),
-    VOLPKG__MAY(volpkg_package, costs, volpkg__costs, 0),
-    VOLPKG__NULL(volpkg_package, editing, volpkg__maybe_editing, 0),
-    VOLPKG__NULL(volpkg_package, subvolumes, volpkg__maybe_subvolumes, 0),
-    VOLPKG__NULL(volpkg_package, proxy, volpkg__maybe_proxy, 0),
-    VOLPKG__KEY(volpkg_package, "preview", preview, volpkg__path, VOLPKG__NULLABLE | VOLPKG__NO_TEXT, 0),
-    VOLPKG__MAY(volpkg_package, stages, volpkg__anything, 0),
-    VOLPKG__MAY(volpkg_package, files, volpkg__files, 0),
+VOLPKG__RECORDS(volpkg__transfer_point_record, volpkg_transfer_point, volpkg__transfer_point_fields)
+VOLPKG__MANY(volpkg__transfer_point_record_list_from_1, volpkg__transfer_point_record, 1, 2147483647.0)
+VOLPKG__MAYBE(volpkg__real_pointer, volpkg__real)
+VOLPKG__MAYBE(volpkg__real_x2_pointer, volpkg__real_x2)
+static const volpkg__field volpkg__transfer_function_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_transfer_function, name), VOLPKG__NEEDED, 0, NULL},
+    {"points", &volpkg__transfer_point_record_list_from_1, offsetof(volpkg_transfer_function, points), VOLPKG__NEEDED,
+     0, NULL},
+    {"reference_mm", &volpkg__real_above_0, offsetof(volpkg_transfer_function, reference_mm), 0, 1.0, NULL},
+    {"isovalue", &volpkg__real_pointer, offsetof(volpkg_transfer_function, isovalue), VOLPKG__NULLABLE, 0, NULL},
+    {"intensities", &volpkg__real_x2_pointer, offsetof(volpkg_transfer_function, intensities), VOLPKG__NULLABLE, 0,
+     NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__package_type, volpkg_package, volpkg__package_fields)
-
-/* grid.json */
-static const volpkg__field volpkg__piece_fields[] = {
-    VOLPKG__MUST(volpkg_piece, minimum, volpkg__bytes), VOLPKG__MUST(volpkg_piece, maximum, volpkg__bytes),
-    VOLPKG__KEY(volpkg_piece, "file", path, volpkg__path, VOLPKG__NULLABLE | VOLPKG__NO_TEXT, 0), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__piece_type, volpkg_piece, volpkg__piece_fields)
-VOLPKG__MANY(volpkg__pieces, volpkg__piece_type, 0, VOLPKG__MOST)
-static const volpkg__named volpkg__point_kinds[] = {{"corner", 0}, {"edge", 1},     {"column edge", 2},
-                                                    {"plane", 3},  {"interior", 4}, {NULL, 0}};
-static const volpkg__named volpkg__moves[] = {{"-x", VOLPKG_MINUS_X},
-                                              {"+x", VOLPKG_PLUS_X},
-                                              {"-y", VOLPKG_MINUS_Y},
-                                              {"+y", VOLPKG_PLUS_Y},
-                                              {"-z", VOLPKG_MINUS_Z},
-                                              {"+z", VOLPKG_PLUS_Z},
-                                              {NULL, 0}};
-VOLPKG__WORDS(volpkg__point_kind_type, VOLPKG__NAMED, volpkg__point_kinds)
-VOLPKG__WORDS(volpkg__move_type, VOLPKG__NAMED, volpkg__moves)
-VOLPKG__MANY(volpkg__move_list, volpkg__move_type, 0, VOLPKG__MOST)
+VOLPKG__RECORDS(volpkg__transfer_function_record, volpkg_transfer_function, volpkg__transfer_function_fields)
+VOLPKG__MANY(volpkg__transfer_function_record_list_to_64, volpkg__transfer_function_record, 0, 64.0)
+static const volpkg__field volpkg__channel_fields[] = {
+    {"name", &volpkg__label, offsetof(volpkg_channel, name), VOLPKG__NEEDED, 0, NULL},
+    {"source", &volpkg__source_record_record, offsetof(volpkg_channel, source), VOLPKG__NEEDED, 0, NULL},
+    {"statistics", &volpkg__statistics_record, offsetof(volpkg_channel, statistics), VOLPKG__NEEDED, 0, NULL},
+    {"stored_type", &volpkg__stored_type_word, offsetof(volpkg_channel, stored_type), VOLPKG__NULLABLE, 0, NULL},
+    {"quantization", &volpkg__quantization_record_pointer, offsetof(volpkg_channel, quantization), VOLPKG__NULLABLE, 0,
+     NULL},
+    {"levels", &volpkg__level_record_list_to_64, offsetof(volpkg_channel, levels), 0, 0, NULL},
+    {"transfer_functions", &volpkg__transfer_function_record_list_to_64, offsetof(volpkg_channel, transfer_functions),
+     0, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__channel_record, volpkg_channel, volpkg__channel_fields)
+VOLPKG__NUMBERS(volpkg__long_from_1, VOLPKG__LONG, int64_t, 1.0, 9007199254740991.0, 1)
+static const volpkg__field volpkg__compressed_form_fields[] = {
+    {"format", &volpkg__string, offsetof(volpkg_compressed_form, format), VOLPKG__NEEDED, 0, NULL},
+    {"channel", &volpkg__label, offsetof(volpkg_compressed_form, channel), VOLPKG__NEEDED, 0, NULL},
+    {"kept", &volpkg__truth, offsetof(volpkg_compressed_form, kept), VOLPKG__NEEDED, 0, NULL},
+    {"level", &volpkg__int_from_0, offsetof(volpkg_compressed_form, level), VOLPKG__NEEDED, 0, NULL},
+    {"size_bytes", &volpkg__long_from_0, offsetof(volpkg_compressed_form, size_bytes), VOLPKG__NEEDED, 0, NULL},
+    {"basis", &volpkg__string, offsetof(volpkg_compressed_form, basis), VOLPKG__NEEDED, 0, NULL},
+    {"pictures", &volpkg__long_from_1, offsetof(volpkg_compressed_form, pictures), VOLPKG__NEEDED, 0, NULL},
+    {"psnr_db", &volpkg__real, offsetof(volpkg_compressed_form, psnr_db), VOLPKG__NEEDED | VOLPKG__NULLABLE, 0, NULL},
+    {"rmse", &volpkg__real_from_0, offsetof(volpkg_compressed_form, rmse), VOLPKG__NEEDED, 0, NULL},
+    {"maximum", &volpkg__real_from_0, offsetof(volpkg_compressed_form, maximum), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__compressed_form_record, volpkg_compressed_form, volpkg__compressed_form_fields)
+static const volpkg__named volpkg__api_words[] = {{"es1.1", VOLPKG_API_ES1_1}, {"es2.0", VOLPKG_API_ES2_0},
+    {"es3.0", VOLPKG_API_ES3_0}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__api_word, VOLPKG__NAMED, 0, volpkg__api_words)
+VOLPKG__NUMBERS(volpkg__int_from_64, VOLPKG__INT, int32_t, 64.0, 2147483647.0, 1)
+static const volpkg__named volpkg__texture_format_words[] = {{"LUMINANCE8", VOLPKG_TEXTURE_FORMAT_LUMINANCE8},
+    {"LUMINANCE_ALPHA8", VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8}, {"RGB8", VOLPKG_TEXTURE_FORMAT_RGB8},
+    {"RGBA8", VOLPKG_TEXTURE_FORMAT_RGBA8}, {"R8", VOLPKG_TEXTURE_FORMAT_R8}, {"RG8", VOLPKG_TEXTURE_FORMAT_RG8},
+    {"RGB8_SNORM", VOLPKG_TEXTURE_FORMAT_RGB8_SNORM}, {"RGBA8_SNORM", VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM},
+    {"R16", VOLPKG_TEXTURE_FORMAT_R16}, {"R16F", VOLPKG_TEXTURE_FORMAT_R16F},
+    {"RGBA16F", VOLPKG_TEXTURE_FORMAT_RGBA16F}, {"PALETTE8_RGBA8", VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8},
+    {"EAC_R11", VOLPKG_TEXTURE_FORMAT_EAC_R11}, {"ETC2_RGBA8", VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8},
+    {"ASTC_4X4", VOLPKG_TEXTURE_FORMAT_ASTC_4X4}, {"ASTC_5X5", VOLPKG_TEXTURE_FORMAT_ASTC_5X5},
+    {"ASTC_6X6", VOLPKG_TEXTURE_FORMAT_ASTC_6X6}, {"ASTC_8X8", VOLPKG_TEXTURE_FORMAT_ASTC_8X8}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__texture_format_word, VOLPKG__OPEN, VOLPKG_TEXTURE_FORMAT_OTHER, volpkg__texture_format_words)
+VOLPKG__MANY(volpkg__texture_format_word_list, volpkg__texture_format_word, 0, 2147483647.0)
+VOLPKG__NUMBERS(volpkg__int_16_or_32, VOLPKG__INT, int32_t, 16, 32, 16)
+static const volpkg__field volpkg__device_profile_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_profile, name), VOLPKG__NEEDED, 0, NULL},
+    {"api", &volpkg__api_word, offsetof(volpkg_profile, api), VOLPKG__NEEDED, 0, NULL},
+    {"max_texture_size", &volpkg__int_from_64, offsetof(volpkg_profile, max_texture_size), VOLPKG__NEEDED, 0, NULL},
+    {"max_3d_texture_size", &volpkg__int_from_0, offsetof(volpkg_profile, max_3d_texture_size), VOLPKG__NEEDED, 0,
+     NULL},
+    {"texture_units", &volpkg__int_from_1, offsetof(volpkg_profile, texture_units), VOLPKG__NEEDED, 0, NULL},
+    {"texture_formats", &volpkg__texture_format_word_list, offsetof(volpkg_profile, texture_formats), VOLPKG__NEEDED, 0,
+     NULL},
+    {"npot", &volpkg__truth, offsetof(volpkg_profile, npot), 0, 1.0, NULL},
+    {"square", &volpkg__truth, offsetof(volpkg_profile, square), 0, 0.0, NULL},
+    {"index_bits", &volpkg__int_16_or_32, offsetof(volpkg_profile, index_bits), VOLPKG__NEEDED, 0, NULL},
+    {"max_texture_bytes", &volpkg__long_from_1, offsetof(volpkg_profile, max_texture_bytes), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__device_profile_record, volpkg_profile, volpkg__device_profile_fields)
+static const volpkg__field volpkg__draw_cost_fields[] = {
+    {"transfer", &volpkg__string, offsetof(volpkg_cost, transfer), VOLPKG__NEEDED, 0, NULL},
+    {"level", &volpkg__int_from_0, offsetof(volpkg_cost, level), VOLPKG__NEEDED, 0, NULL},
+    {"upload_bytes", &volpkg__long_from_0, offsetof(volpkg_cost, upload_bytes), VOLPKG__NEEDED, 0, NULL},
+    {"gpu_bytes", &volpkg__long_from_0, offsetof(volpkg_cost, gpu_bytes), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__draw_cost_record, volpkg_cost, volpkg__draw_cost_fields)
+static const volpkg__field volpkg__joint_histogram_fields[] = {
+    {"level", &volpkg__int_from_1, offsetof(volpkg_histogram, level), VOLPKG__NEEDED, 0, NULL},
+    {"file", &volpkg__string, offsetof(volpkg_histogram, path), VOLPKG__NEEDED, 0, NULL},
+    {"reference_mm", &volpkg__real_above_0, offsetof(volpkg_histogram, reference_mm), VOLPKG__NEEDED, 0, NULL},
+    {"channel", &volpkg__label, offsetof(volpkg_histogram, channel), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__joint_histogram_record, volpkg_histogram, volpkg__joint_histogram_fields)
+VOLPKG__MANY(volpkg__joint_histogram_record_list_to_1024, volpkg__joint_histogram_record, 0, 1024.0)
+static const volpkg__field volpkg__editing_fields[] = {
+    {"histograms", &volpkg__joint_histogram_record_list_to_1024, offsetof(volpkg_editing, histograms), 0, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__editing_record, volpkg_editing, volpkg__editing_fields)
+static const volpkg__field volpkg__fidelity_fields[] = {
+    {"transfer", &volpkg__string, offsetof(volpkg_fidelity, transfer), VOLPKG__NEEDED, 0, NULL},
+    {"level", &volpkg__int_from_0, offsetof(volpkg_fidelity, level), VOLPKG__NEEDED, 0, NULL},
+    {"pixels", &volpkg__int_from_1, offsetof(volpkg_fidelity, pixels), VOLPKG__NEEDED, 0, NULL},
+    {"pixels_per_voxel", &volpkg__real_above_0, offsetof(volpkg_fidelity, pixels_per_voxel), VOLPKG__NEEDED, 0, NULL},
+    {"views", &volpkg__int_from_1, offsetof(volpkg_fidelity, views), VOLPKG__NEEDED, 0, NULL},
+    {"rmse", &volpkg__real_from_0_to_1, offsetof(volpkg_fidelity, rmse), VOLPKG__NEEDED, 0, NULL},
+    {"maximum", &volpkg__real_from_0_to_1, offsetof(volpkg_fidelity, maximum), VOLPKG__NEEDED, 0, NULL},
+    {"flip", &volpkg__real_from_0_to_1, offsetof(volpkg_fidelity, flip), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__fidelity_record, volpkg_fidelity, volpkg__fidelity_fields)
+VOLPKG__NUMBERS(volpkg__path, VOLPKG__PATH, const char*, 0, 0, 0)
+static const volpkg__named volpkg__file_role_words[] = {{"texture", VOLPKG_FILE_ROLE_TEXTURE},
+    {"shader", VOLPKG_FILE_ROLE_SHADER}, {"preview", VOLPKG_FILE_ROLE_PREVIEW}, {"grid", VOLPKG_FILE_ROLE_GRID},
+    {"subvolume", VOLPKG_FILE_ROLE_SUBVOLUME}, {"mesh", VOLPKG_FILE_ROLE_MESH},
+    {"histogram", VOLPKG_FILE_ROLE_HISTOGRAM}, {"work", VOLPKG_FILE_ROLE_WORK}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__file_role_word, VOLPKG__OPEN, VOLPKG_FILE_ROLE_OTHER, volpkg__file_role_words)
+static const volpkg__field volpkg__file_record_fields[] = {
+    {"path", &volpkg__path, offsetof(volpkg_file, path), VOLPKG__NEEDED, 0, NULL},
+    {"role", &volpkg__file_role_word, offsetof(volpkg_file, role), VOLPKG__NEEDED, 0, NULL},
+    {"size_bytes", &volpkg__long_from_0, offsetof(volpkg_file, size_bytes), VOLPKG__NEEDED, 0, NULL},
+    {"sha256", &volpkg__digest, offsetof(volpkg_file, sha256), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__file_record_record, volpkg_file, volpkg__file_record_fields)
+static const volpkg__named volpkg__gl_target_words[] = {{"TEXTURE_2D", 0x0de1}, {"TEXTURE_3D", 0x806f}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__gl_target_word, VOLPKG__NAMED, 0, volpkg__gl_target_words)
+static const volpkg__named volpkg__gl_internal_format_words[] = {{"LUMINANCE", 0x1909}, {"LUMINANCE_ALPHA", 0x190a},
+    {"RGB", 0x1907}, {"RGBA", 0x1908}, {"R8", 0x8229}, {"RG8", 0x822b}, {"RGB8", 0x8051}, {"RGBA8", 0x8058},
+    {"RGB8_SNORM", 0x8f96}, {"RGBA8_SNORM", 0x8f97}, {"R16_EXT", 0x822a}, {"R16F", 0x822d}, {"RGBA16F", 0x881a},
+    {"PALETTE8_RGBA8_OES", 0x8b96}, {"COMPRESSED_R11_EAC", 0x9270}, {"COMPRESSED_RGBA8_ETC2_EAC", 0x9278},
+    {"COMPRESSED_RGBA_ASTC_4x4_KHR", 0x93b0}, {"COMPRESSED_RGBA_ASTC_5x5_KHR", 0x93b2},
+    {"COMPRESSED_RGBA_ASTC_6x6_KHR", 0x93b4}, {"COMPRESSED_RGBA_ASTC_8x8_KHR", 0x93b7}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__gl_internal_format_word, VOLPKG__GL, 0, volpkg__gl_internal_format_words)
+static const volpkg__named volpkg__gl_format_words[] = {{"LUMINANCE", 0x1909}, {"LUMINANCE_ALPHA", 0x190a},
+    {"RED", 0x1903}, {"RG", 0x8227}, {"RGB", 0x1907}, {"RGBA", 0x1908}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__gl_format_word, VOLPKG__GL, 0, volpkg__gl_format_words)
+static const volpkg__named volpkg__gl_type_words[] = {{"UNSIGNED_BYTE", 0x1401}, {"BYTE", 0x1400},
+    {"UNSIGNED_SHORT", 0x1403}, {"HALF_FLOAT", 0x140b}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__gl_type_word, VOLPKG__GL, 0, volpkg__gl_type_words)
+static const volpkg__field volpkg__gl_format_fields[] = {
+    {"target", &volpkg__gl_target_word, offsetof(volpkg_gl, target), VOLPKG__NEEDED, 0, NULL},
+    {"internal_format", &volpkg__gl_internal_format_word, offsetof(volpkg_gl, internal_format), VOLPKG__NEEDED, 0,
+     NULL},
+    {"format", &volpkg__gl_format_word, offsetof(volpkg_gl, format), VOLPKG__NULLABLE, 0, NULL},
+    {"type", &volpkg__gl_type_word, offsetof(volpkg_gl, type), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__gl_format_record, volpkg_gl, volpkg__gl_format_fields)
+static const volpkg__named volpkg__point_kind_words[] = {{"corner", VOLPKG_POINT_KIND_CORNER},
+    {"edge", VOLPKG_POINT_KIND_EDGE}, {"column edge", VOLPKG_POINT_KIND_COLUMN_EDGE},
+    {"plane", VOLPKG_POINT_KIND_PLANE}, {"interior", VOLPKG_POINT_KIND_INTERIOR}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__point_kind_word, VOLPKG__NAMED, 0, volpkg__point_kind_words)
+VOLPKG__MANY(volpkg__int_from_0_list, volpkg__int_from_0, 0, 2147483647.0)
+static const volpkg__named volpkg__move_words[] = {{"-x", VOLPKG_MOVE_MINUS_X}, {"+x", VOLPKG_MOVE_PLUS_X},
+    {"-y", VOLPKG_MOVE_MINUS_Y}, {"+y", VOLPKG_MOVE_PLUS_Y}, {"-z", VOLPKG_MOVE_MINUS_Z}, {"+z", VOLPKG_MOVE_PLUS_Z},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__move_word, VOLPKG__NAMED, 0, volpkg__move_words)
+VOLPKG__MANY(volpkg__move_word_list, volpkg__move_word, 0, 2147483647.0)
 static const volpkg__field volpkg__grid_point_fields[] = {
-    VOLPKG__MUST(volpkg_grid_point, kind, volpkg__point_kind_type),
-    VOLPKG__MUST(volpkg_grid_point, subvolumes, volpkg__indices),
-    VOLPKG__MUST(volpkg_grid_point, moves, volpkg__move_list), VOLPKG__END};
-VOLPKG__RECORDS(volpkg__grid_point_type, volpkg_grid_point, volpkg__grid_point_fields)
-VOLPKG__MANY(volpkg__grid_points, volpkg__grid_point_type, 0, VOLPKG__MOST)
-static const volpkg__field volpkg__view_fields[] = {
-    VOLPKG__MAY(volpkg_view_thresholds, plus_z_below_theta, volpkg__degrees, 67.5),
-    VOLPKG__MAY(volpkg_view_thresholds, minus_z_above_theta, volpkg__degrees, 112.5),
-    VOLPKG__KEY(volpkg_view_thresholds, "sideways_between_theta", sideways_between_theta, volpkg__two_degrees,
-                VOLPKG__SIDEWAYS, 0),
-    VOLPKG__MAY(volpkg_view_thresholds, plus_x_below_phi, volpkg__degrees, 67.5),
-    VOLPKG__MAY(volpkg_view_thresholds, minus_x_above_phi, volpkg__degrees, 112.5),
-    VOLPKG__KEY(volpkg_view_thresholds, "y_between_phi", y_between_phi, volpkg__two_degrees, VOLPKG__SIDEWAYS, 0),
-    VOLPKG__MAY(volpkg_view_thresholds, finer_above_pixels, volpkg__positive, 2),
-    VOLPKG__MAY(volpkg_view_thresholds, coarser_below_pixels, volpkg__positive, 0.75),
+    {"kind", &volpkg__point_kind_word, offsetof(volpkg_grid_point, kind), VOLPKG__NEEDED, 0, NULL},
+    {"subvolumes", &volpkg__int_from_0_list, offsetof(volpkg_grid_point, subvolumes), VOLPKG__NEEDED, 0, NULL},
+    {"moves", &volpkg__move_word_list, offsetof(volpkg_grid_point, moves), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__view_type, volpkg_view_thresholds, volpkg__view_fields)
-VOLPKG__EXACTLY(volpkg__three_cuts, volpkg__indices, 3, volpkg__list)
-static const volpkg__named volpkg__grid_formats[] = {{"volpkg-subvolumes", 0}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__grid_format_type, VOLPKG__NAMED, volpkg__grid_formats)
+VOLPKG__RECORDS(volpkg__grid_point_record, volpkg_grid_point, volpkg__grid_point_fields)
+static const volpkg__named volpkg__opacity_source_words[] = {{"alpha", VOLPKG_OPACITY_SOURCE_ALPHA},
+    {"black-and-white", VOLPKG_OPACITY_SOURCE_BLACK_AND_WHITE}, {"white-volume", VOLPKG_OPACITY_SOURCE_WHITE_VOLUME},
+    {"luminance-average", VOLPKG_OPACITY_SOURCE_LUMINANCE_AVERAGE},
+    {"luminance-perceived", VOLPKG_OPACITY_SOURCE_LUMINANCE_PERCEIVED}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__opacity_source_word, VOLPKG__NAMED, 0, volpkg__opacity_source_words)
+static const volpkg__field volpkg__shader_pair_fields[] = {
+    {"vertex", &volpkg__path, offsetof(volpkg_shader_pair, vertex.path), VOLPKG__NEEDED, 0, NULL},
+    {"fragment", &volpkg__path, offsetof(volpkg_shader_pair, fragment.path), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__shader_pair_record, volpkg_shader_pair, volpkg__shader_pair_fields)
+VOLPKG__MAYBE(volpkg__shader_pair_record_pointer, volpkg__shader_pair_record)
+static const volpkg__field volpkg__hybrid_fields[] = {
+    {"longest_side", &volpkg__int_from_1, offsetof(volpkg_hybrid, longest_side), 0, 128.0, NULL},
+    {"opacity", &volpkg__opacity_source_word, offsetof(volpkg_hybrid, opacity), 0, VOLPKG_OPACITY_SOURCE_ALPHA, NULL},
+    {"enlarged", &volpkg__shader_pair_record_pointer, offsetof(volpkg_hybrid, enlarged), VOLPKG__NULLABLE, 0, NULL},
+    {"lines", &volpkg__shader_pair_record_pointer, offsetof(volpkg_hybrid, lines), VOLPKG__NULLABLE, 0, NULL},
+    {"has_lines", &volpkg__truth, offsetof(volpkg_hybrid, has_lines), 0, 1.0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__hybrid_record, volpkg_hybrid, volpkg__hybrid_fields)
+static const volpkg__field volpkg__level_step_fields[] = {
+    {"level", &volpkg__int_from_0, offsetof(volpkg_level_step, level), VOLPKG__NEEDED, 0, NULL},
+    {"step_mm", &volpkg__real_above_0, offsetof(volpkg_level_step, step_mm), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__level_step_record, volpkg_level_step, volpkg__level_step_fields)
+VOLPKG__NUMBERS(volpkg__real_from_1_to_1000, VOLPKG__REAL, double, 1.0, 1000.0, 0)
+static const volpkg__named volpkg__shadows_words[] = {{"none", VOLPKG_SHADOWS_NONE}, {"rays", VOLPKG_SHADOWS_RAYS},
+    {"map", VOLPKG_SHADOWS_MAP}, {"half-angle", VOLPKG_SHADOWS_HALF_ANGLE}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__shadows_word, VOLPKG__NAMED, 0, volpkg__shadows_words)
+static const volpkg__field volpkg__light_fields[] = {
+    {"place_mm_xyz", &volpkg__real_x3, offsetof(volpkg_light, place_mm_xyz), VOLPKG__NEEDED, 0, NULL},
+    {"ambient", &volpkg__real_from_0_to_1, offsetof(volpkg_light, ambient), 0, 0.2, NULL},
+    {"diffuse", &volpkg__real_from_0_to_1, offsetof(volpkg_light, diffuse), 0, 0.7, NULL},
+    {"specular", &volpkg__real_from_0_to_1, offsetof(volpkg_light, specular), 0, 0.3, NULL},
+    {"shininess", &volpkg__real_from_1_to_1000, offsetof(volpkg_light, shininess), 0, 20.0, NULL},
+    {"shadows", &volpkg__shadows_word, offsetof(volpkg_light, shadows), 0, VOLPKG_SHADOWS_NONE, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__light_record, volpkg_light, volpkg__light_fields)
+static const volpkg__named volpkg__light_kind_words[] = {{"occlusion", VOLPKG_LIGHT_KIND_OCCLUSION},
+    {"scattering", VOLPKG_LIGHT_KIND_SCATTERING}, {"shadow", VOLPKG_LIGHT_KIND_SHADOW}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__light_kind_word, VOLPKG__NAMED, 0, volpkg__light_kind_words)
+static const volpkg__named volpkg__light_channels_words[] = {{"luminance", VOLPKG_LIGHT_CHANNELS_LUMINANCE},
+    {"rgb", VOLPKG_LIGHT_CHANNELS_RGB}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__light_channels_word, VOLPKG__NAMED, 0, volpkg__light_channels_words)
+VOLPKG__NUMBERS(volpkg__real_from_0_to_100, VOLPKG__REAL, double, 0.0, 100.0, 0)
+VOLPKG__EXACTLY(volpkg__real_from_0_to_100_x3, volpkg__real_from_0_to_100, 3, double)
+VOLPKG__NUMBERS(volpkg__real_from_0_to_180, VOLPKG__REAL, double, 0.0, 180.0, 0)
+static const double volpkg__sun_colour[] = {1.0, 1.0, 1.0};
+static const volpkg__field volpkg__sun_fields[] = {
+    {"direction", &volpkg__real_x3, offsetof(volpkg_sun, direction), VOLPKG__NEEDED, 0, NULL},
+    {"colour", &volpkg__real_from_0_to_100_x3, offsetof(volpkg_sun, colour), 0, 0, volpkg__sun_colour},
+    {"size_degrees", &volpkg__real_from_0_to_180, offsetof(volpkg_sun, size_degrees), 0, 5.0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__sun_record, volpkg_sun, volpkg__sun_fields)
+VOLPKG__MANY(volpkg__sun_record_list_to_64, volpkg__sun_record, 0, 64.0)
+static const double volpkg__light_model_sky[] = {1.0, 1.0, 1.0};
+static const double volpkg__light_model_ground[] = {1.0, 1.0, 1.0};
+static const volpkg__field volpkg__light_model_fields[] = {
+    {"kind", &volpkg__light_kind_word, offsetof(volpkg_light_model, kind), VOLPKG__NEEDED, 0, NULL},
+    {"channels", &volpkg__light_channels_word, offsetof(volpkg_light_model, channels), 0,
+     VOLPKG_LIGHT_CHANNELS_LUMINANCE, NULL},
+    {"sky", &volpkg__real_from_0_to_100_x3, offsetof(volpkg_light_model, sky), 0, 0, volpkg__light_model_sky},
+    {"ground", &volpkg__real_from_0_to_100_x3, offsetof(volpkg_light_model, ground), 0, 0, volpkg__light_model_ground},
+    {"suns", &volpkg__sun_record_list_to_64, offsetof(volpkg_light_model, suns), 0, 0, NULL},
+    {"radius_mm", &volpkg__real_above_0, offsetof(volpkg_light_model, radius_mm), VOLPKG__NULLABLE, 0, NULL},
+    {"light_mm", &volpkg__real_x3, offsetof(volpkg_light_model, light_mm), VOLPKG__NULLABLE, 0, NULL},
+    {"ambient", &volpkg__real_from_0_to_1, offsetof(volpkg_light_model, ambient), 0, 0.2, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__light_model_record, volpkg_light_model, volpkg__light_model_fields)
+static const volpkg__named volpkg__geometry_words[] = {{"triangle", VOLPKG_GEOMETRY_TRIANGLE},
+    {"front-faces", VOLPKG_GEOMETRY_FRONT_FACES}, {"back-faces", VOLPKG_GEOMETRY_BACK_FACES},
+    {"axis-slices", VOLPKG_GEOMETRY_AXIS_SLICES}, {"view-slices", VOLPKG_GEOMETRY_VIEW_SLICES},
+    {"half-angle-slices", VOLPKG_GEOMETRY_HALF_ANGLE_SLICES}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__geometry_word, VOLPKG__NAMED, 0, volpkg__geometry_words)
+static const volpkg__named volpkg__target_words[] = {{"rgba8", VOLPKG_TARGET_RGBA8}, {"rgba16f", VOLPKG_TARGET_RGBA16F},
+    {"rgba32f", VOLPKG_TARGET_RGBA32F}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__target_word, VOLPKG__NAMED, 0, volpkg__target_words)
+static const volpkg__named volpkg__uniform_type_words[] = {{"float", VOLPKG_UNIFORM_TYPE_FLOAT},
+    {"vec3", VOLPKG_UNIFORM_TYPE_VEC3}, {"mat4", VOLPKG_UNIFORM_TYPE_MAT4}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__uniform_type_word, VOLPKG__NAMED, 0, volpkg__uniform_type_words)
+static const volpkg__named volpkg__uniform_source_words[] = {{"box_from_clip", VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP},
+    {"step_mm", VOLPKG_UNIFORM_SOURCE_STEP_MM}, {"texture_from_box", VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX},
+    {"mipmap", VOLPKG_UNIFORM_SOURCE_MIPMAP}, {"blocks_from_box", VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX},
+    {"block_low_mm", VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM}, {"block_high_mm", VOLPKG_UNIFORM_SOURCE_BLOCK_HIGH_MM},
+    {"split_voxel", VOLPKG_UNIFORM_SOURCE_SPLIT_VOXEL}, {"low_start_voxel", VOLPKG_UNIFORM_SOURCE_LOW_START_VOXEL},
+    {"low_size_voxels", VOLPKG_UNIFORM_SOURCE_LOW_SIZE_VOXELS},
+    {"high_start_voxel", VOLPKG_UNIFORM_SOURCE_HIGH_START_VOXEL},
+    {"high_size_voxels", VOLPKG_UNIFORM_SOURCE_HIGH_SIZE_VOXELS},
+    {"clip_from_box", VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX}, {"box_from_mesh", VOLPKG_UNIFORM_SOURCE_BOX_FROM_MESH},
+    {"box_from_slices", VOLPKG_UNIFORM_SOURCE_BOX_FROM_SLICES}, {"slices", VOLPKG_UNIFORM_SOURCE_SLICES},
+    {"first_sample", VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE}, {"light_mm", VOLPKG_UNIFORM_SOURCE_LIGHT_MM},
+    {"box_from_light", VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT}, {"light_from_box", VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX},
+    {"picture_width", VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH}, {"picture_height", VOLPKG_UNIFORM_SOURCE_PICTURE_HEIGHT},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__uniform_source_word, VOLPKG__NAMED, 0, volpkg__uniform_source_words)
+static const volpkg__field volpkg__uniform_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_uniform_record, name), VOLPKG__NEEDED, 0, NULL},
+    {"type", &volpkg__uniform_type_word, offsetof(volpkg_uniform_record, type), VOLPKG__NEEDED, 0, NULL},
+    {"source", &volpkg__uniform_source_word, offsetof(volpkg_uniform_record, source), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__uniform_record, volpkg_uniform_record, volpkg__uniform_fields)
+VOLPKG__MANY(volpkg__uniform_record_list_to_64, volpkg__uniform_record, 0, 64.0)
+VOLPKG__MANY(volpkg__string_list_to_32, volpkg__string, 0, 32.0)
+static const volpkg__field volpkg__light_pass_fields[] = {
+    {"vertex", &volpkg__path, offsetof(volpkg_pass, vertex.path), VOLPKG__NEEDED, 0, NULL},
+    {"fragment", &volpkg__path, offsetof(volpkg_pass, fragment.path), VOLPKG__NEEDED, 0, NULL},
+    {"geometry", &volpkg__geometry_word, offsetof(volpkg_pass, geometry), VOLPKG__NEEDED, 0, NULL},
+    {"sampler", &volpkg__string, offsetof(volpkg_pass, sampler), VOLPKG__NEEDED, 0, NULL},
+    {"target", &volpkg__target_word, offsetof(volpkg_pass, target), VOLPKG__NEEDED, 0, NULL},
+    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_pass, uniforms), VOLPKG__NEEDED, 0, NULL},
+    {"reads", &volpkg__string_list_to_32, offsetof(volpkg_pass, reads), 0, 0, NULL},
+    {"size", &volpkg__int_from_1, offsetof(volpkg_pass, size), VOLPKG__NULLABLE, 0, NULL},
+    {"blend", &volpkg__blend_record, offsetof(volpkg_pass, blend), VOLPKG__NEEDED, 0, NULL},
+    {"behind", &volpkg__blend_record, offsetof(volpkg_pass, behind), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__light_pass_record, volpkg_pass, volpkg__light_pass_fields)
+VOLPKG__MANY(volpkg__label_list_to_4, volpkg__label, 0, 4.0)
+VOLPKG__EXACTLY(volpkg__int_from_1_x2, volpkg__int_from_1, 2, int32_t)
+VOLPKG__NUMBERS(volpkg__int_from_1_to_4, VOLPKG__INT, int32_t, 1.0, 4.0, 1)
+VOLPKG__NUMBERS(volpkg__int_1_or_4, VOLPKG__INT, int32_t, 1, 4, 3)
+static const volpkg__named volpkg__mosaic_order_words[] = {{"interleaved", VOLPKG_MOSAIC_ORDER_INTERLEAVED},
+    {"planar", VOLPKG_MOSAIC_ORDER_PLANAR}, {"overlapping", VOLPKG_MOSAIC_ORDER_OVERLAPPING}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__mosaic_order_word, VOLPKG__NAMED, 0, volpkg__mosaic_order_words)
+VOLPKG__EXACTLY(volpkg__int_from_0_x2, volpkg__int_from_0, 2, int32_t)
+VOLPKG__NUMBERS(volpkg__int_from_1_to_8, VOLPKG__INT, int32_t, 1.0, 8.0, 1)
+static const volpkg__field volpkg__mosaic_layout_fields[] = {
+    {"tile_shape_yx", &volpkg__int_from_1_x2, offsetof(volpkg_mosaic, tile_shape_yx), VOLPKG__NEEDED, 0, NULL},
+    {"slices", &volpkg__int_from_1, offsetof(volpkg_mosaic, slices), VOLPKG__NEEDED, 0, NULL},
+    {"components_per_voxel", &volpkg__int_from_1_to_4, offsetof(volpkg_mosaic, components_per_voxel), 0, 1.0, NULL},
+    {"slices_per_texel", &volpkg__int_1_or_4, offsetof(volpkg_mosaic, slices_per_texel), VOLPKG__NEEDED, 0, NULL},
+    {"order", &volpkg__mosaic_order_word, offsetof(volpkg_mosaic, order), 0, VOLPKG_MOSAIC_ORDER_INTERLEAVED, NULL},
+    {"gutter", &volpkg__int_from_0, offsetof(volpkg_mosaic, gutter), 0, 0.0, NULL},
+    {"padding_yx", &volpkg__int_from_0_x2, offsetof(volpkg_mosaic, padding_yx), 0, 0, NULL},
+    {"tiles_x", &volpkg__int_from_1, offsetof(volpkg_mosaic, tiles_x), VOLPKG__NEEDED, 0, NULL},
+    {"tiles_y", &volpkg__int_from_1, offsetof(volpkg_mosaic, tiles_y), VOLPKG__NEEDED, 0, NULL},
+    {"textures", &volpkg__int_from_1_to_8, offsetof(volpkg_mosaic, textures), 0, 1.0, NULL},
+    {"texture_shape_yx", &volpkg__int_from_1_x2, offsetof(volpkg_mosaic, texture_shape_yx), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__mosaic_layout_record, volpkg_mosaic, volpkg__mosaic_layout_fields)
+VOLPKG__MAYBE(volpkg__mosaic_layout_record_pointer, volpkg__mosaic_layout_record)
+static const volpkg__named volpkg__filter_words[] = {{"linear", VOLPKG_FILTER_LINEAR},
+    {"nearest", VOLPKG_FILTER_NEAREST}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__filter_word, VOLPKG__NAMED, 0, volpkg__filter_words)
+static const volpkg__named volpkg__texture_role_words[] = {{"volume", VOLPKG_ROLE_VOLUME},
+    {"bricks", VOLPKG_ROLE_BRICKS}, {"transfer", VOLPKG_ROLE_TRANSFER}, {"preintegrated", VOLPKG_ROLE_PREINTEGRATED},
+    {"skip", VOLPKG_ROLE_SKIP}, {"ranges", VOLPKG_ROLE_RANGES}, {"normals", VOLPKG_ROLE_NORMALS},
+    {"slices", VOLPKG_ROLE_SLICES}, {"labels", VOLPKG_ROLE_LABELS}, {"looks", VOLPKG_ROLE_LOOKS},
+    {"light", VOLPKG_ROLE_LIGHT}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__texture_role_word, VOLPKG__OPEN, VOLPKG_ROLE_OTHER, volpkg__texture_role_words)
+VOLPKG__MAYBE(volpkg__brick_layout_record_pointer, volpkg__brick_layout_record)
+static const volpkg__named volpkg__normal_code_words[] = {{"biased8", VOLPKG_NORMAL_CODE_BIASED8},
+    {"snorm8", VOLPKG_NORMAL_CODE_SNORM8}, {"oct8", VOLPKG_NORMAL_CODE_OCT8}, {"oct12", VOLPKG_NORMAL_CODE_OCT12},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__normal_code_word, VOLPKG__NAMED, 0, volpkg__normal_code_words)
+static const volpkg__named volpkg__normal_space_words[] = {{"box", VOLPKG_NORMAL_SPACE_BOX},
+    {"patient", VOLPKG_NORMAL_SPACE_PATIENT}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__normal_space_word, VOLPKG__NAMED, 0, volpkg__normal_space_words)
+static const volpkg__field volpkg__normals_fields[] = {
+    {"code", &volpkg__normal_code_word, offsetof(volpkg_normals, code), VOLPKG__NEEDED, 0, NULL},
+    {"space", &volpkg__normal_space_word, offsetof(volpkg_normals, space), VOLPKG__NEEDED, 0, NULL},
+    {"kernel", &volpkg__string, offsetof(volpkg_normals, kernel), VOLPKG__NEEDED, 0, NULL},
+    {"largest_gradient", &volpkg__real_from_0, offsetof(volpkg_normals, largest_gradient), VOLPKG__NULLABLE, -1, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__normals_record, volpkg_normals, volpkg__normals_fields)
+VOLPKG__MAYBE(volpkg__normals_record_pointer, volpkg__normals_record)
+static const volpkg__field volpkg__stored_light_fields[] = {
+    {"model", &volpkg__light_model_record, offsetof(volpkg_baked_light, model), VOLPKG__NEEDED, 0, NULL},
+    {"texture_from_box_per_mm_xyz", &volpkg__real_x3, offsetof(volpkg_baked_light, texture_from_box_per_mm_xyz),
+     VOLPKG__NEEDED, 0, NULL},
+    {"largest", &volpkg__real_above_0, offsetof(volpkg_baked_light, largest), VOLPKG__NEEDED, 0, NULL},
+    {"stored_values", &volpkg__real_x2, offsetof(volpkg_baked_light, stored_values), VOLPKG__NEEDED, 0, NULL},
+    {"samples", &volpkg__long_from_0, offsetof(volpkg_baked_light, samples), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__stored_light_record, volpkg_baked_light, volpkg__stored_light_fields)
+VOLPKG__MAYBE(volpkg__stored_light_record_pointer, volpkg__stored_light_record)
+static const volpkg__named volpkg__axis_words[] = {{"x", VOLPKG_AXIS_X}, {"y", VOLPKG_AXIS_Y}, {"z", VOLPKG_AXIS_Z},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__axis_word, VOLPKG__NAMED, 0, volpkg__axis_words)
+VOLPKG__NUMBERS(volpkg__real_above_0_to_1, VOLPKG__REAL, double, 0.0, 1.0, 1)
+static const volpkg__field volpkg__slice_layout_fields[] = {
+    {"axis", &volpkg__axis_word, offsetof(volpkg_slices, axis), VOLPKG__NEEDED, 0, NULL},
+    {"slice_shape_yx", &volpkg__int_from_1_x2, offsetof(volpkg_slices, slice_shape_yx), VOLPKG__NEEDED, 0, NULL},
+    {"first", &volpkg__int_from_0, offsetof(volpkg_slices, first), VOLPKG__NEEDED, 0, NULL},
+    {"slices", &volpkg__int_from_1, offsetof(volpkg_slices, slices), VOLPKG__NEEDED, 0, NULL},
+    {"tiles_x", &volpkg__int_from_1, offsetof(volpkg_slices, tiles_x), VOLPKG__NEEDED, 0, NULL},
+    {"largest_opacity", &volpkg__real_above_0_to_1, offsetof(volpkg_slices, largest_opacity), 0, 1.0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__slice_layout_record, volpkg_slices, volpkg__slice_layout_fields)
+VOLPKG__MAYBE(volpkg__slice_layout_record_pointer, volpkg__slice_layout_record)
+static const volpkg__field volpkg__texture_fields[] = {
+    {"shape_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_texture, shape_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"level", &volpkg__int_from_0, offsetof(volpkg_texture, level), VOLPKG__NULLABLE, -1, NULL},
+    {"channels", &volpkg__label_list_to_4, offsetof(volpkg_texture, channels), 0, 0, NULL},
+    {"mosaic", &volpkg__mosaic_layout_record_pointer, offsetof(volpkg_texture, mosaic), VOLPKG__NULLABLE, 0, NULL},
+    {"mipmap", &volpkg__int_from_0, offsetof(volpkg_texture, mipmap), VOLPKG__NULLABLE, -1, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_texture, transfer), VOLPKG__NULLABLE, 0, NULL},
+    {"reference_mm", &volpkg__real, offsetof(volpkg_texture, reference_mm), VOLPKG__NULLABLE, 0, NULL},
+    {"filter", &volpkg__filter_word, offsetof(volpkg_texture, filter), 0, VOLPKG_FILTER_LINEAR, NULL},
+    {"name", &volpkg__string, offsetof(volpkg_texture, name), VOLPKG__NEEDED, 0, NULL},
+    {"role", &volpkg__texture_role_word, offsetof(volpkg_texture, role), VOLPKG__NEEDED, 0, NULL},
+    {"file", &volpkg__path, offsetof(volpkg_texture, path), VOLPKG__NEEDED, 0, NULL},
+    {"gl", &volpkg__gl_format_record, offsetof(volpkg_texture, gl), VOLPKG__NEEDED, 0, NULL},
+    {"bricks", &volpkg__brick_layout_record_pointer, offsetof(volpkg_texture, bricks), VOLPKG__NULLABLE, 0, NULL},
+    {"part", &volpkg__int_from_0, offsetof(volpkg_texture, part), 0, 0.0, NULL},
+    {"max_extinction_per_mm", &volpkg__real, offsetof(volpkg_texture, max_extinction_per_mm), VOLPKG__NULLABLE, 0,
+     NULL},
+    {"stored_range", &volpkg__real_x2, offsetof(volpkg_texture, stored_range), VOLPKG__NULLABLE, 0, NULL},
+    {"normals", &volpkg__normals_record_pointer, offsetof(volpkg_texture, normals), VOLPKG__NULLABLE, 0, NULL},
+    {"light", &volpkg__stored_light_record_pointer, offsetof(volpkg_texture, light), VOLPKG__NULLABLE, 0, NULL},
+    {"encoder", &volpkg__string, offsetof(volpkg_texture, encoder), VOLPKG__NULLABLE | VOLPKG__NO_TEXT, 0, NULL},
+    {"slices", &volpkg__slice_layout_record_pointer, offsetof(volpkg_texture, slices), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__texture_record, volpkg_texture, volpkg__texture_fields)
+VOLPKG__MANY(volpkg__texture_record_list_to_4096, volpkg__texture_record, 0, 4096.0)
+static const volpkg__field volpkg__palette_entry_fields[] = {
+    {"colour", &volpkg__real_from_0_to_1_x3, offsetof(volpkg_palette_entry, colour), VOLPKG__NEEDED, 0, NULL},
+    {"extinction_per_mm", &volpkg__real_from_0, offsetof(volpkg_palette_entry, extinction_per_mm), VOLPKG__NEEDED, 0,
+     NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__palette_entry_record, volpkg_palette_entry, volpkg__palette_entry_fields)
+VOLPKG__MANY(volpkg__palette_entry_record_list_2_to_256, volpkg__palette_entry_record, 2, 256.0)
+static const volpkg__field volpkg__palette_fields[] = {
+    {"transfer", &volpkg__string, offsetof(volpkg_palette, transfer), VOLPKG__NEEDED, 0, NULL},
+    {"entries", &volpkg__palette_entry_record_list_2_to_256, offsetof(volpkg_palette, entries), VOLPKG__NEEDED, 0,
+     NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__palette_record, volpkg_palette, volpkg__palette_fields)
+VOLPKG__MANY(volpkg__palette_record_list_to_1024, volpkg__palette_record, 0, 1024.0)
+VOLPKG__NUMBERS(volpkg__real_from_0_below_1, VOLPKG__REAL, double, 0.0, 1.0, 2)
+static const volpkg__named volpkg__skip_kind_words[] = {{"blocks", VOLPKG_SKIP_KIND_BLOCKS},
+    {"table16", VOLPKG_SKIP_KIND_TABLE16}, {"distance", VOLPKG_SKIP_KIND_DISTANCE},
+    {"octants", VOLPKG_SKIP_KIND_OCTANTS}, {"pyramid", VOLPKG_SKIP_KIND_PYRAMID},
+    {"euclidean", VOLPKG_SKIP_KIND_EUCLIDEAN}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__skip_kind_word, VOLPKG__NAMED, 0, volpkg__skip_kind_words)
+static const volpkg__field volpkg__skip_table_fields[] = {
+    {"texture", &volpkg__string, offsetof(volpkg_skip_table, texture), VOLPKG__NEEDED, 0, NULL},
+    {"level", &volpkg__int, offsetof(volpkg_skip_table, level), VOLPKG__NEEDED, 0, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_skip_table, transfer), VOLPKG__NEEDED, 0, NULL},
+    {"kind", &volpkg__skip_kind_word, offsetof(volpkg_skip_table, kind), VOLPKG__NEEDED, 0, NULL},
+    {"block", &volpkg__int_from_1, offsetof(volpkg_skip_table, block), VOLPKG__NEEDED, 0, NULL},
+    {"blocks_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_skip_table, blocks_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"blocks_from_box_per_mm_xyz", &volpkg__real_x3, offsetof(volpkg_skip_table, blocks_from_box_per_mm_xyz),
+     VOLPKG__NEEDED, 0, NULL},
+    {"empty_share", &volpkg__real_from_0_to_1, offsetof(volpkg_skip_table, empty_share), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__skip_table_record, volpkg_skip_table, volpkg__skip_table_fields)
+VOLPKG__MANY(volpkg__skip_table_record_list_to_4096, volpkg__skip_table_record, 0, 4096.0)
+VOLPKG__MANY(volpkg__block_ranges_record_record_list_to_4096, volpkg__block_ranges_record_record, 0, 4096.0)
+static const volpkg__field volpkg__skipping_fields[] = {
+    {"epsilon", &volpkg__real_from_0_below_1, offsetof(volpkg_skipping, epsilon), 0, 0.0, NULL},
+    {"tables", &volpkg__skip_table_record_list_to_4096, offsetof(volpkg_skipping, tables), 0, 0, NULL},
+    {"ranges", &volpkg__block_ranges_record_record_list_to_4096, offsetof(volpkg_skipping, ranges), 0, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__skipping_record, volpkg_skipping, volpkg__skipping_fields)
+VOLPKG__MAYBE(volpkg__skipping_record_pointer, volpkg__skipping_record)
+static const volpkg__named volpkg__sampling_words[] = {{"texture3d", VOLPKG_SAMPLING_TEXTURE3D},
+    {"mosaic", VOLPKG_SAMPLING_MOSAIC}, {"subvolumes", VOLPKG_SAMPLING_SUBVOLUMES}, {"bricks", VOLPKG_SAMPLING_BRICKS},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__sampling_word, VOLPKG__NAMED, 0, volpkg__sampling_words)
+static const volpkg__named volpkg__technique_words[] = {{"ray-casting", VOLPKG_TECHNIQUE_RAY_CASTING},
+    {"two-pass", VOLPKG_TECHNIQUE_TWO_PASS}, {"two-pass-as-published", VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED},
+    {"slabs", VOLPKG_TECHNIQUE_SLABS}, {"tiles", VOLPKG_TECHNIQUE_TILES}, {"axis-slices", VOLPKG_TECHNIQUE_AXIS_SLICES},
+    {"view-slices", VOLPKG_TECHNIQUE_VIEW_SLICES},
+    {"view-slices-as-published", VOLPKG_TECHNIQUE_VIEW_SLICES_AS_PUBLISHED}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__technique_word, VOLPKG__NAMED, 0, volpkg__technique_words)
+static const volpkg__named volpkg__classification_words[] = {{"lookup", VOLPKG_CLASSIFICATION_LOOKUP},
+    {"preintegrated", VOLPKG_CLASSIFICATION_PREINTEGRATED}, {"palette", VOLPKG_CLASSIFICATION_PALETTE},
+    {"control-points", VOLPKG_CLASSIFICATION_CONTROL_POINTS}, {"preclassified", VOLPKG_CLASSIFICATION_PRECLASSIFIED},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__classification_word, VOLPKG__NAMED, 0, volpkg__classification_words)
+static const volpkg__named volpkg__lighting_words[] = {{"none", VOLPKG_LIGHTING_NONE},
+    {"headlight", VOLPKG_LIGHTING_HEADLIGHT}, {"phong", VOLPKG_LIGHTING_PHONG},
+    {"blinn-phong", VOLPKG_LIGHTING_BLINN_PHONG}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__lighting_word, VOLPKG__NAMED, 0, volpkg__lighting_words)
+static const volpkg__named volpkg__normals_from_words[] = {{"volume", VOLPKG_NORMALS_FROM_VOLUME},
+    {"forward", VOLPKG_NORMALS_FROM_FORWARD}, {"central", VOLPKG_NORMALS_FROM_CENTRAL}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__normals_from_word, VOLPKG__NAMED, 0, volpkg__normals_from_words)
+VOLPKG__MAYBE(volpkg__light_record_pointer, volpkg__light_record)
+static const volpkg__named volpkg__compositing_words[] =
+    {{"emission-absorption", VOLPKG_COMPOSITING_EMISSION_ABSORPTION},
+    {"back-to-front", VOLPKG_COMPOSITING_BACK_TO_FRONT}, {"maximum", VOLPKG_COMPOSITING_MAXIMUM},
+    {"minimum", VOLPKG_COMPOSITING_MINIMUM}, {"average", VOLPKG_COMPOSITING_AVERAGE}, {"mida", VOLPKG_COMPOSITING_MIDA},
+    {"first-hit", VOLPKG_COMPOSITING_FIRST_HIT}, {"isosurface", VOLPKG_COMPOSITING_ISOSURFACE}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__compositing_word, VOLPKG__NAMED, 0, volpkg__compositing_words)
+static const volpkg__named volpkg__rays_words[] = {{"box", VOLPKG_RAYS_BOX}, {"mesh", VOLPKG_RAYS_MESH}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__rays_word, VOLPKG__NAMED, 0, volpkg__rays_words)
+VOLPKG__MANY(volpkg__int_list_to_64, volpkg__int, 0, 64.0)
+static const volpkg__named volpkg__sampler_role_words[] = {{"volume", VOLPKG_ROLE_VOLUME},
+    {"bricks", VOLPKG_ROLE_BRICKS}, {"transfer", VOLPKG_ROLE_TRANSFER}, {"preintegrated", VOLPKG_ROLE_PREINTEGRATED},
+    {"skip", VOLPKG_ROLE_SKIP}, {"normals", VOLPKG_ROLE_NORMALS}, {"subvolume", VOLPKG_ROLE_SUBVOLUME},
+    {"labels", VOLPKG_ROLE_LABELS}, {"looks", VOLPKG_ROLE_LOOKS}, {"light", VOLPKG_ROLE_LIGHT}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__sampler_role_word, VOLPKG__NAMED, 0, volpkg__sampler_role_words)
+static const volpkg__field volpkg__sampler_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_sampler, name), VOLPKG__NEEDED, 0, NULL},
+    {"role", &volpkg__sampler_role_word, offsetof(volpkg_sampler, role), VOLPKG__NEEDED, 0, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_sampler, transfer), VOLPKG__NULLABLE, 0, NULL},
+    {"part", &volpkg__int_from_0, offsetof(volpkg_sampler, part), 0, 0.0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__sampler_record, volpkg_sampler, volpkg__sampler_fields)
+VOLPKG__MANY(volpkg__sampler_record_list_to_64, volpkg__sampler_record, 0, 64.0)
+static const volpkg__field volpkg__pass_fields[] = {
+    {"vertex", &volpkg__path, offsetof(volpkg_pass, vertex.path), VOLPKG__NEEDED, 0, NULL},
+    {"fragment", &volpkg__path, offsetof(volpkg_pass, fragment.path), VOLPKG__NEEDED, 0, NULL},
+    {"geometry", &volpkg__geometry_word, offsetof(volpkg_pass, geometry), VOLPKG__NEEDED, 0, NULL},
+    {"sampler", &volpkg__string, offsetof(volpkg_pass, sampler), VOLPKG__NEEDED, 0, NULL},
+    {"target", &volpkg__target_word, offsetof(volpkg_pass, target), VOLPKG__NEEDED, 0, NULL},
+    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_pass, uniforms), VOLPKG__NEEDED, 0, NULL},
+    {"reads", &volpkg__string_list_to_32, offsetof(volpkg_pass, reads), 0, 0, NULL},
+    {"size", &volpkg__int_from_1, offsetof(volpkg_pass, size), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__pass_record, volpkg_pass, volpkg__pass_fields)
+VOLPKG__MANY(volpkg__pass_record_list_to_16, volpkg__pass_record, 0, 16.0)
+VOLPKG__MAYBE(volpkg__light_pass_record_pointer, volpkg__light_pass_record)
+static const volpkg__field volpkg__tiles_fields[] = {
+    {"size", &volpkg__int_from_1, offsetof(volpkg_tiles, size), VOLPKG__NEEDED, 0, NULL},
+    {"groups", &volpkg__int_from_1, offsetof(volpkg_tiles, groups), VOLPKG__NEEDED, 0, NULL},
+    {"cost", &volpkg__path, offsetof(volpkg_tiles, cost.path), VOLPKG__NEEDED, 0, NULL},
+    {"offsets", &volpkg__path, offsetof(volpkg_tiles, offsets.path), VOLPKG__NEEDED, 0, NULL},
+    {"place", &volpkg__path, offsetof(volpkg_tiles, place.path), VOLPKG__NEEDED, 0, NULL},
+    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_tiles, uniforms), VOLPKG__NEEDED, 0, NULL},
+    {"reads", &volpkg__string_list_to_32, offsetof(volpkg_tiles, reads), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__tiles_record, volpkg_tiles, volpkg__tiles_fields)
+VOLPKG__MAYBE(volpkg__tiles_record_pointer, volpkg__tiles_record)
+VOLPKG__MAYBE(volpkg__blend_record_pointer, volpkg__blend_record)
+static const volpkg__field volpkg__program_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_program, name), VOLPKG__NEEDED, 0, NULL},
+    {"sampling", &volpkg__sampling_word, offsetof(volpkg_program, sampling), VOLPKG__NEEDED, 0, NULL},
+    {"technique", &volpkg__technique_word, offsetof(volpkg_program, technique), 0, VOLPKG_TECHNIQUE_RAY_CASTING, NULL},
+    {"classification", &volpkg__classification_word, offsetof(volpkg_program, classification), 0,
+     VOLPKG_CLASSIFICATION_LOOKUP, NULL},
+    {"lighting", &volpkg__lighting_word, offsetof(volpkg_program, lighting), 0, VOLPKG_LIGHTING_NONE, NULL},
+    {"normals_from", &volpkg__normals_from_word, offsetof(volpkg_program, normals_from), 0, VOLPKG_NORMALS_FROM_VOLUME,
+     NULL},
+    {"light", &volpkg__light_record_pointer, offsetof(volpkg_program, light), VOLPKG__NULLABLE, 0, NULL},
+    {"baked", &volpkg__truth, offsetof(volpkg_program, baked), 0, 0.0, NULL},
+    {"compositing", &volpkg__compositing_word, offsetof(volpkg_program, compositing), 0,
+     VOLPKG_COMPOSITING_EMISSION_ABSORPTION, NULL},
+    {"rays", &volpkg__rays_word, offsetof(volpkg_program, rays), 0, VOLPKG_RAYS_BOX, NULL},
+    {"vertex", &volpkg__path, offsetof(volpkg_program, vertex.path), VOLPKG__NEEDED, 0, NULL},
+    {"fragment", &volpkg__path, offsetof(volpkg_program, fragment.path), VOLPKG__NEEDED, 0, NULL},
+    {"levels", &volpkg__int_list_to_64, offsetof(volpkg_program, levels), VOLPKG__NEEDED, 0, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_program, transfer), VOLPKG__NEEDED, 0, NULL},
+    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_program, uniforms), VOLPKG__NEEDED, 0, NULL},
+    {"samplers", &volpkg__sampler_record_list_to_64, offsetof(volpkg_program, samplers), VOLPKG__NEEDED, 0, NULL},
+    {"geometry", &volpkg__geometry_word, offsetof(volpkg_program, geometry), 0, VOLPKG_GEOMETRY_TRIANGLE, NULL},
+    {"before", &volpkg__pass_record_list_to_16, offsetof(volpkg_program, before), 0, 0, NULL},
+    {"light_pass", &volpkg__light_pass_record_pointer, offsetof(volpkg_program, light_pass), VOLPKG__NULLABLE, 0, NULL},
+    {"tiles", &volpkg__tiles_record_pointer, offsetof(volpkg_program, tiles), VOLPKG__NULLABLE, 0, NULL},
+    {"blend", &volpkg__blend_record_pointer, offsetof(volpkg_program, blend), VOLPKG__NULLABLE, 0, NULL},
+    {"target", &volpkg__target_word, offsetof(volpkg_program, target), 0, VOLPKG_TARGET_RGBA8, NULL},
+    {"slab_samples", &volpkg__int_from_1, offsetof(volpkg_program, slab_samples), VOLPKG__NULLABLE, 0, NULL},
+    {"step_mm_min", &volpkg__real, offsetof(volpkg_program, step_mm_min), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__program_record, volpkg_program, volpkg__program_fields)
+VOLPKG__MANY(volpkg__program_record_list_to_256, volpkg__program_record, 0, 256.0)
+VOLPKG__MAYBE(volpkg__editing_record_pointer, volpkg__editing_record)
+VOLPKG__MANY(volpkg__path_list, volpkg__path, 0, 2147483647.0)
+static const volpkg__field volpkg__subvolume_files_fields[] = {
+    {"grid", &volpkg__path, offsetof(volpkg_subvolumes, grid_path), VOLPKG__NEEDED, 0, NULL},
+    {"pieces", &volpkg__path_list, offsetof(volpkg_subvolumes, pieces), 0, 0, NULL},
+    {"whole", &volpkg__path, offsetof(volpkg_subvolumes, whole), VOLPKG__NULLABLE, 0, NULL},
+    {"programs", &volpkg__program_record_list_to_256, offsetof(volpkg_subvolumes, programs), 0, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__subvolume_files_record, volpkg_subvolumes, volpkg__subvolume_files_fields)
+VOLPKG__MAYBE(volpkg__subvolume_files_record_pointer, volpkg__subvolume_files_record)
+static const volpkg__field volpkg__proxy_mesh_file_fields[] = {
+    {"transfer", &volpkg__string, offsetof(volpkg_mesh, transfer), VOLPKG__NEEDED, 0, NULL},
+    {"level", &volpkg__int_from_0, offsetof(volpkg_mesh, level), VOLPKG__NEEDED, 0, NULL},
+    {"form", &volpkg__string, offsetof(volpkg_mesh, form), VOLPKG__NEEDED, 0, NULL},
+    {"block", &volpkg__int_from_1, offsetof(volpkg_mesh, block), VOLPKG__NEEDED, 0, NULL},
+    {"file", &volpkg__path, offsetof(volpkg_mesh, path), VOLPKG__NULLABLE, 0, NULL},
+    {"vertices", &volpkg__long_from_0, offsetof(volpkg_mesh, vertices), 0, 0.0, NULL},
+    {"triangles", &volpkg__long_from_0, offsetof(volpkg_mesh, triangles), 0, 0.0, NULL},
+    {"draco", &volpkg__truth, offsetof(volpkg_mesh, draco), 0, 0.0, NULL},
+    {"box_from_mesh_mm_xyz", &volpkg__real_x3, offsetof(volpkg_mesh, box_from_mesh_mm_xyz), VOLPKG__NEEDED, 0, NULL},
+    {"occupied_share", &volpkg__real_from_0_to_1, offsetof(volpkg_mesh, occupied_share), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__proxy_mesh_file_record, volpkg_mesh, volpkg__proxy_mesh_file_fields)
+VOLPKG__MANY(volpkg__proxy_mesh_file_record_list_to_1024, volpkg__proxy_mesh_file_record, 0, 1024.0)
+static const volpkg__field volpkg__proxy_fields[] = {
+    {"epsilon", &volpkg__real_from_0_below_1, offsetof(volpkg_proxy, epsilon), 0, 0.0, NULL},
+    {"meshes", &volpkg__proxy_mesh_file_record_list_to_1024, offsetof(volpkg_proxy, meshes), 0, 0, NULL},
+    {"depth", &volpkg__path, offsetof(volpkg_proxy, depth.path), VOLPKG__NEEDED, 0, NULL},
+    {"programs", &volpkg__program_record_list_to_256, offsetof(volpkg_proxy, programs), 0, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__proxy_record, volpkg_proxy, volpkg__proxy_fields)
+VOLPKG__MAYBE(volpkg__proxy_record_pointer, volpkg__proxy_record)
+VOLPKG__MANY(volpkg__fidelity_record_list, volpkg__fidelity_record, 0, 2147483647.0)
+VOLPKG__MANY(volpkg__draw_cost_record_list, volpkg__draw_cost_record, 0, 2147483647.0)
+VOLPKG__MAYBE(volpkg__grid_record_pointer, volpkg__grid_record)
+VOLPKG__MANY(volpkg__string_list_2_to_32, volpkg__string, 2, 32.0)
+static const volpkg__field volpkg__together_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_together, name), VOLPKG__NEEDED, 0, NULL},
+    {"transfers", &volpkg__string_list_2_to_32, offsetof(volpkg_together, transfers), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__together_record, volpkg_together, volpkg__together_fields)
+VOLPKG__MAYBE(volpkg__together_record_pointer, volpkg__together_record)
+VOLPKG__MANY(volpkg__string_list_from_1, volpkg__string, 1, 2147483647.0)
+static const volpkg__named volpkg__segment_border_words[] = {{"mixed", VOLPKG_SEGMENT_BORDER_MIXED},
+    {"crisp", VOLPKG_SEGMENT_BORDER_CRISP}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__segment_border_word, VOLPKG__NAMED, 0, volpkg__segment_border_words)
+static const volpkg__field volpkg__segment_code_fields[] = {
+    {"scheme", &volpkg__string, offsetof(volpkg_segment_code, scheme), VOLPKG__NEEDED, 0, NULL},
+    {"value", &volpkg__string, offsetof(volpkg_segment_code, value), VOLPKG__NEEDED, 0, NULL},
+    {"meaning", &volpkg__string, offsetof(volpkg_segment_code, meaning), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__segment_code_record, volpkg_segment_code, volpkg__segment_code_fields)
+VOLPKG__MAYBE(volpkg__segment_code_record_pointer, volpkg__segment_code_record)
+static const double volpkg__segment_tint[] = {1.0, 1.0, 1.0};
+static const volpkg__field volpkg__segment_fields[] = {
+    {"name", &volpkg__label, offsetof(volpkg_segment, name), VOLPKG__NEEDED, 0, NULL},
+    {"title", &volpkg__string, offsetof(volpkg_segment, title), VOLPKG__NULLABLE | VOLPKG__NO_TEXT, 0, NULL},
+    {"code", &volpkg__segment_code_record_pointer, offsetof(volpkg_segment, code), VOLPKG__NULLABLE, 0, NULL},
+    {"number", &volpkg__long_from_0, offsetof(volpkg_segment, number), VOLPKG__NEEDED, 0, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_segment, transfer), VOLPKG__NEEDED, 0, NULL},
+    {"tint", &volpkg__real_from_0_to_1_x3, offsetof(volpkg_segment, tint), 0, 0, volpkg__segment_tint},
+    {"opacity", &volpkg__real_from_0_to_1, offsetof(volpkg_segment, opacity), 0, 1.0, NULL},
+    {"visible", &volpkg__truth, offsetof(volpkg_segment, visible), 0, 1.0, NULL},
+    {"volume_ml", &volpkg__real_from_0, offsetof(volpkg_segment, volume_ml), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__segment_record, volpkg_segment, volpkg__segment_fields)
+VOLPKG__MANY(volpkg__segment_record_list_from_1, volpkg__segment_record, 1, 2147483647.0)
+VOLPKG__MANY(volpkg__label_list, volpkg__label, 0, 2147483647.0)
+static const volpkg__field volpkg__segment_label_fields[] = {
+    {"segments", &volpkg__label_list, offsetof(volpkg_segment_label, segments), 0, 0, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_segment_label, transfer), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__segment_label_record, volpkg_segment_label, volpkg__segment_label_fields)
+VOLPKG__MANY(volpkg__segment_label_record_list_1_to_32768, volpkg__segment_label_record, 1, 32768.0)
+static const volpkg__field volpkg__segments_fields[] = {
+    {"name", &volpkg__label, offsetof(volpkg_segments, name), 0, 0, "segments"},
+    {"transfers", &volpkg__string_list_from_1, offsetof(volpkg_segments, transfers), VOLPKG__NEEDED, 0, NULL},
+    {"border", &volpkg__segment_border_word, offsetof(volpkg_segments, border), 0, VOLPKG_SEGMENT_BORDER_MIXED, NULL},
+    {"segments", &volpkg__segment_record_list_from_1, offsetof(volpkg_segments, segments), VOLPKG__NEEDED, 0, NULL},
+    {"labels", &volpkg__segment_label_record_list_1_to_32768, offsetof(volpkg_segments, labels), VOLPKG__NEEDED, 0,
+     NULL},
+    {"outside", &volpkg__real_from_0_to_1, offsetof(volpkg_segments, outside), 0, 1.0, NULL},
+    {"sha256", &volpkg__digest, offsetof(volpkg_segments, sha256), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__segments_record, volpkg_segments, volpkg__segments_fields)
+VOLPKG__MAYBE(volpkg__segments_record_pointer, volpkg__segments_record)
+VOLPKG__MANY(volpkg__compressed_form_record_list, volpkg__compressed_form_record, 0, 2147483647.0)
+VOLPKG__MANY(volpkg__level_step_record_list_to_64, volpkg__level_step_record, 0, 64.0)
+static const volpkg__named volpkg__projection_words[] = {{"orthographic", VOLPKG_PROJECTION_ORTHOGRAPHIC},
+    {"perspective", VOLPKG_PROJECTION_PERSPECTIVE}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__projection_word, VOLPKG__NAMED, 0, volpkg__projection_words)
+static const volpkg__field volpkg__tolerance_fields[] = {
+    {"rmse", &volpkg__real_from_0_to_1, offsetof(volpkg_tolerance, rmse), 0, 0.01, NULL},
+    {"maximum", &volpkg__real_from_0_to_1, offsetof(volpkg_tolerance, maximum), 0, 0.25, NULL},
+    {"flip", &volpkg__real_from_0_to_1, offsetof(volpkg_tolerance, flip), 0, 0.03, NULL},
+    {"kept_light", &volpkg__real_from_0_to_1, offsetof(volpkg_tolerance, kept_light), 0, 0.75, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__tolerance_record, volpkg_tolerance, volpkg__tolerance_fields)
+VOLPKG__MAYBE(volpkg__hybrid_record_pointer, volpkg__hybrid_record)
+static const volpkg__field volpkg__render_settings_fields[] = {
+    {"step_mm", &volpkg__real_above_0, offsetof(volpkg_render, step_mm), VOLPKG__NEEDED, 0, NULL},
+    {"level_steps", &volpkg__level_step_record_list_to_64, offsetof(volpkg_render, level_steps), 0, 0, NULL},
+    {"opacity_cutoff", &volpkg__real_from_0_to_1, offsetof(volpkg_render, opacity_cutoff), VOLPKG__NULLABLE, 1, NULL},
+    {"projection", &volpkg__projection_word, offsetof(volpkg_render, projection), 0, VOLPKG_PROJECTION_ORTHOGRAPHIC,
+     NULL},
+    {"tolerance", &volpkg__tolerance_record, offsetof(volpkg_render, tolerance), 0, 0, NULL},
+    {"hybrid", &volpkg__hybrid_record_pointer, offsetof(volpkg_render, hybrid), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__render_settings_record, volpkg_render, volpkg__render_settings_fields)
+VOLPKG__MAYBE(volpkg__render_settings_record_pointer, volpkg__render_settings_record)
+static const volpkg__field volpkg__plan_item_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_plan_item, name), VOLPKG__NEEDED, 0, NULL},
+    {"kind", &volpkg__string, offsetof(volpkg_plan_item, kind), 0, 0, NULL},
+    {"channel", &volpkg__label, offsetof(volpkg_plan_item, channel), VOLPKG__NULLABLE, 0, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_plan_item, transfer), VOLPKG__NULLABLE, 0, NULL},
+    {"level", &volpkg__int_from_0, offsetof(volpkg_plan_item, level), VOLPKG__NULLABLE, -1, NULL},
+    {"kept", &volpkg__truth, offsetof(volpkg_plan_item, kept), VOLPKG__NEEDED, 0, NULL},
+    {"reason", &volpkg__string, offsetof(volpkg_plan_item, reason), VOLPKG__NEEDED, 0, NULL},
+    {"files", &volpkg__path_list, offsetof(volpkg_plan_item, files), 0, 0, NULL},
+    {"size_bytes", &volpkg__long_from_0, offsetof(volpkg_plan_item, size_bytes), 0, 0.0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__plan_item_record, volpkg_plan_item, volpkg__plan_item_fields)
+VOLPKG__MANY(volpkg__plan_item_record_list, volpkg__plan_item_record, 0, 2147483647.0)
+static const volpkg__named volpkg__only_volpkg_words[] = {{"volpkg", 0}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__only_volpkg_word, VOLPKG__CONST, 0, volpkg__only_volpkg_words)
+static const volpkg__named volpkg__state_words[] = {{"draft", VOLPKG_STATE_DRAFT}, {"sealed", VOLPKG_STATE_SEALED},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__state_word, VOLPKG__NAMED, 0, volpkg__state_words)
+VOLPKG__MANY(volpkg__channel_record_list_to_32, volpkg__channel_record, 0, 32.0)
+VOLPKG__MANY(volpkg__file_record_record_list, volpkg__file_record_record, 0, 2147483647.0)
+static const volpkg__field volpkg__manifest_fields[] = {
+    {"textures", &volpkg__texture_record_list_to_4096, offsetof(volpkg_package, textures), 0, 0, NULL},
+    {"palettes", &volpkg__palette_record_list_to_1024, offsetof(volpkg_package, palettes), 0, 0, NULL},
+    {"skipping", &volpkg__skipping_record_pointer, offsetof(volpkg_package, skipping), VOLPKG__NULLABLE, 0, NULL},
+    {"programs", &volpkg__program_record_list_to_256, offsetof(volpkg_package, programs), 0, 0, NULL},
+    {"editing", &volpkg__editing_record_pointer, offsetof(volpkg_package, editing), VOLPKG__NULLABLE, 0, NULL},
+    {"subvolumes", &volpkg__subvolume_files_record_pointer, offsetof(volpkg_package, subvolumes), VOLPKG__NULLABLE, 0,
+     NULL},
+    {"proxy", &volpkg__proxy_record_pointer, offsetof(volpkg_package, proxy), VOLPKG__NULLABLE, 0, NULL},
+    {"fidelity", &volpkg__fidelity_record_list, offsetof(volpkg_package, fidelity), 0, 0, NULL},
+    {"costs", &volpkg__draw_cost_record_list, offsetof(volpkg_package, costs), 0, 0, NULL},
+    {"preview", &volpkg__path, offsetof(volpkg_package, preview), VOLPKG__NULLABLE, 0, NULL},
+    {"name", &volpkg__string, offsetof(volpkg_package, name), VOLPKG__NEEDED, 0, NULL},
+    {"generator", &volpkg__string, offsetof(volpkg_package, generator), VOLPKG__NEEDED, 0, NULL},
+    {"profile", &volpkg__device_profile_record, offsetof(volpkg_package, profile), VOLPKG__NEEDED, 0, NULL},
+    {"grid", &volpkg__grid_record_pointer, offsetof(volpkg_package, grid), VOLPKG__NULLABLE, 0, NULL},
+    {"together", &volpkg__together_record_pointer, offsetof(volpkg_package, together), VOLPKG__NULLABLE, 0, NULL},
+    {"segments", &volpkg__segments_record_pointer, offsetof(volpkg_package, segments), VOLPKG__NULLABLE, 0, NULL},
+    {"compression", &volpkg__compressed_form_record_list, offsetof(volpkg_package, compression), 0, 0, NULL},
+    {"render", &volpkg__render_settings_record_pointer, offsetof(volpkg_package, render), VOLPKG__NULLABLE, 0, NULL},
+    {"plan", &volpkg__plan_item_record_list, offsetof(volpkg_package, plan), 0, 0, NULL},
+    {"format", &volpkg__only_volpkg_word, 0, 0, 0, NULL},
+    {"version", &volpkg__string, offsetof(volpkg_package, version), 0, 0, NULL},
+    {"extensions_used", &volpkg__string_list, offsetof(volpkg_package, extensions_used), 0, 0, NULL},
+    {"extensions_required", &volpkg__string_list, offsetof(volpkg_package, extensions_required), 0, 0, NULL},
+    {"state", &volpkg__state_word, offsetof(volpkg_package, state), VOLPKG__NEEDED, 0, NULL},
+    {"channels", &volpkg__channel_record_list_to_32, offsetof(volpkg_package, channels), 0, 0, NULL},
+    {"stages", &volpkg__any_list, offsetof(volpkg_package, stages), 0, 0, NULL},
+    {"files", &volpkg__file_record_record_list, offsetof(volpkg_package, files), 0, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__manifest_record, volpkg_package, volpkg__manifest_fields)
+static const volpkg__field volpkg__subvolume_fields[] = {
+    {"minimum", &volpkg__int_from_0, offsetof(volpkg_piece, minimum), VOLPKG__NEEDED, 0, NULL},
+    {"maximum", &volpkg__int_from_0, offsetof(volpkg_piece, maximum), VOLPKG__NEEDED, 0, NULL},
+    {"file", &volpkg__path, offsetof(volpkg_piece, path), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__subvolume_record, volpkg_piece, volpkg__subvolume_fields)
+static const volpkg__named volpkg__only_volpkg_subvolumes_words[] = {{"volpkg-subvolumes", 0}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__only_volpkg_subvolumes_word, VOLPKG__CONST, 0, volpkg__only_volpkg_subvolumes_words)
+VOLPKG__NUMBERS(volpkg__int_from_2, VOLPKG__INT, int32_t, 2.0, 2147483647.0, 1)
+VOLPKG__EXACTLY(volpkg__int_from_0_list_x3, volpkg__int_from_0_list, 3, volpkg__list)
+VOLPKG__MANY(volpkg__subvolume_record_list, volpkg__subvolume_record, 0, 2147483647.0)
+VOLPKG__MANY(volpkg__grid_point_record_list, volpkg__grid_point_record, 0, 2147483647.0)
+VOLPKG__EXACTLY(volpkg__real_from_0_to_180_x2, volpkg__real_from_0_to_180, 2, double)
+static const double volpkg__view_thresholds_sideways_between_theta[] = {22.5, 157.5};
+static const double volpkg__view_thresholds_y_between_phi[] = {22.5, 157.5};
+static const volpkg__field volpkg__view_thresholds_fields[] = {
+    {"plus_z_below_theta", &volpkg__real_from_0_to_180, offsetof(volpkg_view_thresholds, plus_z_below_theta), 0, 67.5,
+     NULL},
+    {"minus_z_above_theta", &volpkg__real_from_0_to_180, offsetof(volpkg_view_thresholds, minus_z_above_theta), 0,
+     112.5, NULL},
+    {"sideways_between_theta", &volpkg__real_from_0_to_180_x2, offsetof(volpkg_view_thresholds, sideways_between_theta),
+     0, 0, volpkg__view_thresholds_sideways_between_theta},
+    {"plus_x_below_phi", &volpkg__real_from_0_to_180, offsetof(volpkg_view_thresholds, plus_x_below_phi), 0, 67.5,
+     NULL},
+    {"minus_x_above_phi", &volpkg__real_from_0_to_180, offsetof(volpkg_view_thresholds, minus_x_above_phi), 0, 112.5,
+     NULL},
+    {"y_between_phi", &volpkg__real_from_0_to_180_x2, offsetof(volpkg_view_thresholds, y_between_phi), 0, 0,
+     volpkg__view_thresholds_y_between_phi},
+    {"finer_above_pixels", &volpkg__real_above_0, offsetof(volpkg_view_thresholds, finer_above_pixels), 0, 2.0, NULL},
+    {"coarser_below_pixels", &volpkg__real_above_0, offsetof(volpkg_view_thresholds, coarser_below_pixels), 0, 0.75,
+     NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__view_thresholds_record, volpkg_view_thresholds, volpkg__view_thresholds_fields)
 static const volpkg__field volpkg__subvolume_grid_fields[] = {
-    VOLPKG__MAY(volpkg_subvolume_grid, format, volpkg__grid_format_type, 0),
-    VOLPKG__MUST(volpkg_subvolume_grid, shape_zyx, volpkg__three_counts),
-    VOLPKG__MUST(volpkg_subvolume_grid, size, volpkg__from2),
-    VOLPKG__MUST(volpkg_subvolume_grid, cuts_zyx, volpkg__three_cuts),
-    VOLPKG__MUST(volpkg_subvolume_grid, gl, volpkg__gl_type),
-    VOLPKG__MAY(volpkg_subvolume_grid, filter, volpkg__filter_type, 0),
-    VOLPKG__KEY(volpkg_subvolume_grid, "whole", whole, volpkg__path, VOLPKG__NULLABLE | VOLPKG__NO_TEXT, 0),
-    VOLPKG__MUST(volpkg_subvolume_grid, subvolumes, volpkg__pieces),
-    VOLPKG__MUST(volpkg_subvolume_grid, points, volpkg__grid_points),
-    VOLPKG__MUST(volpkg_subvolume_grid, view, volpkg__view_type),
+    {"format", &volpkg__only_volpkg_subvolumes_word, 0, 0, 0, NULL},
+    {"shape_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_subvolume_grid, shape_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"size", &volpkg__int_from_2, offsetof(volpkg_subvolume_grid, size), VOLPKG__NEEDED, 0, NULL},
+    {"cuts_zyx", &volpkg__int_from_0_list_x3, offsetof(volpkg_subvolume_grid, cuts_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"gl", &volpkg__gl_format_record, offsetof(volpkg_subvolume_grid, gl), VOLPKG__NEEDED, 0, NULL},
+    {"filter", &volpkg__filter_word, offsetof(volpkg_subvolume_grid, filter), 0, VOLPKG_FILTER_LINEAR, NULL},
+    {"whole", &volpkg__path, offsetof(volpkg_subvolume_grid, whole), VOLPKG__NULLABLE, 0, NULL},
+    {"subvolumes", &volpkg__subvolume_record_list, offsetof(volpkg_subvolume_grid, subvolumes), VOLPKG__NEEDED, 0,
+     NULL},
+    {"points", &volpkg__grid_point_record_list, offsetof(volpkg_subvolume_grid, points), VOLPKG__NEEDED, 0, NULL},
+    {"view", &volpkg__view_thresholds_record, offsetof(volpkg_subvolume_grid, view), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__subvolume_grid_type, volpkg_subvolume_grid, volpkg__subvolume_grid_fields)
+VOLPKG__RECORDS(volpkg__subvolume_grid_record, volpkg_subvolume_grid, volpkg__subvolume_grid_fields)
+/* clang-format on */
+/* ==== end of tables ==== */
 
-/* The JSON of a mesh: glTF 2.0, as much of it as packages use. */
+/* The JSON of a mesh: the part of glTF 2.0 that packages use. */
 typedef struct volpkg__gltf_view {
     int64_t offset, bytes;
     int32_t buffer, target;
@@ -2730,81 +3559,85 @@ VOLPKG__NUMBERS(volpkg__view_size, VOLPKG__LONG, int64_t, 0, VOLPKG__MOST, 1)
 static const volpkg__named volpkg__gltf_versions[] = {{"2.0", 0}, {NULL, 0}};
 static const volpkg__named volpkg__extensions[] = {{"KHR_draco_mesh_compression", 0}, {NULL, 0}};
 static const volpkg__named volpkg__accessor_types[] = {{"SCALAR", 1}, {"VEC3", 3}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__gltf_version_type, VOLPKG__NAMED, volpkg__gltf_versions)
-VOLPKG__WORDS(volpkg__extension_type, VOLPKG__NAMED, volpkg__extensions)
-VOLPKG__WORDS(volpkg__accessor_type_type, VOLPKG__NAMED, volpkg__accessor_types)
+VOLPKG__WORDS(volpkg__gltf_version_type, VOLPKG__NAMED, 0, volpkg__gltf_versions)
+VOLPKG__WORDS(volpkg__extension_type, VOLPKG__NAMED, 0, volpkg__extensions)
+VOLPKG__WORDS(volpkg__accessor_type_type, VOLPKG__NAMED, 0, volpkg__accessor_types)
 VOLPKG__MANY(volpkg__extension_list, volpkg__extension_type, 0, VOLPKG__MOST)
 /* Records that need no room of their own have the offsets of the record around them. */
-static const volpkg__field volpkg__asset_fields[] = {{"version", &volpkg__gltf_version_type, 0, VOLPKG__NEEDED, 0},
-                                                     {"generator", &volpkg__any, 0, VOLPKG__NEEDED, 0},
-                                                     {"extras", &volpkg__any, 0, VOLPKG__NEEDED, 0},
-                                                     VOLPKG__END};
+static const volpkg__field volpkg__asset_fields[] = {
+    {"version", &volpkg__gltf_version_type, 0, VOLPKG__NEEDED, 0, NULL},
+    {"generator", &volpkg__any, 0, VOLPKG__NEEDED, 0, NULL},
+    {"extras", &volpkg__any, 0, VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
 VOLPKG__RECORDS(volpkg__asset_type, volpkg__gltf, volpkg__asset_fields)
 VOLPKG__EXACTLY(volpkg__one_zero, volpkg__zero, 1, int32_t)
-static const volpkg__field volpkg__scene_fields[] = {{"nodes", &volpkg__one_zero, 0, VOLPKG__NEEDED, 0}, VOLPKG__END};
+static const volpkg__field volpkg__scene_fields[] = {{"nodes", &volpkg__one_zero, 0, VOLPKG__NEEDED, 0, NULL},
+                                                     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__scene_type, volpkg__gltf, volpkg__scene_fields)
 VOLPKG__EXACTLY(volpkg__one_scene, volpkg__scene_type, 1, volpkg__gltf)
 static const volpkg__field volpkg__node_fields[] = {
-    {"mesh", &volpkg__zero, 0, VOLPKG__NEEDED, 0},
-    VOLPKG__KEY(volpkg__gltf, "scale", scale, volpkg__three_reals, VOLPKG__NEEDED, 0),
+    {"mesh", &volpkg__zero, 0, VOLPKG__NEEDED, 0, NULL},
+    {"scale", &volpkg__real_x3, offsetof(volpkg__gltf, scale), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__node_type, volpkg__gltf, volpkg__node_fields)
 VOLPKG__EXACTLY(volpkg__one_node, volpkg__node_type, 1, volpkg__gltf)
 static const volpkg__field volpkg__position_fields[] = {
-    VOLPKG__KEY(volpkg__gltf_primitive, "POSITION", position, volpkg__short_index, VOLPKG__NEEDED, 0), VOLPKG__END};
+    {"POSITION", &volpkg__short_index, offsetof(volpkg__gltf_primitive, position), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
 VOLPKG__RECORDS(volpkg__position_type, volpkg__gltf_primitive, volpkg__position_fields)
 static const volpkg__field volpkg__draco_fields[] = {
-    VOLPKG__KEY(volpkg__gltf_primitive, "bufferView", draco, volpkg__short_index, VOLPKG__NEEDED, -1),
-    {"attributes", &volpkg__any, 0, VOLPKG__NEEDED, 0},
+    {"bufferView", &volpkg__short_index, offsetof(volpkg__gltf_primitive, draco), VOLPKG__NEEDED, -1, NULL},
+    {"attributes", &volpkg__any, 0, VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__draco_type, volpkg__gltf_primitive, volpkg__draco_fields)
 static const volpkg__field volpkg__extension_fields[] = {
-    {"KHR_draco_mesh_compression", &volpkg__draco_type, 0, VOLPKG__NEEDED, 0}, VOLPKG__END};
+    {"KHR_draco_mesh_compression", &volpkg__draco_type, 0, VOLPKG__NEEDED, 0, NULL}, VOLPKG__END};
 VOLPKG__RECORDS(volpkg__extensions_type, volpkg__gltf_primitive, volpkg__extension_fields)
 static const volpkg__field volpkg__primitive_fields[] = {
-    {"attributes", &volpkg__position_type, 0, VOLPKG__NEEDED, 0},
-    VOLPKG__MUST(volpkg__gltf_primitive, indices, volpkg__short_index),
-    VOLPKG__MUST(volpkg__gltf_primitive, mode, volpkg__four),
-    {"extensions", &volpkg__extensions_type, 0, 0, 0},
+    {"attributes", &volpkg__position_type, 0, VOLPKG__NEEDED, 0, NULL},
+    {"indices", &volpkg__short_index, offsetof(volpkg__gltf_primitive, indices), VOLPKG__NEEDED, 0, NULL},
+    {"mode", &volpkg__four, offsetof(volpkg__gltf_primitive, mode), VOLPKG__NEEDED, 0, NULL},
+    {"extensions", &volpkg__extensions_type, 0, 0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__primitive_type, volpkg__gltf_primitive, volpkg__primitive_fields)
 VOLPKG__MANY(volpkg__primitives, volpkg__primitive_type, 1, VOLPKG__MOST)
 static const volpkg__field volpkg__gltf_mesh_fields[] = {
-    VOLPKG__MUST(volpkg__gltf_mesh, primitives, volpkg__primitives), VOLPKG__END};
+    {"primitives", &volpkg__primitives, offsetof(volpkg__gltf_mesh, primitives), VOLPKG__NEEDED, 0, NULL}, VOLPKG__END};
 VOLPKG__RECORDS(volpkg__gltf_mesh_type, volpkg__gltf_mesh, volpkg__gltf_mesh_fields)
 VOLPKG__EXACTLY(volpkg__one_mesh, volpkg__gltf_mesh_type, 1, volpkg__gltf_mesh)
 static const volpkg__field volpkg__accessor_fields[] = {
-    VOLPKG__KEY(volpkg__gltf_accessor, "componentType", component, volpkg__component, VOLPKG__NEEDED, 0),
-    VOLPKG__MUST(volpkg__gltf_accessor, count, volpkg__from1),
-    VOLPKG__MUST(volpkg__gltf_accessor, type, volpkg__accessor_type_type),
-    VOLPKG__KEY(volpkg__gltf_accessor, "bufferView", view, volpkg__short_index, 0, -1),
-    VOLPKG__KEY(volpkg__gltf_accessor, "min", least, volpkg__three_reals, 0, 0),
-    VOLPKG__KEY(volpkg__gltf_accessor, "max", most, volpkg__three_reals, 0, 0),
+    {"componentType", &volpkg__component, offsetof(volpkg__gltf_accessor, component), VOLPKG__NEEDED, 0, NULL},
+    {"count", &volpkg__int_from_1, offsetof(volpkg__gltf_accessor, count), VOLPKG__NEEDED, 0, NULL},
+    {"type", &volpkg__accessor_type_type, offsetof(volpkg__gltf_accessor, type), VOLPKG__NEEDED, 0, NULL},
+    {"bufferView", &volpkg__short_index, offsetof(volpkg__gltf_accessor, view), 0, -1, NULL},
+    {"min", &volpkg__real_x3, offsetof(volpkg__gltf_accessor, least), 0, 0, NULL},
+    {"max", &volpkg__real_x3, offsetof(volpkg__gltf_accessor, most), 0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__accessor_type, volpkg__gltf_accessor, volpkg__accessor_fields)
 VOLPKG__MANY(volpkg__accessors, volpkg__accessor_type, 0, VOLPKG__MOST)
 static const volpkg__field volpkg__buffer_view_fields[] = {
-    VOLPKG__KEY(volpkg__gltf_view, "buffer", buffer, volpkg__zero, VOLPKG__NEEDED, 0),
-    VOLPKG__KEY(volpkg__gltf_view, "byteOffset", offset, volpkg__view_size, VOLPKG__NEEDED, 0),
-    VOLPKG__KEY(volpkg__gltf_view, "byteLength", bytes, volpkg__view_size, VOLPKG__NEEDED, 0),
-    VOLPKG__KEY(volpkg__gltf_view, "target", target, volpkg__view_target, 0, 0), VOLPKG__END};
+    {"buffer", &volpkg__zero, offsetof(volpkg__gltf_view, buffer), VOLPKG__NEEDED, 0, NULL},
+    {"byteOffset", &volpkg__view_size, offsetof(volpkg__gltf_view, offset), VOLPKG__NEEDED, 0, NULL},
+    {"byteLength", &volpkg__view_size, offsetof(volpkg__gltf_view, bytes), VOLPKG__NEEDED, 0, NULL},
+    {"target", &volpkg__view_target, offsetof(volpkg__gltf_view, target), 0, 0, NULL},
+    VOLPKG__END};
 VOLPKG__RECORDS(volpkg__buffer_view_type, volpkg__gltf_view, volpkg__buffer_view_fields)
 VOLPKG__MANY(volpkg__buffer_views, volpkg__buffer_view_type, 0, VOLPKG__MOST)
 static const volpkg__field volpkg__buffer_fields[] = {
-    VOLPKG__KEY(volpkg__gltf, "byteLength", buffer_bytes, volpkg__view_size, VOLPKG__NEEDED, 0), VOLPKG__END};
+    {"byteLength", &volpkg__view_size, offsetof(volpkg__gltf, buffer_bytes), VOLPKG__NEEDED, 0, NULL}, VOLPKG__END};
 VOLPKG__RECORDS(volpkg__buffer_type, volpkg__gltf, volpkg__buffer_fields)
 VOLPKG__EXACTLY(volpkg__one_buffer, volpkg__buffer_type, 1, volpkg__gltf)
 static const volpkg__field volpkg__gltf_fields[] = {
-    {"asset", &volpkg__asset_type, 0, VOLPKG__NEEDED, 0},
-    {"scene", &volpkg__zero, 0, VOLPKG__NEEDED, 0},
-    {"scenes", &volpkg__one_scene, 0, VOLPKG__NEEDED, 0},
-    {"nodes", &volpkg__one_node, 0, VOLPKG__NEEDED, 0},
-    VOLPKG__KEY(volpkg__gltf, "meshes", mesh, volpkg__one_mesh, VOLPKG__NEEDED, 0),
-    VOLPKG__MUST(volpkg__gltf, accessors, volpkg__accessors),
-    VOLPKG__KEY(volpkg__gltf, "bufferViews", views, volpkg__buffer_views, VOLPKG__NEEDED, 0),
-    {"buffers", &volpkg__one_buffer, 0, VOLPKG__NEEDED, 0},
-    VOLPKG__KEY(volpkg__gltf, "extensionsUsed", used, volpkg__extension_list, 0, 0),
-    VOLPKG__KEY(volpkg__gltf, "extensionsRequired", required, volpkg__extension_list, 0, 0),
+    {"asset", &volpkg__asset_type, 0, VOLPKG__NEEDED, 0, NULL},
+    {"scene", &volpkg__zero, 0, VOLPKG__NEEDED, 0, NULL},
+    {"scenes", &volpkg__one_scene, 0, VOLPKG__NEEDED, 0, NULL},
+    {"nodes", &volpkg__one_node, 0, VOLPKG__NEEDED, 0, NULL},
+    {"meshes", &volpkg__one_mesh, offsetof(volpkg__gltf, mesh), VOLPKG__NEEDED, 0, NULL},
+    {"accessors", &volpkg__accessors, offsetof(volpkg__gltf, accessors), VOLPKG__NEEDED, 0, NULL},
+    {"bufferViews", &volpkg__buffer_views, offsetof(volpkg__gltf, views), VOLPKG__NEEDED, 0, NULL},
+    {"buffers", &volpkg__one_buffer, 0, VOLPKG__NEEDED, 0, NULL},
+    {"extensionsUsed", &volpkg__extension_list, offsetof(volpkg__gltf, used), 0, 0, NULL},
+    {"extensionsRequired", &volpkg__extension_list, offsetof(volpkg__gltf, required), 0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__gltf_type, volpkg__gltf, volpkg__gltf_fields)
 
@@ -2820,6 +3653,7 @@ static volpkg_code volpkg__begin_json(volpkg__json* j, volpkg__reader* r, const 
     j->file = file;
     j->syntax = syntax;
     j->breach = breach;
+    j->strict = breach == VOLPKG_MESH; /* packages have meshes of one kind only */
     if (!volpkg__is_utf8(data, bytes)) return volpkg__no_json(j, "it is not UTF-8");
     if ((code = volpkg__skip(j, 0)) != VOLPKG_OK) return code;
     volpkg__space(j);
@@ -2828,12 +3662,18 @@ static volpkg_code volpkg__begin_json(volpkg__json* j, volpkg__reader* r, const 
     return VOLPKG_OK;
 }
 
+/* How many digits a number of a version has: 1 to 4, without zeros before them; 0 if it is no such number. */
+static size_t volpkg__version_digits(const char* text) {
+    size_t digits = strspn(text, "0123456789");
+    return digits > 4 || (digits > 1 && text[0] == '0') ? 0 : digits;
+}
+
 /* SPEC.md 21: format and version are checked before any other key. */
 static volpkg_code volpkg__check_version(volpkg__json* j) {
     const char* begin = j->at;
-    char key[16], value[16];
+    char key[32], value[16];
     size_t length, digits;
-    int is_format = 0, is_version = 0;
+    int is_format = 0, is_version = 0, needs_extension = 0;
     volpkg_code code;
     if (!volpkg__next(j, '{')) return volpkg__no_json(j, "it is not an object");
     if (!volpkg__next(j, '}')) {
@@ -2847,20 +3687,27 @@ static volpkg_code volpkg__check_version(volpkg__json* j) {
                     is_format = length < sizeof value && strcmp(value, "volpkg") == 0;
                     continue;
                 }
-                digits = strspn(value, "0123456789");
-                if (digits < 1 || digits > 4 || value[digits] != '.' || length >= sizeof value ||
-                    strspn(value + digits + 1, "0123456789") + digits + 1 != length || length == digits + 1)
+                digits = volpkg__version_digits(value);
+                if (digits == 0 || value[digits] != '.' || length >= sizeof value ||
+                    volpkg__version_digits(value + digits + 1) != length - digits - 1 || length == digits + 1)
                     return volpkg__no_json(j, "it has no version of the form major.minor");
                 is_version = 1;
-                if (strtol(value, NULL, 10) != 1 || strtol(value + digits + 1, NULL, 10) != 0)
-                    return volpkg__fail(j->r->error, VOLPKG_VERSION, j->file, "its version is not 1.0", NAN, NAN);
+                if (strtol(value, NULL, 10) != 1)
+                    return volpkg__fail(j->r->error, VOLPKG_VERSION, j->file, "its version is not 1.x", NAN, NAN);
                 continue;
+            }
+            if (strcmp(key, "extensions_required") == 0) {
+                const char* list = j->at;
+                needs_extension = volpkg__next(j, '[') && !volpkg__next(j, ']');
+                j->at = list;
             }
             if ((code = volpkg__skip(j, 1)) != VOLPKG_OK) return code;
         } while (volpkg__next(j, ','));
     }
     if (!is_format) return volpkg__no_json(j, "it does not say \"format\": \"volpkg\"");
     if (!is_version) return volpkg__no_json(j, "it has no version");
+    if (needs_extension)
+        return volpkg__fail(j->r->error, VOLPKG_EXTENSION, j->file, "it requires an extension", NAN, NAN);
     j->at = begin;
     return VOLPKG_OK;
 }
@@ -2868,14 +3715,15 @@ static volpkg_code volpkg__check_version(volpkg__json* j) {
 static volpkg_code volpkg__begin_manifest(volpkg__json* j, volpkg__reader* r, const volpkg__entry* entry) {
     static const char name[] = "manifest.json";
     volpkg_code code;
-    if (entry == NULL) return volpkg__fail(r->error, VOLPKG_NOT_A_PACKAGE, name, "the zip has none", NAN, NAN);
+    if (entry == NULL)
+        return volpkg__fail(r->error, VOLPKG_NOT_A_PACKAGE, name,
+                            r->input->files ? "the folder has none" : "the zip has none", NAN, NAN);
     if (entry->size > VOLPKG__MOST_MANIFEST_BYTES)
         return volpkg__fail(r->error, VOLPKG_NOT_A_PACKAGE, name, "its size in bytes", (double)entry->size,
                             VOLPKG__MOST_MANIFEST_BYTES);
-    if (volpkg_crc32(r->data + entry->start, (size_t)entry->size) != entry->crc32)
+    if (r->input->files == NULL && volpkg_crc32(entry->data, (size_t)entry->size) != entry->crc32)
         return volpkg__fail(r->error, VOLPKG_CRC, name, "its CRC-32 is not the one in the zip", NAN, NAN);
-    code = volpkg__begin_json(j, r, name, r->data + entry->start, (size_t)entry->size, VOLPKG_NOT_A_PACKAGE,
-                              VOLPKG_SCHEMA);
+    code = volpkg__begin_json(j, r, name, entry->data, (size_t)entry->size, VOLPKG_NOT_A_PACKAGE, VOLPKG_SCHEMA);
     return code ? code : volpkg__check_version(j);
 }
 
@@ -2916,7 +3764,7 @@ static volpkg_code volpkg__check_points(volpkg__reader* r, const volpkg_transfer
     return VOLPKG_OK;
 }
 
-/* What the schema says of records that no field says alone. */
+/* Rules of the schema that concern several fields of a record. */
 static volpkg_code volpkg__check_records(volpkg__reader* r, const volpkg_package* p) {
     int32_t i, k;
     if (p->grid) VOLPKG__TRY(volpkg__check_grid(r, p->grid));
@@ -2944,7 +3792,7 @@ const volpkg_file* volpkg_find_file(const volpkg_package* package, const char* p
     return NULL;
 }
 
-/* Find the bytes of each file, and see that there are no others. */
+/* Find the bytes of each file in the manifest, and refuse a package with other files. */
 static volpkg_code volpkg__place_files(volpkg__reader* r, const volpkg_package* p) {
     int32_t i;
     for (i = 0; i < p->files.count; ++i) {
@@ -2952,14 +3800,15 @@ static volpkg_code volpkg__place_files(volpkg__reader* r, const volpkg_package* 
         const volpkg__entry* entry = volpkg__find_entry(r, file->path);
         VOLPKG__RULE(i == 0 || strcmp(file[-1].path, file->path) < 0, file->path, "the files are not in order of path");
         VOLPKG__RULE(strcmp(file->path, "manifest.json") != 0, file->path, "the manifest names itself as a file");
-        VOLPKG__RULE((int)file->role <= (int)VOLPKG_FILE_HISTOGRAM, file->path, "it is working data");
+        VOLPKG__RULE(file->role != VOLPKG_FILE_ROLE_WORK, file->path, "it is working data");
         if (entry == NULL)
-            return volpkg__fail(r->error, VOLPKG_MISSING_FILE, file->path, "it is not in the zip", NAN, NAN);
+            return volpkg__fail(r->error, VOLPKG_MISSING_FILE, file->path, "it is not in the package", NAN, NAN);
         if ((uint64_t)file->size_bytes != entry->size)
             return volpkg__fail(r->error, VOLPKG_FILE_SIZE, file->path, "its size in bytes", (double)entry->size,
                                 (double)file->size_bytes);
-        file->data = r->data + entry->start;
+        file->data = entry->data;
         file->crc32 = entry->crc32;
+        file->has_crc32 = r->input->files == NULL;
     }
     for (i = 0; i < r->entry_count; ++i) {
         char name[96];
@@ -2988,7 +3837,7 @@ static volpkg_code volpkg__use(volpkg__reader* r, const volpkg_package* p, const
 static volpkg_code volpkg__use_shader(volpkg__reader* r, const volpkg_package* p, const volpkg_text* text) {
     volpkg_text* made = (volpkg_text*)text;
     const volpkg_file* file;
-    VOLPKG__TRY(volpkg__use(r, p, text->path, VOLPKG_FILE_SHADER, &file));
+    VOLPKG__TRY(volpkg__use(r, p, text->path, VOLPKG_FILE_ROLE_SHADER, &file));
     VOLPKG__RULE(file->size_bytes < INT32_MAX, text->path, "a shader is too long");
     VOLPKG__RULE(volpkg__is_utf8(file->data, (size_t)file->size_bytes), text->path, "it is not UTF-8 text");
     made->at = (const char*)file->data;
@@ -3050,7 +3899,7 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
     int32_t i, k;
     for (i = 0; i < p->textures.count; ++i) {
         volpkg_texture* texture = (volpkg_texture*)&p->textures.at[i];
-        VOLPKG__TRY(volpkg__use(r, p, texture->path, VOLPKG_FILE_TEXTURE, &texture->file));
+        VOLPKG__TRY(volpkg__use(r, p, texture->path, VOLPKG_FILE_ROLE_TEXTURE, &texture->file));
     }
     VOLPKG__TRY(volpkg__use_shaders(r, p, p->programs.at, p->programs.count));
     if (p->render != NULL && p->render->hybrid != NULL) {
@@ -3063,29 +3912,31 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
         if (proxy->programs.count) VOLPKG__TRY(volpkg__use_shader(r, p, &proxy->depth));
         for (i = 0; i < proxy->meshes.count; ++i) {
             volpkg_mesh* mesh = (volpkg_mesh*)&proxy->meshes.at[i];
-            if (mesh->path) VOLPKG__TRY(volpkg__use(r, p, mesh->path, VOLPKG_FILE_MESH, &mesh->file));
+            if (mesh->path) VOLPKG__TRY(volpkg__use(r, p, mesh->path, VOLPKG_FILE_ROLE_MESH, &mesh->file));
         }
     }
     for (i = 0; p->editing != NULL && i < p->editing->histograms.count; ++i) {
         volpkg_histogram* histogram = (volpkg_histogram*)&p->editing->histograms.at[i];
-        VOLPKG__TRY(volpkg__use(r, p, histogram->path, VOLPKG_FILE_HISTOGRAM, &histogram->file));
+        VOLPKG__TRY(volpkg__use(r, p, histogram->path, VOLPKG_FILE_ROLE_HISTOGRAM, &histogram->file));
         VOLPKG__TRY(volpkg__check_histogram(r, histogram->file));
     }
     if (p->subvolumes != NULL) {
         const volpkg_subvolumes* files = p->subvolumes;
         VOLPKG__TRY(volpkg__use_shaders(r, p, files->programs.at, files->programs.count));
         for (i = 0; i < files->pieces.count; ++i)
-            VOLPKG__TRY(volpkg__use(r, p, files->pieces.at[i], VOLPKG_FILE_SUBVOLUME, NULL));
+            VOLPKG__TRY(volpkg__use(r, p, files->pieces.at[i], VOLPKG_FILE_ROLE_SUBVOLUME, NULL));
         if (files->whole != NULL) {
             const volpkg_file* whole = volpkg_find_file(p, files->whole);
-            int is_texture = whole != NULL && whole->uses > 0 && whole->role == VOLPKG_FILE_TEXTURE;
-            VOLPKG__TRY(
-                volpkg__use(r, p, files->whole, is_texture ? VOLPKG_FILE_TEXTURE : VOLPKG_FILE_SUBVOLUME, NULL));
+            int is_texture = whole != NULL && whole->uses > 0 && whole->role == VOLPKG_FILE_ROLE_TEXTURE;
+            VOLPKG__TRY(volpkg__use(r, p, files->whole,
+                                    is_texture ? VOLPKG_FILE_ROLE_TEXTURE : VOLPKG_FILE_ROLE_SUBVOLUME, NULL));
         }
-        VOLPKG__TRY(volpkg__use(r, p, files->grid_path, VOLPKG_FILE_GRID, NULL));
+        VOLPKG__TRY(volpkg__use(r, p, files->grid_path, VOLPKG_FILE_ROLE_GRID, NULL));
     }
-    if (p->preview) VOLPKG__TRY(volpkg__use(r, p, p->preview, VOLPKG_FILE_PREVIEW, NULL));
-    for (i = 0; i < p->files.count; ++i) VOLPKG__RULE(p->files.at[i].uses > 0, p->files.at[i].path, "nothing uses it");
+    if (p->preview) VOLPKG__TRY(volpkg__use(r, p, p->preview, VOLPKG_FILE_ROLE_PREVIEW, NULL));
+    for (i = 0; i < p->files.count; ++i)
+        VOLPKG__RULE(p->files.at[i].uses > 0 || p->files.at[i].role == VOLPKG_FILE_ROLE_OTHER, p->files.at[i].path,
+                     "nothing uses it");
     for (i = 0; i < p->plan.count; ++i)
         for (k = 0; p->plan.at[i].kept && k < p->plan.at[i].files.count; ++k)
             VOLPKG__RULE(volpkg_find_file(p, p->plan.at[i].files.at[k]) != NULL, p->plan.at[i].files.at[k],
@@ -3096,7 +3947,7 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
 /* ---- KTX 2: Khronos KTX 2.0, and section 5 of the Khronos Data Format Specification 1.3 ---- */
 
 typedef struct volpkg__layout {
-    int32_t profile_format[2]; /* place in volpkg__texture_formats for OpenGL ES 3 and for 1.1 and 2; -1 for none */
+    volpkg_texture_format profile_format[2]; /* for OpenGL ES 3, and for 1.1 and 2 */
     uint32_t internal_format[2];
     uint32_t format[2];
     uint32_t type;
@@ -3106,27 +3957,172 @@ typedef struct volpkg__layout {
     uint32_t components;
 } volpkg__layout;
 
+#define VOLPKG__F(name) VOLPKG_TEXTURE_FORMAT_##name
 static const volpkg__layout volpkg__layouts[] = {
-    {{4, 0}, {0x8229, 0x1909}, {0x1903, 0x1909}, 0x1401, 9, 1, 1, 1, 1, 1, 0, 0, 255, 1},
-    {{5, 1}, {0x822B, 0x190A}, {0x8227, 0x190A}, 0x1401, 16, 1, 2, 2, 1, 1, 0, 0, 255, 2},
-    {{2, 2}, {0x8051, 0x1907}, {0x1907, 0x1907}, 0x1401, 23, 1, 3, 3, 1, 1, 0, 0, 255, 3},
-    {{6, 6}, {0x8F96, 0x8F96}, {0x1907, 0x1907}, 0x1400, 24, 1, 3, 3, 1, 1, 0x40, 0xFFFFFF81u, 127, 3},
-    {{3, 3}, {0x8058, 0x1908}, {0x1908, 0x1908}, 0x1401, 37, 1, 4, 4, 1, 1, 0, 0, 255, 4},
-    {{7, 7}, {0x8F97, 0x8F97}, {0x1908, 0x1908}, 0x1400, 38, 1, 4, 4, 1, 1, 0x40, 0xFFFFFF81u, 127, 4},
-    {{8, 8}, {0x822A, 0x822A}, {0x1903, 0x1903}, 0x1403, 70, 2, 1, 2, 1, 1, 0, 0, 65535, 1},
-    {{9, 9}, {0x822D, 0x822D}, {0x1903, 0x1903}, 0x140B, 76, 2, 1, 2, 1, 1, 0xC0, 0xBF800000u, 0x3F800000u, 1},
-    {{10, 10}, {0x881A, 0x881A}, {0x1908, 0x1908}, 0x140B, 97, 2, 4, 8, 1, 1, 0xC0, 0xBF800000u, 0x3F800000u, 4},
-    {{12, 12}, {0x9270, 0x9270}, {0, 0}, 0, 153, 1, 1, 8, 4, 161, 0, 0, 0xFFFFFFFFu, 1},
-    {{13, 13}, {0x9278, 0x9278}, {0, 0}, 0, 151, 1, 2, 16, 4, 161, 0, 0, 0xFFFFFFFFu, 4},
-    {{14, 14}, {0x93B0, 0x93B0}, {0, 0}, 0, 157, 1, 1, 16, 4, 162, 0, 0, 0xFFFFFFFFu, 1},
-    {{15, 15}, {0x93B2, 0x93B2}, {0, 0}, 0, 161, 1, 1, 16, 5, 162, 0, 0, 0xFFFFFFFFu, 1},
-    {{16, 16}, {0x93B4, 0x93B4}, {0, 0}, 0, 165, 1, 1, 16, 6, 162, 0, 0, 0xFFFFFFFFu, 1},
-    {{17, 17}, {0x93B7, 0x93B7}, {0, 0}, 0, 171, 1, 1, 16, 8, 162, 0, 0, 0xFFFFFFFFu, 1}};
+    {{VOLPKG__F(R8), VOLPKG__F(LUMINANCE8)},
+     {0x8229, 0x1909},
+     {0x1903, 0x1909},
+     0x1401,
+     9,
+     1,
+     1,
+     1,
+     1,
+     1,
+     0,
+     0,
+     255,
+     1},
+    {{VOLPKG__F(RG8), VOLPKG__F(LUMINANCE_ALPHA8)},
+     {0x822B, 0x190A},
+     {0x8227, 0x190A},
+     0x1401,
+     16,
+     1,
+     2,
+     2,
+     1,
+     1,
+     0,
+     0,
+     255,
+     2},
+    {{VOLPKG__F(RGB8), VOLPKG__F(RGB8)}, {0x8051, 0x1907}, {0x1907, 0x1907}, 0x1401, 23, 1, 3, 3, 1, 1, 0, 0, 255, 3},
+    {{VOLPKG__F(RGB8_SNORM), VOLPKG__F(RGB8_SNORM)},
+     {0x8F96, 0x8F96},
+     {0x1907, 0x1907},
+     0x1400,
+     24,
+     1,
+     3,
+     3,
+     1,
+     1,
+     0x40,
+     0xFFFFFF81u,
+     127,
+     3},
+    {{VOLPKG__F(RGBA8), VOLPKG__F(RGBA8)}, {0x8058, 0x1908}, {0x1908, 0x1908}, 0x1401, 37, 1, 4, 4, 1, 1, 0, 0, 255, 4},
+    {{VOLPKG__F(RGBA8_SNORM), VOLPKG__F(RGBA8_SNORM)},
+     {0x8F97, 0x8F97},
+     {0x1908, 0x1908},
+     0x1400,
+     38,
+     1,
+     4,
+     4,
+     1,
+     1,
+     0x40,
+     0xFFFFFF81u,
+     127,
+     4},
+    {{VOLPKG__F(R16), VOLPKG__F(R16)}, {0x822A, 0x822A}, {0x1903, 0x1903}, 0x1403, 70, 2, 1, 2, 1, 1, 0, 0, 65535, 1},
+    {{VOLPKG__F(R16F), VOLPKG__F(R16F)},
+     {0x822D, 0x822D},
+     {0x1903, 0x1903},
+     0x140B,
+     76,
+     2,
+     1,
+     2,
+     1,
+     1,
+     0xC0,
+     0xBF800000u,
+     0x3F800000u,
+     1},
+    {{VOLPKG__F(RGBA16F), VOLPKG__F(RGBA16F)},
+     {0x881A, 0x881A},
+     {0x1908, 0x1908},
+     0x140B,
+     97,
+     2,
+     4,
+     8,
+     1,
+     1,
+     0xC0,
+     0xBF800000u,
+     0x3F800000u,
+     4},
+    {{VOLPKG__F(EAC_R11), VOLPKG__F(EAC_R11)}, {0x9270, 0x9270}, {0, 0}, 0, 153, 1, 1, 8, 4, 161, 0, 0, 0xFFFFFFFFu, 1},
+    {{VOLPKG__F(ETC2_RGBA8), VOLPKG__F(ETC2_RGBA8)},
+     {0x9278, 0x9278},
+     {0, 0},
+     0,
+     151,
+     1,
+     2,
+     16,
+     4,
+     161,
+     0,
+     0,
+     0xFFFFFFFFu,
+     4},
+    {{VOLPKG__F(ASTC_4X4), VOLPKG__F(ASTC_4X4)},
+     {0x93B0, 0x93B0},
+     {0, 0},
+     0,
+     157,
+     1,
+     1,
+     16,
+     4,
+     162,
+     0,
+     0,
+     0xFFFFFFFFu,
+     1},
+    {{VOLPKG__F(ASTC_5X5), VOLPKG__F(ASTC_5X5)},
+     {0x93B2, 0x93B2},
+     {0, 0},
+     0,
+     161,
+     1,
+     1,
+     16,
+     5,
+     162,
+     0,
+     0,
+     0xFFFFFFFFu,
+     1},
+    {{VOLPKG__F(ASTC_6X6), VOLPKG__F(ASTC_6X6)},
+     {0x93B4, 0x93B4},
+     {0, 0},
+     0,
+     165,
+     1,
+     1,
+     16,
+     6,
+     162,
+     0,
+     0,
+     0xFFFFFFFFu,
+     1},
+    {{VOLPKG__F(ASTC_8X8), VOLPKG__F(ASTC_8X8)},
+     {0x93B7, 0x93B7},
+     {0, 0},
+     0,
+     171,
+     1,
+     1,
+     16,
+     8,
+     162,
+     0,
+     0,
+     0xFFFFFFFFu,
+     1}};
+#undef VOLPKG__F
 #define VOLPKG__LAYOUTS ((int32_t)(sizeof volpkg__layouts / sizeof volpkg__layouts[0]))
 
 /* The layout of texels that are uploaded like this, or NULL. */
 static const volpkg__layout* volpkg__layout_of(const volpkg_gl* gl, volpkg_api api) {
-    int old = api != VOLPKG_ES3_0;
+    int old = api != VOLPKG_API_ES3_0;
     int32_t i;
     for (i = 0; i < VOLPKG__LAYOUTS; ++i) {
         const volpkg__layout* each = &volpkg__layouts[i];
@@ -3137,8 +4133,19 @@ static const volpkg__layout* volpkg__layout_of(const volpkg_gl* gl, volpkg_api a
     return NULL;
 }
 
-static int32_t volpkg__format_of(const volpkg__layout* layout, volpkg_api api) {
-    return layout->profile_format[api != VOLPKG_ES3_0];
+/* The internal format of a compressed format, or 0. */
+static uint32_t volpkg__compressed_format(const char* name) {
+    const volpkg__named* format = volpkg__texture_format_words;
+    int32_t i;
+    while (format->name != NULL && strcmp(format->name, name) != 0) ++format;
+    for (i = 0; format->name != NULL && i < VOLPKG__LAYOUTS; ++i)
+        if (volpkg__layouts[i].type == 0 && (uint32_t)volpkg__layouts[i].profile_format[0] == format->value)
+            return volpkg__layouts[i].internal_format[0];
+    return 0;
+}
+
+static volpkg_texture_format volpkg__format_of(const volpkg__layout* layout, volpkg_api api) {
+    return layout->profile_format[api != VOLPKG_API_ES3_0];
 }
 
 static uint32_t volpkg__descriptor(const volpkg__layout* layout, unsigned char to[92]) {
@@ -3189,6 +4196,7 @@ typedef struct volpkg__image {
     int32_t shape_zyx[3];
     int32_t dimensions;
     int32_t levels;
+    int32_t packed; /* Zstandard frames */
 } volpkg__image;
 
 static volpkg_code volpkg__no_ktx(volpkg__reader* r, const volpkg_file* file, const char* problem) {
@@ -3221,8 +4229,8 @@ static volpkg_code volpkg__ktx_sections(volpkg__reader* r, const volpkg_file* fi
     uint64_t values = volpkg__u32(data + 56), value_bytes = volpkg__u32(data + 60);
     if (volpkg__u32(data + 48) != at || volpkg__u32(data + 52) != bytes || size < at + bytes)
         return volpkg__no_ktx(r, file, "its data format descriptor is out of place");
-    for (i = 0; i < bytes; ++i) /* bytes 13 and 15, primaries and flags, say nothing of the layout */
-        if (i != 13 && i != 15 && data[at + i] != expected[i])
+    for (i = 0; i < bytes; ++i) /* bytes 13 and 15 are primaries and flags; byte 20 may be 0 if texels are packed */
+        if (i != 13 && i != 15 && data[at + i] != expected[i] && !(i == 20 && image->packed && data[at + i] == 0))
             return volpkg__no_ktx(r, file, "its data format descriptor is not the one of its vkFormat");
     if (volpkg__u64(data + 64) != 0 || volpkg__u64(data + 72) != 0)
         return volpkg__no_ktx(r, file, "it has supercompression data");
@@ -3250,11 +4258,14 @@ static volpkg_code volpkg__read_ktx(volpkg__reader* r, const volpkg_file* file, 
     if (image->layout == NULL)
         return volpkg__fail(r->error, VOLPKG_TEXTURE, file->path, "a vkFormat that no package has", vk, NAN);
     for (i = 0; i < 3; ++i) sides[i] = volpkg__u32(data + 20 + 4 * i);
-    if (volpkg__u32(data + 44) == 2)
+    image->packed = volpkg__u32(data + 44) == 2;
+    if (image->packed && r->input->unpack == NULL)
         return volpkg__fail(r->error, VOLPKG_PACKED, file->path,
-                            "its texels are Zstandard frames: run volprep zip --texels plain", NAN, NAN);
+                            "its texels are Zstandard frames: give volpkg_open_input a function that unpacks them, or "
+                            "run volprep zip --texels plain",
+                            NAN, NAN);
     if (volpkg__u32(data + 16) != image->layout->type_size || volpkg__u32(data + 32) != 0 ||
-        volpkg__u32(data + 36) != 1 || volpkg__u32(data + 44) != 0)
+        volpkg__u32(data + 36) != 1 || (volpkg__u32(data + 44) != 0 && !image->packed))
         return volpkg__no_ktx(r, file, "it has array layers, faces, supercompression, or a wrong typeSize");
     if (sides[0] == 0 || sides[1] == 0 || (image->layout->block > 1 && sides[2] != 0) || sides[0] > INT32_MAX ||
         sides[1] > INT32_MAX || sides[2] > INT32_MAX)
@@ -3277,10 +4288,11 @@ static volpkg_code volpkg__read_ktx(volpkg__reader* r, const volpkg_file* file, 
         const unsigned char* entry = data + 80 + 24 * level;
         uint64_t at = volpkg__u64(entry), bytes = volpkg__u64(entry + 8);
         int64_t expected = volpkg__level_bytes(image->layout, image->shape_zyx, level);
-        if (expected < 0 || bytes != (uint64_t)expected || volpkg__u64(entry + 16) != bytes)
-            return volpkg__fail(r->error, VOLPKG_TEXTURE, file->path, "the size of a level in bytes", (double)bytes,
+        uint64_t texels = volpkg__u64(entry + 16);
+        if (expected < 0 || texels != (uint64_t)expected || (image->packed ? bytes > texels : bytes != texels))
+            return volpkg__fail(r->error, VOLPKG_TEXTURE, file->path, "the size of a level in bytes", (double)texels,
                                 (double)expected);
-        if (at % align || at < end || at > size || bytes > size - at)
+        if ((!image->packed && at % align) || at < end || at > size || bytes > size - at)
             return volpkg__no_ktx(r, file, "its texels are not after what comes before, or not aligned");
         end = at + bytes;
     }
@@ -3289,11 +4301,59 @@ static volpkg_code volpkg__read_ktx(volpkg__reader* r, const volpkg_file* file, 
     return VOLPKG_OK;
 }
 
+/* The end of a Zstandard frame of the form that packages use (SPEC.md section 6.1) and its unpacked size, or 0. */
+static uint64_t volpkg__frame_end(const unsigned char* data, uint64_t at, uint64_t bytes, uint64_t* content) {
+    static const int sizes[4] = {0, 2, 4, 8};
+    uint64_t i, head, length;
+    unsigned flags;
+    if (bytes - at < 5 || volpkg__u32(data + at) != 0xFD2FB528u) return 0;
+    flags = data[at + 4];
+    length = (flags >> 6) == 0 ? (flags >> 5 & 1) : (uint64_t)sizes[flags >> 6];
+    at += 5 + (flags >> 5 & 1 ? 0 : 1);
+    if ((flags & 15) || length == 0 || at + length > bytes) return 0;
+    for (*content = 0, i = 0; i < length; ++i) *content |= (uint64_t)data[at + i] << 8 * i;
+    if (length == 2) *content += 256;
+    if (*content < 1 || *content > 1 << 20) return 0;
+    at += length;
+    do {
+        if (at > bytes || bytes - at < 3) return 0;
+        head = data[at] | (uint64_t)data[at + 1] << 8 | (uint64_t)data[at + 2] << 16;
+        if ((head >> 1 & 3) == 3 || head >> 3 > 1 << 17) return 0;
+        at += 3 + ((head >> 1 & 3) == 1 ? 1 : head >> 3);
+    } while (!(head & 1));
+    return at <= bytes ? at : 0;
+}
+
+/* The texels of a level: in the file, or unpacked into the arena. */
+static volpkg_code volpkg__level_texels(volpkg__reader* r, const volpkg_file* file, const volpkg__image* image,
+                                        int32_t level, const void** texels, int64_t* texel_bytes) {
+    const unsigned char *entry = file->data + 80 + 24 * level, *from = file->data + volpkg__u64(entry);
+    uint64_t bytes = volpkg__u64(entry + 8), size = volpkg__u64(entry + 16), at = 0, content, sum = 0;
+    void* to;
+    *texels = from;
+    *texel_bytes = (int64_t)size;
+    if (!image->packed) return VOLPKG_OK;
+    while (at < bytes) {
+        at = volpkg__frame_end(from, at, bytes, &content);
+        if (at == 0) return volpkg__no_ktx(r, file, "its texels are no Zstandard frames of the form of packages");
+        sum += content;
+    }
+    if (sum != size)
+        return volpkg__fail(r->error, VOLPKG_TEXTURE, file->path, "the bytes in its Zstandard frames", (double)sum,
+                            (double)size);
+    to = volpkg__take(r, (size_t)size, 1);
+    if (to == NULL) return volpkg__no_room(r);
+    if (r->input->unpack(r->input->user, from, (size_t)bytes, to, (size_t)size) != (size_t)size)
+        return volpkg__no_ktx(r, file, "its Zstandard frames are damaged");
+    *texels = to;
+    return VOLPKG_OK;
+}
+
 static int volpkg__same_shape(const int32_t a[3], const int32_t b[3]) {
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
-static int volpkg__has_format(const volpkg_profile* profile, int32_t format) {
+static int volpkg__has_format(const volpkg_profile* profile, volpkg_texture_format format) {
     int32_t i;
     for (i = 0; i < profile->texture_formats.count; ++i)
         if (profile->texture_formats.at[i] == format) return 1;
@@ -3305,15 +4365,16 @@ static volpkg_code volpkg__place_texels(volpkg__reader* r, const volpkg_package*
     const volpkg_file* file = texture->file;
     volpkg__image image;
     const volpkg__layout* layout;
-    const unsigned char* entry;
     int32_t i, level = texture->mipmap < 0 ? 0 : texture->mipmap;
     texture->mipmaps = 0;
     for (i = 0; i < p->textures.count; ++i) texture->mipmaps += p->textures.at[i].file == file;
-    if (texture->gl.internal_format == 0x8B96) { /* PALETTE8_RGBA8_OES */
+    if (texture->gl.internal_format == 0x8B96 && texture->gl.format == 0 && texture->gl.type == 0) {
         int64_t expected = 1024 + (int64_t)texture->shape_zyx[1] * texture->shape_zyx[2];
         if (file->size_bytes != expected)
             return volpkg__fail(r->error, VOLPKG_PALETTED, file->path, "its size in bytes", (double)file->size_bytes,
                                 (double)expected);
+        VOLPKG__RULE(volpkg__has_format(&p->profile, VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8), texture->name,
+                     "the profile does not have its format");
         texture->texels = file->data;
         texture->texel_bytes = file->size_bytes;
         return VOLPKG_OK;
@@ -3321,8 +4382,8 @@ static volpkg_code volpkg__place_texels(volpkg__reader* r, const volpkg_package*
     VOLPKG__TRY(volpkg__read_ktx(r, file, &image));
     layout = volpkg__layout_of(&texture->gl, p->profile.api);
     VOLPKG__RULE(layout != NULL, texture->name, "it is uploaded in a way that no package has");
-    if (!volpkg__has_format(&p->profile, volpkg__format_of(layout, p->profile.api)))
-        return volpkg__fail(r->error, VOLPKG_FORMAT, texture->name, "the profile does not have its format", NAN, NAN);
+    VOLPKG__RULE(volpkg__has_format(&p->profile, volpkg__format_of(layout, p->profile.api)), texture->name,
+                 "the profile does not have its format");
     VOLPKG__RULE(layout == image.layout, file->path, "it has another format than the manifest says");
     VOLPKG__RULE((texture->gl.target == 0x806F) == (image.dimensions == 3), file->path,
                  "it is 2D or 3D, the manifest says the other");
@@ -3332,10 +4393,10 @@ static volpkg_code volpkg__place_texels(volpkg__reader* r, const volpkg_package*
         if (volpkg__half_of(image.shape_zyx[i], level) != texture->shape_zyx[i])
             return volpkg__fail(r->error, VOLPKG_CONTRADICTION, file->path, "its size along an axis in texels",
                                 (double)volpkg__half_of(image.shape_zyx[i], level), texture->shape_zyx[i]);
-    entry = file->data + 80 + 24 * level;
-    texture->texels = file->data + volpkg__u64(entry);
-    texture->texel_bytes = (int64_t)volpkg__u64(entry + 8);
-    return VOLPKG_OK;
+    for (i = 0; i < p->textures.count && &p->textures.at[i] != texture && image.packed; ++i)
+        VOLPKG__RULE(p->textures.at[i].file != file || p->textures.at[i].mipmap != texture->mipmap, texture->name,
+                     "two textures are one level of a file");
+    return volpkg__level_texels(r, file, &image, level, &texture->texels, &texture->texel_bytes);
 }
 
 /* ---- meshes: glTF 2.0 binary ---- */
@@ -3392,14 +4453,18 @@ static volpkg_code volpkg__read_part(volpkg__reader* r, const volpkg_mesh* mesh,
     for (k = 0; k < 3; ++k) least[k] = INFINITY, most[k] = -INFINITY;
     for (i = 0; i < 3 * vertices->count; ++i) {
         double at = volpkg__float_at(positions + 4 * (size_t)i);
-        VOLPKG__RULE(at >= 0 && at <= 4.0 * shape_zyx[2 - i % 3] && at == floor(at), mesh->path,
-                     "it has positions outside of its level, or that are no whole numbers");
+        if (!isfinite(at)) return volpkg__no_mesh(r, mesh->path, "a vertex has no position");
         if (at < least[i % 3]) least[i % 3] = at;
         if (at > most[i % 3]) most[i % 3] = at;
     }
     for (k = 0; k < 3; ++k)
         if (least[k] != vertices->least[k] || most[k] != vertices->most[k])
             return volpkg__no_mesh(r, mesh->path, "positions are not within their bounds");
+    for (i = 0; i < 3 * vertices->count; ++i) {
+        double at = volpkg__float_at(positions + 4 * (size_t)i);
+        VOLPKG__RULE(at >= 0 && at <= 4.0 * shape_zyx[2 - i % 3] && at == floor(at), mesh->path,
+                     "it has positions outside of its level, or that are no whole numbers");
+    }
     return VOLPKG_OK;
 }
 
@@ -3492,14 +4557,17 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
                                    VOLPKG_CONTRADICTION));
     grid = (volpkg_subvolume_grid*)volpkg__take(r, 1, sizeof *grid);
     if (grid == NULL) return volpkg__no_room(r);
-    VOLPKG__TRY(volpkg__read(&j, &volpkg__subvolume_grid_type, "grid", grid));
+    VOLPKG__TRY(volpkg__read(&j, &volpkg__subvolume_grid_record, "grid", grid));
     VOLPKG__TRY(volpkg__check_cuts(r, file->path, grid));
     VOLPKG__RULE(p->grid != NULL && volpkg__same_shape(p->grid->shape_zyx, grid->shape_zyx), file->path,
                  "it is not cut from the grid of level 0");
     VOLPKG__RULE((grid->whole == NULL) == (files->whole == NULL) &&
                      (grid->whole == NULL || strcmp(grid->whole, files->whole) == 0),
                  file->path, "it names another file of the whole level than the manifest");
-    if (files->whole) VOLPKG__TRY(volpkg__read_ktx(r, volpkg_find_file(p, files->whole), &image));
+    if (files->whole) {
+        VOLPKG__TRY(volpkg__read_ktx(r, volpkg_find_file(p, files->whole), &image));
+        if (image.packed) return volpkg__no_ktx(r, volpkg_find_file(p, files->whole), "it must not be compressed");
+    }
     layout = volpkg__layout_of(&grid->gl, p->profile.api);
     for (i = 0; i < grid->subvolumes.count; ++i) {
         volpkg_piece* piece = (volpkg_piece*)&grid->subvolumes.at[i];
@@ -3515,8 +4583,7 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
         VOLPKG__RULE(layout == image.layout && image.dimensions == 3 && grid->gl.target == 0x806F &&
                          image.levels == 1 && volpkg__same_shape(image.shape_zyx, shape_zyx),
                      held->path, "it is not the texture that the grid says");
-        piece->texels = held->data + volpkg__u64(held->data + 80);
-        piece->texel_bytes = (int64_t)volpkg__u64(held->data + 88);
+        VOLPKG__TRY(volpkg__level_texels(r, held, &image, 0, &piece->texels, &piece->texel_bytes));
     }
     VOLPKG__RULE(stored == files->pieces.count, file->path, "it names other files than the manifest");
     files->grid = grid;
@@ -3550,7 +4617,7 @@ static const volpkg_transfer_function* volpkg__function_of(const volpkg_channel*
     return NULL;
 }
 
-/* Number of the channel of a transfer function, -1 if there is none. */
+/* Index of the channel of a transfer function, or -1. */
 static int32_t volpkg__owner(const volpkg_package* p, const char* transfer) {
     int32_t i;
     for (i = 0; i < p->channels.count; ++i)
@@ -3565,11 +4632,16 @@ static const volpkg_level* volpkg__level_of(const volpkg_channel* channel, int32
     return NULL;
 }
 
-/* Whether what belongs to a transfer function is seen from a channel: its own, and what belongs to nobody. */
+/* Whether this is the name of a picture: of several channels, or of a scan with its segments. */
+static int volpkg__is_picture(const volpkg_package* p, const char* transfer) {
+    return (p->together && volpkg__is(p->together->name, transfer)) ||
+           (p->segments && volpkg__is(p->segments->name, transfer));
+}
+
+/* Whether a channel may use an item: of its own transfer functions, or of none. */
 static int volpkg__concerns(const volpkg_package* p, int32_t channel, const char* transfer) {
     int32_t owner = volpkg__owner(p, transfer);
-    if (owner < 0) return p->together == NULL || !volpkg__is(p->together->name, transfer);
-    return owner == channel;
+    return owner < 0 ? !volpkg__is_picture(p, transfer) : owner == channel;
 }
 
 static int volpkg__texture_concerns(const volpkg_package* p, int32_t channel, const volpkg_texture* texture) {
@@ -3725,7 +4797,7 @@ static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* 
 
 static int64_t volpkg__tiles(int32_t slices, int32_t per_texel, volpkg_mosaic_order order) {
     int64_t n = slices;
-    if (per_texel == 4 && order == VOLPKG_OVERLAPPING) return n > 4 ? (n + 1) / 3 : 1;
+    if (per_texel == 4 && order == VOLPKG_MOSAIC_ORDER_OVERLAPPING) return n > 4 ? (n + 1) / 3 : 1;
     return (n + per_texel - 1) / per_texel;
 }
 
@@ -3753,7 +4825,7 @@ static volpkg_code volpkg__mosaic_rules(volpkg__reader* r, const volpkg_texture*
                  texture->name, "its shape is not that of its mosaic");
     VOLPKG__RULE(m->slices_per_texel == 1 || m->components_per_voxel == 1, texture->name,
                  "its mosaic has several components in a voxel and several slices in a texel");
-    VOLPKG__RULE(m->slices_per_texel == 4 || m->order == VOLPKG_INTERLEAVED, texture->name,
+    VOLPKG__RULE(m->slices_per_texel == 4 || m->order == VOLPKG_MOSAIC_ORDER_INTERLEAVED, texture->name,
                  "its mosaic has one slice in a texel, but an order of several");
     components = layout == NULL ? 0 : (int32_t)layout->components;
     VOLPKG__RULE(components == m->slices_per_texel * m->components_per_voxel, texture->name,
@@ -3782,7 +4854,7 @@ static uint32_t volpkg__components(const volpkg_gl* gl) {
 
 static volpkg_code volpkg__table_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_texture* t,
                                        const volpkg_channel* channel) {
-    int square = t->role == VOLPKG_PREINTEGRATED;
+    int sums = t->role == VOLPKG_ROLE_PREINTEGRATED;
     int32_t i;
     for (i = 0; i < p->textures.count && &p->textures.at[i] != t; ++i)
         VOLPKG__RULE(p->textures.at[i].role != t->role || p->textures.at[i].level != t->level ||
@@ -3791,10 +4863,12 @@ static volpkg_code volpkg__table_rules(volpkg__reader* r, const volpkg_package* 
     VOLPKG__RULE(volpkg__function_of(channel, t->transfer) != NULL, t->name, "it is the table of no transfer function");
     VOLPKG__RULE(t->mosaic == NULL && (t->level < 0 || volpkg__level_of(channel, t->level) != NULL), t->name,
                  "it is a table, but has a mosaic, or a level that it cannot have");
-    VOLPKG__RULE(t->shape_zyx[1] == (square ? t->shape_zyx[2] : 1), t->name,
-                 "it has not the rows of its kind of table");
-    VOLPKG__RULE(square == (t->segment_mm > 0), t->name,
-                 "it is pre-integrated for segments of no length, or has a length without that");
+    VOLPKG__RULE(t->shape_zyx[1] == (sums ? 4 : 1), t->name, "it has not the rows of its kind of table");
+    VOLPKG__RULE(sums ? 0 <= t->stored_range[0] && t->stored_range[0] < t->stored_range[1] && t->stored_range[1] <= 1
+                      : t->stored_range[0] == 0 && t->stored_range[1] == 0,
+                 t->name, "it is pre-integrated without a range of stored values, or has one without that");
+    VOLPKG__RULE(!sums || (t->gl.type == 0x1401 && t->filter == VOLPKG_FILTER_NEAREST && t->shape_zyx[2] > 1), t->name,
+                 "it is pre-integrated, but has no bytes, a filter, or one column");
     VOLPKG__RULE((t->max_extinction_per_mm != 0) == (t->gl.type == 0x1401), t->name,
                  "it has 8 bits without max_extinction_per_mm, or that without 8 bits");
     return VOLPKG_OK;
@@ -3804,7 +4878,7 @@ static volpkg_code volpkg__texture_rules(volpkg__reader* r, const volpkg_package
                                          const volpkg_texture* t) {
     const volpkg_channel* channel = &p->channels.at[c];
     const volpkg_level* level = volpkg__level_of(channel, t->level);
-    int is_3d = t->gl.target == 0x806F, compressed = t->gl.format == 0 && t->role != VOLPKG_SLICES;
+    int is_3d = t->gl.target == 0x806F, compressed = t->gl.format == 0 && t->role != VOLPKG_ROLE_SLICES;
     int classified = t->reference_mm > 0;
     int32_t limit = is_3d ? p->profile.max_3d_texture_size : p->profile.max_texture_size, k;
     for (k = 0; k < 3; ++k)
@@ -3815,9 +4889,11 @@ static volpkg_code volpkg__texture_rules(volpkg__reader* r, const volpkg_package
     VOLPKG__RULE(is_3d || t->shape_zyx[0] == 1, t->name, "it is 2D, but has several slices");
     VOLPKG__RULE(compressed == (t->encoder != NULL) && (!compressed || t->mosaic != NULL), t->name,
                  "it is compressed without an encoder or a mosaic, or names an encoder without being compressed");
-    if (t->role == VOLPKG_TRANSFER || t->role == VOLPKG_PREINTEGRATED) return volpkg__table_rules(r, p, t, channel);
-    if (t->role != VOLPKG_VOLUME) {
-        if (t->role == VOLPKG_NORMALS && t->mosaic != NULL && level != NULL) return volpkg__mosaic_rules(r, t, level);
+    if (t->role == VOLPKG_ROLE_TRANSFER || t->role == VOLPKG_ROLE_PREINTEGRATED)
+        return volpkg__table_rules(r, p, t, channel);
+    if (t->role != VOLPKG_ROLE_VOLUME) {
+        if (t->role == VOLPKG_ROLE_NORMALS && t->mosaic != NULL && level != NULL)
+            return volpkg__mosaic_rules(r, t, level);
         return VOLPKG_OK; /* the parts that they belong to know them */
     }
     VOLPKG__RULE(level != NULL, t->name, "it holds a level that is not there");
@@ -3856,7 +4932,7 @@ static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p
         const volpkg_texture* t = &p->textures.at[i];
         uint32_t seen = 0;
         if (t->mosaic == NULL) {
-            VOLPKG__RULE(t->part == 0 || t->role == VOLPKG_SLICES, t->name, "it is a part, but of no mosaic");
+            VOLPKG__RULE(t->part == 0 || t->role == VOLPKG_ROLE_SLICES, t->name, "it is a part, but of no mosaic");
             continue;
         }
         for (k = 0; k < p->textures.count; ++k) {
@@ -3876,16 +4952,18 @@ static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p
     return VOLPKG_OK;
 }
 
-/* A program has what it classifies with, and samples it once. */
+/* A program has the table of its classification, and samples it once. */
 static volpkg_code volpkg__classification_rules(volpkg__reader* r, const volpkg_package* p,
                                                 const volpkg_program* program) {
-    volpkg_role wanted = program->classification == VOLPKG_BY_LOOKUP ? VOLPKG_TRANSFER : VOLPKG_PREINTEGRATED;
-    int by_table = program->classification == VOLPKG_BY_LOOKUP || program->classification == VOLPKG_BY_PREINTEGRATED;
+    volpkg_role wanted =
+        program->classification == VOLPKG_CLASSIFICATION_LOOKUP ? VOLPKG_ROLE_TRANSFER : VOLPKG_ROLE_PREINTEGRATED;
+    int by_table = program->classification == VOLPKG_CLASSIFICATION_LOOKUP ||
+                   program->classification == VOLPKG_CLASSIFICATION_PREINTEGRATED;
     const volpkg_texture* first = NULL;
     int32_t i, k, found = 0, common = 0, others = 0;
-    if (program->classification == VOLPKG_BY_PALETTE) {
+    if (program->classification == VOLPKG_CLASSIFICATION_PALETTE) {
         for (i = 0; i < p->palettes.count; ++i) found += volpkg__is(p->palettes.at[i].transfer, program->transfer);
-    } else if (program->classification == VOLPKG_BY_CONTROL_POINTS) {
+    } else if (program->classification == VOLPKG_CLASSIFICATION_CONTROL_POINTS) {
         for (i = 0; i < p->channels.count; ++i)
             for (k = 0; k < p->channels.at[i].transfer_functions.count; ++k)
                 found |= volpkg__is(p->channels.at[i].transfer_functions.at[k].name, program->transfer);
@@ -3899,10 +4977,11 @@ static volpkg_code volpkg__classification_rules(volpkg__reader* r, const volpkg_
             if (t->role != wanted || !volpkg__is(t->transfer, program->transfer)) continue;
             if (first == NULL) first = t;
             common += t->level < 0;
-            VOLPKG__RULE(volpkg__same_shape(t->shape_zyx, first->shape_zyx) && t->gl.type == first->gl.type &&
-                             t->max_extinction_per_mm == first->max_extinction_per_mm,
-                         program->name,
-                         "the tables of its transfer function have not one size, type and largest extinction");
+            VOLPKG__RULE(
+                volpkg__same_shape(t->shape_zyx, first->shape_zyx) && t->gl.type == first->gl.type &&
+                    t->max_extinction_per_mm == first->max_extinction_per_mm &&
+                    t->stored_range[0] == first->stored_range[0] && t->stored_range[1] == first->stored_range[1],
+                program->name, "the tables of its transfer function have not one size, type and largest extinction");
         }
         found = first != NULL;
         for (k = 0; k < program->levels.count && !common; ++k) {
@@ -3916,7 +4995,8 @@ static volpkg_code volpkg__classification_rules(volpkg__reader* r, const volpkg_
     VOLPKG__RULE(found == 1, program->name, "there is not one table for its classification");
     for (i = 0; i < program->samplers.count; ++i) {
         volpkg_role role = program->samplers.at[i].role;
-        others += role != VOLPKG_VOLUME && role != VOLPKG_BRICKS && role != VOLPKG_SKIP && role != VOLPKG_NORMALS;
+        others += role != VOLPKG_ROLE_VOLUME && role != VOLPKG_ROLE_BRICKS && role != VOLPKG_ROLE_SKIP &&
+                  role != VOLPKG_ROLE_NORMALS && role != VOLPKG_ROLE_LIGHT;
     }
     VOLPKG__RULE(others == by_table && volpkg__samples(program, wanted) == by_table, program->name,
                  "it does not sample what it classifies with");
@@ -3944,20 +5024,23 @@ static volpkg_code volpkg__unique_inputs(volpkg__reader* r, const volpkg_program
     return VOLPKG_OK;
 }
 
-/* What a program asks for is given to it. */
+/* The textures that a program reads exist. */
 static volpkg_code volpkg__source_rules(volpkg__reader* r, const volpkg_program* program,
                                         const volpkg_uniform_record* uniforms, int32_t count) {
-    int slices = program->geometry >= VOLPKG_DRAW_AXIS_SLICES;
+    int slices = program->geometry >= VOLPKG_GEOMETRY_AXIS_SLICES;
     int32_t i;
     for (i = 0; i < count; ++i) {
-        int source = (int)uniforms[i].source, given = source <= (int)VOLPKG_BLOCKS_FROM_BOX;
-        given |= source == (int)VOLPKG_CLIP_FROM_BOX && program->geometry != VOLPKG_DRAW_TRIANGLE;
-        given |= (source == (int)VOLPKG_BOX_FROM_SLICES || source == (int)VOLPKG_SLICE_COUNT) && slices;
-        given |= source == (int)VOLPKG_FIRST_SAMPLE && program->slab_samples > 0;
-        given |= source == (int)VOLPKG_LIGHT_MM && program->light != NULL;
-        given |= source >= (int)VOLPKG_PICTURE_WIDTH && program->tiles != NULL;
-        given |= (source == (int)VOLPKG_BOX_FROM_LIGHT || source == (int)VOLPKG_LIGHT_FROM_BOX) &&
-                 program->light != NULL && program->light->shadows >= VOLPKG_SHADOW_MAP;
+        int source = (int)uniforms[i].source, given = source <= (int)VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX;
+        given |= source == (int)VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX && program->geometry != VOLPKG_GEOMETRY_TRIANGLE;
+        given |=
+            (source == (int)VOLPKG_UNIFORM_SOURCE_BOX_FROM_SLICES || source == (int)VOLPKG_UNIFORM_SOURCE_SLICES) &&
+            slices;
+        given |= source == (int)VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE && program->slab_samples > 0;
+        given |= source == (int)VOLPKG_UNIFORM_SOURCE_LIGHT_MM && program->light != NULL;
+        given |= source >= (int)VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH && program->tiles != NULL;
+        given |= (source == (int)VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT ||
+                  source == (int)VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX) &&
+                 program->light != NULL && program->light->shadows >= VOLPKG_SHADOWS_MAP;
         VOLPKG__RULE(given, program->name, "it has a uniform that nothing gives it");
     }
     return VOLPKG_OK;
@@ -3971,9 +5054,10 @@ static volpkg_code volpkg__compositing_rules(volpkg__reader* r, const volpkg_cha
         const volpkg_transfer_function* f = volpkg__function_of(channel, programs[i].transfer);
         volpkg_compositing compositing = programs[i].compositing;
         if (f == NULL) continue;
-        VOLPKG__RULE((compositing != VOLPKG_FIRST_HIT && compositing != VOLPKG_ISOSURFACE) || f->isovalue != NULL,
+        VOLPKG__RULE((compositing != VOLPKG_COMPOSITING_FIRST_HIT && compositing != VOLPKG_COMPOSITING_ISOSURFACE) ||
+                         f->isovalue != NULL,
                      programs[i].name, "it shows a surface, but its transfer function has no isovalue");
-        VOLPKG__RULE(compositing != VOLPKG_MIDA ||
+        VOLPKG__RULE(compositing != VOLPKG_COMPOSITING_MIDA ||
                          (f->intensities ? f->intensities[0] < f->intensities[1]
                                          : f->points.at[0].value < f->points.at[f->points.count - 1].value),
                      programs[i].name, "it needs intensities that ascend");
@@ -4001,11 +5085,12 @@ static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package
         int drawn = 0;
         for (i = 0; i < p->textures.count; ++i) {
             const volpkg_texture* t = &p->textures.at[i];
-            if (t->role != VOLPKG_VOLUME || t->level != program->levels.at[k] || !volpkg__texture_concerns(p, c, t))
+            if (t->role != VOLPKG_ROLE_VOLUME || t->level != program->levels.at[k] ||
+                !volpkg__texture_concerns(p, c, t))
                 continue;
-            drawn |= (t->mosaic != NULL) == (program->sampling == VOLPKG_FROM_MOSAIC) &&
-                     (t->bricks != NULL) == (program->sampling == VOLPKG_FROM_BRICKS);
-            VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_VOLUME, t->mosaic ? t->mosaic->textures : 1),
+            drawn |= (t->mosaic != NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC) &&
+                     (t->bricks != NULL) == (program->sampling == VOLPKG_SAMPLING_BRICKS);
+            VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_ROLE_VOLUME, t->mosaic ? t->mosaic->textures : 1),
                          program->name, "it does not sample one volume in all its parts");
             held = 1;
         }
@@ -4024,7 +5109,7 @@ static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package
         VOLPKG__TRY(volpkg__reads_rules(r, program, program->tiles->reads.at, program->tiles->reads.count));
     }
     VOLPKG__RULE(
-        (program->geometry >= VOLPKG_DRAW_AXIS_SLICES || program->slab_samples > 0) == (program->blend != NULL),
+        (program->geometry >= VOLPKG_GEOMETRY_AXIS_SLICES || program->slab_samples > 0) == (program->blend != NULL),
         program->name, "it must be blended if and only if several parts make its picture");
     if (program->samplers.count + volpkg__passes_of(program) > p->profile.texture_units)
         return volpkg__fail(r->error, VOLPKG_CONTRADICTION, program->name,
@@ -4046,7 +5131,7 @@ static volpkg_code volpkg__mipmap_rules(volpkg__reader* r, const volpkg_package*
             ++n;
         }
         VOLPKG__RULE(t->mipmap == n - 1, t->path, "the textures that share it are not its mipmaps in order");
-        VOLPKG__RULE(t->role == VOLPKG_VOLUME && t->gl.target == 0x806F && t->mosaic == NULL, t->path,
+        VOLPKG__RULE(t->role == VOLPKG_ROLE_VOLUME && t->gl.target == 0x806F && t->mosaic == NULL, t->path,
                      "it holds mipmaps, but not of volumes in 3D textures");
         VOLPKG__RULE(volpkg__same_gl(&t->gl, &finest->gl), t->path, "it holds mipmaps of several formats");
         for (k = 0; k < 3; ++k) {
@@ -4060,7 +5145,8 @@ static volpkg_code volpkg__mipmap_rules(volpkg__reader* r, const volpkg_package*
         const volpkg_program* program = &p->programs.at[i];
         int chooses = 0;
         if (!volpkg__concerns(p, c, program->transfer)) continue;
-        for (k = 0; k < program->uniforms.count; ++k) chooses |= program->uniforms.at[k].source == VOLPKG_MIPMAP;
+        for (k = 0; k < program->uniforms.count; ++k)
+            chooses |= program->uniforms.at[k].source == VOLPKG_UNIFORM_SOURCE_MIPMAP;
         for (k = 0; k < program->levels.count; ++k) {
             int chained = 0;
             for (n = 0; n < p->textures.count; ++n)
@@ -4098,11 +5184,11 @@ static volpkg_code volpkg__brick_rules(volpkg__reader* r, const volpkg_package* 
         const volpkg_texture *t = &p->textures.at[i], *index = NULL, *pool = NULL;
         const volpkg_bricks* b = t->bricks;
         const volpkg_level* level = volpkg__level_of(&p->channels.at[c], t->level);
-        if (!volpkg__texture_concerns(p, c, t) || (b == NULL && t->role != VOLPKG_BRICKS)) continue;
+        if (!volpkg__texture_concerns(p, c, t) || (b == NULL && t->role != VOLPKG_ROLE_BRICKS)) continue;
         for (k = 0; k < p->textures.count; ++k) {
             const volpkg_texture* other = &p->textures.at[k];
             if (other->level != t->level || !volpkg__texture_concerns(p, c, other)) continue;
-            if (other->role == VOLPKG_BRICKS) {
+            if (other->role == VOLPKG_ROLE_BRICKS) {
                 VOLPKG__RULE(index == NULL, t->name, "two textures say where its bricks are");
                 index = other;
             }
@@ -4110,15 +5196,15 @@ static volpkg_code volpkg__brick_rules(volpkg__reader* r, const volpkg_package* 
         }
         VOLPKG__RULE(index != NULL && pool != NULL, t->name,
                      "bricks need a texture that holds them and one that says where they are");
-        if (t->role == VOLPKG_BRICKS) {
+        if (t->role == VOLPKG_ROLE_BRICKS) {
             VOLPKG__RULE(volpkg__same_shape(t->shape_zyx, pool->bricks->bricks_zyx) &&
-                             t->gl.internal_format == 0x8058 && t->filter == VOLPKG_NEAREST,
+                             t->gl.internal_format == 0x8058 && t->filter == VOLPKG_FILTER_NEAREST,
                          t->name, "it is not RGBA8, nearest, with a texel for each brick of its level");
             VOLPKG__TRY(volpkg__index_rules(r, t, pool->bricks));
             if (b == NULL) continue;
         }
-        VOLPKG__RULE(t->role == VOLPKG_VOLUME && t->gl.target == 0x806F && t->mosaic == NULL && t->mipmap < 0, t->name,
-                     "it holds bricks, but is no volume in a 3D texture of its own");
+        VOLPKG__RULE(t->role == VOLPKG_ROLE_VOLUME && t->gl.target == 0x806F && t->mosaic == NULL && t->mipmap < 0,
+                     t->name, "it holds bricks, but is no volume in a 3D texture of its own");
         VOLPKG__RULE(b->stored <= (double)b->bricks_zyx[0] * b->bricks_zyx[1] * b->bricks_zyx[2], t->name,
                      "it holds more bricks than there are");
         for (k = 0; k < 3; ++k) {
@@ -4135,8 +5221,8 @@ static volpkg_code volpkg__brick_rules(volpkg__reader* r, const volpkg_package* 
     }
     for (i = 0; i < p->programs.count; ++i)
         if (volpkg__concerns(p, c, p->programs.at[i].transfer))
-            VOLPKG__RULE(volpkg__samples(&p->programs.at[i], VOLPKG_BRICKS) ==
-                             (p->programs.at[i].sampling == VOLPKG_FROM_BRICKS),
+            VOLPKG__RULE(volpkg__samples(&p->programs.at[i], VOLPKG_ROLE_BRICKS) ==
+                             (p->programs.at[i].sampling == VOLPKG_SAMPLING_BRICKS),
                          p->programs.at[i].name, "it must sample places of bricks if and only if it samples bricks");
     return VOLPKG_OK;
 }
@@ -4148,7 +5234,7 @@ static const volpkg_texture* volpkg__texture_named(const volpkg_package* p, cons
     return NULL;
 }
 
-/* What skip tables and ranges of blocks have in common: `times` slices for each block along z. */
+/* Check that skip tables and ranges of blocks share: `times` slices for each block along z. */
 static volpkg_code volpkg__block_rules(volpkg__reader* r, const volpkg_texture* t, volpkg_role role, const char* name,
                                        const volpkg_level* level, int32_t block, const int32_t blocks_zyx[3],
                                        int32_t times) {
@@ -4177,7 +5263,7 @@ static volpkg_code volpkg__block_rules(volpkg__reader* r, const volpkg_texture* 
                          (int64_t)m->tiles_y * blocks_zyx[1] <= t->shape_zyx[1],
                      name, "it is a mosaic whose tiles do not fit into its texture");
     }
-    VOLPKG__RULE(role != VOLPKG_SKIP || t->gl.type == 0x1401, name, "it has entries that are no bytes");
+    VOLPKG__RULE(role != VOLPKG_ROLE_SKIP || t->gl.type == 0x1401, name, "it has entries that are no bytes");
     return VOLPKG_OK;
 }
 
@@ -4188,8 +5274,11 @@ static volpkg_code volpkg__skip_rules(volpkg__reader* r, const volpkg_package* p
     int32_t i, k, n;
     for (i = 0; i < p->textures.count; ++i) {
         const volpkg_texture* t = &p->textures.at[i];
-        if ((t->role != VOLPKG_SKIP && t->role != VOLPKG_RANGES) || !volpkg__texture_concerns(p, c, t)) continue;
-        for (k = 0, n = 0; k < skipping->tables.count; ++k) n += volpkg__is(skipping->tables.at[k].texture, t->name);
+        if ((t->role != VOLPKG_ROLE_SKIP && t->role != VOLPKG_ROLE_RANGES) || !volpkg__texture_concerns(p, c, t))
+            continue;
+        for (k = 0, n = 0; k < skipping->tables.count; ++k)
+            n += volpkg__concerns(p, c, skipping->tables.at[k].transfer) &&
+                 volpkg__is(skipping->tables.at[k].texture, t->name);
         for (k = 0; k < skipping->ranges.count; ++k) n += volpkg__is(skipping->ranges.at[k].texture, t->name);
         VOLPKG__RULE(n == 1, t->name, "it is not named by one skip table or range of blocks");
     }
@@ -4198,8 +5287,8 @@ static volpkg_code volpkg__skip_rules(volpkg__reader* r, const volpkg_package* p
         const volpkg_level* level = volpkg__level_of(channel, table->level);
         const volpkg_texture* t = volpkg__texture_named(p, table->texture);
         if (!volpkg__concerns(p, c, table->transfer)) continue;
-        VOLPKG__TRY(volpkg__block_rules(r, t, VOLPKG_SKIP, table->texture, level, table->block, table->blocks_zyx,
-                                        table->kind == VOLPKG_SKIP_OCTANTS ? 8 : 1));
+        VOLPKG__TRY(volpkg__block_rules(r, t, VOLPKG_ROLE_SKIP, table->texture, level, table->block, table->blocks_zyx,
+                                        table->kind == VOLPKG_SKIP_KIND_OCTANTS ? 8 : 1));
         VOLPKG__RULE(volpkg__function_of(channel, table->transfer) != NULL && volpkg__is(t->transfer, table->transfer),
                      table->texture, "it is for no transfer function, or its texture is for another one");
         for (k = 0; k < 3; ++k) {
@@ -4212,13 +5301,14 @@ static volpkg_code volpkg__skip_rules(volpkg__reader* r, const volpkg_package* p
         const volpkg_ranges* ranges = &skipping->ranges.at[i];
         const volpkg_texture* t = volpkg__texture_named(p, ranges->texture);
         if (t != NULL && !volpkg__texture_concerns(p, c, t)) continue;
-        VOLPKG__TRY(volpkg__block_rules(r, t, VOLPKG_RANGES, ranges->texture, volpkg__level_of(channel, ranges->level),
-                                        ranges->block, ranges->blocks_zyx, 2));
+        VOLPKG__TRY(volpkg__block_rules(r, t, VOLPKG_ROLE_RANGES, ranges->texture,
+                                        volpkg__level_of(channel, ranges->level), ranges->block, ranges->blocks_zyx,
+                                        2));
     }
     for (i = 0; i < p->programs.count; ++i) {
         const volpkg_program* program = &p->programs.at[i];
         const volpkg_skip_table* first = NULL;
-        int32_t count = volpkg__samples(program, VOLPKG_SKIP);
+        int32_t count = volpkg__samples(program, VOLPKG_ROLE_SKIP);
         if (!volpkg__concerns(p, c, program->transfer) || count == 0) continue;
         VOLPKG__RULE(count == 1, program->name, "it samples several skip tables");
         for (k = 0; k < program->levels.count; ++k) {
@@ -4245,19 +5335,19 @@ static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package*
         const volpkg_level* level = volpkg__level_of(&p->channels.at[c], t->level);
         uint32_t components;
         if (!volpkg__texture_concerns(p, c, t)) continue;
-        VOLPKG__RULE((t->role == VOLPKG_NORMALS) == (t->normals != NULL), t->name,
+        VOLPKG__RULE((t->role == VOLPKG_ROLE_NORMALS) == (t->normals != NULL), t->name,
                      "it holds normals and does not say what they mean, or the other way round");
         if (t->normals == NULL) continue;
         for (k = 0; k < i; ++k)
-            VOLPKG__RULE(p->textures.at[k].role != VOLPKG_NORMALS || p->textures.at[k].level != t->level ||
+            VOLPKG__RULE(p->textures.at[k].role != VOLPKG_ROLE_NORMALS || p->textures.at[k].level != t->level ||
                              p->textures.at[k].part != t->part || !volpkg__texture_concerns(p, c, &p->textures.at[k]),
                          t->name, "two textures hold the normals of one level");
         components = code_bytes[t->normals->code] + (t->normals->largest_gradient >= 0);
         VOLPKG__RULE(volpkg__components(&t->gl) == components, t->name,
                      "it holds normals of another number of components than its format");
-        VOLPKG__RULE((t->normals->code == VOLPKG_SNORM8) == (t->gl.type == 0x1400), t->name,
+        VOLPKG__RULE((t->normals->code == VOLPKG_NORMAL_CODE_SNORM8) == (t->gl.type == 0x1400), t->name,
                      "its code of normals has another type of texels");
-        VOLPKG__RULE((t->filter == VOLPKG_LINEAR) == (t->normals->code <= VOLPKG_SNORM8), t->name,
+        VOLPKG__RULE((t->filter == VOLPKG_FILTER_LINEAR) == (t->normals->code <= VOLPKG_NORMAL_CODE_SNORM8), t->name,
                      "its code of normals has another filter");
         VOLPKG__RULE(t->transfer[0] == 0, t->name, "it holds normals, but has a transfer function");
         VOLPKG__RULE(
@@ -4271,27 +5361,59 @@ static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package*
     for (i = 0; i < p->programs.count; ++i) {
         const volpkg_program* program = &p->programs.at[i];
         if (!volpkg__concerns(p, c, program->transfer)) continue;
-        const int reads = volpkg__samples(program, VOLPKG_NORMALS) > 0;
-        VOLPKG__RULE((program->light != NULL) == (program->lighting >= VOLPKG_PHONG), program->name,
+        const int reads = volpkg__samples(program, VOLPKG_ROLE_NORMALS) > 0;
+        VOLPKG__RULE((program->light != NULL) == (program->lighting >= VOLPKG_LIGHTING_PHONG), program->name,
                      "it has a light with a place if and only if its lighting is phong or blinn-phong");
         VOLPKG__RULE(
-            reads == (program->lighting != VOLPKG_UNLIT && program->normals_from == VOLPKG_NORMALS_FROM_VOLUME),
+            reads == (program->lighting != VOLPKG_LIGHTING_NONE && program->normals_from == VOLPKG_NORMALS_FROM_VOLUME),
             program->name, "it is lit without normals, or has normals without light");
         for (k = 0; k < program->levels.count && reads; ++k) {
             int32_t held = 0;
             for (n = 0; n < p->textures.count; ++n) {
                 const volpkg_texture* t = &p->textures.at[n];
-                if (t->role != VOLPKG_NORMALS || t->level != program->levels.at[k] ||
+                if (t->role != VOLPKG_ROLE_NORMALS || t->level != program->levels.at[k] ||
                     !volpkg__texture_concerns(p, c, t))
                     continue;
-                VOLPKG__RULE((t->mosaic != NULL) == (program->sampling == VOLPKG_FROM_MOSAIC), program->name,
+                VOLPKG__RULE((t->mosaic != NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC), program->name,
                              "it reads normals in another form than its volume");
-                VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_NORMALS, t->mosaic ? t->mosaic->textures : 1),
+                VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_ROLE_NORMALS, t->mosaic ? t->mosaic->textures : 1),
                              program->name, "it does not sample each part of its normals once");
                 ++held;
             }
             VOLPKG__RULE(held > 0, program->name, "it reads normals, which not all of its levels have");
         }
+    }
+    return VOLPKG_OK;
+}
+
+static volpkg_code volpkg__light_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
+    int32_t i, k;
+    for (i = 0; i < p->textures.count; ++i) {
+        const volpkg_texture* t = &p->textures.at[i];
+        if (!volpkg__texture_concerns(p, c, t)) continue;
+        VOLPKG__RULE((t->role == VOLPKG_ROLE_LIGHT) == (t->light != NULL), t->name,
+                     "it holds light and does not say what it means, or the other way round");
+        if (t->light == NULL) continue;
+        VOLPKG__RULE(t->gl.target == 0x806F && volpkg__components(&t->gl) == 2 && t->gl.type == 0x1401 &&
+                         t->mosaic == NULL && t->filter == VOLPKG_FILTER_LINEAR && t->level < 0,
+                     t->name, "it holds light, so it must be 3D, of two bytes, filtered, and for all levels");
+        VOLPKG__RULE(t->light->stored_values[0] < t->light->stored_values[1], t->name,
+                     "its light has stored values that do not ascend");
+        for (k = 0; k < i; ++k)
+            VOLPKG__RULE(
+                p->textures.at[k].role != VOLPKG_ROLE_LIGHT || !volpkg__is(p->textures.at[k].transfer, t->transfer),
+                t->name, "two textures hold the light of one transfer function");
+    }
+    for (i = 0; i < p->programs.count; ++i) {
+        const volpkg_program* program = &p->programs.at[i];
+        int32_t held = 0;
+        if (!volpkg__concerns(p, c, program->transfer)) continue;
+        VOLPKG__RULE(volpkg__samples(program, VOLPKG_ROLE_LIGHT) == program->baked, program->name,
+                     "it reads light that was computed once and is not lit by it, or the other way round");
+        for (k = 0; k < p->textures.count; ++k)
+            held += p->textures.at[k].role == VOLPKG_ROLE_LIGHT &&
+                    volpkg__is(p->textures.at[k].transfer, program->transfer);
+        VOLPKG__RULE(!program->baked || held == 1, program->name, "it is lit by light that is not there");
     }
     return VOLPKG_OK;
 }
@@ -4356,7 +5478,8 @@ static volpkg_code volpkg__proxy_rules(volpkg__reader* r, const volpkg_package* 
 
 static volpkg_code volpkg__slices_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
     const volpkg_channel* channel = &p->channels.at[c];
-    int has_shaders = p->profile.api != VOLPKG_ES1_1;
+    int has_shaders = p->profile.api != VOLPKG_API_ES1_1;
+    int editable = p->editing != NULL;
     int32_t i, k, drawn, all = 0;
     VOLPKG__RULE(has_shaders || (p->programs.count == 0 && p->subvolumes == NULL && p->palettes.count == 0),
                  p->profile.name,
@@ -4366,7 +5489,7 @@ static volpkg_code volpkg__slices_rules(volpkg__reader* r, const volpkg_package*
         const volpkg_slices* s = t->slices;
         const volpkg_level* level = volpkg__level_of(channel, t->level);
         int32_t end = 0, place;
-        VOLPKG__RULE((t->role == VOLPKG_SLICES) == (s != NULL), t->name,
+        VOLPKG__RULE((t->role == VOLPKG_ROLE_SLICES) == (s != NULL), t->name,
                      "it has the role slices without slices, or the other way round");
         VOLPKG__RULE((s != NULL) != has_shaders, t->name,
                      "it holds slices for a profile with shaders, or none for one without");
@@ -4379,6 +5502,8 @@ static volpkg_code volpkg__slices_rules(volpkg__reader* r, const volpkg_package*
         VOLPKG__RULE((t->gl.internal_format == 0x1908 && t->gl.format == 0x1908 && t->gl.type == 0x1401) ||
                          (t->gl.internal_format == 0x8B96 && t->gl.format == 0 && t->gl.type == 0),
                      t->name, "it holds slices in a format that has none");
+        VOLPKG__RULE(!editable || t->gl.internal_format == 0x8B96, t->name,
+                     "transfer functions are editable, but it has no palette");
         VOLPKG__RULE((int64_t)s->tiles_x * s->slice_shape_yx[1] <= t->shape_zyx[2] &&
                          ((int64_t)s->slices + s->tiles_x - 1) / s->tiles_x * s->slice_shape_yx[0] <= t->shape_zyx[1],
                      t->name, "it has no room for its slices");
@@ -4435,13 +5560,13 @@ static volpkg_code volpkg__editing_rules(volpkg__reader* r, const volpkg_package
         for (k = 0; k < channel->transfer_functions.count; ++k) {
             int own = 0;
             for (n = 0; n < p->textures.count; ++n)
-                own |= p->textures.at[n].role == VOLPKG_TRANSFER && p->textures.at[n].level == each->level &&
+                own |= p->textures.at[n].role == VOLPKG_ROLE_TRANSFER && p->textures.at[n].level == each->level &&
                        volpkg__is(p->textures.at[n].transfer, channel->transfer_functions.at[k].name);
             VOLPKG__RULE(own, each->path, "its level has no table of its own for a transfer function");
         }
     }
     for (i = 0; i < p->programs.count; ++i)
-        VOLPKG__RULE(p->programs.at[i].classification == VOLPKG_BY_LOOKUP, p->programs.at[i].name,
+        VOLPKG__RULE(p->programs.at[i].classification == VOLPKG_CLASSIFICATION_LOOKUP, p->programs.at[i].name,
                      "transfer functions are editable, but it has no lookup table");
     VOLPKG__RULE(p->proxy == NULL, "", "transfer functions are editable, but there are meshes around what they show");
     return VOLPKG_OK;
@@ -4453,16 +5578,21 @@ static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_packag
     VOLPKG__RULE(p->channels.count > 0, "", "it is sealed without a channel");
     VOLPKG__RULE(p->grid != NULL && p->render != NULL && p->textures.count > 0, "",
                  "it is sealed without grid, render or textures");
-    VOLPKG__RULE(p->profile.api == VOLPKG_ES1_1 || p->programs.count > 0, "", "it is sealed without programs");
+    VOLPKG__RULE(p->profile.api == VOLPKG_API_ES1_1 || p->programs.count > 0 || p->segments != NULL, "",
+                 "it is sealed without programs");
     for (i = 0; i < p->channels.count; ++i) {
         const volpkg_channel* channel = &p->channels.at[i];
-        VOLPKG__RULE(channel->stored_type != VOLPKG_STORED_NONE && channel->quantization != NULL &&
+        VOLPKG__RULE(channel->stored_type != VOLPKG_STORED_TYPE_NONE && channel->quantization != NULL &&
                          channel->levels.count > 0 && channel->transfer_functions.count > 0,
                      channel->name, "it is sealed without stored_type, quantization, levels or transfer_functions");
-        for (k = 0; k < channel->transfer_functions.count && p->profile.api != VOLPKG_ES1_1; ++k) {
+        VOLPKG__RULE(channel->quantization->window[0] < channel->quantization->window[1], channel->name,
+                     "it has an empty window");
+        for (k = 0; k < channel->transfer_functions.count && p->profile.api != VOLPKG_API_ES1_1; ++k) {
             int drawn = 0;
             for (n = 0; n < p->programs.count; ++n)
                 drawn |= volpkg__is(p->programs.at[n].transfer, channel->transfer_functions.at[k].name);
+            drawn |= p->segments && volpkg__lists(p->segments->transfers.at, p->segments->transfers.count,
+                                                  channel->transfer_functions.at[k].name);
             VOLPKG__RULE(drawn, channel->transfer_functions.at[k].name, "no program draws it");
         }
     }
@@ -4505,7 +5635,7 @@ static volpkg_code volpkg__channel_rules(volpkg__reader* r, const volpkg_package
                          t->name, "it holds channels of several types");
         }
         VOLPKG__RULE(t->channels.count < 2 ||
-                         (t->role == VOLPKG_VOLUME && volpkg__components(&t->gl) == (uint32_t)t->channels.count),
+                         (t->role == VOLPKG_ROLE_VOLUME && volpkg__components(&t->gl) == (uint32_t)t->channels.count),
                      t->name, "it cannot hold its channels together");
     }
     for (i = 0; i < p->compression.count; ++i) {
@@ -4513,10 +5643,10 @@ static volpkg_code volpkg__channel_rules(volpkg__reader* r, const volpkg_package
         int found = 0;
         for (k = 0; k < p->textures.count && form->kept; ++k) {
             const volpkg_texture* t = &p->textures.at[k];
-            if (t->role != VOLPKG_VOLUME || t->level != form->level ||
+            if (t->role != VOLPKG_ROLE_VOLUME || t->level != form->level ||
                 !volpkg__lists(t->channels.at, t->channels.count, form->channel))
                 continue;
-            VOLPKG__RULE(t->gl.internal_format == volpkg__layouts[9 + form->format].internal_format[0], t->name,
+            VOLPKG__RULE(t->gl.internal_format == volpkg__compressed_format(form->format), t->name,
                          "its level is said to be compressed in another format");
             found = 1;
         }
@@ -4525,13 +5655,43 @@ static volpkg_code volpkg__channel_rules(volpkg__reader* r, const volpkg_package
     return VOLPKG_OK;
 }
 
+/* The skip tables of a picture belong to no single channel. */
+static volpkg_code volpkg__shared_skip_rules(volpkg__reader* r, const volpkg_package* p, const char* picture) {
+    int32_t i, k, n, tables = p->skipping ? p->skipping->tables.count : 0;
+    for (i = 0; i < p->textures.count; ++i) {
+        const volpkg_texture* t = &p->textures.at[i];
+        if (t->role != VOLPKG_ROLE_SKIP || !volpkg__is(t->transfer, picture)) continue;
+        for (k = 0, n = 0; k < tables; ++k)
+            n += volpkg__is(p->skipping->tables.at[k].transfer, picture) &&
+                 volpkg__is(p->skipping->tables.at[k].texture, t->name);
+        VOLPKG__RULE(n == 1, t->name, "it is not named by one skip table");
+    }
+    for (i = 0; i < tables; ++i) {
+        const volpkg_skip_table* table = &p->skipping->tables.at[i];
+        const volpkg_texture* t = volpkg__texture_named(p, table->texture);
+        const volpkg_level* level = NULL;
+        if (!volpkg__is(table->transfer, picture)) continue;
+        for (k = 0; k < p->channels.count && level == NULL; ++k)
+            level = volpkg__level_of(&p->channels.at[k], table->level);
+        VOLPKG__TRY(volpkg__block_rules(r, t, VOLPKG_ROLE_SKIP, table->texture, level, table->block, table->blocks_zyx,
+                                        table->kind == VOLPKG_SKIP_KIND_OCTANTS ? 8 : 1));
+        VOLPKG__RULE(volpkg__is(t->transfer, table->transfer), table->texture, "its texture is for another picture");
+        for (k = 0; k < 3; ++k) {
+            double expected = 1 / (table->block * level->grid.spacing_mm_zyx[2 - k]);
+            VOLPKG__RULE(volpkg__near(&table->blocks_from_box_per_mm_xyz[k], &expected, 1, 0), table->texture,
+                         "blocks_from_box_per_mm_xyz does not follow from its block and the level's spacing");
+        }
+    }
+    return VOLPKG_OK;
+}
+
 static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_package* p) {
     const volpkg_together* together = p->together;
     int32_t i, k, n, programs = 0;
     for (i = 0; i < p->programs.count; ++i)
-        VOLPKG__RULE(volpkg__owner(p, p->programs.at[i].transfer) >= 0 ||
-                         (together && volpkg__is(together->name, p->programs.at[i].transfer)),
-                     p->programs.at[i].name, "it draws no transfer function and no picture");
+        VOLPKG__RULE(
+            volpkg__owner(p, p->programs.at[i].transfer) >= 0 || volpkg__is_picture(p, p->programs.at[i].transfer),
+            p->programs.at[i].name, "it draws no transfer function and no picture");
     if (together == NULL) return VOLPKG_OK;
     VOLPKG__RULE(volpkg__owner(p, together->name) < 0, together->name,
                  "it names a transfer function and a picture of several");
@@ -4542,13 +5702,15 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
             VOLPKG__RULE(volpkg__owner(p, together->transfers.at[i]) != volpkg__owner(p, together->transfers.at[k]),
                          together->name, "it draws two transfer functions of one channel");
     }
+    VOLPKG__TRY(volpkg__shared_skip_rules(r, p, together->name));
     for (i = 0; i < p->programs.count; ++i) {
         const volpkg_program* program = &p->programs.at[i];
         if (!volpkg__is(program->transfer, together->name)) continue;
         ++programs;
-        VOLPKG__RULE(program->classification == VOLPKG_BY_PALETTE || program->classification == VOLPKG_BY_LOOKUP,
+        VOLPKG__RULE(program->classification != VOLPKG_CLASSIFICATION_PREINTEGRATED &&
+                         program->classification != VOLPKG_CLASSIFICATION_PRECLASSIFIED,
                      program->name, "it cannot classify several channels so");
-        VOLPKG__RULE(program->lighting == VOLPKG_UNLIT, program->name, "it cannot light several channels");
+        VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE, program->name, "it cannot light several channels");
         VOLPKG__RULE(program->samplers.count <= p->profile.texture_units, program->name,
                      "it reads more textures than the profile has units");
         for (k = 0; k < together->transfers.count; ++k) {
@@ -4561,17 +5723,18 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
             for (n = 0; n < program->samplers.count; ++n) {
                 const volpkg_sampler* sampler = &program->samplers.at[n];
                 int32_t owner = volpkg__owner(p, sampler->transfer);
-                tables += sampler->role == VOLPKG_TRANSFER && volpkg__is(sampler->transfer, transfer);
-                for (t = 0; t < p->textures.count && sampler->role == VOLPKG_VOLUME && owner >= 0; ++t) {
+                tables += sampler->role == VOLPKG_ROLE_TRANSFER && volpkg__is(sampler->transfer, transfer);
+                for (t = 0; t < p->textures.count && sampler->role == VOLPKG_ROLE_VOLUME && owner >= 0; ++t) {
                     const volpkg_texture* texture = &p->textures.at[t];
-                    volumes |= texture->role == VOLPKG_VOLUME &&
+                    volumes |= texture->role == VOLPKG_ROLE_VOLUME &&
                                volpkg__lists(texture->channels.at, texture->channels.count, channel->name) &&
                                volpkg__lists(texture->channels.at, texture->channels.count, p->channels.at[owner].name);
                 }
             }
-            VOLPKG__RULE(program->classification == VOLPKG_BY_PALETTE ||
-                             (tables == 1 && volpkg__samples(program, VOLPKG_TRANSFER) == together->transfers.count),
-                         program->name, "it does not sample one table of each transfer function");
+            VOLPKG__RULE(
+                program->classification != VOLPKG_CLASSIFICATION_LOOKUP ||
+                    (tables == 1 && volpkg__samples(program, VOLPKG_ROLE_TRANSFER) == together->transfers.count),
+                program->name, "it does not sample one table of each transfer function");
             VOLPKG__RULE(volumes, program->name, "it samples no volume of a channel");
         }
         VOLPKG__TRY(volpkg__unique_inputs(r, program));
@@ -4580,7 +5743,159 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
     return VOLPKG_OK;
 }
 
-/* Other steps are those of coarser levels that there are, finest first; of level 0 if there are only pieces of it. */
+static int volpkg__first_less(const void* a, const void* b) {
+    return strcmp(((const volpkg__pair*)a)->first, ((const volpkg__pair*)b)->first) < 0;
+}
+
+/* The segment with a name, or NULL. The pairs of name and segment are sorted by name. */
+static volpkg_segment* volpkg__find_segment(const volpkg__pair* sorted, int32_t count, const char* name) {
+    int32_t low = 0, high = count;
+    while (low < high) {
+        int32_t middle = low + (high - low) / 2;
+        int order = strcmp(sorted[middle].first, name);
+        if (order == 0) return (volpkg_segment*)sorted[middle].second;
+        if (order < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return NULL;
+}
+
+/* The segments have names of their own, and each label the transfer function of its first segment. */
+static volpkg_code volpkg__label_rules(volpkg__reader* r, const volpkg_package* p, volpkg__pair* room, size_t most) {
+    const volpkg_segments* segments = p->segments;
+    const char* picture = segments->name;
+    int32_t count = segments->segments.count, i, k, style = -1;
+    VOLPKG__RULE(volpkg__owner(p, picture) < 0, picture, "it names a transfer function and the picture of segments");
+    VOLPKG__RULE(p->channels.count == 1 && p->together == NULL, picture, "segments belong to a scan of one channel");
+    VOLPKG__RULE((size_t)count <= most, picture, "it has more segments than its manifest has room for");
+    for (i = 0; i < count; ++i) {
+        volpkg_segment* segment = (volpkg_segment*)&segments->segments.at[i];
+        segment->last_label = -1;
+        room[i].first = segment->name;
+        room[i].second = (const char*)segment;
+        VOLPKG__RULE(volpkg__owner(p, segment->transfer) >= 0, segment->name, "its transfer function is not there");
+    }
+    volpkg__sort(room, (size_t)count, sizeof *room, volpkg__first_less);
+    for (i = 1; i < count; ++i)
+        VOLPKG__RULE(volpkg__first_less(&room[i - 1], &room[i]), room[i].first, "two segments have this name");
+    for (i = 0; i < segments->labels.count; ++i) {
+        const volpkg_segment_label* label = &segments->labels.at[i];
+        if (style < 0 || !volpkg__is(label->transfer, segments->transfers.at[style])) ++style;
+        VOLPKG__RULE(style < segments->transfers.count && volpkg__is(label->transfer, segments->transfers.at[style]) &&
+                         volpkg__owner(p, label->transfer) >= 0,
+                     picture, "its labels are not in the order of its transfer functions");
+        for (k = 0; k < label->segments.count; ++k) {
+            volpkg_segment* segment = volpkg__find_segment(room, count, label->segments.at[k]);
+            VOLPKG__RULE(segment != NULL && segment->last_label != i, picture,
+                         "a label is of a segment that is not there, or twice of one");
+            VOLPKG__RULE(k > 0 || volpkg__is(segment->transfer, label->transfer), segment->name,
+                         "its label has another transfer function");
+            segment->last_label = i;
+        }
+    }
+    VOLPKG__RULE(style + 1 == segments->transfers.count, picture,
+                 "its labels are not in the order of its transfer functions");
+    return VOLPKG_OK;
+}
+
+/* The finest level of the programs of a transfer function, or -1. */
+static int32_t volpkg__finest(const volpkg_program* programs, int32_t count, const char* transfer) {
+    int32_t finest = -1, i, k;
+    for (i = 0; i < count; ++i)
+        for (k = 0; k < programs[i].levels.count && volpkg__is(programs[i].transfer, transfer); ++k)
+            if (finest < 0 || programs[i].levels.at[k] < finest) finest = programs[i].levels.at[k];
+    return finest;
+}
+
+/* The labels of a level, or the table of looks. */
+static volpkg_code volpkg__label_texture_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_texture* t) {
+    const volpkg_segments* segments = p->segments;
+    const volpkg_level* level = volpkg__level_of(&p->channels.at[0], t->level);
+    int32_t width = 256, labels;
+    VOLPKG__RULE(segments != NULL, t->name, "it is of segments, which the package does not have");
+    labels = segments->labels.count;
+    VOLPKG__RULE(t->filter == VOLPKG_FILTER_NEAREST && t->gl.type == 0x1401, t->name,
+                 "it is of segments, but has a filter, or no bytes");
+    if (t->role == VOLPKG_ROLE_LABELS) {
+        const int32_t* shape = level ? level->grid.shape_zyx : NULL;
+        const volpkg_mosaic* m = t->mosaic;
+        VOLPKG__RULE(shape != NULL && (m == NULL ? t->gl.target == 0x806F && volpkg__same_shape(t->shape_zyx, shape)
+                                                 : t->gl.target == 0x0DE1 && m->slices == shape[0] &&
+                                                       m->tile_shape_yx[0] == shape[1] &&
+                                                       m->tile_shape_yx[1] == shape[2] && m->slices_per_texel == 1),
+                     t->name, "it holds labels, but neither as a 3D texture nor as a mosaic of the shape of its level");
+        VOLPKG__RULE(volpkg__components(&t->gl) == (labels - 1 > 127 ? 2u : 1u), t->name,
+                     "its texels do not have the bytes of its labels");
+        return VOLPKG_OK;
+    }
+    while (width < labels && width < 2048) width *= 2;
+    VOLPKG__RULE(t->shape_zyx[0] == 1 && t->shape_zyx[1] == (labels + width - 1) / width && t->shape_zyx[2] == width &&
+                     t->gl.format == 0x1908 && t->level < 0,
+                 t->name, "it is not the table of the looks of its labels");
+    VOLPKG__RULE(volpkg__is(t->transfer, segments->name), t->name, "it holds the looks of another picture");
+    return VOLPKG_OK;
+}
+
+/* A program that draws segments samples the volume, labels, looks and one table of each transfer function. */
+static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg_package* p,
+                                                 const volpkg_program* program) {
+    const volpkg_segments* segments = p->segments;
+    int32_t tables = program->classification == VOLPKG_CLASSIFICATION_LOOKUP ? segments->transfers.count : 0;
+    int32_t skips = volpkg__samples(program, VOLPKG_ROLE_SKIP), volumes = 0, labels = 0, finest, i, k, next = 0;
+    VOLPKG__RULE((program->sampling == VOLPKG_SAMPLING_TEXTURE3D || program->sampling == VOLPKG_SAMPLING_MOSAIC) &&
+                     program->lighting == VOLPKG_LIGHTING_NONE &&
+                     program->compositing == VOLPKG_COMPOSITING_EMISSION_ABSORPTION,
+                 program->name, "it draws segments in a way that no package has");
+    VOLPKG__RULE(program->levels.count > 0, program->name, "it draws no level");
+    finest = volpkg__finest(program, 1, program->transfer);
+    for (i = 0; i < p->textures.count; ++i) {
+        volumes += p->textures.at[i].role == VOLPKG_ROLE_VOLUME && p->textures.at[i].level == finest;
+        labels += p->textures.at[i].role == VOLPKG_ROLE_LABELS && p->textures.at[i].level == finest;
+    }
+    VOLPKG__RULE(volpkg__samples(program, VOLPKG_ROLE_VOLUME) == volumes &&
+                     volpkg__samples(program, VOLPKG_ROLE_LABELS) == labels &&
+                     volpkg__samples(program, VOLPKG_ROLE_LOOKS) == 1 &&
+                     volpkg__samples(program, VOLPKG_ROLE_TRANSFER) == tables &&
+                     program->samplers.count == volumes + labels + 1 + tables + skips,
+                 program->name, "it draws segments, but samples something else");
+    for (i = 0; i < program->samplers.count && tables; ++i) {
+        const volpkg_sampler* sampler = &program->samplers.at[i];
+        if (sampler->role != VOLPKG_ROLE_TRANSFER) continue;
+        VOLPKG__RULE(volpkg__is(sampler->transfer, segments->transfers.at[next]), program->name,
+                     "it samples tables in another order than that of the transfer functions");
+        ++next;
+    }
+    for (i = 0; i < program->levels.count; ++i) {
+        int held = 0;
+        for (k = 0; k < p->textures.count; ++k)
+            held |= p->textures.at[k].role == VOLPKG_ROLE_LABELS && p->textures.at[k].level == program->levels.at[i];
+        VOLPKG__RULE(held, program->name, "it draws a level that has no labels");
+    }
+    VOLPKG__RULE(program->samplers.count <= p->profile.texture_units, program->name,
+                 "it reads more textures than the profile has units");
+    return VOLPKG_OK;
+}
+
+static volpkg_code volpkg__segments_rules(volpkg__reader* r, const volpkg_package* p, volpkg__pair* room, size_t most) {
+    int32_t i, programs = 0;
+    for (i = 0; i < p->textures.count; ++i)
+        if (p->textures.at[i].role == VOLPKG_ROLE_LABELS || p->textures.at[i].role == VOLPKG_ROLE_LOOKS)
+            VOLPKG__TRY(volpkg__label_texture_rules(r, p, &p->textures.at[i]));
+    if (p->segments == NULL) return VOLPKG_OK;
+    VOLPKG__TRY(volpkg__label_rules(r, p, room, most));
+    VOLPKG__TRY(volpkg__shared_skip_rules(r, p, p->segments->name));
+    for (i = 0; i < p->programs.count; ++i)
+        if (volpkg__is(p->programs.at[i].transfer, p->segments->name)) {
+            VOLPKG__TRY(volpkg__segment_program_rules(r, p, &p->programs.at[i]));
+            ++programs;
+        }
+    VOLPKG__RULE(programs > 0, p->segments->name, "no program draws this picture");
+    return VOLPKG_OK;
+}
+
+/* Other steps belong to existing coarser levels, finest first; to level 0 if it exists only in pieces. */
 static volpkg_code volpkg__step_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_channel* channel) {
     int32_t i, k, last = -1;
     for (i = 0; p->render != NULL && i < p->render->level_steps.count; ++i) {
@@ -4603,7 +5918,7 @@ static volpkg_code volpkg__rules_of_channel(volpkg__reader* r, const volpkg_pack
         const volpkg_texture* t = &p->textures.at[i];
         if (!volpkg__texture_concerns(p, c, t)) continue;
         VOLPKG__TRY(volpkg__texture_rules(r, p, c, t));
-        if (t->role != VOLPKG_VOLUME && t->role != VOLPKG_SLICES) continue;
+        if (t->role != VOLPKG_ROLE_VOLUME && t->role != VOLPKG_ROLE_SLICES) continue;
         VOLPKG__RULE(filter < 0 || filter == (int)t->filter, t->name,
                      "some volumes are sampled with the filter linear, others with nearest");
         filter = (int)t->filter;
@@ -4613,7 +5928,8 @@ static volpkg_code volpkg__rules_of_channel(volpkg__reader* r, const volpkg_pack
                      "a palette is of no transfer function");
     for (i = 0; i < p->programs.count; ++i) {
         if (!volpkg__concerns(p, c, p->programs.at[i].transfer)) continue;
-        VOLPKG__RULE(filter != (int)VOLPKG_NEAREST || p->programs.at[i].classification != VOLPKG_BY_PREINTEGRATED,
+        VOLPKG__RULE(filter != (int)VOLPKG_FILTER_NEAREST ||
+                         p->programs.at[i].classification != VOLPKG_CLASSIFICATION_PREINTEGRATED,
                      p->programs.at[i].name,
                      "the volumes hold labels, but it draws pre-integrated segments between them");
         VOLPKG__TRY(volpkg__program_rules(r, p, c, &p->programs.at[i]));
@@ -4628,6 +5944,7 @@ static volpkg_code volpkg__rules_of_channel(volpkg__reader* r, const volpkg_pack
     VOLPKG__TRY(volpkg__brick_rules(r, p, c));
     VOLPKG__TRY(volpkg__skip_rules(r, p, c));
     VOLPKG__TRY(volpkg__normal_rules(r, p, c));
+    VOLPKG__TRY(volpkg__light_rules(r, p, c));
     VOLPKG__TRY(volpkg__proxy_rules(r, p, c));
     VOLPKG__TRY(volpkg__slices_rules(r, p, c));
     return volpkg__editing_rules(r, p, c);
@@ -4635,46 +5952,273 @@ static volpkg_code volpkg__rules_of_channel(volpkg__reader* r, const volpkg_pack
 
 /* ---- opening ---- */
 
-#if VOLPKG__MMAP
-volpkg_code volpkg_map(const char* path, volpkg_mapping* mapping, volpkg_error* error) {
+static volpkg_code volpkg__cannot_map(volpkg_error* error, const char* path, const char* problem) {
+    return volpkg__fail(error, VOLPKG_CANNOT_MAP, path, problem, NAN, NAN);
+}
+
+#if VOLPKG__MMAP == 1
+#ifdef O_NOFOLLOW
+#define VOLPKG__NO_LINKS O_NOFOLLOW
+#else
+#define VOLPKG__NO_LINKS 0
+#endif
+
+/* Map a file that may be empty; *is_folder if it is a folder. */
+static volpkg_code volpkg__map_any(const char* path, int flags, volpkg_mapping* mapping, int* is_folder,
+                                   volpkg_error* error) {
     struct stat status;
-    void* data;
-    int file = open(path, O_RDONLY);
-    if (file < 0) return volpkg__fail(error, VOLPKG_CANNOT_MAP, path, "cannot be opened", NAN, NAN);
-    if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode) || status.st_size <= 0 ||
+    void* data = NULL;
+    int file = open(path, O_RDONLY | flags);
+    mapping->data = NULL;
+    mapping->size = 0;
+    if (file < 0) return volpkg__cannot_map(error, path, "cannot be opened");
+    *is_folder = 0;
+    if (fstat(file, &status) != 0 || (!S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) ||
         (uint64_t)status.st_size > SIZE_MAX) {
         close(file);
-        return volpkg__fail(error, VOLPKG_CANNOT_MAP, path, "is not a regular file, is empty, or is too large", NAN,
-                            NAN);
+        return volpkg__cannot_map(error, path, "is not a regular file, or is too large");
     }
-    data = mmap(NULL, (size_t)status.st_size, PROT_READ, MAP_PRIVATE, file, 0);
+    *is_folder = S_ISDIR(status.st_mode);
+    if (!*is_folder && status.st_size > 0) data = mmap(NULL, (size_t)status.st_size, PROT_READ, MAP_PRIVATE, file, 0);
     close(file);
-    if (data == MAP_FAILED) return volpkg__fail(error, VOLPKG_CANNOT_MAP, path, "cannot be mapped", NAN, NAN);
+    if (data == MAP_FAILED) return volpkg__cannot_map(error, path, "cannot be mapped");
     mapping->data = data;
-    mapping->size = (size_t)status.st_size;
+    mapping->size = data ? (size_t)status.st_size : 0;
+    return VOLPKG_OK;
+}
+
+static void volpkg__unmap_any(const void* data, size_t size) { munmap((void*)data, size); }
+
+typedef DIR* volpkg__listing;
+
+static int volpkg__begin_list(const char* folder, volpkg__listing* listing) {
+    *listing = opendir(folder);
+    return *listing != NULL;
+}
+
+/* The next name in a folder; 0 after the last one. */
+static int volpkg__next_name(volpkg__listing* listing, char name[256]) {
+    const struct dirent* found = readdir(*listing);
+    if (found == NULL) return 0;
+    snprintf(name, 256, "%.255s", found->d_name);
+    return 1;
+}
+
+static void volpkg__end_list(volpkg__listing* listing) { closedir(*listing); }
+#elif VOLPKG__MMAP == 2
+#define VOLPKG__NO_LINKS 0
+
+static int volpkg__wide(const char* path, WCHAR wide[1024]) {
+    return MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, 1024) > 0;
+}
+
+static volpkg_code volpkg__map_any(const char* path, int flags, volpkg_mapping* mapping, int* is_folder,
+                                   volpkg_error* error) {
+    WCHAR wide[1024];
+    LARGE_INTEGER size;
+    HANDLE file, pages;
+    DWORD kind = volpkg__wide(path, wide) ? GetFileAttributesW(wide) : INVALID_FILE_ATTRIBUTES;
+    (void)flags;
+    mapping->data = NULL;
+    mapping->size = 0;
+    if (kind == INVALID_FILE_ATTRIBUTES) return volpkg__cannot_map(error, path, "cannot be opened");
+    if (kind & FILE_ATTRIBUTE_REPARSE_POINT) return volpkg__cannot_map(error, path, "is a link");
+    *is_folder = (kind & FILE_ATTRIBUTE_DIRECTORY) != 0;
+    if (*is_folder) return VOLPKG_OK;
+    file = CreateFileW(wide, GENERIC_READ, FILE_SHARE_READ, NULL, OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL, NULL);
+    if (file == INVALID_HANDLE_VALUE) return volpkg__cannot_map(error, path, "cannot be opened");
+    if (!GetFileSizeEx(file, &size) || (uint64_t)size.QuadPart > SIZE_MAX) {
+        CloseHandle(file);
+        return volpkg__cannot_map(error, path, "is too large");
+    }
+    if (size.QuadPart > 0) {
+        pages = CreateFileMappingW(file, NULL, PAGE_READONLY, 0, 0, NULL);
+        if (pages != NULL) {
+            mapping->data = MapViewOfFile(pages, FILE_MAP_READ, 0, 0, 0);
+            CloseHandle(pages); /* the view keeps it */
+        }
+        if (mapping->data == NULL) {
+            CloseHandle(file);
+            return volpkg__cannot_map(error, path, "cannot be mapped");
+        }
+    }
+    CloseHandle(file);
+    mapping->size = (size_t)size.QuadPart;
+    return VOLPKG_OK;
+}
+
+static void volpkg__unmap_any(const void* data, size_t size) {
+    (void)size;
+    UnmapViewOfFile(data);
+}
+
+typedef struct volpkg__listing {
+    HANDLE handle;
+    WIN32_FIND_DATAW found;
+    int is_first;
+} volpkg__listing;
+
+static int volpkg__begin_list(const char* folder, volpkg__listing* listing) {
+    WCHAR wide[1024];
+    char all[1024];
+    if (snprintf(all, sizeof all, "%s/*", folder) >= (int)sizeof all || !volpkg__wide(all, wide)) return 0;
+    listing->handle = FindFirstFileW(wide, &listing->found);
+    listing->is_first = 1;
+    return listing->handle != INVALID_HANDLE_VALUE;
+}
+
+static int volpkg__next_name(volpkg__listing* listing, char name[256]) {
+    if (!listing->is_first && !FindNextFileW(listing->handle, &listing->found)) return 0;
+    listing->is_first = 0;
+    return WideCharToMultiByte(CP_UTF8, 0, listing->found.cFileName, -1, name, 256, NULL, NULL) > 0;
+}
+
+static void volpkg__end_list(volpkg__listing* listing) { FindClose(listing->handle); }
+#endif
+
+#if VOLPKG__MMAP
+volpkg_code volpkg_map(const char* path, volpkg_mapping* mapping, volpkg_error* error) {
+    int is_folder = 0;
+    VOLPKG__TRY(volpkg__map_any(path, 0, mapping, &is_folder, error));
+    if (is_folder || mapping->size == 0)
+        return volpkg__cannot_map(error, path, is_folder ? "is a folder: use volpkg_map_folder" : "is empty");
     return VOLPKG_OK;
 }
 
 void volpkg_unmap(volpkg_mapping* mapping) {
-    if (mapping->data != NULL) munmap((void*)mapping->data, mapping->size);
+    if (mapping->data != NULL) volpkg__unmap_any(mapping->data, mapping->size);
     mapping->data = NULL;
     mapping->size = 0;
 }
+
+/* Room for the list of a folder: files from its beginning on, names from its end. */
+typedef struct volpkg__folder_room {
+    volpkg_named_file* files;
+    size_t count;
+    char* names; /* begin of the last name */
+} volpkg__folder_room;
+
+/* Add a file to the list. */
+static volpkg_code volpkg__add_file(volpkg__folder_room* room, const char* name, const volpkg_mapping* file,
+                                    volpkg_error* error) {
+    size_t bytes = strlen(name) + 1;
+    if ((size_t)(room->names - (char*)(room->files + room->count)) < bytes + sizeof *room->files)
+        return volpkg__fail(error, VOLPKG_SMALL_ARENA, name, "the room for the list of files is too small", NAN, NAN);
+    room->names -= bytes;
+    memcpy(room->names, name, bytes);
+    room->files[room->count].path = room->names;
+    room->files[room->count].data = file->data;
+    room->files[room->count].size = file->size;
+    ++room->count;
+    return VOLPKG_OK;
+}
+
+/* Map all files in a folder. The paths of the package begin after `inner` bytes of a file's path. */
+static volpkg_code volpkg__map_inside(const char* folder, size_t inner, int depth, volpkg__folder_room* room,
+                                      volpkg_error* error) {
+    volpkg__listing listing;
+    char name[256], path[1024];
+    volpkg_code code = VOLPKG_OK;
+    if (depth > 16 || !volpkg__begin_list(folder, &listing))
+        return volpkg__cannot_map(error, folder, "cannot be listed");
+    while (code == VOLPKG_OK && volpkg__next_name(&listing, name)) {
+        volpkg_mapping file;
+        int is_folder = 0;
+        if (strcmp(name, ".") == 0 || strcmp(name, "..") == 0) continue;
+        if (snprintf(path, sizeof path, "%s/%s", folder, name) >= (int)sizeof path)
+            code = volpkg__cannot_map(error, folder, "has a file whose path is too long");
+        else if ((code = volpkg__map_any(path, VOLPKG__NO_LINKS, &file, &is_folder, error)) == VOLPKG_OK) {
+            code = is_folder ? volpkg__map_inside(path, inner, depth + 1, room, error)
+                             : volpkg__add_file(room, path + inner, &file, error);
+            if (code != VOLPKG_OK && !is_folder) volpkg_unmap(&file);
+        }
+    }
+    volpkg__end_list(&listing);
+    return code;
+}
+
+volpkg_code volpkg_map_folder(const char* path, void* room, size_t room_bytes, volpkg_folder* folder,
+                              volpkg_error* error) {
+    size_t skipped = (size_t)(8 - (uintptr_t)room % 8) % 8;
+    volpkg__folder_room all;
+    volpkg_code code;
+    folder->files = NULL;
+    folder->count = 0;
+    if (room == NULL || room_bytes <= skipped)
+        return volpkg__fail(error, VOLPKG_SMALL_ARENA, path, "there is no room for the list of files", NAN, NAN);
+    all.files = (volpkg_named_file*)(void*)((char*)room + skipped);
+    all.count = 0;
+    all.names = (char*)room + room_bytes;
+    code = volpkg__map_inside(path, strlen(path) + 1, 0, &all, error);
+    folder->files = all.files;
+    folder->count = all.count;
+    if (code != VOLPKG_OK) volpkg_unmap_folder(folder);
+    return code;
+}
 #else
 volpkg_code volpkg_map(const char* path, volpkg_mapping* mapping, volpkg_error* error) {
-    (void)mapping;
-    return volpkg__fail(error, VOLPKG_CANNOT_MAP, path, "this system has no mmap: map the file yourself", NAN, NAN);
+    mapping->data = NULL;
+    mapping->size = 0;
+    return volpkg__cannot_map(error, path, "this system has no mmap: map the file yourself");
 }
 
 void volpkg_unmap(volpkg_mapping* mapping) { (void)mapping; }
+
+volpkg_code volpkg_map_folder(const char* path, void* room, size_t room_bytes, volpkg_folder* folder,
+                              volpkg_error* error) {
+    (void)room;
+    (void)room_bytes;
+    folder->files = NULL;
+    folder->count = 0;
+    return volpkg__cannot_map(error, path, "this system has no mmap: map the files yourself");
+}
 #endif
+
+void volpkg_unmap_folder(volpkg_folder* folder) {
+    size_t i;
+    for (i = 0; i < folder->count; ++i) {
+        volpkg_mapping file;
+        file.data = folder->files[i].data;
+        file.size = folder->files[i].size;
+        volpkg_unmap(&file);
+    }
+    folder->files = NULL;
+    folder->count = 0;
+}
+
+/* Take textures of roles that this version does not know out of the list. Their files need no other use. */
+static void volpkg__ignore_textures(volpkg_package* p) {
+    volpkg_texture* textures = (volpkg_texture*)p->textures.at;
+    int32_t i, kept = 0;
+    for (i = 0; i < p->textures.count; ++i) {
+        volpkg_file* file = (volpkg_file*)volpkg_find_file(p, textures[i].path);
+        if (textures[i].role != VOLPKG_ROLE_OTHER)
+            textures[kept++] = textures[i];
+        else if (file != NULL)
+            ++file->uses;
+    }
+    p->textures.count = kept;
+    if (kept == 0) p->textures.at = NULL;
+}
 
 static size_t volpkg__scratch(const volpkg__entry* manifest) { return (size_t)manifest->size / 32 + 8; }
 
-/* Count what meshes and grid may need: their JSON is told by how a file begins. */
+/* Count memory for the texels of a texture that is to be unpacked. */
+static void volpkg__count_texels(volpkg__reader* r, const volpkg__entry* entry) {
+    uint32_t levels, i;
+    if (entry->size < 80 || entry->data[1] != 'K' || volpkg__u32(entry->data + 44) != 2) return;
+    levels = volpkg__u32(entry->data + 40);
+    for (i = 0; i < levels && i < 31 && entry->size >= 80 + 24 * (uint64_t)(i + 1); ++i) {
+        uint64_t bytes = volpkg__u64(entry->data + 80 + 24 * (size_t)i + 16);
+        volpkg__take(r, bytes > SIZE_MAX ? SIZE_MAX : (size_t)bytes, 1);
+    }
+}
+
+/* Count memory for meshes and grid: the beginning of a file identifies their JSON. */
 static void volpkg__count_json(volpkg__reader* r, const volpkg__entry* entry) {
-    const unsigned char* data = r->data + entry->start;
+    const unsigned char* data = entry->data;
     uint64_t i = 0, bytes;
+    if (r->input->unpack != NULL) volpkg__count_texels(r, entry);
     if (entry->size >= 28 && volpkg__u32(data) == 0x46546C67u) {
         bytes = volpkg__u32(data + 12) < entry->size ? volpkg__u32(data + 12) : entry->size;
         if (bytes <= VOLPKG__MOST_MESH_JSON_BYTES) volpkg__take(r, (size_t)bytes * 4 + 1024, 1);
@@ -4685,23 +6229,33 @@ static void volpkg__count_json(volpkg__reader* r, const volpkg__entry* entry) {
         volpkg__take(r, (size_t)entry->size * 4 + 1024, 1);
 }
 
-size_t volpkg_arena_bytes(const void* data, size_t size, volpkg_error* error) {
+static void volpkg__begin(volpkg__reader* r, const volpkg_input* input, volpkg_error* error) {
+    memset(r, 0, sizeof *r);
+    r->data = (const unsigned char*)input->data;
+    r->size = input->size;
+    r->input = input;
+    r->error = error;
+}
+
+size_t volpkg_input_arena_bytes(const volpkg_input* input, volpkg_error* error) {
     volpkg__reader r;
     volpkg__directory directory;
     volpkg__entry entry, manifest;
     volpkg__json j;
     uint64_t at, i;
     int found = 0;
-    memset(&r, 0, sizeof r);
-    r.data = (const unsigned char*)data;
-    r.size = size;
-    r.error = error;
+    volpkg__begin(&r, input, error);
     memset(&manifest, 0, sizeof manifest);
-    if (volpkg__find_directory(&r, &directory)) return 0;
+    memset(&directory, 0, sizeof directory);
+    directory.count = input->file_count;
+    if (input->files == NULL && volpkg__find_directory(&r, &directory)) return 0;
     volpkg__take(&r, (size_t)directory.count, sizeof(volpkg__entry));
     at = directory.at;
     for (i = 0; i < directory.count; ++i) {
-        if (volpkg__read_entry(&r, &directory, &at, &entry)) return 0;
+        if (input->files != NULL)
+            volpkg__given_entry(&input->files[i], &entry);
+        else if (volpkg__read_entry(&r, &directory, &at, &entry))
+            return 0;
         if (volpkg__compare_name(&entry, "manifest.json", 13) != 0)
             volpkg__count_json(&r, &entry);
         else
@@ -4710,9 +6264,17 @@ size_t volpkg_arena_bytes(const void* data, size_t size, volpkg_error* error) {
     if (volpkg__begin_manifest(&j, &r, found ? &manifest : NULL)) return 0;
     volpkg__take(&r, 1, sizeof(volpkg_package));
     volpkg__take(&r, volpkg__scratch(&manifest), sizeof(volpkg__pair));
-    if (volpkg__read(&j, &volpkg__package_type, "manifest", NULL)) return 0;
+    if (volpkg__read(&j, &volpkg__manifest_record, "manifest", NULL)) return 0;
     /* 8 bytes for an arena that is not aligned */
     return r.used > SIZE_MAX - 8 ? SIZE_MAX : r.used + 8;
+}
+
+size_t volpkg_arena_bytes(const void* data, size_t size, volpkg_error* error) {
+    volpkg_input input;
+    memset(&input, 0, sizeof input);
+    input.data = data;
+    input.size = size;
+    return volpkg_input_arena_bytes(&input, error);
 }
 
 static volpkg_code volpkg__open(volpkg__reader* r, volpkg_package** made) {
@@ -4721,39 +6283,39 @@ static volpkg_code volpkg__open(volpkg__reader* r, volpkg_package** made) {
     volpkg__pair* room;
     volpkg__json j;
     int32_t i;
-    VOLPKG__TRY(volpkg__read_directory(r));
+    VOLPKG__TRY(r->input->files ? volpkg__read_files(r) : volpkg__read_directory(r));
     manifest = volpkg__find_entry(r, "manifest.json");
     VOLPKG__TRY(volpkg__begin_manifest(&j, r, manifest));
     p = (volpkg_package*)volpkg__take(r, 1, sizeof *p);
     room = (volpkg__pair*)volpkg__take(r, volpkg__scratch(manifest), sizeof *room);
     if (p == NULL || room == NULL) return volpkg__no_room(r);
-    VOLPKG__TRY(volpkg__read(&j, &volpkg__package_type, "manifest", p));
+    VOLPKG__TRY(volpkg__read(&j, &volpkg__manifest_record, "manifest", p));
     VOLPKG__TRY(volpkg__check_records(r, p));
-    if (p->state != 0)
+    if (p->state != VOLPKG_STATE_SEALED)
         return volpkg__fail(r->error, VOLPKG_DRAFT, "", "the package is a draft, still under construction", NAN, NAN);
     VOLPKG__TRY(volpkg__complete_rules(r, p));
     VOLPKG__TRY(volpkg__place_files(r, p));
     VOLPKG__TRY(volpkg__names(r, p, room, volpkg__scratch(manifest)));
+    volpkg__ignore_textures(p);
     VOLPKG__TRY(volpkg__use_files(r, p));
     for (i = 0; i < p->textures.count; ++i)
         VOLPKG__TRY(volpkg__place_texels(r, p, (volpkg_texture*)&p->textures.at[i]));
     VOLPKG__TRY(volpkg__channel_rules(r, p));
     VOLPKG__TRY(volpkg__part_rules(r, p));
     VOLPKG__TRY(volpkg__together_rules(r, p));
+    VOLPKG__TRY(volpkg__segments_rules(r, p, room, volpkg__scratch(manifest)));
     for (i = 0; i < p->channels.count; ++i) VOLPKG__TRY(volpkg__rules_of_channel(r, p, i));
     if (p->subvolumes) VOLPKG__TRY(volpkg__read_grid(r, p));
     *made = p;
     return VOLPKG_OK;
 }
 
-const volpkg_package* volpkg_open(const void* data, size_t size, void* arena, size_t arena_bytes, volpkg_error* error) {
+const volpkg_package* volpkg_open_input(const volpkg_input* input, void* arena, size_t arena_bytes,
+                                        volpkg_error* error) {
     volpkg__reader r;
     volpkg_package* made = NULL;
     size_t skipped = (size_t)(8 - (uintptr_t)arena % 8) % 8;
-    memset(&r, 0, sizeof r);
-    r.data = (const unsigned char*)data;
-    r.size = size;
-    r.error = error;
+    volpkg__begin(&r, input, error);
     if (arena == NULL || arena_bytes <= skipped) {
         volpkg__no_room(&r);
         return NULL;
@@ -4763,9 +6325,17 @@ const volpkg_package* volpkg_open(const void* data, size_t size, void* arena, si
     return volpkg__open(&r, &made) ? NULL : made;
 }
 
+const volpkg_package* volpkg_open(const void* data, size_t size, void* arena, size_t arena_bytes, volpkg_error* error) {
+    volpkg_input input;
+    memset(&input, 0, sizeof input);
+    input.data = data;
+    input.size = size;
+    return volpkg_open_input(&input, arena, arena_bytes, error);
+}
+
 volpkg_code volpkg_check_file(const volpkg_file* file, volpkg_error* error) {
     unsigned char digest[32];
-    if (volpkg_crc32(file->data, (size_t)file->size_bytes) != file->crc32)
+    if (file->has_crc32 && volpkg_crc32(file->data, (size_t)file->size_bytes) != file->crc32)
         return volpkg__fail(error, VOLPKG_CRC, file->path, "its CRC-32 is not the one in the zip", NAN, NAN);
     volpkg__sha256(file->data, (size_t)file->size_bytes, digest);
     if (memcmp(digest, file->sha256, sizeof digest) != 0)
@@ -4857,13 +6427,13 @@ static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_p
         const volpkg_sampler* sampler = &program->samplers.at[i];
         const volpkg_texture* found;
         if (i == 0 && sampler->transfer[0]) first = sampler->transfer;
-        if (sampler->role == VOLPKG_SUBVOLUME) continue;
+        if (sampler->role == VOLPKG_ROLE_SUBVOLUME) continue;
         found = volpkg__texture_for(p, program, sampler, level);
         if (found == NULL)
             return volpkg__cannot_draw(error, sampler->name, "its texture is missing for a level, which", level);
         drawing->textures[i] = *found;
     }
-    owner = volpkg__owner(p, first);
+    owner = p->segments && volpkg__is(p->segments->name, first) ? 0 : volpkg__owner(p, first);
     if (owner < 0) return volpkg__cannot_draw(error, first, "it is no transfer function; the level", level);
     drawing->channel = &p->channels.at[owner];
     for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i)
@@ -4873,41 +6443,59 @@ static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_p
     return VOLPKG_OK;
 }
 
-/* The finest level of the programs of a transfer function, or -1. */
-static int32_t volpkg__finest(const volpkg_program* programs, int32_t count, const char* transfer) {
-    int32_t finest = -1, i, k;
-    for (i = 0; i < count; ++i)
-        for (k = 0; k < programs[i].levels.count && volpkg__is(programs[i].transfer, transfer); ++k)
-            if (finest < 0 || programs[i].levels.at[k] < finest) finest = programs[i].levels.at[k];
-    return finest;
-}
-
 static const char* volpkg__default_transfer(const volpkg_package* p, const char* transfer) {
     if (transfer != NULL) return transfer;
     return p->programs.count ? p->programs.at[0].transfer : "";
 }
 
+/* Append a word to a list in a message; "..." if it is full. */
+static void volpkg__listed(char* list, size_t room, const char* word) {
+    size_t used = strlen(list);
+    if (used + strlen(word) + 8 < room)
+        snprintf(list + used, room - used, "%s%s", used ? ", " : "", word);
+    else if (used + 4 < room && strcmp(list + used - 3, "...") != 0)
+        memcpy(list + used, "...", 4);
+}
+
+/* Say what the programs draw, because none of them draws this. */
+static volpkg_code volpkg__not_drawn(const volpkg_program* programs, int32_t count, const char* transfer, int32_t level,
+                                     volpkg_error* error) {
+    char levels[100] = "", names[140] = "", number[16], problem[300];
+    int32_t i, k;
+    for (i = 0; i < count; ++i) {
+        int known = 0;
+        for (k = 0; k < i; ++k) known |= volpkg__is(programs[k].transfer, programs[i].transfer);
+        if (!known) volpkg__listed(names, sizeof names, programs[i].transfer);
+        for (k = 0; k < programs[i].levels.count && volpkg__is(programs[i].transfer, transfer); ++k) {
+            snprintf(number, sizeof number, "%d", (int)programs[i].levels.at[k]);
+            volpkg__listed(levels, sizeof levels, number);
+        }
+    }
+    if (levels[0])
+        snprintf(problem, sizeof problem, "no program draws its level %d; there are programs for its levels %s",
+                 (int)level, levels);
+    else
+        snprintf(problem, sizeof problem, "no program draws it; there are programs for %s",
+                 names[0] ? names : "nothing");
+    return volpkg__fail(error, VOLPKG_CANNOT_DRAW, transfer, problem, NAN, NAN);
+}
+
 static volpkg_code volpkg__choose(const volpkg_package* p, const volpkg_program* programs, int32_t count,
                                   const char* transfer, int32_t level, volpkg_drawing* drawing, volpkg_error* error) {
     int32_t i;
-    if (p->profile.api == VOLPKG_ES1_1)
+    if (p->profile.api == VOLPKG_API_ES1_1)
         return volpkg__cannot_draw(error, p->profile.name,
                                    "the package holds slices for OpenGL ES 1.1 and no program; the level", level);
     transfer = volpkg__default_transfer(p, transfer);
     if (level < 0) level = volpkg__finest(programs, count, transfer);
     for (i = 0; i < count; ++i)
         if (volpkg__is(programs[i].transfer, transfer) && volpkg__has_level(&programs[i], level)) break;
-    if (i == count)
-        return volpkg__cannot_draw(error, transfer, "no program draws this transfer function with the level, which",
-                                   level);
-    if (programs[i].blend != NULL || programs[i].before.count > 0)
-        return volpkg__cannot_draw(error, programs[i].name,
-                                   "its picture is made of several draws, as SPEC.md section 9 says; the level", level);
+    if (i == count) return volpkg__not_drawn(programs, count, transfer, level, error);
     VOLPKG__TRY(volpkg__begin_drawing(p, &programs[i], level, drawing, error));
     drawing->level = volpkg__level_of(drawing->channel, level);
     if (drawing->level == NULL) return volpkg__cannot_draw(error, transfer, "its channel has no such level: it", level);
     for (i = 0; i < drawing->units; ++i)
-        if (drawing->program->samplers.at[i].role == VOLPKG_SUBVOLUME)
+        if (drawing->program->samplers.at[i].role == VOLPKG_ROLE_SUBVOLUME)
             return volpkg__cannot_draw(error, drawing->program->name, "it draws pieces of the grid, not a level, which",
                                        level);
     return volpkg__within_profile(drawing, error);
@@ -4925,6 +6513,10 @@ volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transf
     transfer = volpkg__default_transfer(package, transfer);
     if (proxy == NULL) return volpkg__cannot_draw(error, transfer, "the package has no meshes; the level", level);
     VOLPKG__TRY(volpkg__choose(package, proxy->programs.at, proxy->programs.count, transfer, level, drawing, error));
+    if (drawing->program->blend != NULL || volpkg__passes_of(drawing->program) > 0)
+        return volpkg__fail(error, VOLPKG_CANNOT_DRAW, drawing->program->name,
+                            "its rays begin at a mesh, and its picture takes several draws: draw it from the box", NAN,
+                            NAN);
     for (i = 0; i < proxy->meshes.count; ++i)
         if (proxy->meshes.at[i].level == drawing->level->index && volpkg__is(proxy->meshes.at[i].transfer, transfer))
             drawing->mesh = &proxy->meshes.at[i];
@@ -4936,7 +6528,7 @@ volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transf
     return VOLPKG_OK;
 }
 
-/* The nearest half float to a number from 0 to 1; a tie goes to the even one. */
+/* The nearest half float to a number from 0 to 65504; a tie goes to the even one. */
 static uint16_t volpkg__to_half(double value) {
     int exponent;
     double part, whole;
@@ -4991,7 +6583,7 @@ volpkg_code volpkg_choose_point(const volpkg_package* package, const char* trans
         volpkg_texture* texture = &drawing->textures[i];
         const volpkg_piece* piece = NULL;
         int there = 1;
-        if (sampler->role != VOLPKG_SUBVOLUME) continue;
+        if (sampler->role != VOLPKG_ROLE_SUBVOLUME) continue;
         if (sampler->part > 7)
             return volpkg__cannot_draw(error, sampler->name, "there is no such part of a point: it", sampler->part);
         for (axis = 2, number = 0; axis >= 0; --axis) { /* z, y, x */
@@ -5001,7 +6593,7 @@ volpkg_code volpkg_choose_point(const volpkg_package* package, const char* trans
         }
         if (there) piece = &grid->subvolumes.at[number];
         texture->name = "piece";
-        texture->role = VOLPKG_SUBVOLUME;
+        texture->role = VOLPKG_ROLE_SUBVOLUME;
         texture->gl = grid->gl;
         texture->filter = grid->filter;
         texture->part = sampler->part;
@@ -5050,6 +6642,62 @@ double volpkg_step_mm(const volpkg_drawing* drawing) {
     for (i = 0; i < render->level_steps.count && drawing->level; ++i)
         if (render->level_steps.at[i].level == drawing->level->index) step = render->level_steps.at[i].step_mm;
     return step < drawing->program->step_mm_min ? drawing->program->step_mm_min : step;
+}
+
+/* ---- segments ---- */
+
+void volpkg_looks(const volpkg_package* package, volpkg_look* looks) {
+    int32_t i, count = package->segments ? package->segments->segments.count : 0;
+    for (i = 0; i < count; ++i) {
+        const volpkg_segment* segment = &package->segments->segments.at[i];
+        looks[i].visible = segment->visible;
+        memcpy(looks[i].tint, segment->tint, sizeof looks[i].tint);
+        looks[i].opacity = segment->opacity;
+    }
+}
+
+int32_t volpkg_find_segment(const volpkg_package* package, const char* name) {
+    int32_t i, count = package->segments ? package->segments->segments.count : 0;
+    for (i = 0; i < count; ++i)
+        if (volpkg__is(package->segments->segments.at[i].name, name)) return i;
+    return -1;
+}
+
+static int volpkg__is_share(double value) { return value >= 0 && value <= 1; }
+
+/* Tint and opacity of a label: the mean tint and the largest opacity of its visible segments. */
+static void volpkg__look_of_label(const volpkg_package* p, const volpkg_segment_label* label, const volpkg_look* looks,
+                                  double look[4]) {
+    int32_t i, k, shown = 0;
+    double sum[3] = {0, 0, 0};
+    look[3] = label->segments.count ? 0 : p->segments->outside;
+    for (i = 0; i < label->segments.count; ++i) {
+        const volpkg_look* each = &looks[volpkg_find_segment(p, label->segments.at[i])];
+        if (!each->visible) continue;
+        ++shown;
+        for (k = 0; k < 3; ++k) sum[k] += each->tint[k];
+        if (each->opacity > look[3]) look[3] = each->opacity;
+    }
+    for (k = 0; k < 3; ++k) look[k] = shown ? sqrt(sum[k] / shown) : 1;
+}
+
+volpkg_code volpkg_look_texels(const volpkg_package* package, const volpkg_look* looks, const volpkg_texture* table,
+                               unsigned char* texels, size_t bytes) {
+    const volpkg_segments* segments = package->segments;
+    int32_t i, k;
+    if (segments == NULL || table->role != VOLPKG_ROLE_LOOKS || (size_t)table->texel_bytes != bytes)
+        return VOLPKG_BAD_ARGUMENT;
+    for (i = 0; i < segments->segments.count; ++i)
+        if (!volpkg__is_share(looks[i].opacity) || !volpkg__is_share(looks[i].tint[0]) ||
+            !volpkg__is_share(looks[i].tint[1]) || !volpkg__is_share(looks[i].tint[2]))
+            return VOLPKG_BAD_ARGUMENT;
+    memset(texels, 0, bytes);
+    for (i = 0; i < segments->labels.count; ++i) {
+        double look[4];
+        volpkg__look_of_label(package, &segments->labels.at[i], looks, look);
+        for (k = 0; k < 4; ++k) texels[4 * (size_t)i + (size_t)k] = (unsigned char)(255 * look[k] + 0.5);
+    }
+    return VOLPKG_OK;
 }
 
 /* ---- matrices and cameras; m[4 * column + row] ---- */
@@ -5141,7 +6789,7 @@ volpkg_code volpkg_view(const volpkg_package* package, const char* view, double 
     const volpkg__view_direction* each;
     double forward[3], right[3], up[3], eye_from_world[16], clip_from_eye[16], centre[3], diagonal = 0, focus, near_mm,
                                                                                           far_mm, slope;
-    int i, k, perspective = package->render->perspective;
+    int i, k, perspective = package->render->projection == VOLPKG_PROJECTION_PERSPECTIVE;
     for (each = volpkg__views; each->name != NULL && !volpkg__is(each->name, view); ++each) {
     }
     if (each->name == NULL || !(aspect > 0)) return VOLPKG_BAD_ARGUMENT;
@@ -5225,48 +6873,998 @@ static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) 
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,
                        const double box_from_clip[16], double step_mm, float value[16]) {
     double found[16];
-    int32_t i, count = uniform->type == VOLPKG_FLOAT ? 1 : uniform->type == VOLPKG_VEC3 ? 3 : 16;
+    int32_t i, count = uniform->type == VOLPKG_UNIFORM_TYPE_FLOAT  ? 1
+                       : uniform->type == VOLPKG_UNIFORM_TYPE_VEC3 ? 3
+                                                                   : 16;
     for (i = 0; i < 16; ++i) found[i] = 0;
     switch (uniform->source) {
-        case VOLPKG_BOX_FROM_CLIP:
+        case VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP:
             memcpy(found, box_from_clip, sizeof found);
             break;
-        case VOLPKG_CLIP_FROM_BOX:
+        case VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX:
             if (!volpkg__clip_from_box(box_from_clip, found)) return 0;
             break;
-        case VOLPKG_STEP_MM:
+        case VOLPKG_UNIFORM_SOURCE_STEP_MM:
             found[0] = step_mm;
             break;
-        case VOLPKG_TEXTURE_FROM_BOX:
+        case VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX:
             if (drawing->level) memcpy(found, drawing->level->texture_from_box_per_mm_xyz, 3 * sizeof found[0]);
             break;
-        case VOLPKG_MIPMAP:
+        case VOLPKG_UNIFORM_SOURCE_MIPMAP:
             for (i = 0; i < drawing->units; ++i)
                 if (drawing->textures[i].mipmap > 0) found[0] = drawing->textures[i].mipmap;
             break;
-        case VOLPKG_BLOCKS_FROM_BOX:
+        case VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX:
             if (drawing->skip) memcpy(found, drawing->skip->blocks_from_box_per_mm_xyz, 3 * sizeof found[0]);
             break;
-        case VOLPKG_LIGHT_MM:
+        case VOLPKG_UNIFORM_SOURCE_LIGHT_MM:
             volpkg__light_mm(drawing, found);
             break;
-        case VOLPKG_BOX_FROM_SLICES:
-        case VOLPKG_SLICE_COUNT:
-        case VOLPKG_FIRST_SAMPLE:
-        case VOLPKG_BOX_FROM_LIGHT:
-        case VOLPKG_LIGHT_FROM_BOX:
-        case VOLPKG_PICTURE_WIDTH:
-        case VOLPKG_PICTURE_HEIGHT:
+        case VOLPKG_UNIFORM_SOURCE_BOX_FROM_SLICES:
+        case VOLPKG_UNIFORM_SOURCE_SLICES:
+        case VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE:
+        case VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT:
+        case VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX:
+        case VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH:
+        case VOLPKG_UNIFORM_SOURCE_PICTURE_HEIGHT:
             return 0;
-        case VOLPKG_BOX_FROM_MESH:
+        case VOLPKG_UNIFORM_SOURCE_BOX_FROM_MESH:
             if (drawing->mesh) memcpy(found, drawing->mesh->box_from_mesh_mm_xyz, 3 * sizeof found[0]);
             break;
         default:
-            memcpy(found, drawing->block[(int)uniform->source - (int)VOLPKG_BLOCK_LOW_MM], 3 * sizeof found[0]);
+            memcpy(found, drawing->block[(int)uniform->source - (int)VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM],
+                   3 * sizeof found[0]);
             break;
     }
     for (i = 0; i < count; ++i) value[i] = (float)found[i];
     return count;
+}
+
+/* ---- pictures of several draws ---- */
+
+#define VOLPKG__MOST_DRAWS 1048576
+#define VOLPKG__RIM 6.0 /* extra layers on each side of the volume, as in its vertex shader */
+#define VOLPKG__FAR 1e6 /* distance of the eye for parallel rays, in half depths of a stack */
+
+static double volpkg__dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static double volpkg__length(const double a[3]) { return sqrt(volpkg__dot(a, a)); }
+
+/* m times (x, y, z, w) */
+static void volpkg__apply(const double m[16], double x, double y, double z, double w, double to[4]) {
+    int i;
+    for (i = 0; i < 4; ++i) to[i] = m[i] * x + m[4 + i] * y + m[8 + i] * z + m[12 + i] * w;
+}
+
+static void volpkg__place(const double m[16], double x, double y, double z, double to[3]) {
+    double at[4];
+    int i;
+    volpkg__apply(m, x, y, z, 1, at);
+    for (i = 0; i < 3; ++i) to[i] = at[i] / at[3];
+}
+
+static void volpkg__extent(const volpkg_drawing* drawing, double extent[3]) {
+    int i;
+    for (i = 0; i < 3; ++i) extent[i] = drawing->package->grid->extent_mm_zyx[2 - i];
+}
+
+/* Unit vectors in box space: to the right of the picture, and at a right angle to it, away from the viewer. */
+static void volpkg__view_axes(const double box_from_clip[16], double across[3], double view[3]) {
+    double near_[3], right[3], above[3], far_[3], up[3], sign;
+    int i;
+    volpkg__place(box_from_clip, 0, 0, -1, near_);
+    volpkg__place(box_from_clip, 1, 0, -1, right);
+    volpkg__place(box_from_clip, 0, 1, -1, above);
+    volpkg__place(box_from_clip, 0, 0, 1, far_);
+    for (i = 0; i < 3; ++i) across[i] = right[i] - near_[i], up[i] = above[i] - near_[i], far_[i] -= near_[i];
+    volpkg__unit(across);
+    volpkg__unit(up);
+    volpkg__cross(across, up, view);
+    volpkg__unit(view);
+    sign = volpkg__dot(view, far_) < 0 ? -1 : 1;
+    for (i = 0; i < 3; ++i) view[i] *= sign;
+}
+
+/* A unit vector at a right angle to another one. */
+static void volpkg__aside(const double v[3], double to[3]) {
+    double axis[3] = {0, 0, 0};
+    int i, least = 0;
+    for (i = 1; i < 3; ++i)
+        if (fabs(v[i]) < fabs(v[least])) least = i;
+    axis[least] = 1;
+    volpkg__cross(v, axis, to);
+    volpkg__unit(to);
+}
+
+static void volpkg__stack_matrix(double axes[3][3], const double extent[3], double matrix[16]) {
+    int i, k;
+    for (i = 0; i < 3; ++i) {
+        for (k = 0; k < 3; ++k) matrix[4 * i + k] = axes[i][k];
+        matrix[4 * i + 3] = 0;
+        matrix[12 + i] = extent[i] / 2;
+    }
+    matrix[15] = 1;
+}
+
+static double volpkg__count_of(double depth, double step) { return ceil(depth / step - 1e-9); }
+
+/* The stack of slices across the view or along an axis: SPEC.md section 9.1. Returns the number of layers. */
+static double volpkg__slice_stack(volpkg_frame* frame, const double extent[3]) {
+    double across[3], view[3], axes[3][3], depth;
+    int i, k, facing = 0;
+    volpkg__view_axes(frame->box_from_clip, across, view);
+    if (frame->drawing->program->geometry == VOLPKG_GEOMETRY_VIEW_SLICES) {
+        memcpy(axes[0], across, sizeof across);
+        volpkg__cross(view, across, axes[1]);
+        memcpy(axes[2], view, sizeof view);
+        for (i = 0; i < 3; ++i)
+            for (k = 0; k < 3; ++k) axes[i][k] *= volpkg__length(extent) / 2;
+    } else {
+        for (i = 1; i < 3; ++i)
+            if (fabs(view[i]) > fabs(view[facing])) facing = i;
+        for (i = 0; i < 3; ++i)
+            for (k = 0; k < 3; ++k) axes[i][k] = k == (facing + 1 + i) % 3 ? extent[k] / 2 : 0;
+        if (view[facing] < 0) axes[2][facing] = -axes[2][facing];
+    }
+    volpkg__stack_matrix(axes, extent, frame->box_from_slices);
+    depth = 2 * volpkg__length(axes[2]);
+    return volpkg__count_of(depth, frame->step_mm * fabs(volpkg__dot(view, axes[2])) * 2 / depth);
+}
+
+/* The stack of half-angle slices: SPEC.md section 9.4. Returns the number of layers. */
+static double volpkg__half_angle_stack(volpkg_frame* frame, const double extent[3], const double light[3]) {
+    double across[3], view[3], to_light[3], axes[3][3], half = volpkg__length(extent) / 2;
+    int i, k;
+    volpkg__view_axes(frame->box_from_clip, across, view);
+    for (i = 0; i < 3; ++i) to_light[i] = light[i] - extent[i] / 2;
+    volpkg__unit(to_light);
+    frame->light_behind = volpkg__dot(to_light, view) > 0;
+    for (i = 0; i < 3; ++i) across[i] = -(to_light[i] + (frame->light_behind ? view[i] : -view[i]));
+    volpkg__unit(across);
+    volpkg__aside(across, axes[0]);
+    volpkg__cross(across, axes[0], axes[1]);
+    memcpy(axes[2], across, sizeof across);
+    for (i = 0; i < 3; ++i)
+        for (k = 0; k < 3; ++k) axes[i][k] *= half;
+    volpkg__stack_matrix(axes, extent, frame->box_from_slices);
+    return volpkg__count_of(2 * half, frame->step_mm * fabs(volpkg__dot(view, across)));
+}
+
+/* The view from a light that just holds the volume: SPEC.md section 12. 0 if the light is in the volume. */
+static int volpkg__light_view(const double light[3], const double extent[3], double light_from_box[16]) {
+    double rows[3][3], nearest[3], distance, low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    double near_mm, far_mm = 0, seen[16], moved[16];
+    int i, k, corner;
+    for (i = 0; i < 3; ++i) nearest[i] = (light[i] < 0 ? 0 : light[i] > extent[i] ? extent[i] : light[i]) - light[i];
+    distance = volpkg__length(nearest);
+    if (!(distance > 1e-6 * volpkg__length(extent))) return 0;
+    for (i = 0; i < 3; ++i) rows[2][i] = nearest[i] / distance;
+    volpkg__aside(rows[2], rows[0]);
+    volpkg__cross(rows[0], rows[2], rows[1]);
+    for (corner = 0; corner < 8; ++corner) {
+        double at[3], across[3];
+        for (i = 0; i < 3; ++i) at[i] = (corner >> i & 1 ? extent[i] : 0) - light[i];
+        for (i = 0; i < 3; ++i) across[i] = volpkg__dot(rows[i], at);
+        for (i = 0; i < 2; ++i) {
+            double place = across[i] / across[2];
+            if (place < low[i]) low[i] = place;
+            if (place > high[i]) high[i] = place;
+        }
+        if (across[2] > far_mm) far_mm = across[2];
+    }
+    near_mm = distance / 1.01; /* a little wider than the volume, so that its border is in the view */
+    far_mm *= 1.01;
+    for (i = 0; i < 16; ++i) seen[i] = moved[i] = 0;
+    for (i = 0; i < 2; ++i) {
+        double half = (high[i] - low[i]) / 2 * 1.01;
+        seen[5 * i] = 1 / half;
+        seen[8 + i] = -((high[i] + low[i]) / 2) / half;
+    }
+    seen[10] = (far_mm + near_mm) / (far_mm - near_mm);
+    seen[14] = -2 * far_mm * near_mm / (far_mm - near_mm);
+    seen[11] = 1;
+    for (i = 0; i < 3; ++i) {
+        for (k = 0; k < 3; ++k) moved[4 * k + i] = rows[i][k];
+        moved[12 + i] = -volpkg__dot(rows[i], light);
+    }
+    moved[15] = 1;
+    volpkg__multiply(seen, moved, light_from_box);
+    return 1;
+}
+
+volpkg_code volpkg_begin_frame(const volpkg_drawing* drawing, const double box_from_clip[16], double step_mm,
+                               int32_t width, int32_t height, volpkg_frame* frame, volpkg_error* error) {
+    const volpkg_program* program = drawing->program;
+    double extent[3], light[3] = {0, 0, 0}, draws = 1;
+    memset(frame, 0, sizeof *frame);
+    frame->drawing = drawing;
+    frame->step_mm = step_mm;
+    frame->width = width;
+    frame->height = height;
+    memcpy(frame->box_from_clip, box_from_clip, sizeof frame->box_from_clip);
+    if (width < 1 || height < 1 || !volpkg__clip_from_box(box_from_clip, frame->clip_from_box))
+        return volpkg__fail(error, VOLPKG_BAD_ARGUMENT, program->name,
+                            "the camera's matrix has no inverse, or the picture no pixels", NAN, NAN);
+    if (!(step_mm > 0) || step_mm > VOLPKG__HUGE)
+        return volpkg__fail(error, VOLPKG_STEP, program->name, "the step in millimetres is not positive", NAN, NAN);
+    volpkg__extent(drawing, extent);
+    if (program->light != NULL && program->light->shadows >= VOLPKG_SHADOWS_MAP) {
+        volpkg__light_mm(drawing, light);
+        if (!volpkg__light_view(light, extent, frame->light_from_box) ||
+            !volpkg__invert(frame->light_from_box, frame->box_from_light))
+            return volpkg__fail(error, VOLPKG_CANNOT_DRAW, program->name,
+                                "the light is in the volume, and shadows need a view from outside", NAN, NAN);
+    }
+    if (program->geometry == VOLPKG_GEOMETRY_HALF_ANGLE_SLICES)
+        draws = volpkg__half_angle_stack(frame, extent, light);
+    else if (program->geometry >= VOLPKG_GEOMETRY_AXIS_SLICES)
+        draws = volpkg__slice_stack(frame, extent);
+    else if (program->slab_samples > 0)
+        draws = ceil(ceil(volpkg__length(extent) / step_mm) / program->slab_samples);
+    if (!(draws <= VOLPKG__MOST_DRAWS))
+        return volpkg__fail(error, VOLPKG_STEP, program->name, "the step is too small: its number of draws", draws,
+                            VOLPKG__MOST_DRAWS);
+    frame->draws = draws < 1 ? 1 : (int32_t)draws;
+    frame->layers = program->geometry >= VOLPKG_GEOMETRY_AXIS_SLICES ? frame->draws : 0;
+    if (program->geometry == VOLPKG_GEOMETRY_AXIS_SLICES || program->geometry == VOLPKG_GEOMETRY_VIEW_SLICES)
+        frame->draws = 1; /* all layers in one */
+    return VOLPKG_OK;
+}
+
+int32_t volpkg_frame_uniform(const volpkg_frame* frame, const volpkg_uniform_record* uniform, int32_t draw,
+                             float value[16]) {
+    const double* matrix = NULL;
+    int32_t i;
+    switch (uniform->source) {
+        case VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX:
+            matrix = frame->clip_from_box;
+            break;
+        case VOLPKG_UNIFORM_SOURCE_BOX_FROM_SLICES:
+            matrix = frame->box_from_slices;
+            break;
+        case VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT:
+            matrix = frame->box_from_light;
+            break;
+        case VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX:
+            matrix = frame->light_from_box;
+            break;
+        case VOLPKG_UNIFORM_SOURCE_SLICES:
+            value[0] = (float)frame->layers;
+            return 1;
+        case VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE:
+            value[0] = (float)draw * (float)frame->drawing->program->slab_samples;
+            return 1;
+        case VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH:
+            value[0] = (float)frame->width;
+            return 1;
+        case VOLPKG_UNIFORM_SOURCE_PICTURE_HEIGHT:
+            value[0] = (float)frame->height;
+            return 1;
+        default:
+            return volpkg_uniform(frame->drawing, uniform, frame->box_from_clip, frame->step_mm, value);
+    }
+    for (i = 0; i < 16; ++i) value[i] = (float)matrix[i];
+    return 16;
+}
+
+const char* volpkg_corner_name(volpkg_geometry geometry) {
+    return geometry == VOLPKG_GEOMETRY_TRIANGLE     ? "a_ndc"
+           : geometry < VOLPKG_GEOMETRY_AXIS_SLICES ? "a_corner"
+                                                    : "a_slice";
+}
+
+int32_t volpkg_corner_size(volpkg_geometry geometry) {
+    return geometry == VOLPKG_GEOMETRY_TRIANGLE ? 2 : geometry < VOLPKG_GEOMETRY_AXIS_SLICES ? 3 : 4;
+}
+
+typedef struct volpkg__corners {
+    float* to;
+    int32_t most, count, size;
+} volpkg__corners;
+
+/* Two triangles of a square: `place` is given its two numbers at `first` and `second`. */
+static void volpkg__add_square(volpkg__corners* c, const float fixed[4], int first, int second, float low) {
+    static const int square[6][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}};
+    int i, k;
+    for (i = 0; i < 6; ++i, ++c->count) {
+        float place[4];
+        memcpy(place, fixed, sizeof place);
+        place[first] = square[i][0] ? 1.0f : low;
+        place[second] = square[i][1] ? 1.0f : second == 3 ? 0.0f : low;
+        for (k = 0; k < c->size && c->count < c->most; ++k)
+            c->to[(size_t)c->count * (size_t)c->size + (size_t)k] = place[k];
+    }
+}
+
+/* Faces of the box that face the viewer, or the others. A face seen from its edge is left out. */
+static void volpkg__add_faces(volpkg__corners* c, const double m[16], const double extent[3], int front) {
+    double eye[4], ends[2][3], largest = 0, size;
+    int i, axis, side;
+    volpkg__apply(m, 0, 0, -1, 0, eye);
+    for (i = 0; i < 3; ++i) largest = extent[i] > largest ? extent[i] : largest;
+    if (eye[3] != 0 && fabs(eye[3]) * largest > 1e-9 * volpkg__length(eye)) {
+        for (i = 0; i < 4; ++i) eye[i] /= i < 3 ? eye[3] : 1;
+        eye[3] = 1;
+    } else {
+        volpkg__place(m, 0, 0, -1, ends[0]);
+        volpkg__place(m, 0, 0, 1, ends[1]);
+        for (i = 0; i < 3; ++i) eye[i] = ends[0][i] - ends[1][i];
+        eye[3] = 0;
+    }
+    size = volpkg__length(eye);
+    for (axis = 0; axis < 3; ++axis)
+        for (side = 0; side < 2; ++side) {
+            double outside = (eye[axis] - side * extent[axis] * eye[3]) * (side ? 1 : -1);
+            float fixed[4] = {0, 0, 0, 0};
+            if (fabs(outside) <= 1e-6 * size || (outside > 0) != (front != 0)) continue;
+            fixed[axis] = (float)side;
+            volpkg__add_square(c, fixed, axis == 0, axis == 2 ? 1 : 2, 0.0f);
+        }
+}
+
+/* The corners of one layer: faces through which rays leave it. */
+static void volpkg__add_layer(volpkg__corners* c, const volpkg_frame* frame, const double eye[3], int32_t n,
+                              int along_axis) {
+    const double* m = frame->box_from_slices;
+    int axis, side;
+    for (side = 0; side < 2; ++side) {
+        double sign = 2 * side - 1, at = (2.0 * n + 2 * side) / frame->layers - 1;
+        float fixed[4] = {0, 0, 0, 0};
+        fixed[2] = (float)n;
+        fixed[3] = (float)side;
+        if (at * sign > eye[2] * sign) volpkg__add_square(c, fixed, 0, 1, -1.0f);
+    }
+    for (axis = 0; axis < 2 && along_axis; ++axis)
+        for (side = 0; side < 2; ++side) {
+            double rim = 2 * VOLPKG__RIM / frame->layers * volpkg__length(m + 8);
+            float fixed[4] = {0, 0, 0, 0};
+            if (!(1 + rim / volpkg__length(m + 4 * axis) > eye[axis] * (2 * side - 1))) continue;
+            fixed[axis] = (float)(2 * side - 1);
+            fixed[2] = (float)n;
+            volpkg__add_square(c, fixed, 1 - axis, 3, -1.0f);
+        }
+}
+
+/* Layers in order of their distance from the eye along the stack, or only one of them. */
+static void volpkg__add_layers(volpkg__corners* c, const volpkg_frame* frame, const double box_from_view[16],
+                               int32_t only, int along_axis, int back_to_front) {
+    double slices_from_box[16], at[4], eye[4], length;
+    int32_t low = 0, high = frame->layers - 1, nearest, i;
+    if (!volpkg__invert(frame->box_from_slices, slices_from_box)) return;
+    volpkg__apply(box_from_view, 0, 0, -1, 0, at);
+    volpkg__apply(slices_from_box, at[0], at[1], at[2], at[3], eye);
+    length = volpkg__length(eye);
+    /* With parallel rays w is 0, and the rest is a direction: the eye is taken to be far away. */
+    for (i = 0; i < 3; ++i)
+        at[i] = fabs(eye[3]) * VOLPKG__FAR <= length ? eye[i] * (VOLPKG__FAR / length) : eye[i] / eye[3];
+    memcpy(eye, at, sizeof at);
+    if (only >= 0) {
+        volpkg__add_layer(c, frame, eye, only, along_axis);
+        return;
+    }
+#define VOLPKG__AWAY(n) fabs((2.0 * (n) + 1) / frame->layers - 1 - eye[2])
+    if (back_to_front) {
+        while (low <= high) {
+            nearest = VOLPKG__AWAY(high) >= VOLPKG__AWAY(low) ? high-- : low++;
+            volpkg__add_layer(c, frame, eye, nearest, along_axis);
+        }
+        return;
+    }
+    for (nearest = 0, i = 1; i < frame->layers; ++i)
+        if (VOLPKG__AWAY(i) < VOLPKG__AWAY(nearest)) nearest = i;
+    low = nearest;
+    high = nearest + 1;
+    while (low >= 0 || high < frame->layers) {
+        int take_low = high >= frame->layers || (low >= 0 && VOLPKG__AWAY(low) <= VOLPKG__AWAY(high));
+        volpkg__add_layer(c, frame, eye, take_low ? low-- : high++, along_axis);
+    }
+#undef VOLPKG__AWAY
+}
+
+int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int32_t draw, int for_light, float* corners,
+                       int32_t most) {
+    static const float triangle[6] = {-1, -1, 3, -1, -1, 3};
+    const volpkg_program* program = frame->drawing->program;
+    int half_angle = geometry == VOLPKG_GEOMETRY_HALF_ANGLE_SLICES;
+    double extent[3];
+    volpkg__corners c;
+    c.to = corners;
+    c.most = corners ? most : 0;
+    c.count = 0;
+    c.size = volpkg_corner_size(geometry);
+    if (geometry == VOLPKG_GEOMETRY_TRIANGLE) {
+        if (c.most >= 3) memcpy(corners, triangle, sizeof triangle);
+        return 3;
+    }
+    volpkg__extent(frame->drawing, extent);
+    if (geometry < VOLPKG_GEOMETRY_AXIS_SLICES)
+        volpkg__add_faces(&c, frame->box_from_clip, extent, geometry == VOLPKG_GEOMETRY_FRONT_FACES);
+    else if (frame->layers > 0)
+        volpkg__add_layers(&c, frame, for_light ? frame->box_from_light : frame->box_from_clip, half_angle ? draw : -1,
+                           geometry == VOLPKG_GEOMETRY_AXIS_SLICES,
+                           program->blend && program->blend->order == VOLPKG_DRAW_ORDER_BACK_TO_FRONT);
+    return c.count;
+}
+
+/* ---- clipping ---- */
+
+/* A growing text: counts all bytes, and writes them as long as there is room. */
+typedef struct volpkg__output {
+    char* to;
+    size_t room, used;
+} volpkg__output;
+
+static void volpkg__write(volpkg__output* out, const char* from, size_t bytes) {
+    if (out->to != NULL && out->used < out->room && bytes < out->room - out->used)
+        memcpy(out->to + out->used, from, bytes);
+    out->used += bytes;
+}
+
+/* Where a word occurs in a text for the first time; its end if it does not. */
+static size_t volpkg__find(const volpkg_text* text, size_t from, const char* word) {
+    size_t bytes = strlen(word), at, end = (size_t)text->bytes;
+    for (at = from; at + bytes <= end; ++at)
+        if (memcmp(text->at + at, word, bytes) == 0) return at;
+    return end;
+}
+
+size_t volpkg_clip_shader(const volpkg_text* fragment, int32_t planes, char* text, size_t room) {
+    static const char definition[] = "vec2 clip_to_box(vec3 origin, vec3 ray) {", entry[] = "void main() {";
+    static const char declared[] =
+        "vec2 clip_to_box(vec3 origin, vec3 ray);\nvec2 clip_to_volume(vec3 origin, vec3 ray) {";
+    static const char clip[] =
+        "// What is seen of a ray lies on the inner side of each plane, box millimetres.\n"
+        "uniform vec4 u_clip_planes[%d];\n"
+        "vec2 clip_to_box(vec3 origin, vec3 ray) {\n"
+        "  vec2 inside = clip_to_volume(origin, ray);\n"
+        "  for (int i = 0; i < %d; i++) {\n"
+        "    float at = dot(u_clip_planes[i].xyz, origin) + u_clip_planes[i].w;\n"
+        "    float slope = dot(u_clip_planes[i].xyz, ray);\n"
+        "    if (slope > 0.0) {\n"
+        "      inside.x = max(inside.x, min(-at / slope, 1.0));\n"
+        "    } else if (slope < 0.0) {\n"
+        "      inside.y = min(inside.y, max(-at / slope, 0.0));\n"
+        "    } else if (at < 0.0) {\n"
+        "      inside.y = 0.0;\n"
+        "    }\n"
+        "  }\n"
+        "  return inside;\n"
+        "}\n\n";
+    size_t end = (size_t)fragment->bytes, at = volpkg__find(fragment, 0, definition), body, after;
+    char planes_text[sizeof clip + 24];
+    volpkg__output out;
+    if (planes < 1 || planes > VOLPKG_MAX_CLIP_PLANES || at == end) return 0;
+    after = at + sizeof definition - 1;
+    body = volpkg__find(fragment, after, entry);
+    if (body == end || volpkg__find(fragment, after, definition) != end ||
+        volpkg__find(fragment, body + 1, entry) != end || volpkg__find(fragment, 0, entry) != body)
+        return 0;
+    snprintf(planes_text, sizeof planes_text, clip, (int)planes, (int)planes);
+    out.to = text;
+    out.room = room;
+    out.used = 0;
+    volpkg__write(&out, fragment->at, at);
+    volpkg__write(&out, declared, sizeof declared - 1);
+    volpkg__write(&out, fragment->at + after, body - after);
+    volpkg__write(&out, planes_text, strlen(planes_text));
+    volpkg__write(&out, fragment->at + body, end - body);
+    if (text != NULL && room > 0) text[out.used < room ? out.used : 0] = 0;
+    return out.used;
+}
+
+void volpkg_clip_box(const double low_mm_xyz[3], const double high_mm_xyz[3], float planes[24]) {
+    int axis, side;
+    memset(planes, 0, 24 * sizeof planes[0]);
+    for (side = 0; side < 2; ++side)
+        for (axis = 0; axis < 3; ++axis) {
+            float* plane = planes + 4 * (3 * side + axis);
+            plane[axis] = side ? -1.0f : 1.0f;
+            plane[3] = (float)(side ? high_mm_xyz[axis] : -low_mm_xyz[axis]);
+        }
+}
+
+void volpkg_clip_plane(const volpkg_grid* grid, const double world_plane[4], float plane[4]) {
+    double world_from_box[16];
+    int i, k;
+    volpkg_world_from_box(grid, world_from_box);
+    for (i = 0; i < 4; ++i) {
+        double sum = 0;
+        for (k = 0; k < 4; ++k) sum += world_from_box[4 * i + k] * world_plane[k];
+        plane[i] = (float)sum;
+    }
+}
+
+/* ---- editing; SPEC.md section 19 ---- */
+
+#define VOLPKG__BINS 256
+#define VOLPKG__MOST_OPAQUE (1 - 1.0 / 65536) /* of a voxel: denser ones look the same */
+#define VOLPKG__DENSER 64 /* times, beyond which the colour of one side of a jump does not show beside the other's */
+
+/* The results of an edit in the app's memory, after the texels. */
+typedef struct volpkg__workspace {
+    double *table, *fine, *coarse; /* rows of colour and extinction: of the entries, and of both axes of a histogram */
+    uint32_t* seen;                /* how many entries before each are visible */
+    unsigned char *occupied, *cells, *below;
+    uint32_t *squares, *line;
+} volpkg__workspace;
+
+/* Take `bytes` of the room, or count them where it is NULL. */
+static void* volpkg__take_room(unsigned char* room, size_t* used, size_t bytes) {
+    void* at = room ? room + *used : NULL;
+    *used += (bytes + 15) / 16 * 16;
+    return at;
+}
+
+static size_t volpkg__block_count(const volpkg_skip_table* skip) {
+    return skip ? (size_t)skip->blocks_zyx[0] * (size_t)skip->blocks_zyx[1] * (size_t)skip->blocks_zyx[2] : 0;
+}
+
+/* Divide the room: texels of each table that changes, then scratch. Returns the bytes that it takes. */
+static size_t volpkg__divide(const volpkg_drawing* d, unsigned char* room, void* texels[VOLPKG_MAX_UNITS],
+                             volpkg__workspace* s) {
+    size_t used = 0, entries = VOLPKG__BINS, blocks = volpkg__block_count(d->skip), row = 4 * sizeof(double);
+    int32_t i, longest = 1;
+    for (i = 0; i < d->units; ++i) {
+        const volpkg_texture* t = &d->textures[i];
+        texels[i] = NULL;
+        if (t->role != VOLPKG_ROLE_TRANSFER && t->role != VOLPKG_ROLE_SKIP) continue;
+        texels[i] = volpkg__take_room(room, &used, (size_t)t->texel_bytes);
+        if (t->role == VOLPKG_ROLE_TRANSFER && (size_t)t->shape_zyx[2] > entries) entries = (size_t)t->shape_zyx[2];
+    }
+    for (i = 0; i < 3 && d->skip; ++i)
+        if (d->skip->blocks_zyx[i] > longest) longest = d->skip->blocks_zyx[i];
+    s->table = (double*)volpkg__take_room(room, &used, entries * row);
+    s->fine = (double*)volpkg__take_room(room, &used, VOLPKG__BINS * row);
+    s->coarse = (double*)volpkg__take_room(room, &used, VOLPKG__BINS * row);
+    s->seen = (uint32_t*)volpkg__take_room(room, &used, (entries + 1) * sizeof(uint32_t));
+    s->occupied = (unsigned char*)volpkg__take_room(room, &used, blocks);
+    s->cells = (unsigned char*)volpkg__take_room(room, &used, 8 * blocks);
+    s->below = (unsigned char*)volpkg__take_room(room, &used, blocks);
+    s->squares = (uint32_t*)volpkg__take_room(room, &used, blocks * sizeof(uint32_t));
+    s->line = (uint32_t*)volpkg__take_room(room, &used, (size_t)longest * sizeof(uint32_t));
+    return used;
+}
+
+size_t volpkg_edit_bytes(const volpkg_drawing* drawing) {
+    void* texels[VOLPKG_MAX_UNITS];
+    volpkg__workspace scratch;
+    return drawing->package->editing ? volpkg__divide(drawing, NULL, texels, &scratch) : 0;
+}
+
+static const char* volpkg__no_points(const volpkg_edit* edit) {
+    int32_t i, k;
+    if (edit->count < 1) return "there are no points";
+    if (!(edit->reference_mm >= 0 && edit->reference_mm <= VOLPKG__HUGE)) return "the path has no length";
+    for (i = 0; i < edit->count; ++i) {
+        const volpkg_transfer_point* point = &edit->points[i];
+        if (!(fabs(point->value) <= VOLPKG__HUGE / 2)) return "a value is no number";
+        if (!(point->extinction_per_mm >= 0 && point->extinction_per_mm <= VOLPKG__HUGE))
+            return "an extinction is no positive number";
+        for (k = 0; k < 3; ++k)
+            if (!volpkg__is_share(point->colour[k])) return "a colour is not from 0 to 1";
+        if (i > 0 && point[-1].value > point->value) return "the points are not in ascending order of value";
+    }
+    return NULL;
+}
+
+static double volpkg__value_at(const double window[2], int32_t entries, int32_t j) {
+    return j == entries - 1 ? window[1] : window[0] + (window[1] - window[0]) / (entries - 1) * j;
+}
+
+/* Between a and b. Beside a wall of 1e9 the sum would lose a haze of 0.01 at its end. */
+static double volpkg__mixed(double a, double b, double weight) { return weight == 1 ? b : a + weight * (b - a); }
+
+/* The function between a point and the one before it. */
+static void volpkg__between(const volpkg_edit* edit, double value, int32_t upper, double rgba[4]) {
+    const volpkg_transfer_point* a = &edit->points[upper > 0 ? upper - 1 : 0];
+    const volpkg_transfer_point* b = &edit->points[upper < edit->count ? upper : edit->count - 1];
+    double weight = b->value > a->value ? (value - a->value) / (b->value - a->value) : 0;
+    int k;
+    for (k = 0; k < 3; ++k) rgba[k] = volpkg__mixed(a->colour[k], b->colour[k], weight);
+    rgba[3] = volpkg__mixed(a->extinction_per_mm, b->extinction_per_mm, weight);
+}
+
+/* Beside a jump from haze to a wall nearly all light is the wall's: both entries get its colour. */
+static void volpkg__paint_jump(const volpkg_edit* edit, int32_t below, const double window[2], double* table,
+                               int32_t entries) {
+    const volpkg_transfer_point* sides = &edit->points[below];
+    int dense = sides[1].extinction_per_mm >= sides[0].extinction_per_mm;
+    int32_t first = 0, last;
+    if (VOLPKG__DENSER * sides[!dense].extinction_per_mm >= sides[dense].extinction_per_mm) return;
+    while (first < entries && volpkg__value_at(window, entries, first) < sides->value) ++first;
+    last = first < entries && volpkg__value_at(window, entries, first) == sides->value ? first + 1 : first;
+    if (dense) --first, --last; /* the faint side is below */
+    for (; first <= last; ++first)
+        if (first >= 0 && first < entries) memcpy(&table[4 * first], sides[dense].colour, 3 * sizeof(double));
+}
+
+/* The table of level 0: at equal distances over the window, at a jump the mean of both sides. */
+static void volpkg__lookup(const volpkg_edit* edit, const double window[2], double* table, int32_t entries) {
+    int32_t i, j, k;
+    for (j = 0; j < entries; ++j) {
+        double value = volpkg__value_at(window, entries, j), low[4], high[4];
+        for (i = 0; i < edit->count && edit->points[i].value < value;) ++i;
+        volpkg__between(edit, value, i, low);
+        for (; i < edit->count && edit->points[i].value <= value;) ++i;
+        volpkg__between(edit, value, i, high);
+        for (k = 0; k < 4; ++k) table[4 * j + k] = (low[k] + high[k]) / 2;
+    }
+    for (i = 0; i + 1 < edit->count; ++i)
+        if (edit->points[i].value == edit->points[i + 1].value) volpkg__paint_jump(edit, i, window, table, entries);
+}
+
+/* Light and opacity of a path, as means of the entries around each bin. */
+static void volpkg__bin(const double* table, int32_t entries, double length, double* means) {
+    double scale = (double)(VOLPKG__BINS - 1) / (entries - 1), reach = scale > 1 ? scale : 1;
+    int32_t bin, j, k;
+    for (bin = 0; bin < VOLPKG__BINS; ++bin) {
+        double sum = 0, *mean = &means[4 * bin];
+        for (k = 0; k < 4; ++k) mean[k] = 0;
+        for (j = 0; j < entries; ++j) {
+            double place = (double)(VOLPKG__BINS - 1) * j / (entries - 1), weight = 1 - fabs(bin - place) / reach;
+            double opacity;
+            if (!(weight > 0)) continue;
+            sum += weight;
+            opacity = -expm1(-table[4 * j + 3] * length);
+            for (k = 0; k < 4; ++k) mean[k] += weight * opacity * (k < 3 ? table[4 * j + k] : 1);
+        }
+        for (k = 0; k < 4; ++k) mean[k] /= sum;
+    }
+}
+
+/* Turn the table of level 0 into that of a level, by its joint histogram. */
+static void volpkg__mix_level(const volpkg_histogram* histogram, const volpkg__workspace* s, int32_t entries) {
+    const unsigned char *bands = histogram->file->data, *share = bands + 4 * VOLPKG__BINS;
+    double length = histogram->reference_mm;
+    int32_t row, column, j, k;
+    volpkg__bin(s->table, entries, length, s->fine);
+    for (row = 0; row < VOLPKG__BINS; ++row) {
+        int32_t first = (int32_t)volpkg__u16(bands + 4 * row), count = (int32_t)volpkg__u16(bands + 4 * row + 2);
+        double* mean = &s->coarse[4 * row];
+        for (k = 0; k < 4; ++k) mean[k] = 0;
+        for (column = first; column < first + count; ++column, share += 2)
+            for (k = 0; k < 4; ++k) mean[k] += volpkg__u16(share) * s->fine[4 * column + k];
+        for (k = 0; k < 4; ++k) mean[k] /= 65535;
+    }
+    for (j = 0; j < entries; ++j) {
+        double place = (double)(VOLPKG__BINS - 1) * j / (entries - 1), light[4];
+        int32_t low = (int32_t)place > VOLPKG__BINS - 2 ? VOLPKG__BINS - 2 : (int32_t)place;
+        const double* at = &s->coarse[4 * low];
+        for (k = 0; k < 4; ++k) light[k] = at[k] + (place - low) * (at[4 + k] - at[k]);
+        for (k = 0; k < 3 && light[3] > 0; ++k) {
+            double colour = light[k] / light[3];
+            s->table[4 * j + k] = colour > 1 ? 1 : colour > 0 ? colour : 0;
+        }
+        s->table[4 * j + 3] = -log1p(-(light[3] < VOLPKG__MOST_OPAQUE ? light[3] : VOLPKG__MOST_OPAQUE)) / length;
+    }
+}
+
+/* To the nearest whole number, half to even, whatever the rounding mode is. */
+static uint32_t volpkg__even(double value) {
+    double down = floor(value), rest = value - down;
+    uint32_t whole = (uint32_t)down;
+    return rest > 0.5 || (rest == 0.5 && whole % 2) ? whole + 1 : whole;
+}
+
+static void volpkg__write_table(const volpkg_drawing* d, const volpkg_texture* t, const double* table,
+                                unsigned char* to) {
+    /* A medium that is opaque after a quarter of a step needs no larger number. */
+    double opaque = -4 * log1p(-VOLPKG__MOST_OPAQUE) / d->package->render->step_mm, most, value;
+    int32_t i;
+    int bytes = t->gl.type == 0x1401;
+    most = bytes ? t->max_extinction_per_mm : opaque < 65504 ? opaque : 65504;
+    for (i = 0; i < 4 * t->shape_zyx[2]; ++i) {
+        value = i % 4 == 3 && table[i] > most ? most : table[i] >= 0 ? table[i] : 0;
+        if (bytes) {
+            to[i] = (unsigned char)volpkg__even(255 * (i % 4 < 3 ? value : sqrt(value / most)));
+        } else {
+            uint16_t half = volpkg__to_half(value);
+            to[2 * i] = (unsigned char)(half & 255), to[2 * i + 1] = (unsigned char)(half >> 8);
+        }
+    }
+}
+
+/* Whether a value has the opacity of a path whose length the shader knows. */
+static int volpkg__fixed_path(const volpkg_program* program) {
+    return program->compositing != VOLPKG_COMPOSITING_EMISSION_ABSORPTION &&
+           program->compositing != VOLPKG_COMPOSITING_BACK_TO_FRONT && program->compositing != VOLPKG_COMPOSITING_MIDA;
+}
+
+/* The extinctions of a table that show something with the compositing of a program (SPEC.md section 10), in place. */
+static void volpkg__visible(const volpkg_program* program, const volpkg_transfer_function* function,
+                            const double window[2], double* found, int32_t entries) {
+    double isovalue = function->isovalue ? *function->isovalue : NAN;
+    int32_t j;
+    for (j = 1; j < entries; ++j)
+        if ((program->compositing == VOLPKG_COMPOSITING_MAXIMUM || program->compositing == VOLPKG_COMPOSITING_MIDA) &&
+            found[j] < found[j - 1])
+            found[j] = found[j - 1];
+    for (j = entries - 2; j >= 0 && program->compositing == VOLPKG_COMPOSITING_MINIMUM; --j)
+        if (found[j] < found[j + 1]) found[j] = found[j + 1];
+    for (j = 0; j < entries; ++j) {
+        double step = (window[1] - window[0]) / (entries - 1);
+        int before = j == 0 || window[0] + step * (j - 1) < isovalue;
+        int after = j == entries - 1 || isovalue < window[0] + step * (j + 1);
+        if (program->compositing == VOLPKG_COMPOSITING_AVERAGE) found[j] = 1;
+        if (program->compositing == VOLPKG_COMPOSITING_FIRST_HIT) found[j] = after;
+        if (program->compositing == VOLPKG_COMPOSITING_ISOSURFACE) found[j] = before && after;
+    }
+}
+
+/* Index of the texel of a block, in a 3D texture or in a mosaic of one slice a texel. */
+static size_t volpkg__block_at(const volpkg_texture* t, const int32_t shape_zyx[3], int32_t z, int32_t y, int32_t x) {
+    const volpkg_mosaic* m = t->mosaic;
+    int32_t tall, wide;
+    if (m == NULL) return ((size_t)z * (size_t)shape_zyx[1] + (size_t)y) * (size_t)shape_zyx[2] + (size_t)x;
+    tall = shape_zyx[1] + 2 * m->gutter + m->padding_yx[0], wide = shape_zyx[2] + 2 * m->gutter + m->padding_yx[1];
+    return (size_t)(z / m->tiles_x * tall + m->gutter + y) * (size_t)m->texture_shape_yx[1] +
+           (size_t)(z % m->tiles_x * wide + m->gutter + x);
+}
+
+static double volpkg__block_value(const volpkg_texture* t, size_t at) {
+    const unsigned char* texels = (const unsigned char*)t->texels;
+    if (t->gl.type == 0x1401) return texels[at] / 255.0;
+    if (t->gl.type == 0x1403) return volpkg__u16(texels + 2 * at) / 65535.0;
+    return volpkg_half((uint16_t)volpkg__u16(texels + 2 * at));
+}
+
+/* Mark the blocks in which a table shows something: `seen` counts the visible entries before each. */
+static void volpkg__occupy(const volpkg_skip_table* skip, const volpkg_texture* ranges, const uint32_t* seen,
+                           int32_t entries, unsigned char* occupied) {
+    int32_t shape[3], last = entries - 1, z, y, x;
+    memcpy(shape, skip->blocks_zyx, sizeof shape);
+    for (z = 0; z < shape[0]; ++z)
+        for (y = 0; y < shape[1]; ++y)
+            for (x = 0; x < shape[2]; ++x, ++occupied) {
+                double low = last * volpkg__block_value(ranges, volpkg__block_at(ranges, shape, z, y, x));
+                double high = last * volpkg__block_value(ranges, volpkg__block_at(ranges, shape, shape[0] + z, y, x));
+                /* One entry wider, because of the rounding of float32. */
+                int32_t from = (int32_t)floor(low) - 1, to = (int32_t)ceil(high) + 1;
+                from = from < 0 ? 0 : from > last ? last : from;
+                to = to < 0 ? 0 : to > last ? last : to;
+                if (seen[to + 1] > seen[from]) *occupied = 1;
+            }
+}
+
+/* Neighbours that a sweep towards smaller x, y and z has passed: the seven of a cube, then the others before it. */
+static const signed char volpkg__passed[13][3] = {{0, 0, 1},   {0, 1, 0},  {0, 1, 1},  {1, 0, 0},  {1, 0, 1},
+                                                  {1, 1, 0},   {1, 1, 1},  {0, 1, -1}, {1, 0, -1}, {1, -1, 0},
+                                                  {1, -1, -1}, {1, -1, 1}, {1, 1, -1}};
+
+/*
+ * Visit all blocks against the direction of an octant (towards smaller x if 1, y if 2, z if 4). Each becomes the least
+ * of the first `count` neighbours that were passed, and 1: if `cubes`, none where the block is occupied, else at most
+ * what it was.
+ */
+static void volpkg__sweep(unsigned char* values, const unsigned char* occupied, const int32_t shape[3], int octant,
+                          int count, int cubes) {
+    int32_t n = shape[0] * shape[1] * shape[2], a, place[3], at[3];
+    int k, i;
+    for (a = 0; a < n; ++a) {
+        size_t own;
+        int least = 255, inside;
+        place[2] = a % shape[2], place[1] = a / shape[2] % shape[1], place[0] = a / shape[2] / shape[1];
+        for (i = 0; i < 3; ++i)
+            if (!(octant & 4 >> i)) place[i] = shape[i] - 1 - place[i];
+        for (k = 0; k < count; ++k) {
+            for (i = 0, inside = 1; i < 3; ++i) {
+                at[i] = place[i] + (octant & 4 >> i ? -volpkg__passed[k][i] : volpkg__passed[k][i]);
+                inside &= at[i] >= 0 && at[i] < shape[i];
+            }
+            if (inside) {
+                unsigned char other =
+                    values[((size_t)at[0] * (size_t)shape[1] + (size_t)at[1]) * (size_t)shape[2] + (size_t)at[2]];
+                if (other < least) least = other;
+            }
+        }
+        own = ((size_t)place[0] * (size_t)shape[1] + (size_t)place[1]) * (size_t)shape[2] + (size_t)place[2];
+        least = least < 255 ? least + 1 : 255;
+        if (cubes)
+            values[own] = (unsigned char)(occupied[own] ? 0 : least);
+        else if (least < values[own])
+            values[own] = (unsigned char)least;
+    }
+}
+
+/* 1 + l where the cell of edge 2^l, aligned to multiples of it, is empty. */
+static void volpkg__empty_cells(const volpkg__workspace* s, const int32_t shape[3], size_t blocks) {
+    int32_t level, z, y, x, i;
+    memset(s->cells, 0, blocks);
+    for (level = 0; level < 31; ++level) {
+        int32_t n[3];
+        for (i = 0; i < 3; ++i) n[i] = ((shape[i] - 1) >> level) + 1;
+        memset(s->below, 0, blocks);
+        for (z = 0; z < shape[0]; ++z)
+            for (y = 0; y < shape[1]; ++y)
+                for (x = 0; x < shape[2]; ++x)
+                    if (s->occupied[((size_t)z * (size_t)shape[1] + (size_t)y) * (size_t)shape[2] + (size_t)x])
+                        s->below[((size_t)(z >> level) * (size_t)n[1] + (size_t)(y >> level)) * (size_t)n[2] +
+                                 (size_t)(x >> level)] = 1;
+        for (z = 0; z < shape[0]; ++z)
+            for (y = 0; y < shape[1]; ++y)
+                for (x = 0; x < shape[2]; ++x)
+                    if (!s->below[((size_t)(z >> level) * (size_t)n[1] + (size_t)(y >> level)) * (size_t)n[2] +
+                                  (size_t)(x >> level)])
+                        s->cells[((size_t)z * (size_t)shape[1] + (size_t)y) * (size_t)shape[2] + (size_t)x] =
+                            (unsigned char)(level + 1);
+        if (n[0] == 1 && n[1] == 1 && n[2] == 1) return;
+    }
+}
+
+/* 1 + r where all within r blocks of any point of an empty block is empty. */
+static void volpkg__empty_spheres(const volpkg__workspace* s, const int32_t shape[3], size_t blocks) {
+    size_t stride[3], i;
+    int32_t axis, at, k;
+    stride[0] = (size_t)shape[1] * (size_t)shape[2], stride[1] = (size_t)shape[2], stride[2] = 1;
+    for (i = 0; i < blocks; ++i) s->squares[i] = s->occupied[i] ? 0 : 255 * 255;
+    for (axis = 0; axis < 3; ++axis)
+        for (i = 0; i < blocks; ++i) {
+            if (i / stride[axis] % (size_t)shape[axis]) continue; /* the first block of each line */
+            for (k = 0; k < shape[axis]; ++k) s->line[k] = s->squares[i + (size_t)k * stride[axis]];
+            for (at = 0; at < shape[axis]; ++at)
+                for (k = 0; k < shape[axis]; ++k) {
+                    uint32_t square = s->line[k] + (uint32_t)((k - at) * (k - at));
+                    uint32_t* own = &s->squares[i + (size_t)at * stride[axis]];
+                    if (square < *own) *own = square;
+                }
+        }
+    for (i = 0; i < blocks; ++i) {
+        /* The distance of corners: points in two blocks may be a diagonal nearer. */
+        double radius = (double)(float)sqrt((double)s->squares[i]) - sqrt(3.0);
+        int32_t entry = (int32_t)floor(radius > 0 ? radius : 0) + 1;
+        s->cells[i] = (unsigned char)(s->occupied[i] ? 0 : entry > 255 ? 255 : entry);
+    }
+}
+
+/* The skip table of occupied blocks, SPEC.md section 14, in `cells`; octants give eight tables along z. */
+static void volpkg__skip_cells(const volpkg_skip_table* skip, const volpkg__workspace* s) {
+    size_t blocks = volpkg__block_count(skip), i;
+    const int32_t* shape = skip->blocks_zyx;
+    int octant;
+    if (skip->kind == VOLPKG_SKIP_KIND_PYRAMID) {
+        volpkg__empty_cells(s, shape, blocks);
+    } else if (skip->kind == VOLPKG_SKIP_KIND_EUCLIDEAN) {
+        volpkg__empty_spheres(s, shape, blocks);
+    } else if (skip->kind == VOLPKG_SKIP_KIND_OCTANTS) {
+        memset(s->cells, 0, 8 * blocks);
+        for (octant = 0; octant < 8; ++octant)
+            volpkg__sweep(s->cells + (size_t)octant * blocks, s->occupied, shape, octant, 7, 1);
+    } else {
+        for (i = 0; i < blocks; ++i) s->cells[i] = s->occupied[i] ? 0 : 255;
+        volpkg__sweep(s->cells, s->occupied, shape, 0, 13, 0);
+        volpkg__sweep(s->cells, s->occupied, shape, 7, 13, 0);
+        for (i = 0; i < blocks && skip->kind != VOLPKG_SKIP_KIND_DISTANCE; ++i)
+            s->cells[i] = skip->kind == VOLPKG_SKIP_KIND_BLOCKS ? !s->occupied[i] : s->cells[i] > 1;
+    }
+}
+
+static void volpkg__write_skip(const volpkg_texture* t, const volpkg_skip_table* skip, const unsigned char* cells,
+                               unsigned char* to) {
+    int32_t depth = skip->blocks_zyx[0] * (skip->kind == VOLPKG_SKIP_KIND_OCTANTS ? 8 : 1), z, y, x;
+    memset(to, 0, (size_t)t->texel_bytes);
+    for (z = 0; z < depth; ++z)
+        for (y = 0; y < skip->blocks_zyx[1]; ++y)
+            for (x = 0; x < skip->blocks_zyx[2]; ++x) to[volpkg__block_at(t, skip->blocks_zyx, z, y, x)] = *cells++;
+}
+
+/* The ranges of blocks of a channel, at the level and with the blocks of a skip table. */
+static const volpkg_texture* volpkg__ranges_of(const volpkg_package* p, int32_t c, const volpkg_skip_table* skip) {
+    int32_t i, k;
+    for (i = 0; i < p->skipping->ranges.count; ++i) {
+        const volpkg_ranges* ranges = &p->skipping->ranges.at[i];
+        if (ranges->level != skip->level || ranges->block != skip->block) continue;
+        for (k = 0; k < p->textures.count; ++k) {
+            const volpkg_texture* t = &p->textures.at[k];
+            if (volpkg__is(t->name, ranges->texture) && volpkg__texture_concerns(p, c, t)) return t;
+        }
+    }
+    return NULL;
+}
+
+/* The transfer function that the table of a unit is for. */
+static const char* volpkg__table_of(const volpkg_drawing* d, int32_t unit) {
+    const char* name = d->program->samplers.at[unit].transfer;
+    return name[0] ? name : d->program->transfer;
+}
+
+/* Write the texels of a table again; without an edit the ones of the package, not the result of an edit before. */
+static void volpkg__edit_table(const volpkg_drawing* d, const volpkg_texture* t, const volpkg_channel* channel,
+                               const volpkg_edit* edit, const volpkg__workspace* s, unsigned char* texels) {
+    const volpkg_package* p = d->package;
+    int32_t i, entries = t->shape_zyx[2], level = d->level ? d->level->index : 0;
+    for (i = 0; i < p->textures.count && edit == NULL; ++i)
+        if (volpkg__is(p->textures.at[i].name, t->name))
+            memcpy(texels, p->textures.at[i].texels, (size_t)t->texel_bytes);
+    if (edit == NULL) return;
+    volpkg__lookup(edit, channel->quantization->window, s->table, entries);
+    /* A shader that knows no path has the length of the package's function: opacities along it stay. */
+    if (edit->reference_mm > 0 && volpkg__fixed_path(d->program))
+        for (i = 0; i < entries; ++i)
+            s->table[4 * i + 3] *= edit->reference_mm / volpkg__function_of(channel, edit->transfer)->reference_mm;
+    for (i = 0; i < p->editing->histograms.count; ++i) {
+        const volpkg_histogram* histogram = &p->editing->histograms.at[i];
+        if (histogram->level == level && volpkg__is(histogram->channel, channel->name))
+            volpkg__mix_level(histogram, s, entries);
+    }
+    volpkg__write_table(d, t, s->table, texels);
+}
+
+/* Whether a table, ranges or a skip table have the texels that this code reads and writes: manifests may lie. */
+static int volpkg__is_editable(const volpkg_texture* t) {
+    int64_t texels = (int64_t)t->shape_zyx[0] * t->shape_zyx[1] * t->shape_zyx[2];
+    int bytes = t->gl.type == 0x1401;
+    int known = bytes || t->gl.type == 0x1403 || t->gl.type == 0x140B || t->gl.type == 0x8D61;
+    if (t->mosaic && (t->mosaic->padding_yx[0] || t->mosaic->padding_yx[1])) return 0;
+    if (t->role != VOLPKG_ROLE_TRANSFER) return known && t->texel_bytes == texels * (bytes ? 1 : 2);
+    return known && t->gl.type != 0x1403 && t->shape_zyx[2] > 1 && t->texel_bytes == texels * (bytes ? 4 : 8) &&
+           texels == t->shape_zyx[2] && (!bytes || t->max_extinction_per_mm > 0);
+}
+
+/* Mark the blocks in which one of several tables shows something. */
+static void volpkg__mark(const volpkg_drawing* d, const volpkg_texture* t, const volpkg_channel* channel,
+                         const volpkg_transfer_function* function, const volpkg_texture* ranges, int32_t tables,
+                         const volpkg__workspace* s) {
+    const double* extent = d->package->grid->extent_mm_zyx;
+    double diagonal = sqrt(extent[0] * extent[0] + extent[1] * extent[1] + extent[2] * extent[2]);
+    double threshold = -log1p(-d->package->skipping->epsilon / tables) / diagonal, colour[3];
+    int32_t i, entries = t->shape_zyx[2];
+    for (i = 0; i < entries; ++i) volpkg_table_entry(t, i, colour, &s->table[i]);
+    volpkg__visible(d->program, function, channel->quantization->window, s->table, entries);
+    s->seen[0] = 0;
+    for (i = 0; i < entries; ++i) s->seen[i + 1] = s->seen[i] + (s->table[i] > threshold);
+    volpkg__occupy(d->skip, ranges, s->seen, entries, s->occupied);
+}
+
+volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
+                                size_t bytes, volpkg_error* error) {
+    const volpkg_package* p = drawing->package;
+    void* texels[VOLPKG_MAX_UNITS];
+    volpkg__workspace scratch;
+    int32_t unit, i, tables = 0;
+    if (p->editing == NULL)
+        return volpkg__fail(error, VOLPKG_NOT_EDITABLE, "", "it was built without editable = true", NAN, NAN);
+    for (i = 0; i < count; ++i) {
+        const char* problem = volpkg__no_points(&edits[i]);
+        if (problem == NULL && volpkg__owner(p, edits[i].transfer) < 0) problem = "the package has no such function";
+        if (problem) return volpkg__fail(error, VOLPKG_POINTS, edits[i].transfer, problem, NAN, NAN);
+    }
+    if (room == NULL || bytes < volpkg_edit_bytes(drawing))
+        return volpkg__fail(error, VOLPKG_SMALL_ARENA, "", "the bytes that an edit needs", (double)bytes,
+                            (double)volpkg_edit_bytes(drawing));
+    volpkg__divide(drawing, (unsigned char*)room, texels, &scratch);
+    for (unit = 0; unit < drawing->units; ++unit) tables += drawing->textures[unit].role == VOLPKG_ROLE_TRANSFER;
+    if (drawing->skip) memset(scratch.occupied, 0, volpkg__block_count(drawing->skip));
+    for (unit = 0; unit < drawing->units; ++unit) {
+        volpkg_texture* t = &drawing->textures[unit];
+        const char* name = volpkg__table_of(drawing, unit);
+        const volpkg_channel* channel;
+        const volpkg_edit* edit = NULL;
+        int32_t owner = volpkg__owner(p, name);
+        if ((t->role == VOLPKG_ROLE_TRANSFER || t->role == VOLPKG_ROLE_SKIP) && !volpkg__is_editable(t))
+            return volpkg__fail(error, VOLPKG_NOT_EDITABLE, t->name, "its texels are of another kind", NAN, NAN);
+        if (t->role != VOLPKG_ROLE_TRANSFER) continue;
+        if (owner < 0 || p->channels.at[owner].quantization == NULL)
+            return volpkg__fail(error, VOLPKG_NOT_EDITABLE, name, "no channel has this transfer function", NAN, NAN);
+        channel = &p->channels.at[owner];
+        for (i = 0; i < count; ++i)
+            if (volpkg__is(edits[i].transfer, name)) edit = &edits[i];
+        volpkg__edit_table(drawing, t, channel, edit, &scratch, (unsigned char*)texels[unit]);
+        t->texels = texels[unit];
+        if (drawing->skip) {
+            const volpkg_texture* ranges = volpkg__ranges_of(p, owner, drawing->skip);
+            if (ranges == NULL || !volpkg__is_editable(ranges))
+                return volpkg__fail(error, VOLPKG_NOT_EDITABLE, name, "there are no ranges of its blocks", NAN, NAN);
+            volpkg__mark(drawing, t, channel, volpkg__function_of(channel, name), ranges, tables, &scratch);
+        }
+    }
+    for (unit = 0; unit < drawing->units && drawing->skip; ++unit) {
+        volpkg_texture* t = &drawing->textures[unit];
+        if (t->role != VOLPKG_ROLE_SKIP) continue;
+        volpkg__skip_cells(drawing->skip, &scratch);
+        volpkg__write_skip(t, drawing->skip, scratch.cells, (unsigned char*)texels[unit]);
+        t->texels = texels[unit];
+    }
+    return VOLPKG_OK;
 }
 
 /* ---- small help ---- */

@@ -39,19 +39,35 @@ const plus = (a, b, by = 1) => a.map((each, i) => each + by * b[i]);
 
 /** @param {ArrayLike<number>} a @param {ArrayLike<number>} b @returns {number[]} a · b */
 export function multiply(a, b) {
-  return Array.from({ length: 16 }, (_, i) => [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + (i % 4)] * b[4 * (i >> 2) + k], 0));
+  return Array.from({ length: 16 }, (_, i) =>
+    [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + (i % 4)] * b[4 * (i >> 2) + k], 0),
+  );
 }
 
 /** The inverse, by Gauss and Jordan. @param {ArrayLike<number>} matrix @returns {number[]} */
 export function invert(matrix) {
-  const rows = [0, 1, 2, 3].map((r) => [0, 1, 2, 3, 4, 5, 6, 7].map((c) => (c < 4 ? matrix[4 * c + r] : Number(c - 4 === r))));
+  const rows = [0, 1, 2, 3].map((r) =>
+    [0, 1, 2, 3, 4, 5, 6, 7].map((c) => (c < 4 ? matrix[4 * c + r] : Number(c - 4 === r))),
+  );
   for (let c = 0; c < 4; c++) {
-    const pivot = [0, 1, 2, 3].slice(c).reduce((best, r) => (Math.abs(rows[r][c]) > Math.abs(rows[best][c]) ? r : best), c);
+    const pivot = [0, 1, 2, 3]
+      .slice(c)
+      .reduce((best, r) => (Math.abs(rows[r][c]) > Math.abs(rows[best][c]) ? r : best), c);
     [rows[c], rows[pivot]] = [rows[pivot], rows[c]];
     rows[c] = rows[c].map((each) => each / rows[c][c]);
     for (let r = 0; r < 4; r++) if (r !== c) rows[r] = plus(rows[r], rows[c], -rows[r][c]);
   }
   return Array.from({ length: 16 }, (_, i) => rows[i % 4][4 + (i >> 2)]);
+}
+
+/**
+ * A point, or a point on a plane of depth in clip coordinates, moved by a matrix.
+ * @param {ArrayLike<number>} m
+ * @param {readonly number[]} at x, y, z
+ */
+export function moved(m, [x, y, z]) {
+  const [px, py, pz, w] = [0, 1, 2, 3].map((row) => m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row]);
+  return [px / w, py / w, pz / w];
 }
 
 /** @param {Grid} grid @returns {number[]} from box millimetres to the patient's space */
@@ -65,7 +81,9 @@ export function worldFromBox({ direction: d, origin_mm_xyz: origin, spacing_mm_z
 export function middle(grid) {
   const [ez, ey, ex] = grid.extent_mm_zyx;
   const m = worldFromBox(grid);
-  const centre = [0, 1, 2].map((row) => m[row] * (ex / 2) + m[4 + row] * (ey / 2) + m[8 + row] * (ez / 2) + m[12 + row]);
+  const centre = [0, 1, 2].map(
+    (row) => m[row] * (ex / 2) + m[4 + row] * (ey / 2) + m[8 + row] * (ez / 2) + m[12 + row],
+  );
   return { centre, diagonal: Math.hypot(ex, ey, ez) };
 }
 
@@ -77,29 +95,67 @@ export function worldFromClip({ eye, forward, up, height, focus, projection }, a
   const [x, y] = [(height / 2) * aspect, height / 2];
   const columns = [right, above, ahead.map((each) => -each)];
   const rotation = [...columns.flatMap((column) => [...column, 0]), ...eye, 1];
-  if (projection === "orthographic") return multiply(rotation, [x, 0, 0, 0, 0, y, 0, 0, 0, 0, -focus, 0, 0, 0, -focus, 1]);
+  if (projection === "orthographic")
+    return multiply(rotation, [x, 0, 0, 0, 0, y, 0, 0, 0, 0, -focus, 0, 0, 0, -focus, 1]);
   // A ratio of 200 leaves float32 five digits.
   const [near, far] = [focus / 100, focus * 2];
   const depth = (near - far) / (2 * near * far);
-  const eyeFromClip = [x / focus, 0, 0, 0, 0, y / focus, 0, 0, 0, 0, 0, depth, 0, 0, -1, (near + far) / (2 * near * far)];
+  const eyeFromClip = [
+    x / focus,
+    0,
+    0,
+    0,
+    0,
+    y / focus,
+    0,
+    0,
+    0,
+    0,
+    0,
+    depth,
+    0,
+    0,
+    -1,
+    (near + far) / (2 * near * far),
+  ];
   return multiply(rotation, eyeFromClip);
 }
 
-/** What `Renderer.draw` takes. @param {Grid} grid @param {Camera} camera @param {number} aspect */
+/** The matrix for `Renderer.draw`. @param {Grid} grid @param {Camera} camera @param {number} aspect */
 export function boxFromClip(grid, camera, aspect) {
   return multiply(invert(worldFromBox(grid)), worldFromClip(camera, aspect));
 }
 
-/** The nine standard views. @param {Grid} grid @param {Camera["projection"]} [projection] @returns {Record<string, Camera>} */
+/**
+ * The nine standard views.
+ * @param {Grid} grid
+ * @param {Camera["projection"]} [projection]
+ * @returns {Record<string, Camera>}
+ */
 export function standardViews(grid, projection = "orthographic") {
-  return Object.fromEntries(Object.entries(VIEWS).map(([name, [forward, up]]) => [name, cameraFrom(grid, forward, up, projection)]));
+  return Object.fromEntries(
+    Object.entries(VIEWS).map(([name, [forward, up]]) => [name, cameraFrom(grid, forward, up, projection)]),
+  );
 }
 
-/** @param {Grid} grid @param {readonly number[]} forward @param {readonly number[]} up @param {Camera["projection"]} projection @returns {Camera} */
+/**
+ * @param {Grid} grid
+ * @param {readonly number[]} forward
+ * @param {readonly number[]} up
+ * @param {Camera["projection"]} projection
+ * @returns {Camera}
+ */
 function cameraFrom(grid, forward, up, projection) {
   const { centre, diagonal } = middle(grid);
   const focus = projection === "orthographic" ? diagonal : 2 * diagonal;
-  return { eye: plus(centre, unit(forward), -focus), forward, up, height: projection === "orthographic" ? diagonal : 1.2 * diagonal, focus, projection };
+  return {
+    eye: plus(centre, unit(forward), -focus),
+    forward,
+    up,
+    height: projection === "orthographic" ? diagonal : 1.2 * diagonal,
+    focus,
+    projection,
+  };
 }
 
 /** A camera that turns about the middle of a volume, as a pointer drags it. */
@@ -121,20 +177,39 @@ export class Orbit {
     this.projection = projection;
   }
 
-  /** Looks as a standard view does. @param {string} name */
+  /** Names of the standard views. */
+  get views() {
+    return Object.keys(VIEWS);
+  }
+
+  /** Looks as a standard view does; false if there is no such view. @param {string} name */
   look(name) {
-    const [forward, up] = VIEWS[name] ?? VIEWS.anterior;
+    if (!this.views.includes(name)) return false;
+    this.aim(...VIEWS[name]);
+    return true;
+  }
+
+  /** Looks along `forward`. @param {readonly number[]} forward @param {readonly number[]} up @param {number} zoom */
+  aim(forward, up, zoom = 1) {
     this.#forward = unit(forward);
     this.#right = unit(cross(this.#forward, up));
     this.#up = cross(this.#right, this.#forward);
     this.#shift = [0, 0];
-    this.zoom = 1;
+    this.zoom = zoom;
   }
 
-  /** Turns what is in front, by angles in radians. @param {number} right @param {number} down */
+  /** Turns the front of the volume, by angles in radians. @param {number} right @param {number} down */
   turn(right, down) {
     const about = (/** @type {number[]} */ v, /** @type {number[]} */ axis, /** @type {number} */ angle) =>
-      plus(plus(v.map((each) => each * Math.cos(angle)), cross(axis, v), Math.sin(angle)), axis, axis.reduce((sum, each, i) => sum + each * v[i], 0) * (1 - Math.cos(angle)));
+      plus(
+        plus(
+          v.map((each) => each * Math.cos(angle)),
+          cross(axis, v),
+          Math.sin(angle),
+        ),
+        axis,
+        axis.reduce((sum, each, i) => sum + each * v[i], 0) * (1 - Math.cos(angle)),
+      );
     const [up, side] = [this.#up, this.#right];
     const turned = (/** @type {number[]} */ v) => about(about(v, up, -right), side, -down);
     this.#forward = unit(turned(this.#forward));
@@ -155,7 +230,7 @@ export class Orbit {
     return { ...camera, eye, height: camera.height / this.zoom };
   }
 
-  /** What `Renderer.draw` takes. @param {number} aspect width / height of the picture */
+  /** The matrix for `Renderer.draw`. @param {number} aspect width / height of the picture */
   boxFromClip(aspect) {
     return boxFromClip(this.#grid, this.camera, aspect);
   }

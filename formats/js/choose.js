@@ -1,7 +1,8 @@
-/** What is drawn: the program of a picture and a level, and what its samplers and uniforms read. SPEC section 9. */
+/** A drawing: the program of a picture and a level, and the inputs of its samplers and uniforms. SPEC section 9. */
 import { VolpkgError } from "./error.js";
 import { texelBytes } from "./ktx2.js";
 import { FORMATS } from "./formats.js";
+import { has } from "./shapes.js";
 
 /** @typedef {import("./package.js").Package} Package */
 /** @typedef {import("./types.js").Manifest} Manifest */
@@ -17,13 +18,13 @@ import { FORMATS } from "./formats.js";
  * @property {Program} program
  * @property {Level} level
  * @property {Texture[]} textures in the order of the program's samplers
- * @property {Record<string, Value>} values by the source of a uniform: those that do not change from picture to picture
- * @property {Record<string, Uint8Array>} texels by the name of a texture: those that are not read from the package
+ * @property {Record<string, Value>} values of uniforms that are the same in all pictures, by the source of the uniform
+ * @property {Record<string, Uint8Array>} texels that are not read from the package, by the name of their texture
  */
 
 /**
  * @param {Package} pack
- * @param {string} picture name of a transfer function, or of the picture of several channels
+ * @param {string} picture name of a transfer function, or of a picture of several
  * @param {number} index of a level
  * @returns {Choice}
  */
@@ -65,8 +66,9 @@ export function nothing(pack, transfer, level) {
  * @param {Manifest} manifest @param {Program} program
  */
 function channelOf(manifest, program) {
-  const { together, channels } = manifest;
-  const transfer = program.transfer === together?.name ? together.transfers[0] : program.transfer;
+  const { together, segments, channels } = manifest;
+  const joint = [together, segments].find((each) => each?.name === program.transfer);
+  const transfer = joint ? joint.transfers[0] : program.transfer;
   return channels.find((each) => each.transfer_functions.some(({ name }) => name === transfer));
 }
 
@@ -83,7 +85,7 @@ export function textureOf(pack, program, sampler, level) {
       (each.transfer === undefined || each.transfer === transfer) &&
       (!each.channels?.length || !channel || each.channels.includes(channel.name)),
   );
-  // A level's own table stands for the common one.
+  // A level's own table replaces the common one.
   const own = found.filter((each) => each.level === level);
   if (own.length) found = own;
   if (found.length !== 1) {
@@ -114,12 +116,12 @@ export function bytesOf(manifest, choice) {
 }
 
 /**
- * The internal format of a texture, which is one of those that WebGL takes.
+ * The internal format of a texture, checked to be one that WebGL accepts.
  * @param {Texture} texture
  */
 export function checkedFormat(texture) {
   const { internal_format: internal, format, type } = texture.gl;
-  const known = Object.hasOwn(FORMATS, internal) ? FORMATS[internal] : undefined;
+  const known = has(FORMATS, internal) ? FORMATS[internal] : undefined;
   if (!known || known.format !== format || (format && known.type !== type)) {
     throw new VolpkgError("VP4030", { name: texture.file, problem: `the manifest gives it the format ${[internal, format, type].join("/")}` });
   }

@@ -4,47 +4,75 @@
  */
 import { VolpkgError } from "./rarer.js";
 
-/** Depth of what is opaque, in a picture of so many pixels. @typedef {{texture: WebGLTexture, reversed?: boolean, pixel: number[], boxFromClip: ArrayLike<number>}} Behind */
 /**
- * What is cut away, and how a shader does it.
+ * Depth of opaque objects, size of a pixel, and additional planes.
+ * @typedef {Partial<import("./renderer.js").Depth> & {planes: readonly (readonly number[])[], pixel: readonly number[],
+ *   boxFromClip: ArrayLike<number>}} Behind
+ */
+/**
+ * The cuts that an app asks for.
+ * @typedef {object} Wanted
+ * @property {readonly [low: readonly number[], high: readonly number[]]} [box]
+ * @property {readonly (readonly number[])[]} [planes]
+ * @property {boolean} [depth]
+ */
+/**
+ * The cuts of a picture, and the code for them in its shaders.
  * @typedef {object} Clip
- * @property {number[][]} planes
- * @property {boolean} depth whether rays end at what is opaque
- * @property {string[]} uniforms that the shader has beside those of the manifest
- * @property {(fragment: string, path: string, fromLight?: boolean) => string} shader with `fromLight` that of a pass, whose rays come from a light
- * @property {(gl: import("./formats.js").Gl, linked: import("./program.js").Linked, unit: number, behind: Behind | null) => void} bind
- *   sets its uniforms, with the first texture unit that is free
+ * @property {string} key clips with the same key have the same shader text, and differ in values only
+ * @property {string[]} uniforms that clipping adds to the shader
+ * @property {(fragment: string, path: string, fromLight?: boolean) => string} shader adds clipping to a fragment
+ *   shader; `fromLight` for a pass whose rays come from a light
+ * @property {(gl: import("./formats.js").Gl, linked: import("./program.js").Linked, unit: number, behind: Behind) =>
+ *   void} bind sets its uniforms, with the first texture unit that is free
  */
 
 const DEFINITION = /\bvec2 clip_to_box\(vec3 origin, vec3 ray\) \{/g;
 /** WebGL 1 promises 16 vectors of uniforms to fragment shaders. */
 const MOST = 12;
 
+/** A plane that cuts nothing. */
+const NO_PLANE = [0, 0, 0, 1];
+/** From the depth of a texture to clip coordinates, where that is OpenGL's own. */
+const OWN_DEPTH = /** @type {const} */ ([-2, 1, 0]);
+
 /**
- * @param {{box?: readonly [low: readonly number[], high: readonly number[]], planes?: readonly (readonly number[])[], depth?: boolean}} wanted
+ * @param {Wanted} wanted
+ * @param {number} [more] how many planes each picture adds
  * @returns {Clip | null} null if nothing is cut away
  */
-export function clipOf({ box, planes = [], depth = false }) {
-  const sides = (box ?? []).flatMap((corner, i) => [0, 1, 2].map((axis) => [0, 1, 2, 3].map((c) => (i ? -1 : 1) * (c === axis ? 1 : c === 3 ? -corner[axis] : 0))));
-  const all = [...sides, ...planes.map((each) => [...each])];
-  if (all.length > MOST || all.some((each) => each.length !== 4 || !each.every(Number.isFinite))) {
-    throw new VolpkgError("VP7019", { what: JSON.stringify({ box, planes }), limit: box ? MOST - 6 : MOST });
+export function clipOf({ box, planes = [], depth = false }, more = 0) {
+  const side = (/** @type {number} */ axis, /** @type {number} */ sign, /** @type {number} */ at) =>
+    [0, 1, 2, 3].map((c) => sign * (c === axis ? 1 : c === 3 ? -at : 0));
+  const sides = (box ?? []).flatMap((corner, i) => [0, 1, 2].map((axis) => side(axis, i ? -1 : 1, corner[axis])));
+  const own = [...sides, ...planes.map((each) => [...each])];
+  const count = own.length + more;
+  if (count > MOST || own.some((each) => each.length !== 4 || !each.every(Number.isFinite))) {
+    throw new VolpkgError("VP7019", { what: JSON.stringify({ box, planes }), limit: MOST - more - sides.length });
   }
-  if (!all.length && !depth) return null;
-  const uniforms = [...(all.length ? ["u_clip_planes[0]"] : []), ...(depth ? ["u_clip_depth", "u_clip_pixel", "u_clip_box"] : [])];
+  if (!count && !depth) return null;
+  const of = count ? ["u_clip_planes[0]"] : [];
+  const ofDepth = depth ? ["u_clip_depth", "u_clip_pixel", "u_clip_kind", "u_clip_box"] : [];
   return {
-    planes: all,
-    depth,
-    uniforms,
-    shader: (fragment, path, fromLight = false) => clipped(fragment, path, all.length, depth && !fromLight),
-    bind(gl, { locations }, unit, behind) {
-      if (all.length) gl.uniform4fv(locations["u_clip_planes[0]"], all.flat());
-      if (!depth || !behind) return;
-      const { texture, reversed, pixel, boxFromClip } = behind;
+    key: `${count} ${depth}`,
+    uniforms: [...of, ...ofDepth],
+    shader: (fragment, path, fromLight = false) => clipped(fragment, path, count, depth && !fromLight),
+    bind(
+      gl,
+      { locations },
+      unit,
+      { planes: others, texture, reversed = false, scale = OWN_DEPTH, pixel, boxFromClip },
+    ) {
+      const all = [...own, ...others.slice(0, more)];
+      while (all.length < count) all.push(NO_PLANE);
+      if (count) gl.uniform4fv(locations["u_clip_planes[0]"], all.flat());
+      if (!depth) return;
       gl.activeTexture(gl.TEXTURE0 + unit);
-      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.bindTexture(gl.TEXTURE_2D, texture ?? null);
       gl.uniform1i(locations.u_clip_depth, unit);
-      gl.uniform4f(locations.u_clip_pixel, 1 / pixel[0], 1 / pixel[1], reversed ? -2 : 2, reversed ? 1 : -1);
+      // A texture that is not there reads 0. Nothing is in front where that is the far plane.
+      gl.uniform4f(locations.u_clip_pixel, 1 / pixel[0], 1 / pixel[1], texture ? scale[0] : 0, texture ? scale[1] : 1);
+      gl.uniform2f(locations.u_clip_kind, reversed ? 0 : 1, scale[2]);
       gl.uniformMatrix4fv(locations.u_clip_box, false, new Float32Array(boxFromClip));
     },
   };
@@ -54,11 +82,15 @@ export function clipOf({ box, planes = [], depth = false }) {
 function clipped(fragment, path, count, depth) {
   const [before, main, ...more] = fragment.split(MAIN);
   if (before.match(DEFINITION)?.length !== 1 || main === undefined || more.length) {
-    throw new VolpkgError("VP7019", { what: `${path}, which does not define clip_to_box as SPEC.md says`, limit: MOST });
+    throw new VolpkgError("VP7019", {
+      what: `${path}, which does not define clip_to_box as SPEC.md says`,
+      limit: MOST,
+    });
   }
   const read = fragment.startsWith("#version 300 es") ? "texture" : "texture2D";
   // Rays to a light are cut, too, but not where the viewer sees something opaque.
-  const renamed = before.replace(DEFINITION, "vec2 clip_to_box(vec3 origin, vec3 ray);\nvec2 clip_to_volume(vec3 origin, vec3 ray) {");
+  const both = "vec2 clip_to_box(vec3 origin, vec3 ray);\nvec2 clip_to_volume(vec3 origin, vec3 ray) {";
+  const renamed = before.replace(DEFINITION, both);
   const body = depth ? main.replace(/\bclip_to_box\(/g, "clip_to_view(") : main;
   return `${renamed}${count ? PLANES(count) : NOTHING}${depth ? DEPTH(read) : ""}${MAIN}${body}`;
 }
@@ -89,15 +121,22 @@ vec2 clip_to_box(vec3 origin, vec3 ray) {
 }
 
 `;
-/** Clip coordinates of a pixel: u_clip_pixel scales depth from 0 at the near plane to -1. @param {string} read */
+/**
+ * Clip coordinates of a pixel. They are linear in what depth lacks to 1; in depth where 1 is the near plane; in the
+ * inverse of distance where depth is its logarithm. Differences from 1 keep their digits where the far plane is far.
+ * @param {string} read
+ */
 const DEPTH = (read) => `// A ray ends at what is opaque.
 uniform highp sampler2D u_clip_depth;
 uniform vec4 u_clip_pixel;
+uniform vec2 u_clip_kind;
 uniform mat4 u_clip_box;
 vec2 clip_to_view(vec3 origin, vec3 ray) {
   vec2 inside = clip_to_box(origin, ray);
   vec2 at = gl_FragCoord.xy * u_clip_pixel.xy;
-  vec4 end = u_clip_box * vec4(2.0 * at - 1.0, ${read}(u_clip_depth, at).r * u_clip_pixel.z + u_clip_pixel.w, 1.0);
+  float depth = ${read}(u_clip_depth, at).r;
+  float near = u_clip_kind.y > 0.0 ? 1.0 / max(exp2(depth * u_clip_kind.y) - 1.0, 1e-30) : abs(u_clip_kind.x - depth);
+  vec4 end = u_clip_box * vec4(2.0 * at - 1.0, near * u_clip_pixel.z + u_clip_pixel.w, 1.0);
   return vec2(inside.x, min(inside.y, dot(end.xyz / end.w - origin, ray) / dot(ray, ray)));
 }
 

@@ -1,11 +1,11 @@
-/** What a renderer has on the GPU, whatever it draws; and whether a device takes what a package has. */
+/** GPU objects that all pictures share, and checks that a device can draw a package. */
 import { bytesOf, sharing } from "./choose.js";
 import { VolpkgError } from "./error.js";
 import { isWebGl2 } from "./formats.js";
 import { Probes } from "./probe.js";
 import { link } from "./program.js";
 import { passesOf } from "./shapes.js";
-import { Picture } from "./target.js";
+import { Pictures } from "./target.js";
 import { Textures } from "./textures.js";
 
 /** @typedef {import("./choose.js").Choice} Choice */
@@ -19,17 +19,19 @@ const CORNERS = new Float32Array([-1, -1, 3, -1, -1, 3]);
  * Throws unless the context is one that the package is for.
  * @param {Gl} gl @param {Package} pack
  */
-function checkContext(gl, pack) {
+export function checkContext(gl, pack) {
   if (gl.isContextLost()) throw new VolpkgError("VP7018", { problem: "the context is lost" });
   const { api, name: profile } = pack.manifest.profile;
-  const refuse = (/** @type {string} */ needed, /** @type {string} */ found) => new VolpkgError("VP7010", { needed, found, profile });
+  const refuse = (/** @type {string} */ needed, /** @type {string} */ found) =>
+    new VolpkgError("VP7010", { needed, found, profile });
   if (api === "es1.1") throw refuse("OpenGL ES 1.1, which draws slices without shaders", "WebGL");
   if (api === "es3.0" && !isWebGl2(gl)) throw refuse("WebGL 2", "WebGL 1");
-  if (!((gl.getShaderPrecisionFormat(gl.FRAGMENT_SHADER, gl.HIGH_FLOAT)?.precision ?? 0) >= 23)) throw refuse("fragment shaders with float32", "less precise ones");
+  const { precision = 0 } = gl.getShaderPrecisionFormat(gl.FRAGMENT_SHADER, gl.HIGH_FLOAT) ?? {};
+  if (!(precision >= 23)) throw refuse("fragment shaders with float32", "less precise ones");
 }
 
 /**
- * Throws if the device does not take what is chosen.
+ * Throws if the device cannot draw a choice.
  * @param {Gl} gl @param {Package} pack @param {Choice} choice @param {number} [limit] of the bytes of all textures
  */
 export function checkFits(gl, { manifest }, choice, limit = manifest.profile.max_texture_bytes) {
@@ -40,7 +42,13 @@ export function checkFits(gl, { manifest }, choice, limit = manifest.profile.max
   for (const { name, gl: how, shape_zyx: shape } of textures.flatMap((each) => sharing(manifest, each))) {
     const most = gl.getParameter(how.target === "TEXTURE_3D" ? 0x8073 : gl.MAX_TEXTURE_SIZE) ?? 0;
     const axis = shape.findIndex((size) => size > most);
-    if (axis >= 0) throw new VolpkgError("VP7011", { name, axis: ["depth", "height", "width"][axis], size: shape[axis], limit: most });
+    if (axis >= 0)
+      throw new VolpkgError("VP7011", {
+        name,
+        axis: ["depth", "height", "width"][axis],
+        size: shape[axis],
+        limit: most,
+      });
   }
   const size = bytesOf(manifest, choice);
   if (size > limit) throw new VolpkgError("VP7013", { level: level.index, size, limit });
@@ -62,7 +70,7 @@ export class Device {
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#corners);
     gl.bufferData(gl.ARRAY_BUFFER, CORNERS, gl.STATIC_DRAW);
     this.#array = isWebGl2(gl) ? gl.createVertexArray() : null;
-    this.picture = new Picture(gl, () => this.triangle());
+    this.pictures = new Pictures(gl, () => this.triangle());
     this.textures = new Textures(gl, pack);
     this.probes = new Probes(gl);
     this.unbind();
@@ -83,10 +91,11 @@ export class Device {
     if (isWebGl2(this.#gl)) this.#gl.bindVertexArray(null);
   }
 
-  /** The state in which pictures are drawn. @param {boolean} blend over what is there */
+  /** Sets the state of pictures. @param {boolean} blend with the existing picture */
   state(blend) {
     const gl = this.#gl;
-    for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.STENCIL_TEST, gl.CULL_FACE, gl.SCISSOR_TEST]) gl.disable(each);
+    for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.STENCIL_TEST, gl.CULL_FACE, gl.SCISSOR_TEST])
+      gl.disable(each);
     gl.colorMask(true, true, true, true);
     if (!blend) return;
     gl.enable(gl.BLEND);
@@ -94,9 +103,9 @@ export class Device {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   }
 
-  /** A program, linked once. @param {string} key @param {Parameters<typeof link>[1]} texts */
+  /** A program, linked once. @param {string} key @param {() => Promise<Parameters<typeof link>[1]>} texts */
   async linked(key, texts) {
-    const found = this.#programs.get(key) ?? (await link(this.#gl, texts));
+    const found = this.#programs.get(key) ?? (await link(this.#gl, await texts()));
     this.#programs.set(key, found);
     return found;
   }
@@ -104,7 +113,7 @@ export class Device {
   dispose() {
     const gl = this.#gl;
     this.textures.keep([]);
-    this.picture.dispose();
+    this.pictures.dispose();
     this.probes.dispose();
     for (const { handle } of this.#programs.values()) gl.deleteProgram(handle);
     gl.deleteBuffer(this.#corners);

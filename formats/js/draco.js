@@ -1,18 +1,21 @@
 /** Meshes that are compressed with Draco, for apps that bring a decoder. SPEC section 15. */
 import { VolpkgError } from "./rarer.js";
 
-/** What a decoder makes of a Draco bitstream. @typedef {{positions: ArrayLike<number>, indices: ArrayLike<number>}} Decoded x, y, z of each vertex; vertices of each triangle */
+/**
+ * Result of a Draco decoder: x, y, z of each vertex, and three vertices of each triangle.
+ * @typedef {{positions: ArrayLike<number>, indices: ArrayLike<number>}} Decoded
+ */
 /** @typedef {(bytes: Uint8Array<ArrayBuffer>) => Decoded | Promise<Decoded>} DecodeDraco */
 
 /** "DRACO", version 2.2, a triangle mesh by edgebreaker, no metadata; a byte that says how triangles follow each other is next. */
 const START = [0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1, 0, 0];
 const MOST_VERTICES = 65535;
-/** A closed surface has about twice as many triangles as vertices, and four times as many where it is full of holes. */
+/** A closed surface has about two triangles for each vertex, and four where it is full of holes. */
 const MOST_TRIANGLES = 8 * MOST_VERTICES;
 
 /**
- * What `decodeDraco` of a renderer may be, from the decoder of the npm package draco3d.
- * @param {any} module what `createDecoderModule` of draco3d gives
+ * Makes a function for the renderer's option `decodeDraco` from the npm package draco3d.
+ * @param {any} module result of `createDecoderModule` of draco3d
  * @returns {DecodeDraco}
  */
 export function dracoDecoder(module) {

@@ -1,4 +1,4 @@
-/** What an app does after its user has edited a transfer function: new tables from what the package holds. SPEC section 19. */
+/** Recomputes tables from the package's data after an edit of a transfer function. SPEC section 19. */
 import { VolpkgError } from "./rarer.js";
 import { fromHalf } from "./formats.js";
 import { toHalf } from "./halves.js";
@@ -15,10 +15,12 @@ import { entriesOf, skipEntries } from "./skip.js";
 const BINS = 256;
 const WHOLE = 65535;
 const LARGEST_HALF = 65504;
-/** A voxel is never taken to be more opaque: what lets through less than this looks the same. */
+/** Upper limit of a voxel's opacity: denser voxels look the same. */
 const MOST_OPAQUE = 1 - 2 ** -16;
 
-/** Compositings of which a value has the opacity of its function's `reference_mm`. */
+/** Ratio of extinctions beyond which the colour of one side of a jump does not show beside it. */
+const DENSER = 64;
+/** Compositings where a value has the opacity of its function's `reference_mm`. */
 const FIXED = ["maximum", "minimum", "average", "first-hit", "isosurface"];
 
 /** Files that edits read again and again. @type {WeakMap<Package, Map<string, Promise<Uint8Array>>>} */
@@ -49,6 +51,17 @@ export function checkEdit(pack, { points, reference_mm }, name) {
   return { name, reference_mm: length, points: points.map((each) => ({ ...each, extinction_per_mm: each.extinction_per_mm * ratio })) };
 }
 
+/**
+ * Points that are moved and stretched to a window of values. Throws VP7020 for a window without width.
+ * @param {TransferFunction["points"]} points @param {{level: number, width: number}} window
+ */
+export function windowed(points, { level, width }) {
+  const [first, last] = [points[0]?.value, points[points.length - 1]?.value];
+  if (!(last > first && width > 0 && Number.isFinite(level))) throw new VolpkgError("VP7020", { problem: `a window of ${width} around ${level} does not fit them` });
+  const moved = (/** @type {number} */ value) => level + width * ((value - first) / (last - first) - 0.5);
+  return { points: points.map((each) => ({ ...each, value: moved(each.value) })) };
+}
+
 /** @param {any} point @param {any} before */
 function problemOf(point, before) {
   const numbers = [point?.value, ...(point?.colour ?? [NaN]), point?.extinction_per_mm];
@@ -65,7 +78,7 @@ function problemOf(point, before) {
 export async function edited(pack, choice, edits, signal) {
   const { program, textures, level } = choice;
   const texels = Object.assign(Object.create(null), choice.texels);
-  /** Of each transfer function of the program: what is seen at each entry. @type {[Channel, Float64Array][]} */
+  /** Of each transfer function of the program: visibility of each entry. @type {[Channel, Float64Array][]} */
   const seen = [];
   for (const [i, { role, transfer = program.transfer }] of program.samplers.entries()) {
     if (role !== "transfer") continue;
@@ -90,7 +103,7 @@ async function texelsOf(pack, texture, signal) {
   const bytes = await file(pack, texture.file, signal);
   const [{ offset, stored, size, packed }] = readHead(bytes, bytes.length, [texture]);
   const texels = bytes.slice(offset, offset + stored);
-  return packed ? (await import("./zstd.js")).unpacked(texels, size, texture.file) : texels;
+  return packed ? (await import("./zstd.js")).unpacked(texels, size, texture.file, VolpkgError) : texels;
 }
 
 /**
@@ -103,7 +116,7 @@ async function tableTexels(pack, texture, channel, level, edit, signal) {
   const histogram = editing?.histograms?.find((each) => each.level === level && each.channel === channel.name);
   if (histogram) table = ofLevel(shares(await file(pack, histogram.file, signal), histogram.file), table, histogram.reference_mm);
   const half = texture.max_extinction_per_mm === undefined;
-  // What a quarter of a step makes opaque needs no larger number.
+  // An extinction that is opaque after a quarter of a step needs no larger number.
   const largest = texture.max_extinction_per_mm ?? Math.min(LARGEST_HALF, (-4 * Math.log1p(-MOST_OPAQUE)) / render.step_mm);
   const value = (/** @type {number} */ each, /** @type {number} */ i) => (i % 4 < 3 ? each : Math.min(each, largest));
   if (half) return new Uint8Array(Uint16Array.from(table, (each, i) => toHalf(value(each, i))).buffer);
@@ -116,21 +129,35 @@ function round(value) {
 }
 
 /**
- * A lookup table: the function at equal distances over the window, at a jump the mean of both sides.
+ * A lookup table: the function at equal distances over the window, at a jump the mean of both sides, beside a jump from
+ * haze to a wall the colour of the wall.
  * @param {TransferFunction} edit @param {readonly number[]} window @param {number} entries
  * @returns {Table}
  */
-function lookup({ points }, [low, high], entries) {
+export function lookup({ points }, [low, high], entries) {
   const table = new Float64Array(4 * entries);
   const channels = points.map(({ colour, extinction_per_mm }) => [...colour, extinction_per_mm]);
+  const valueAt = (/** @type {number} */ j) => (j === entries - 1 ? high : low + ((high - low) / (entries - 1)) * j);
   for (let j = 0; j < entries; j++) {
-    const value = j === entries - 1 ? high : low + ((high - low) / (entries - 1)) * j;
+    const value = valueAt(j);
     // The upper neighbour, as the limits from below and from above see it.
     const sides = [(/** @type {number} */ at) => at >= value, (/** @type {number} */ at) => at > value].map((is) => {
       const found = points.findIndex((each) => is(each.value));
       return between(points, channels, value, found < 0 ? points.length : found);
     });
     for (let c = 0; c < 4; c++) table[4 * j + c] = (sides[0][c] + sides[1][c]) / 2;
+  }
+  for (let below = 0; below + 1 < points.length; below++) {
+    if (points[below].value !== points[below + 1].value) continue;
+    const dense = channels[below + 1][3] >= channels[below][3] ? below + 1 : below;
+    const [faint, at] = [2 * below + 1 - dense, points[below].value];
+    // Nearly all light of the ramp from haze to a wall is the wall's.
+    if (DENSER * channels[faint][3] >= channels[dense][3]) continue;
+    let first = 0;
+    while (first < entries && valueAt(first) < at) first++;
+    const touches = first < entries && valueAt(first) === at;
+    if (faint === below) first--;
+    for (let j = Math.max(first, 0); j <= Math.min(first + (touches ? 1 : 0), entries - 1); j++) table.set(points[dense].colour, 4 * j);
   }
   return table;
 }
@@ -216,8 +243,8 @@ function extinctions({ max_extinction_per_mm: largest }, texels) {
 }
 
 /**
- * What can be seen at each entry, SPEC section 10: of a maximum, something of any value up to it is enough; of a surface,
- * only entries beside the isovalue.
+ * Visibility of each entry of a table, SPEC section 10. With a maximum an entry is visible if any lower value is; with
+ * a surface only the entries beside the isovalue are visible.
  * @param {Float64Array} found @param {string | undefined} compositing @param {readonly number[]} window @param {number} isovalue
  */
 export function visible(found, compositing, [low, high], isovalue) {
@@ -253,7 +280,7 @@ async function skipTexels(pack, texture, seen, signal) {
 }
 
 /**
- * Marks the blocks of which something is seen.
+ * Marks visible blocks.
  * @param {Uint8Array} occupied @param {Float64Array} codes normalised: the least of each block, then the greatest of each
  * @param {Float64Array} extinction of each entry @param {number} threshold
  */

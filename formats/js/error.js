@@ -76,7 +76,7 @@ export const WORDS = {
 const LONGEST = 400;
 
 /**
- * Foreign text as it may stand in a message: no control characters, and not too long.
+ * Foreign text made safe for a message: without control characters, and shortened.
  * @param {unknown} value
  */
 function shown(value) {
@@ -88,17 +88,19 @@ function shown(value) {
 export class VolpkgError extends Error {
   /**
    * @param {string} code
-   * @param {Record<string, unknown>} fields what the words name in braces
+   * @param {Record<string, unknown>} fields values of the names in braces
    */
   constructor(code, fields = {}) {
     const [summary, remedy] = WORDS[code].map((words) => words.replace(/\{(\w+)\}/g, (_, key) => shown(fields[key])));
     super(`${code} ${summary}. ${remedy}`);
     this.name = "VolpkgError";
+    /** Values in the message. */
+    this.fields = fields;
     /** Permanent code, for example "VP4009". */
     this.code = code;
-    /** What is wrong, without code and remedy. */
+    /** The problem, without code and remedy. */
     this.summary = summary;
-    /** What to do. */
+    /** The remedy. */
     this.remedy = remedy;
     /** File of the package, or the package itself, that the error is about. @type {string | undefined} */
     this.file = [fields.file, fields.path, fields.name].filter(Boolean).map(shown)[0];

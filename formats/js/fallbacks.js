@@ -1,4 +1,4 @@
-/** Formats in place of those that a device draws wrongly, and how texels get there. */
+/** Substitutes for formats that a device draws wrongly, with conversions of their texels. */
 import { FORMATS, finerSize, fromHalf } from "./formats.js";
 import { toHalf } from "./halves.js";
 
@@ -20,7 +20,7 @@ let halves;
 const halvesOfCodes = () => Uint16Array.from({ length: 65536 }, (_, code) => toHalf(code / 65535));
 
 /**
- * What may hold a texture in place of its own format, the best first.
+ * Formats that can replace a texture's own format, the best one first.
  * @param {Texture} texture
  * @returns {Form[]}
  */

@@ -1,4 +1,4 @@
-/** Formats of texels: what a file has, and what WebGL takes. SPEC section 6. */
+/** Formats of texels in files and in WebGL. SPEC section 6. */
 
 /**
  * @typedef {object} Format
@@ -58,5 +58,5 @@ export function fromHalf(half) {
   return half & 0x8000 ? -size : size;
 }
 
-/** Texels of an axis of a table of which each is several. @param {number} n @param {number} finer */
+/** Texels along an axis of a table with `finer` texels for each entry. @param {number} n @param {number} finer */
 export const finerSize = (n, finer) => (n > 1 ? n * finer : n);

@@ -9,11 +9,11 @@ import { FORMATS } from "./formats.js";
 /** @typedef {import("./types.js").Texture} Texture */
 /** Draws a few texels of each. @typedef {(wants: Want[]) => void} Test */
 
-/** What must work if a texture comes in this form. @param {Texture} texture @param {Form} form @returns {Want} */
+/** The capability that a texture in this form needs. @param {Texture} texture @param {Form} form @returns {Want} */
 const wantOf = (texture, form) => ({
   internal: form.internal,
   volume: texture.gl.target === "TEXTURE_3D",
-  // A format that a device does not filter is no place for what must be filtered.
+  // A texture that must be filtered needs a format that the device filters.
   nearest: texture.filter === "nearest" || form.finer !== undefined,
 });
 
@@ -25,8 +25,8 @@ function sizes({ gl, shape_zyx: [z, y, x] }) {
 }
 
 /**
- * How textures reach this device. Other formats are tried only where a texture's own does not work. Throws VP7014 if
- * there is none.
+ * The form of each texture on this device. Other formats are tried only if a texture's own format does not work. Throws
+ * VP7014 if no format works.
  * @param {Probes} probes
  * @param {Test} test
  * @param {Texture[]} textures

@@ -1,4 +1,4 @@
-/** Half-angle slices: a stack of layers of which each is drawn for the viewer, and then for the light. SPEC section 9.4. */
+/** Half-angle slices: a stack of layers, each drawn for the viewer and then for the light. SPEC section 9.4. */
 import { cross, dot, unit } from "./camera.js";
 import { axesOf, cornersOf, times } from "./layers.js";
 
@@ -27,7 +27,7 @@ export function halfAngleLayers(extent, boxFromClip, light, boxFromLight, step) 
   return { boxFromSlices, count, behind, seen, lit };
 }
 
-/** @param {number[]} corners four numbers each, of which the third is the layer @param {number} count of layers */
+/** @param {number[]} corners four numbers each; the third one is the layer @param {number} count of layers */
 function byLayer(corners, count) {
   const found = Array.from({ length: count }, () => /** @type {number[]} */ ([]));
   for (let at = 0; at < corners.length; at += 4) found[corners[at + 2]].push(...corners.slice(at, at + 4));

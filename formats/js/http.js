@@ -1,13 +1,22 @@
-/** What a server answers, in pieces, and never with silence. */
+/** Requests to a server, and their bodies in pieces. A server that is silent for too long is an error. */
+import { check } from "./abort.js";
 import { VolpkgError } from "./error.js";
 
-const PIECE = 1 << 18;
+/** @typedef {import("./package.js").OpenOptions} OpenOptions */
 
-/** @param {URL} url @param {Record<string, string>} headers @param {number} seconds @param {AbortSignal} [signal] */
-export async function request(url, headers, seconds, signal) {
-  signal?.throwIfAborted();
+const PIECE = 1 << 18;
+const IDLE_SECONDS = 20;
+
+/**
+ * @param {URL} url @param {Record<string, string>} range @param {OpenOptions} options @param {AbortSignal} [signal]
+ * @param {RequestCache} [cache] how the browser's cache is used
+ */
+export async function request(url, range, { headers: given, fetch: ask = fetch, idleSeconds = IDLE_SECONDS }, signal, cache) {
+  check(signal);
+  const headers = new Headers(typeof given === "function" ? await given() : given);
+  for (const [name, value] of Object.entries(range)) headers.set(name, value);
   try {
-    return await soon(fetch(url, { headers, signal }), url, seconds);
+    return await soon(ask(url.href, { headers, signal, cache }), url, idleSeconds);
   } catch (error) {
     if (signal?.aborted || error instanceof VolpkgError) throw error;
     throw new VolpkgError("VP7015", { url: url.href, answer: `nothing (${error})` });
@@ -15,11 +24,11 @@ export async function request(url, headers, seconds, signal) {
 }
 
 /**
- * The bytes of an answer. Each piece is valid until the next is asked for: where the browser can, all share one buffer, so
- * that no garbage as large as the file piles up.
- * @param {Response} response @param {URL} url @param {number} seconds
+ * The bytes of an answer. Each piece is valid until the next is asked for: where the browser can, all share one buffer,
+ * so that no garbage as large as the file piles up.
+ * @param {Response} response @param {URL} url @param {OpenOptions} options
  */
-export async function* body(response, url, seconds) {
+export async function* body(response, url, { idleSeconds: seconds = IDLE_SECONDS }) {
   const stream = /** @type {ReadableStream<Uint8Array<ArrayBuffer>>} */ (response.body);
   /** @type {() => Promise<{done: boolean, value?: Uint8Array<ArrayBuffer>}>} */
   let read;

@@ -1,4 +1,4 @@
-/** The head of a KTX 2 file, checked against what the manifest says of the texture. SPEC section 6. */
+/** Parse the header of a KTX 2 file, and check it against the texture's entry in the manifest. SPEC section 6. */
 import { VolpkgError } from "./error.js";
 import { FORMATS } from "./formats.js";
 

@@ -1,11 +1,11 @@
-/** The stack of layers of a view: where it stands, and the corners of its squares. SPEC section 9.1. */
+/** The stack of layers of a view: its position, and the corners of its squares. SPEC section 9.1. */
 import { cross, dot, invert, unit } from "./camera.js";
 
 /** @typedef {readonly number[]} Vector */
 
-/** Layers by which a stack is wider than the volume, as its vertex shader has it. */
+/** Extra width of a stack on each side of the volume, in layers, as in its vertex shader. */
 const RIM = 6;
-/** Half depths of the stack. */
+/** Distance of the eye for parallel rays, in half depths of the stack. */
 const FAR = 1e6;
 const SQUARE = [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]];
 

@@ -1,9 +1,9 @@
-/** What a light with a place sees: the view of shadow maps and of half-angle slices. SPEC section 12. */
+/** The view from a light with a place, for shadow maps and half-angle slices. SPEC section 12. */
 import { cross, dot, multiply, unit } from "./camera.js";
 
 /** @typedef {readonly number[]} Vector */
 
-/** So much wider than the volume: what its border touches is in it. */
+/** Width of the view relative to the volume, more than 1 so that the view contains the border. */
 const WIDER = 1.01;
 
 /** @param {Vector} a @param {Vector} b */

@@ -1,4 +1,5 @@
-/** From what is wanted to what draws: textures, program and mesh of a picture at a level. */
+/** Loads the textures, program and mesh of a picture at a level. */
+import { check, either } from "./abort.js";
 import { choose, textureOf } from "./choose.js";
 import { checkFits } from "./device.js";
 import { VolpkgError } from "./error.js";
@@ -20,7 +21,7 @@ import { passesOf } from "./shapes.js";
 /** @typedef {import("./textures.js").Made} Made */
 /** @typedef {import("./types.js").TransferFunction} TransferFunction */
 /**
- * What is to be drawn, and how the context is used.
+ * A request for a picture, and how to use the context.
  * @typedef {object} Wanted
  * @property {Gl} gl
  * @property {Package} pack
@@ -29,51 +30,112 @@ import { passesOf } from "./shapes.js";
  * @property {number} level
  * @property {number | null} point
  * @property {Map<string, TransferFunction>} edits
+ * @property {import("./segments.js").Segments | null} segments as an app has changed them
  * @property {Clip | null} clip
- * @property {number} [maxTextureBytes] what textures may take together
+ * @property {number} [maxTextureBytes] limit of the bytes of all textures
  * @property {import("./draco.js").DecodeDraco} [decodeDraco]
  * @property {(work: () => void) => void} use called with each use of the context
  * @property {AbortSignal} signal
- * @property {Made[]} held gets each texture as soon as it is there
+ * @property {Made[]} held gets each texture as soon as it exists
  */
-/** What a program or a pass reads. @typedef {Pick<import("./types.js").Program, "uniforms" | "samplers" | "before" | "light_pass">} Inputs */
-/** What draws, all of it on the GPU. @typedef {{choice: Choice, linked: Linked, technique: Technique | null, textures: Made[], mesh: Mesh | null, clip: Clip | null, notes: string[], lightOf: typeof import("./light.js").lightOf | null}} Drawn */
+/**
+ * Inputs of a program or a pass.
+ * @typedef {Pick<import("./types.js").Program, "uniforms" | "samplers" | "before" | "light_pass">} Inputs
+ */
+/**
+ * Everything on the GPU that draws a picture.
+ * @typedef {object} Drawn
+ * @property {Choice} choice
+ * @property {Linked} linked
+ * @property {Technique | null} technique
+ * @property {Made[]} textures
+ * @property {Mesh | null} mesh
+ * @property {Clip | null} clip
+ * @property {string[]} notes
+ * @property {typeof import("./light.js").lightOf | null} lightOf
+ */
 
 /** Techniques that draw one triangle. Tiles, too, make the same picture at once. */
 const ONE_TRIANGLE = ["ray-casting", "tiles"];
 
 /** @param {Wanted} wanted @returns {Promise<Drawn>} */
 export async function load(wanted) {
-  const { gl, pack, device, point, edits, clip, maxTextureBytes, use, signal, held } = wanted;
-  let choice = point === null ? choose(pack, wanted.picture, wanted.level) : await (await import("./subvolumes.js")).chooseBlock(pack, wanted.picture, point, textureOf, signal);
+  const { gl, pack, device, edits, segments, clip, maxTextureBytes, use, signal } = wanted;
+  let choice = await chosen(wanted);
   checkFits(gl, pack, choice, maxTextureBytes);
   if (edits.size) choice = await (await import("./edit.js")).edited(pack, choice, edits, signal);
-  signal.throwIfAborted();
-  const forms = await formsOf(device.probes, (wants) => use(() => device.probes.test(wants)), choice.textures);
-  // Shaders come and compile while textures come.
-  const linking = linkedFor(wanted, choice);
-  linking.catch(() => {});
-  const textures = [];
-  for (const [i, texture] of choice.textures.entries()) {
-    const made = await device.textures.get(texture, forms[i], choice.texels[texture.name], signal, use);
-    held.push(made);
-    textures.push(made);
-  }
-  const linked = await linking;
-  const isPlain = ONE_TRIANGLE.includes(choice.program.technique ?? "ray-casting") && !passesOf(choice.program).length;
-  const technique = isPlain ? null : await (await import("./techniques.js")).loadTechnique(wanted, choice, checkNamed);
-  const notes = [...new Set(forms.flatMap(({ note }, i) => (note ? [`${choice.textures[i].name}: ${note}`] : [])))];
-  const mesh = pack.manifest.proxy && point === null ? await (await import("./mesh.js")).loadMesh(wanted, choice, notes) : null;
-  const lightOf = choice.program.uniforms.some(({ source }) => source === "light_mm") ? (await import("./light.js")).lightOf : null;
-  return { choice, linked, technique, textures, mesh, clip, notes, lightOf };
+  const looks = segments && choice.textures.find(({ role }) => role === "looks");
+  if (looks) choice = { ...choice, texels: Object.assign(Object.create(null), choice.texels, { [looks.name]: segments.texels(looks) }) };
+  check(signal);
+  const { program, textures: all } = choice;
+  const forms = await formsOf(device.probes, (wants) => use(() => device.probes.test(wants)), all);
+  const notes = [...new Set(forms.flatMap(({ note }, i) => (note ? [`${all[i].name}: ${note}`] : [])))];
+  const isPlain = ONE_TRIANGLE.includes(program.technique ?? "ray-casting") && !passesOf(program).length;
+  const hasMesh = pack.manifest.proxy && wanted.point === null;
+  const isLit = program.uniforms.some(({ source }) => source === "light_mm");
+  // Everything comes together, and shaders compile meanwhile.
+  const coming = Promise.all([
+    linkedFor(wanted, choice),
+    isPlain ? null : import("./techniques.js").then(({ loadTechnique }) => loadTechnique(wanted, choice, checkNamed)),
+    hasMesh ? import("./mesh.js").then(({ loadMesh }) => loadMesh(wanted, choice, notes)) : null,
+    isLit ? import("./light.js") : null,
+  ]);
+  const parts = await settled(coming, texturesFor(wanted, choice, forms));
+  const [[linked, technique, mesh, light], textures] = parts;
+  return { choice, linked, technique, textures, mesh, clip, notes, lightOf: light?.lightOf ?? null };
+}
+
+/** @param {Wanted} wanted @returns {Promise<Choice>} */
+async function chosen({ pack, picture, level, point, signal }) {
+  if (point === null) return choose(pack, picture, level);
+  return (await import("./subvolumes.js")).chooseBlock(pack, picture, point, textureOf, signal);
+}
+
+/**
+ * Waits for two promises and returns both results. Throws an error only after both have ended.
+ * @template One, Other @param {Promise<One>} one @param {Promise<Other>} other @returns {Promise<[One, Other]>}
+ */
+async function settled(one, other) {
+  await Promise.allSettled([one, other]);
+  return [await one, await other];
+}
+
+/**
+ * All textures of a choice, each file once.
+ * @param {Wanted} wanted @param {Choice} choice @param {import("./textures.js").Form[]} forms
+ */
+async function texturesFor({ device, use, signal, held }, { textures, texels }, forms) {
+  const together = either(signal);
+  /** @type {Map<unknown, Promise<Made>>} */
+  const coming = new Map();
+  textures.forEach((texture, i) => {
+    const key = texels[texture.name] ?? texture.file;
+    if (coming.has(key)) return;
+    const made = device.textures.get(texture, forms[i], texels[texture.name], together.signal, use);
+    coming.set(key, made);
+    made.then(
+      (each) => held.push(each),
+      () => together.abort(),
+    );
+  });
+  // The first failure ends the others, which then fail as well.
+  const first = Promise.all(coming.values());
+  first.catch(() => {});
+  await Promise.allSettled(coming.values());
+  await first;
+  together.abort();
+  return Promise.all(
+    textures.map((texture) => /** @type {Promise<Made>} */ (coming.get(texels[texture.name] ?? texture.file))),
+  );
 }
 
 /** @param {Wanted} wanted @param {Choice} choice */
 async function linkedFor({ gl, pack, device, clip, signal }, { program, textures }) {
-  const [vertex, fragment] = await Promise.all([program.vertex, program.fragment].map((path) => pack.text(path, { signal })));
   const paths = /** @type {[string, string]} */ ([program.vertex, program.fragment]);
-  const texts = { name: program.name, vertex, fragment: clip?.shader(fragment, program.fragment) ?? fragment, paths };
-  const linked = await device.linked(`${program.name} ${clip?.planes.length ?? 0} ${clip?.depth ?? false}`, texts);
+  const linked = await device.linked(`${program.name} ${clip?.key ?? ""}`, async () => {
+    const [vertex, fragment] = await Promise.all(paths.map((path) => pack.text(path, { signal })));
+    return { name: program.name, vertex, fragment: clip?.shader(fragment, program.fragment) ?? fragment, paths };
+  });
   checkUniforms(gl, linked, program, textures, clip?.uniforms ?? []);
   return linked;
 }
@@ -81,12 +143,13 @@ async function linkedFor({ gl, pack, device, clip, signal }, { program, textures
 /**
  * Gives a program everything that it reads.
  * @param {Gl} gl @param {Drawn} drawn @param {Linked} linked @param {Inputs} program
- * @param {Record<string, Value>} values by the source of a uniform @param {Behind | null} behind
+ * @param {Record<string, Value>} values by the source of a uniform @param {Behind} behind
  */
 export function bind(gl, { choice, textures, clip }, linked, program, values, behind) {
   gl.useProgram(linked.handle);
   for (const { name, source } of program.uniforms) {
-    if (values[source] === undefined) throw new VolpkgError("VP4011", { path: choice.program.name, problem: `it has no value for ${name}` });
+    if (values[source] === undefined)
+      throw new VolpkgError("VP4011", { path: choice.program.name, problem: `it has no value for ${name}` });
     setUniform(gl, linked.locations[name], values[source]);
   }
   clip?.bind(gl, linked, program.samplers.length + passesOf(program).length, behind);

@@ -1,8 +1,9 @@
 /**
- * Proxy geometry: rays begin at a mesh around what is seen. SPEC section 15. Meshes that are compressed with Draco need a
- * decoder of the app, which would weigh more than all of this. Without one they are left out, with a note, and the picture
- * is drawn from the box: it is the same.
+ * Proxy geometry: rays begin at a mesh around the visible part of the volume. SPEC section 15. A mesh compressed with
+ * Draco needs a decoder from the app, because a decoder is larger than this whole library. Without one the mesh is not
+ * used, a note reports it, and rays begin at the box; the picture is the same.
  */
+import { check } from "./abort.js";
 import { invert } from "./camera.js";
 import { VolpkgError } from "./rarer.js";
 import { isWebGl2 } from "./formats.js";
@@ -16,14 +17,22 @@ const LARGEST_JSON = 1 << 20;
 /** Units of a mesh in a voxel. */
 const UNITS = 4;
 
-/** What a mesh is made of. @typedef {{parts: Part[], program: Program, drawing: Linked, first: Linked, scale: readonly number[], extent: readonly number[]}} Loaded */
+/**
+ * A mesh, with the programs that draw it.
+ * @typedef {{parts: Part[], program: Program, drawing: Linked, first: Linked, scale: readonly number[], extent:
+ *   readonly number[]}} Loaded
+ */
 
 /**
  * The mesh of a choice, or null if rays begin at the box.
  * @param {import("./load.js").Wanted} wanted @param {import("./choose.js").Choice} choice
- * @param {string[]} notes gets what is left out
+ * @param {string[]} notes gets a note if the mesh cannot be used
  */
-export async function loadMesh({ gl, pack, device, decodeDraco, use, signal }, { program: { transfer }, level }, notes) {
+export async function loadMesh(
+  { gl, pack, device, decodeDraco, use, signal },
+  { program: { transfer }, level },
+  notes,
+) {
   const { proxy, grid } = pack.manifest;
   const record = proxy?.meshes?.find((each) => each.transfer === transfer && each.level === level.index);
   const program = proxy?.programs?.find((each) => each.transfer === transfer && each.levels.includes(level.index));
@@ -32,15 +41,42 @@ export async function loadMesh({ gl, pack, device, decodeDraco, use, signal }, {
     notes.push(new VolpkgError("VP7064", { file: record.file }).message);
     return null;
   }
-  const parts = record.file ? await partsOf(await pack.read(record.file, { signal }), record.file, record.triangles ?? 0, record.draco ? decodeDraco : undefined) : [];
+  const parts = record.file
+    ? await partsOf(
+        await pack.read(record.file, { signal }),
+        record.file,
+        record.triangles ?? 0,
+        record.draco ? decodeDraco : undefined,
+      )
+    : [];
   const vertex = await pack.text(program.vertex, { signal });
   const [fragment, depth] = [await pack.text(program.fragment, { signal }), await pack.text(proxy.depth, { signal })];
-  const drawing = await device.linked(program.name, { name: program.name, vertex, fragment, paths: [program.vertex, program.fragment] });
-  const first = await device.linked(`${program.name} depth`, { name: "depth", vertex, fragment: depth, paths: [program.vertex, proxy.depth] });
-  signal.throwIfAborted();
+  const drawing = await device.linked(program.name, async () => ({
+    name: program.name,
+    vertex,
+    fragment,
+    paths: [program.vertex, program.fragment],
+  }));
+  const first = await device.linked(`${program.name} depth`, async () => ({
+    name: "depth",
+    vertex,
+    fragment: depth,
+    paths: [program.vertex, proxy.depth],
+  }));
+  check(signal);
   /** @type {Mesh | null} */
   let mesh = null;
-  use(() => (mesh = new Mesh(gl, { parts, program, drawing, first, scale: record.box_from_mesh_mm_xyz, extent: grid.extent_mm_zyx })));
+  use(
+    () =>
+      (mesh = new Mesh(gl, {
+        parts,
+        program,
+        drawing,
+        first,
+        scale: record.box_from_mesh_mm_xyz,
+        extent: grid.extent_mm_zyx,
+      })),
+  );
   return /** @type {Mesh | null} */ (mesh);
 }
 
@@ -85,14 +121,19 @@ export class Mesh {
     const [x, y, z] = this.#ends;
     for (let corner = 0; corner < 8; corner++) {
       const at = [x[corner & 1], y[(corner >> 1) & 1], z[corner >> 2], 1];
-      const [depth, w] = [2, 3].map((row) => at.reduce((sum, each, column) => sum + each * clipFromBox[4 * column + row], 0));
+      const [depth, w] = [2, 3].map((row) =>
+        at.reduce((sum, each, column) => sum + each * clipFromBox[4 * column + row], 0),
+      );
       if (depth < -w) return null;
     }
     this.values.clip_from_box = clipFromBox;
     return this;
   }
 
-  /** Draws into the framebuffer that is bound, which has a depth buffer. @param {(linked: Linked, program: Program) => void} bind */
+  /**
+   * Draws into the framebuffer that is bound, which has a depth buffer.
+   * @param {(linked: Linked, program: Program) => void} bind
+   */
   draw(bind) {
     const gl = this.#gl;
     const { program, drawing, first } = this.#programs;
@@ -102,7 +143,10 @@ export class Mesh {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     if (isWebGl2(gl)) gl.bindVertexArray(this.#array);
-    for (const [linked, writes, test] of /** @type {const} */ ([[first, true, gl.LESS], [drawing, false, gl.EQUAL]])) {
+    for (const [linked, writes, test] of /** @type {const} */ ([
+      [first, true, gl.LESS],
+      [drawing, false, gl.EQUAL],
+    ])) {
       gl.colorMask(!writes, !writes, !writes, !writes);
       gl.depthMask(writes);
       gl.depthFunc(test);
@@ -141,9 +185,18 @@ export async function partsOf(data, name, triangles, decodeDraco) {
     throw new VolpkgError("VP4039", { name, problem });
   };
   const view = new DataView(data.buffer, data.byteOffset, data.length);
-  const words = (/** @type {number[]} */ ...at) => at.map((each) => (each + 4 <= data.length ? view.getUint32(each, true) : -1));
+  const words = (/** @type {number[]} */ ...at) =>
+    at.map((each) => (each + 4 <= data.length ? view.getUint32(each, true) : -1));
   const [magic, version, length, size, kind] = words(0, 4, 8, 12, 16);
-  if (magic !== 0x46546c67 || version !== 2 || length !== data.length || kind !== 0x4e4f534a || size > LARGEST_JSON || 20 + size > length) refuse("it is no glTF binary");
+  if (
+    magic !== 0x46546c67 ||
+    version !== 2 ||
+    length !== data.length ||
+    kind !== 0x4e4f534a ||
+    size > LARGEST_JSON ||
+    20 + size > length
+  )
+    refuse("it is no glTF binary");
   const [binarySize, binaryKind] = words(20 + size, 24 + size);
   const start = 28 + size;
   if (binaryKind !== 0x004e4942 || start + binarySize !== length) refuse("it has no binary chunk that ends with it");
@@ -157,13 +210,19 @@ export async function partsOf(data, name, triangles, decodeDraco) {
   /** @param {number} view @returns {[from: number, bytes: number]} */
   const viewOf = (view) => {
     const { byteOffset: at = 0, byteLength } = gltf?.bufferViews?.[view] ?? {};
-    if (![at, byteLength].every((each) => Number.isSafeInteger(each) && each >= 0) || at + byteLength > binarySize) refuse(`buffer view ${view} reaches beyond the file`);
+    if (![at, byteLength].every((each) => Number.isSafeInteger(each) && each >= 0) || at + byteLength > binarySize)
+      refuse(`buffer view ${view} reaches beyond the file`);
     return [data.byteOffset + start + at, byteLength];
   };
   /** @param {any} index @param {number} type @param {string} shape @param {number} bytes */
   const read = (index, type, shape, bytes) => {
     const { bufferView, componentType, type: found, count, byteOffset = 0 } = gltf?.accessors?.[index] ?? {};
-    if (componentType !== type || found !== shape || ![count, byteOffset].every((each) => Number.isSafeInteger(each) && each >= 0)) refuse(`accessor ${index} is not of the kind that packages have`);
+    if (
+      componentType !== type ||
+      found !== shape ||
+      ![count, byteOffset].every((each) => Number.isSafeInteger(each) && each >= 0)
+    )
+      refuse(`accessor ${index} is not of the kind that packages have`);
     const [from, byteLength] = viewOf(bufferView);
     if (byteOffset + count * bytes > byteLength) refuse(`accessor ${index} reaches beyond its bytes`);
     return data.buffer.slice(from + byteOffset, from + byteOffset + count * bytes);
@@ -176,9 +235,17 @@ export async function partsOf(data, name, triangles, decodeDraco) {
     const part =
       unpack && decodeDraco
         ? await unpack(new Uint8Array(data.buffer.slice(from, from + bytes)), decodeDraco, name)
-        : { positions: new Float32Array(read(each?.attributes?.POSITION, 5126, "VEC3", 12)), indices: new Uint16Array(read(each?.indices, 5123, "SCALAR", 2)) };
+        : {
+            positions: new Float32Array(read(each?.attributes?.POSITION, 5126, "VEC3", 12)),
+            indices: new Uint16Array(read(each?.indices, 5123, "SCALAR", 2)),
+          };
     const { positions, indices } = part;
-    if (!positions.every(Number.isFinite) || indices.length % 3 || indices.some((index) => 3 * index >= positions.length)) refuse("an index names no vertex, or a position is no number");
+    if (
+      !positions.every(Number.isFinite) ||
+      indices.length % 3 ||
+      indices.some((index) => 3 * index >= positions.length)
+    )
+      refuse("an index names no vertex, or a position is no number");
     parts.push(part);
   }
   const found = parts.reduce((sum, { indices }) => sum + indices.length / 3, 0);

@@ -21,7 +21,7 @@ const POLL_MS = 1;
 /** @param {Quality} quality share of the samples of the finest */
 const cost = ({ step, scale }) => (scale * scale) / step;
 
-/** Times pictures by fences, or by reading a pixel where there are none, and chooses the quality of the next. */
+/** Times pictures by fences, or by reading a pixel in WebGL 1, and chooses the quality of the next picture. */
 export class Pace {
   #gl;
   #budget;

@@ -1,28 +1,5 @@
-/** What the manifest says of what few packages have: mosaics, passes, empty-space skipping, editing, sub-volumes, meshes. */
-import { PROGRAM, UNIFORMS, count, counts, number, path, positive, shadersOf, text, three, tuple, whole } from "./shapes.js";
-
-const MOSAIC = { tile_shape_yx: tuple(2, count), slices: count, "gutter?": whole, "padding_yx?": tuple(2, whole), tiles_x: count, tiles_y: count, texture_shape_yx: tuple(2, count) };
-// What more there is to passes is checked where they are drawn.
-const PASS = { vertex: path, fragment: path, sampler: text, uniforms: UNIFORMS };
-const DRAWN = { ...PROGRAM, "light?": { place_mm_xyz: three }, "before?": [PASS], "light_pass?": PASS };
-/** @type {import("./shapes.js").ShapeObject} */
-export const PARTS = {
-  "together?": { name: text, transfers: [text] },
-  textures: [{ "mosaic?": MOSAIC }],
-  programs: [DRAWN],
-  "skipping?": {
-    "epsilon?": number,
-    "tables?": [{ texture: text, level: whole, transfer: text, kind: text, block: count, blocks_zyx: counts, blocks_from_box_per_mm_xyz: three }],
-    "ranges?": [{ texture: text, level: whole, block: count, blocks_zyx: counts }],
-  },
-  "editing?": { "histograms?": [{ level: count, file: path, reference_mm: positive, channel: text }] },
-  "subvolumes?": { grid: path, "pieces?": [path], "programs?": [DRAWN] },
-  "proxy?": {
-    "meshes?": [{ transfer: text, level: whole, "file?": path, "triangles?": whole, "draco?": (v) => v === true || v === false, box_from_mesh_mm_xyz: tuple(3, positive) }],
-    depth: path,
-    "programs?": [DRAWN],
-  },
-};
+/** Rules for parts that few packages have: mosaics, empty-space skipping, editing, sub-volumes, meshes. */
+import { shadersOf } from "./shapes.js";
 
 /**
  * Files that parts use, and in which role.
@@ -42,11 +19,14 @@ export function usesOf({ editing, subvolumes, proxy }) {
 }
 
 /**
- * What parts contradict, or nothing.
+ * The first contradiction between parts of a manifest, or undefined.
  * @param {import("./types.js").Manifest} manifest
  * @returns {string | undefined}
  */
-export function contradictionOf({ textures, skipping, proxy }) {
+export function contradictionOf({ textures, skipping, proxy, segments }) {
+  const named = new Set(segments?.segments.map(({ name }) => name));
+  const unknown = segments?.labels.flatMap((each) => each.segments ?? []).find((name) => !named.has(name));
+  if (unknown) return `a label is of the segment ${unknown}, which is not there`;
   const empty = proxy?.programs?.find((each) => !each.levels.length);
   if (empty) return `program ${empty.name} draws no level`;
   const torn = textures.find(({ mosaic, shape_zyx: [, ...shape] }) => mosaic?.texture_shape_yx.some((n, i) => n !== shape[i]));

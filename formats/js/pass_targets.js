@@ -1,4 +1,4 @@
-/** What passes draw into: a texture of its own for each, in a format that is tried before it is believed. SPEC section 9.2. */
+/** Targets of passes: one texture for each, in a format that is probed first. SPEC section 9.2. */
 import { VolpkgError } from "./rarer.js";
 import { isWebGl2 } from "./formats.js";
 import { WHOLE, linkNow } from "./program.js";
@@ -19,8 +19,8 @@ void main() {
 }
 `;
 /**
- * What is drawn into the left one of two texels, and how the place `at` of them shows it: half floats are blended and
- * filtered, and whole floats hold what no half float does.
+ * A trial of each format: the value drawn into the left one of two texels, and how it is read back at `at`. Half floats
+ * are blended and filtered; 32-bit floats hold a value that half floats cannot hold.
  */
 const TRIALS = {
   rgba16f: { value: 0.5, times: 2, at: 0.5, from: 0, scale: 1, expected: 0.375 },
@@ -66,8 +66,8 @@ export function freeTarget(gl, { texture, frame }) {
 }
 
 /**
- * Throws VP7014 unless a few texels that are drawn into a format give what they must.
- * @param {Gl} gl @param {import("./device.js").Device} device @param {Format} format @param {string} name of what needs it
+ * Draws a few texels into a format and throws VP7014 if they read back with wrong values.
+ * @param {Gl} gl @param {import("./device.js").Device} device @param {Format} format @param {string} name of its shader
  */
 export function checkTarget(gl, device, format, name) {
   if (format === "rgba8") return;

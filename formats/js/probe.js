@@ -1,6 +1,6 @@
 /**
- * What a device really does. A context may offer a format, a filter or a size and then draw black. So each one that is
- * needed is drawn with a few texels before it is used, one pixel for each, and all of these are read back at once.
+ * Tests of a device. A context may offer a format, a filter or a size and then draw black. Therefore each capability
+ * that is needed is first tested by drawing one pixel from a few texels; all of these pixels are read back at once.
  */
 import { FORMATS, constant, isWebGl2 } from "./formats.js";
 import { WHOLE, linkNow } from "./program.js";
@@ -46,7 +46,7 @@ void main() {
 /** @param {Want} want */
 const keyOf = (want) => `${want.internal} ${want.volume ? "3D" : "2D"} ${want.size ? `${want.size} along ${"xyz"[want.axis ?? 0]}` : want.nearest ? "nearest" : "linear"}`;
 
-/** Remembers what was found. */
+/** Stores the result. */
 export class Probes {
   #gl;
   /** @type {Map<string, Result>} */
@@ -61,7 +61,7 @@ export class Probes {
     this.#gl = gl;
   }
 
-  /** What was found of what was tried. @param {Want} want */
+  /** The stored result of a probe. @param {Want} want */
   result(want) {
     return /** @type {Result} */ (this.found.get(keyOf(want)));
   }
@@ -141,7 +141,7 @@ function expected({ internal, nearest, size }) {
 }
 
 /**
- * Two texels, or as many as the size that is wanted, of which the last one is bright.
+ * Fills a texture with two texels, or `want.size` texels. The last one is bright.
  * @param {Gl} gl @param {Want} want @param {WebGLTexture} texture
  */
 function fill(gl, want, texture) {

@@ -1,4 +1,4 @@
-/** Programs of WebGL: compiled, linked, and compared with what the manifest says of them. */
+/** WebGL programs: compiled, linked, and checked against the manifest. */
 import { VolpkgError } from "./error.js";
 import { passesOf } from "./shapes.js";
 
@@ -78,7 +78,7 @@ function active(gl, handle) {
 }
 
 /**
- * Throws unless a program uses exactly what the manifest names, and what this reader has added.
+ * Throws unless a program uses exactly the inputs in the manifest and those added by this reader.
  * @param {Gl} gl @param {Linked} linked @param {import("./types.js").Program} program
  * @param {import("./types.js").Texture[]} textures @param {string[]} added
  */
@@ -89,7 +89,7 @@ export function checkUniforms(gl, linked, program, textures, added) {
 }
 
 /**
- * Throws unless a program uses exactly what is named.
+ * Throws unless a program uses exactly the named attributes, uniforms and samplers.
  * @param {Gl} gl @param {Linked} linked @param {string} program its name @param {import("./types.js").Uniform[]} uniforms
  * @param {string[]} samplers with their types @param {string[]} added
  */

@@ -1,24 +1,48 @@
-/** Messages of what is loaded only when a package or an app needs it. */
+/** Messages of modules that are loaded on demand. */
 import { VolpkgError, WORDS } from "./error.js";
 
 Object.assign(WORDS, {
   VP4032: ["{path}: not a joint histogram: {problem}", "Build the package again."],
   VP4039: ["{name}: not a mesh of the kind that packages hold: {problem}", "Build the package again."],
+  VP4061: ["{path}: {file} is damaged: its CRC-32 is not the one in the zip", "Copy the package again, or make it again with volprep zip."],
+  VP4070: [
+    "{path}: the package requires extensions that this reader does not know: {extensions}",
+    "Use a reader that knows them, or ask the author for a package without them.",
+  ],
   VP5023: [
     "{path}: the transfer functions of this package are not editable",
     "Build it from a scene with editable = true.",
   ],
-  VP7019: ["the picture cannot be clipped by {what}", "Give a box in millimetres, and at most {limit} planes, each four numbers."],
-  VP7020: ["these are no points of a transfer function: {problem}", "Give points in ascending order of value, with colour and extinction_per_mm."],
+  VP7019: [
+    "the picture cannot be clipped by {what}",
+    "Give a box in millimetres, and at most {limit} planes, each four numbers.",
+  ],
+  VP7020: [
+    "these are no points of a transfer function: {problem}",
+    "Give points in ascending order of value, with colour and extinction_per_mm.",
+  ],
   VP7021: [
     "program {name} draws {technique}, which is not possible here: {problem}",
     "Use a browser and a device that have it, or build the package with another technique.",
+  ],
+  VP7041: ["this browser draws no WebGL: {reason}", "Use a browser with WebGL, and allow it graphics acceleration."],
+  VP7063: [
+    "the light cannot be moved: {problem}",
+    "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong.",
   ],
   VP7064: [
     "{file}: the mesh is compressed with Draco, and the app gives no decoder; rays begin at the box, and the picture is the same",
     'For the speed of a mesh give createRenderer a decodeDraco, or build the package with draco = "none" in [proxy].',
   ],
-  VP7063: ["the light cannot be moved: {problem}", "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong."],
+  VP7080: [
+    "nothing can be picked at {what}: {reason}",
+    "Draw first, and give a pixel of the picture and an opacity between 0 and 1.",
+  ],
+  VP7081: [
+    "the attribute {name} cannot be {value}: {reason}",
+    "Give another value; README.md of volpkg lists what the attributes of volume-viewer take.",
+  ],
+  VP7082: ["there is no slice {what}: {reason}", "Give a plane, a position from 0 to 1, and a size in pixels."],
 });
 
 export { VolpkgError };

@@ -1,6 +1,6 @@
 /**
- * Textures whose size may still change: drivers keep what is sent to them beside the texture itself until it is first drawn,
- * as much as the texture once more. So it is drawn after each slab.
+ * Keeps memory low while a texture is uploaded. Drivers hold a copy of the uploaded texels, as large as the texture,
+ * until the texture is first drawn. Therefore one texel is drawn after each slab.
  */
 import { linkNow } from "./program.js";
 

@@ -67,7 +67,7 @@ function each([depth, height, width], visit) {
   for (let z = 0; z < depth; z++) for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) visit(i++, z, y, x);
 }
 
-/** Distance to the nearest occupied block as a king walks. What lies outside is empty. @param {Uint8Array} occupied @param {Shape} shape */
+/** Chessboard distance to the nearest occupied block; empty outside. @param {Uint8Array} occupied @param {Shape} shape */
 function chebyshev(occupied, shape) {
   const found = occupied.map((each) => (each ? 0 : LARGEST));
   for (const octant of [0, 7]) sweep(found, shape, octant, 13, (i, least) => Math.min(found[i], least + 1));

@@ -3,7 +3,7 @@ import { VolpkgError } from "./error.js";
 import { body, request } from "./http.js";
 
 /**
- * Bytes of known size, of which any part can be had.
+ * Bytes of known size; any part can be read.
  * @typedef {object} Bytes
  * @property {number} size
  * @property {(start: number, end: number, signal?: AbortSignal) => AsyncIterable<Uint8Array>} part
@@ -12,40 +12,59 @@ import { body, request } from "./http.js";
 /**
  * The files of a package.
  * @typedef {object} Source
- * @property {string} name what messages call the package
+ * @property {string} name name of the package in messages
  * @property {(path: string, signal?: AbortSignal) => AsyncIterable<Uint8Array>} stream a file, piece by piece; each is
  *   valid until the next is asked for
  * @property {(path: string) => number | undefined} size of a file, where it is known before it is read
+ * @property {boolean} [joins] whether files that are asked for together may come with one request
  */
 
+/** @typedef {import("./package.js").OpenOptions} OpenOptions */
+
 /**
- * @param {string | URL | Blob | ArrayBuffer} from
- * @param {{signal?: AbortSignal, idleSeconds?: number}} options
+ * @param {string | URL | Blob | ArrayBuffer | ArrayBufferView} from
+ * @param {OpenOptions} options
  * @returns {Promise<Source>}
  */
-export async function openSource(from, { signal, idleSeconds = 20 }) {
+export async function openSource(from, options) {
+  const { signal } = options;
   if (typeof from === "string" || from instanceof URL) {
     const url = new URL(from, globalThis.document?.baseURI ?? globalThis.location?.href);
-    if (!/\.zip$/i.test(url.pathname)) return folder(url, idleSeconds);
+    if (url.protocol === "blob:") return openSource(await (await request(url, {}, options, signal)).blob(), options);
+    if (!/\.zip$/i.test(url.pathname)) return folder(url, options);
     const [{ openZip }, { remote }] = await Promise.all([import("./zip.js"), import("./ranges.js")]);
-    return openZip(url.pathname.split("/").pop() || url.href, await remote(url, idleSeconds, signal), signal);
+    return openZip(url.pathname.split("/").pop() || url.href, await remote(url, options, signal), signal);
   }
   const { openZip, local } = await import("./zip.js");
   const name = /** @type {File} */ (from).name || "package";
-  if (from instanceof Blob) return openZip(name, local(from.size, (start, end) => from.slice(start, end).arrayBuffer()), signal);
-  if (from instanceof ArrayBuffer) return openZip(name, local(from.byteLength, (start, end) => new Uint8Array(from, start, end - start)), signal);
+  if (from instanceof Blob)
+    return openZip(
+      name,
+      local(from.size, (start, end) => from.slice(start, end).arrayBuffer()),
+      signal,
+    );
+  const [buffer, at, size] = ArrayBuffer.isView(from)
+    ? [from.buffer, from.byteOffset, from.byteLength]
+    : [from, 0, from?.byteLength];
+  if (buffer instanceof ArrayBuffer) {
+    return openZip(
+      name,
+      local(size, (start, end) => new Uint8Array(buffer, at + start, end - start)),
+      signal,
+    );
+  }
   throw new VolpkgError("VP7017", { what: Object.prototype.toString.call(from) });
 }
 
 /**
- * @param {URL} url of the folder, or of its manifest; what it asks for stays with each request
- * @param {number} idleSeconds
+ * @param {URL} url of the folder, or of its manifest; its query is sent with each request
+ * @param {OpenOptions} options
  * @returns {Source}
  */
-function folder(url, idleSeconds) {
+function folder(url, options) {
   const base = new URL(url);
   base.pathname = base.pathname.replace(/manifest\.json$/, "").replace(/\/?$/, "/");
-  const name = decodeURIComponent(base.pathname.split("/").at(-2) || base.host);
+  const name = decodeURIComponent(base.pathname.split("/").slice(-2)[0] || base.host);
   const sizes = /** @type {Map<string, number>} */ (new Map());
   return {
     name,
@@ -53,12 +72,13 @@ function folder(url, idleSeconds) {
     async *stream(path, signal) {
       const at = new URL(base);
       at.pathname += path;
-      const response = await request(at, {}, idleSeconds, signal);
+      const response = await request(at, {}, options, signal);
       if (response.status === 404 && path === "manifest.json") throw new VolpkgError("VP4001", { path: at.href });
-      if (!response.ok) throw new VolpkgError("VP4007", { path: name, file: path, error: `the server answers ${response.status}` });
+      if (!response.ok)
+        throw new VolpkgError("VP4007", { path: name, file: path, error: `the server answers ${response.status}` });
       const length = response.headers.get("content-length");
       if (length && !response.headers.get("content-encoding")) sizes.set(path, Number(length));
-      yield* body(response, at, idleSeconds);
+      yield* body(response, at, options);
     },
   };
 }

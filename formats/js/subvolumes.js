@@ -1,7 +1,7 @@
 /** Level 0 in pieces: those around one point of the grid. SPEC section 18. */
 import { VolpkgError } from "./error.js";
 import { toHalf } from "./halves.js";
-import { breach } from "./shapes.js";
+import { parseJson, schemaBreach } from "./strict.js";
 
 /** @typedef {import("./choose.js").Choice} Choice */
 /** @typedef {import("./package.js").Package} Package */
@@ -17,12 +17,8 @@ import { breach } from "./shapes.js";
  * @property {{minimum: number, file?: string}[]} subvolumes
  */
 
-/** A voxel beyond every volume: what lies on a side without pieces is never reached. */
+/** A voxel beyond every volume: a side without pieces is never reached. */
 const NOWHERE = 1e9;
-const whole = (/** @type {unknown} */ v) => Number.isSafeInteger(v) && /** @type {number} */ (v) >= 0;
-const text = (/** @type {unknown} */ v) => typeof v === "string";
-/** @type {import("./shapes.js").Shape} */
-const GRID = { format: text, shape_zyx: [whole], cuts_zyx: [[whole]], gl: { target: text, internal_format: text, format: text, type: text }, "filter?": text, subvolumes: [{ minimum: whole, "file?": text }] };
 
 /** @param {Package} pack @param {AbortSignal} [signal] @returns {Promise<SubvolumeGrid>} */
 async function readGrid(pack, signal) {
@@ -35,19 +31,19 @@ async function readGrid(pack, signal) {
   /** @type {any} */
   let grid;
   try {
-    grid = JSON.parse(await pack.text(path, { signal }));
+    grid = parseJson(await pack.read(path, { signal }));
   } catch (error) {
-    if (!(error instanceof SyntaxError)) throw error;
-    refuse(`it is not JSON: ${error.message}`);
+    if (error instanceof VolpkgError || signal?.aborted) throw error;
+    refuse(`it is not JSON: ${/** @type {Error} */ (error).message}`);
   }
-  const problem = breach(grid, GRID, "");
+  const problem = schemaBreach(grid, "SubvolumeGrid", "");
   if (problem) refuse(problem);
   if (grid.format !== "volpkg-subvolumes" || grid.cuts_zyx.length !== 3 || grid.gl.target !== "TEXTURE_3D") refuse("it is no grid of sub-volumes");
   if (volume.shape_zyx.some((n, i) => n !== grid.shape_zyx[i])) refuse("it has another shape than the volume");
   grid.cuts_zyx.forEach((/** @type {number[]} */ cuts, /** @type {number} */ axis) => {
     const last = grid.shape_zyx[axis] - 1;
     const inOrder = cuts.slice(1).every((cut, i) => cut > cuts[i]) || (last === 0 && cuts.join() === "0,0");
-    if (cuts.length < 2 || cuts[0] !== 0 || cuts.at(-1) !== last || !inOrder) refuse(`the cuts along ${"zyx"[axis]} do not lead from 0 to ${last}`);
+    if (cuts.length < 2 || cuts[0] !== 0 || cuts[cuts.length - 1] !== last || !inOrder) refuse(`the cuts along ${"zyx"[axis]} do not lead from 0 to ${last}`);
   });
   const count = grid.cuts_zyx.reduce((/** @type {number} */ product, /** @type {number[]} */ cuts) => product * (cuts.length - 1), 1);
   if (grid.subvolumes.length !== count) refuse(`it has ${grid.subvolumes.length} sub-volumes instead of ${count}`);
@@ -55,9 +51,9 @@ async function readGrid(pack, signal) {
 }
 
 /**
- * The program of the pieces around a point, with all that it reads.
+ * The program of the pieces around a point, with all its inputs.
  * @param {Package} pack @param {string} picture @param {number} point
- * @param {typeof import("./choose.js").textureOf} textureOf finds what is no piece @param {AbortSignal} [signal]
+ * @param {typeof import("./choose.js").textureOf} textureOf finds all other textures @param {AbortSignal} [signal]
  * @returns {Promise<Choice>}
  */
 export async function chooseBlock(pack, picture, point, textureOf, signal) {
@@ -68,7 +64,7 @@ export async function chooseBlock(pack, picture, point, textureOf, signal) {
   const grid = await readGrid(pack, signal);
   const counts = grid.cuts_zyx.map((cuts) => cuts.length);
   const [, ny, nx] = counts;
-  if (!(whole(point) && point < counts[0] * ny * nx)) throw refuse(`points 0 to ${counts[0] * ny * nx - 1}`);
+  if (!(Number.isSafeInteger(point) && point >= 0 && point < counts[0] * ny * nx)) throw refuse(`points 0 to ${counts[0] * ny * nx - 1}`);
   const place = [Math.floor(point / (nx * ny)), Math.floor(point / nx) % ny, point % nx];
   const sides = place.map((at, axis) => sidesOf(at, grid.cuts_zyx[axis])).reverse();
   const spacing = [...volume.spacing_mm_zyx].reverse();

@@ -25,16 +25,20 @@ void main() {
 }
 `;
 
+/** @param {Gl} gl @returns {Kind} */
+const kindOfBytes = (gl) => ({ name: "RGBA8", internal: gl.RGBA, format: gl.RGBA, type: gl.UNSIGNED_BYTE });
+
 /**
- * What a linear picture may be kept in, the best first. The last one shows bands in dark parts.
+ * Formats for a linear picture, the best one first. The last one shows bands in dark parts.
  * @param {Gl} gl @returns {Kind[]}
  */
 function kinds(gl) {
-  const last = { name: "RGBA8", internal: gl.RGBA, format: gl.RGBA, type: gl.UNSIGNED_BYTE };
+  const last = kindOfBytes(gl);
   if (isWebGl2(gl)) {
     const float = gl.getExtension("EXT_color_buffer_float") ?? gl.getExtension("EXT_color_buffer_half_float");
     const srgb = { name: "SRGB8_ALPHA8", internal: gl.SRGB8_ALPHA8, format: gl.RGBA, type: gl.UNSIGNED_BYTE };
-    return [...(float ? [{ name: "RGBA16F", internal: gl.RGBA16F, format: gl.RGBA, type: gl.HALF_FLOAT }] : []), srgb, last];
+    const wide = { name: "RGBA16F", internal: gl.RGBA16F, format: gl.RGBA, type: gl.HALF_FLOAT };
+    return [...(float ? [wide] : []), srgb, last];
   }
   const half = gl.getExtension("OES_texture_half_float");
   gl.getExtension("EXT_color_buffer_half_float");
@@ -42,12 +46,98 @@ function kinds(gl) {
   return linear ? [{ name: "RGBA16F", internal: gl.RGBA, format: gl.RGBA, type: half.HALF_FLOAT_OES }, last] : [last];
 }
 
-/** A linear picture of its own, as large as what is drawn. */
-export class Picture {
+/** The format of linear pictures on a device, and the program that shows them. */
+export class Pictures {
   #gl;
   #corners;
+  /** By the app's key. @type {Map<object | undefined, Picture>} */
+  #kept = new Map();
+
+  /** @param {Gl} gl @param {() => void} corners binds the triangle */
+  constructor(gl, corners) {
+    this.#gl = gl;
+    this.#corners = corners;
+    this.present = linkNow(gl, "present", WHOLE, PRESENT);
+    this.kind = this.#working(kinds(gl));
+  }
+
+  /** The picture that is kept under a key. @param {object} [key] */
+  of(key) {
+    const found = this.#kept.get(key) ?? new Picture(this.#gl, this.kind);
+    this.#kept.set(key, found);
+    return found;
+  }
+
+  /** Frees the picture of a key. @param {object} key */
+  forget(key) {
+    this.#kept.get(key)?.dispose();
+    this.#kept.delete(key);
+  }
+
+  /**
+   * Shows a picture, encoded as sRGB, in the framebuffer that is bound.
+   * @param {WebGLTexture | null} texture @param {readonly number[]} viewport x, y, width, height
+   * @param {readonly number[]} background linear red, green, blue
+   */
+  show(texture, [x, y, width, height], background) {
+    const gl = this.#gl;
+    gl.viewport(x, y, width, height);
+    gl.useProgram(this.present.handle);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    const { u_picture, u_place, u_background } = this.present.locations;
+    gl.uniform1i(u_picture, 0);
+    gl.uniform4f(u_place, x, y, 1 / width, 1 / height);
+    gl.uniform3f(u_background, background[0], background[1], background[2]);
+    this.#corners();
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  dispose() {
+    for (const each of this.#kept.values()) each.dispose();
+    this.#gl.deleteProgram(this.present.handle);
+  }
+
+  /** The first kind that stores pictures correctly. @param {Kind[]} all */
+  #working(all) {
+    const gl = this.#gl;
+    const draw = linkNow(gl, "constant", WHOLE, CONSTANT);
+    const found = all.find((kind) => {
+      if (kind === all[all.length - 1]) return true;
+      const trial = new Picture(gl, kind);
+      trial.bind(1, 1, false);
+      for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.CULL_FACE, gl.SCISSOR_TEST]) gl.disable(each);
+      gl.viewport(0, 0, 1, 1);
+      gl.useProgram(draw.handle);
+      this.#corners();
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+      const shown = this.#shown(trial.texture);
+      trial.dispose();
+      // FAINT is 3 of 255 in sRGB, 0 as a byte.
+      return Math.abs(shown[0] - 255 * 12.92 * FAINT) < 1.6 && Math.abs(shown[1] - 188) < 2 && shown[2] === 255;
+    });
+    gl.deleteProgram(draw.handle);
+    while (gl.getError() !== gl.NO_ERROR && !gl.isContextLost());
+    return /** @type {Kind} */ (found);
+  }
+
+  /** One pixel of a picture, as it is shown. @param {WebGLTexture | null} picture */
+  #shown(picture) {
+    const gl = this.#gl;
+    const pixel = new Uint8Array(4);
+    const shown = new Picture(gl, kindOfBytes(gl));
+    shown.bind(1, 1, false);
+    this.show(picture, [0, 0, 1, 1], [0, 0, 0]);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    shown.dispose();
+    return pixel;
+  }
+}
+
+/** A linear picture at the size of the drawing. */
+export class Picture {
+  #gl;
   #kind;
-  #present;
   /** @type {WebGLTexture | null} */
   #texture = null;
   /** @type {WebGLFramebuffer | null} */
@@ -57,12 +147,10 @@ export class Picture {
   width = 0;
   height = 0;
 
-  /** @param {Gl} gl @param {() => void} corners binds the triangle */
-  constructor(gl, corners) {
+  /** @param {Gl} gl @param {Kind} kind */
+  constructor(gl, kind) {
     this.#gl = gl;
-    this.#corners = corners;
-    this.#present = linkNow(gl, "present", WHOLE, PRESENT);
-    this.#kind = this.#working(kinds(gl));
+    this.#kind = kind;
   }
 
   /** Format that it is kept in. */
@@ -75,17 +163,24 @@ export class Picture {
     return this.#texture;
   }
 
+  /** Framebuffer of the picture. */
+  get frame() {
+    return this.#frame;
+  }
+
   /**
-   * Binds it as what is drawn into.
+   * Binds it as the render target.
    * @param {number} width @param {number} height @param {boolean} depth whether it must have a depth buffer
    */
   bind(width, height, depth) {
     const gl = this.#gl;
     const limit = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-    if (!(width >= 1 && height >= 1 && width <= limit && height <= limit)) throw new VolpkgError("VP5009", { driver: driverOf(gl), width, height, limit });
+    if (!(width >= 1 && height >= 1 && width <= limit && height <= limit)) {
+      throw new VolpkgError("VP5009", { driver: driverOf(gl), width, height, limit });
+    }
     if (width !== this.width || height !== this.height || !this.#texture) {
       this.#free();
-      this.#make(this.#kind, width, height);
+      this.#make(width, height);
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#frame);
     if (depth && !this.#depth) {
@@ -96,24 +191,6 @@ export class Picture {
     }
   }
 
-  /**
-   * Shows it, encoded as sRGB, in the framebuffer that is bound.
-   * @param {readonly number[]} viewport x, y, width, height @param {readonly number[]} background linear red, green, blue
-   */
-  present([x, y, width, height], background) {
-    const gl = this.#gl;
-    gl.viewport(x, y, width, height);
-    gl.useProgram(this.#present.handle);
-    gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, this.#texture);
-    const { u_picture, u_place, u_background } = this.#present.locations;
-    gl.uniform1i(u_picture, 0);
-    gl.uniform4f(u_place, x, y, 1 / width, 1 / height);
-    gl.uniform3f(u_background, background[0], background[1], background[2]);
-    this.#corners();
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
-  }
-
   /** Premultiplied linear RGBA, row 0 on top. @returns {Float32Array} */
   read() {
     const gl = this.#gl;
@@ -122,7 +199,9 @@ export class Picture {
     const row = 4 * width;
     const upright = new Float32Array(row * height);
     const { texels, value } = this.#texels(row * height);
-    gl.readPixels(0, 0, width, height, gl.RGBA, texels instanceof Float32Array ? gl.FLOAT : texels instanceof Uint8Array ? gl.UNSIGNED_BYTE : this.#kind.type, texels);
+    const type =
+      texels instanceof Float32Array ? gl.FLOAT : texels instanceof Uint8Array ? gl.UNSIGNED_BYTE : this.#kind.type;
+    gl.readPixels(0, 0, width, height, gl.RGBA, type, texels);
     for (let y = 0; y < height; y++) {
       for (let i = 0; i < row; i++) upright[(height - 1 - y) * row + i] = value(texels[y * row + i], i % 4);
     }
@@ -131,69 +210,37 @@ export class Picture {
 
   dispose() {
     this.#free();
-    this.#gl.deleteProgram(this.#present.handle);
   }
 
-  /** @param {number} count @returns {{texels: Float32Array | Uint8Array | Uint16Array, value: (texel: number, channel: number) => number}} */
+  /**
+   * @param {number} count
+   * @returns {{texels: Float32Array | Uint8Array | Uint16Array, value: (texel: number, channel: number) => number}}
+   */
   #texels(count) {
     const gl = this.#gl;
     if (this.#kind.name === "RGBA16F") {
-      if (gl.getExtension("EXT_color_buffer_float") || !isWebGl2(gl)) return { texels: new Float32Array(count), value: (texel) => texel };
+      if (gl.getExtension("EXT_color_buffer_float") || !isWebGl2(gl))
+        return { texels: new Float32Array(count), value: (texel) => texel };
       return { texels: new Uint16Array(count), value: fromHalf };
     }
     const linear = (/** @type {number} */ v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
     const encoded = this.#kind.name === "SRGB8_ALPHA8";
-    return { texels: new Uint8Array(count), value: (texel, channel) => (encoded && channel < 3 ? linear(texel / 255) : texel / 255) };
+    return {
+      texels: new Uint8Array(count),
+      value: (texel, channel) => (encoded && channel < 3 ? linear(texel / 255) : texel / 255),
+    };
   }
 
-  /** The first kind that keeps what is drawn. @param {Kind[]} all */
-  #working(all) {
+  /** @param {number} width @param {number} height */
+  #make(width, height) {
     const gl = this.#gl;
-    const draw = linkNow(gl, "constant", WHOLE, CONSTANT);
-    const found = all.find((kind) => {
-      if (kind === all.at(-1)) return true;
-      this.#make(kind, 1, 1);
-      for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.CULL_FACE, gl.SCISSOR_TEST]) gl.disable(each);
-      gl.viewport(0, 0, 1, 1);
-      gl.useProgram(draw.handle);
-      this.#corners();
-      gl.drawArrays(gl.TRIANGLES, 0, 3);
-      const shown = this.#shown();
-      this.#free();
-      // FAINT is 3 of 255 in sRGB, 0 as a byte.
-      return Math.abs(shown[0] - 255 * 12.92 * FAINT) < 1.6 && Math.abs(shown[1] - 188) < 2 && shown[2] === 255;
-    });
-    gl.deleteProgram(draw.handle);
-    while (gl.getError() !== gl.NO_ERROR && !gl.isContextLost());
-    return /** @type {Kind} */ (found);
-  }
-
-  /** One pixel of it, as it is shown. */
-  #shown() {
-    const gl = this.#gl;
-    const pixel = new Uint8Array(4);
-    const [texture, frame] = [gl.createTexture(), gl.createFramebuffer()];
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
-    this.present([0, 0, 1, 1], [0, 0, 0]);
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-    gl.deleteFramebuffer(frame);
-    gl.deleteTexture(texture);
-    return pixel;
-  }
-
-  /** @param {Kind} kind @param {number} width @param {number} height */
-  #make(kind, width, height) {
-    const gl = this.#gl;
+    const kind = this.#kind;
     this.#texture = gl.createTexture();
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.#texture);
     gl.texImage2D(gl.TEXTURE_2D, 0, kind.internal, width, height, 0, kind.format, kind.type, null);
-    for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, gl.LINEAR], [gl.TEXTURE_MAG_FILTER, gl.LINEAR], [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) {
-      gl.texParameteri(gl.TEXTURE_2D, name, value);
-    }
+    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.LINEAR);
+    for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
     this.#frame = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#frame);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.#texture, 0);

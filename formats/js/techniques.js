@@ -1,7 +1,8 @@
 /**
- * Pictures that take more than one triangle: slabs of samples, rays that begin at faces of the box, stacks of layers, and
- * passes from the light. SPEC sections 9.1 to 9.4.
+ * Pictures that take more than one triangle: slabs of samples, rays that begin at faces of the box, stacks of layers,
+ * and passes from the light. SPEC sections 9.1 to 9.4.
  */
+import { check } from "./abort.js";
 import { invert } from "./camera.js";
 import { VolpkgError } from "./rarer.js";
 import { isWebGl2 } from "./formats.js";
@@ -16,15 +17,19 @@ import { among, breach, count, passesOf, text, tuple } from "./shapes.js";
 /** @typedef {import("./types.js").LightPass} LightPass */
 /** @typedef {import("./types.js").Pass} Pass */
 /** @typedef {import("./types.js").Program} Program */
-/** A pass, and what draws it. @typedef {{pass: Pass, linked: Linked}} Drawing */
-/** A texture, and what draws into it. @typedef {Drawing & {texture: WebGLTexture | null, frame: WebGLFramebuffer | null}} Target */
+/** A pass, and the program that draws it. @typedef {{pass: Pass, linked: Linked}} Drawing */
+/**
+ * A pass with its texture and framebuffer.
+ * @typedef {Drawing & {texture: WebGLTexture | null, frame: WebGLFramebuffer | null}} Target
+ */
 /**
  * How a picture is drawn.
  * @typedef {object} Picture
  * @property {Record<string, Value>} values of uniforms, by their source
  * @property {readonly number[]} viewport x, y, width, height
- * @property {() => void} bindTarget binds what the picture is drawn into
- * @property {(linked: Linked, inputs: import("./load.js").Inputs, values: Record<string, Value>) => void} bind gives a program what it reads
+ * @property {() => void} bindTarget binds the target of the picture
+ * @property {(linked: Linked, inputs: import("./load.js").Inputs, values: Record<string, Value>) => void} bind binds
+ *   the inputs of a program
  */
 
 /** Opacities are added. A picture of 8 bits cuts them at 1, as that of the paper does. */
@@ -33,7 +38,14 @@ const KNOWN = ["ray-casting", "slabs", "two-pass", "two-pass-as-published", "axi
 /** The triangle that covers the picture. */
 const WHOLE = [-1, -1, 3, -1, -1, 3];
 const SAMPLER_3D = 0x8b5f;
-const SQUARE = [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]];
+const SQUARE = [
+  [0, 0],
+  [1, 0],
+  [1, 1],
+  [0, 0],
+  [1, 1],
+  [0, 1],
+];
 /** Sine of the angle under which a face counts as seen from its edge. */
 const EDGE = 1e-6;
 
@@ -42,17 +54,30 @@ const FACTORS = tuple(2, among("ZERO ONE ONE_MINUS_SRC_ALPHA ONE_MINUS_DST_ALPHA
 const BLEND = { order: among("front-to-back back-to-front"), colour: FACTORS, alpha: FACTORS };
 const PASS = { geometry: GEOMETRY, target: among("rgba8 rgba16f rgba32f"), "reads?": [text], "size?": count };
 /** @type {import("./shapes.js").Shape} */
-const PROGRAM = { "geometry?": GEOMETRY, "before?": [PASS], "light_pass?": { ...PASS, size: count, blend: BLEND, behind: BLEND }, "blend?": BLEND, "slab_samples?": count };
+const PROGRAM = {
+  "geometry?": GEOMETRY,
+  "before?": [PASS],
+  "light_pass?": { ...PASS, size: count, blend: BLEND, behind: BLEND },
+  "blend?": BLEND,
+  "slab_samples?": count,
+};
 
 /**
- * What draws a program that is no single triangle. Throws VP7021 where this page or device cannot draw its technique, VP7011
- * to VP7014 where it cannot draw into what passes need.
- * @param {import("./load.js").Wanted} wanted @param {import("./choose.js").Choice} choice @param {typeof import("./program.js").checkNamed} checkNamed
+ * Loads a technique that takes more than one triangle. Throws VP7021 if this page or device cannot draw the technique,
+ * and VP7011 to VP7014 if it cannot draw into the targets of the passes.
+ * @param {import("./load.js").Wanted} wanted
+ * @param {import("./choose.js").Choice} choice
+ * @param {typeof import("./program.js").checkNamed} checkNamed
  */
-export async function loadTechnique({ gl, pack, device, clip, maxTextureBytes: limit = pack.manifest.profile.max_texture_bytes, use, signal }, { program, textures, level }, checkNamed) {
+export async function loadTechnique(
+  { gl, pack, device, clip, maxTextureBytes: limit = pack.manifest.profile.max_texture_bytes, use, signal },
+  { program, textures, level },
+  checkNamed,
+) {
   const { name, technique = "ray-casting", samplers } = program;
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7021", { name, technique, problem });
-  if (technique === CLAMPED && !isWebGl2(gl)) throw refuse("its opacities pass 1, and must be cut in a picture of 8 bits, which needs WebGL 2");
+  if (technique === CLAMPED && !isWebGl2(gl))
+    throw refuse("its opacities pass 1, and must be cut in a picture of 8 bits, which needs WebGL 2");
   if (!KNOWN.includes(technique)) throw refuse("this reader does not know it");
   const problems = breach(program, PROGRAM, name);
   if (problems) throw new VolpkgError("VP4004", { path: pack.name, problems });
@@ -66,16 +91,21 @@ export async function loadTechnique({ gl, pack, device, clip, maxTextureBytes: l
     if (bytes > limit) throw new VolpkgError("VP7013", { level: level.index, size: bytes, limit });
     if (!claims(gl, target)) throw refuse("it needs EXT_color_buffer_float");
     use(() => checkTarget(gl, device, target, pass.fragment));
-    const [vertex, fragment] = [await pack.text(pass.vertex, { signal }), await pack.text(pass.fragment, { signal })];
-    // What is cut away throws no shadow.
-    const cut = (size && clip?.shader(fragment, pass.fragment, true)) || fragment;
-    const linked = await device.linked(`${pass.fragment} ${clip?.planes.length ?? 0}`, { name: pass.fragment, vertex, fragment: cut, paths: [pass.vertex, pass.fragment] });
-    const read = samplers.flatMap((each, i) => (pass.reads?.includes(each.name) ? [`${each.name} ${textures[i].gl.target === "TEXTURE_3D" ? SAMPLER_3D : gl.SAMPLER_2D}`] : []));
+    const paths = /** @type {[string, string]} */ ([pass.vertex, pass.fragment]);
+    const linked = await device.linked(`${pass.fragment} ${clip?.key ?? ""}`, async () => {
+      const [vertex, fragment] = await Promise.all(paths.map((path) => pack.text(path, { signal })));
+      // Clipped parts cast no shadow.
+      const cut = (size && clip?.shader(fragment, pass.fragment, true)) || fragment;
+      return { name: pass.fragment, vertex, fragment: cut, paths };
+    });
+    const kind = (/** @type {number} */ i) => (textures[i].gl.target === "TEXTURE_3D" ? SAMPLER_3D : gl.SAMPLER_2D);
+    const read = samplers.flatMap(({ name: each }, i) => (pass.reads?.includes(each) ? [`${each} ${kind(i)}`] : []));
     checkNamed(gl, linked, pass.fragment, pass.uniforms, read, clip?.uniforms ?? []);
     passes.push({ pass, linked });
   }
+  if (program.light_pass && program.light?.shadows !== "half-angle") throw refuse("it has no light that casts such shadows");
   const stack = program.light_pass ? (await import("./half_angle.js")).halfAngleLayers : null;
-  signal.throwIfAborted();
+  check(signal);
   /** @type {Technique | null} */
   let made = null;
   use(() => (made = new Technique(gl, program, passes, pack.manifest.grid.extent_mm_zyx, stack)));
@@ -93,7 +123,7 @@ export class Technique {
   #array;
   #corners;
   #size = "";
-  /** What the shadow map was drawn with. */
+  /** Inputs of the last shadow map. */
   #lit = "";
 
   /**
@@ -105,8 +135,11 @@ export class Technique {
     this.#program = program;
     /** @type {Target[]} */
     this.#targets = passes.map((each) => ({ ...each, texture: null, frame: null }));
-    /** What is blended in 8 bits first, if it must be. @type {Target | null} */
-    this.#clamped = program.technique === CLAMPED ? /** @type {any} */ ({ pass: { target: "rgba8" }, texture: null, frame: null }) : null;
+    /** Intermediate target for blending in 8 bits, if needed. @type {Target | null} */
+    this.#clamped =
+      program.technique === CLAMPED
+        ? /** @type {any} */ ({ pass: { target: "rgba8" }, texture: null, frame: null })
+        : null;
     this.#extent = [...extent].reverse();
     this.#halfAngle = halfAngle;
     this.#array = isWebGl2(gl) ? gl.createVertexArray() : null;
@@ -155,6 +188,11 @@ export class Technique {
     bindTarget();
   }
 
+  /** Redraws everything kept between pictures, because the clip changed. */
+  renew() {
+    this.#lit = "";
+  }
+
   dispose() {
     const gl = this.#gl;
     this.#free();
@@ -162,7 +200,12 @@ export class Technique {
     if (isWebGl2(gl)) gl.deleteVertexArray(this.#array);
   }
 
-  /** Draws the passes that come first. @param {Picture} picture @param {Record<string, Value>} values @param {number[]} matrix */
+  /**
+   * Draws the passes that come first.
+   * @param {Picture} picture
+   * @param {Record<string, Value>} values
+   * @param {number[]} matrix
+   */
   #passes({ viewport: [, , width, height], bind }, values, matrix) {
     const gl = this.#gl;
     if (this.#size !== `${width} ${height}`) {
@@ -190,11 +233,21 @@ export class Technique {
    */
   #layers(linked, { viewport: [x, y, width, height], bind }, values, light) {
     const gl = this.#gl;
-    const { box_from_clip: matrix, light_mm: place, box_from_light: view } = /** @type {Record<string, number[]>} */ (values);
-    const stack = /** @type {typeof import("./half_angle.js").halfAngleLayers} */ (this.#halfAngle)(this.#extent, matrix, place, view, /** @type {number} */ (values.step_mm));
+    const {
+      box_from_clip: matrix,
+      light_mm: place,
+      box_from_light: view,
+    } = /** @type {Record<string, number[]>} */ (values);
+    const stack = /** @type {typeof import("./half_angle.js").halfAngleLayers} */ (this.#halfAngle)(
+      this.#extent,
+      matrix,
+      place,
+      view,
+      /** @type {number} */ (values.step_mm),
+    );
     const all = { ...values, box_from_slices: stack.boxFromSlices, slices: stack.count };
     const picture = gl.getParameter(gl.FRAMEBUFFER_BINDING);
-    const pass = /** @type {Target} */ (this.#targets.at(-1));
+    const pass = /** @type {Target} */ (this.#targets[this.#targets.length - 1]);
     gl.bindFramebuffer(gl.FRAMEBUFFER, pass.frame);
     this.#clear([0, 0, light.size, light.size]);
     // Both read the same textures from the same units.
@@ -204,7 +257,8 @@ export class Technique {
     this.#fill([...stack.seen, ...stack.lit].flat(), 4);
     let first = 0;
     const firsts = [...stack.seen, ...stack.lit].map(({ length }) => (first += length / 4) - length / 4);
-    const draw = (/** @type {number} */ at, /** @type {number[]} */ corners) => corners.length && gl.drawArrays(gl.TRIANGLES, firsts[at], corners.length / 4);
+    const draw = (/** @type {number} */ at, /** @type {number[]} */ corners) =>
+      corners.length && gl.drawArrays(gl.TRIANGLES, firsts[at], corners.length / 4);
     for (let n = 0; n < stack.count; n++) {
       gl.bindFramebuffer(gl.FRAMEBUFFER, picture);
       gl.viewport(x, y, width, height);
@@ -232,7 +286,11 @@ export class Technique {
     gl.blendFuncSeparate(gl[colour[0]], gl[colour[1]], gl[alpha[0]], gl[alpha[1]]);
   }
 
-  /** Binds what the passes have drawn, behind the textures of the program. @param {Linked} linked @param {number} unit */
+  /**
+   * Binds the results of the passes, after the textures of the program.
+   * @param {Linked} linked
+   * @param {number} unit
+   */
   #read(linked, unit) {
     const gl = this.#gl;
     for (const { pass, texture } of this.#targets) {
@@ -243,7 +301,11 @@ export class Technique {
     }
   }
 
-  /** Draws the triangle, or faces of the box. @param {import("./types.js").Geometry} geometry @param {number[]} matrix */
+  /**
+   * Draws the triangle, or faces of the box.
+   * @param {import("./types.js").Geometry} geometry
+   * @param {number[]} matrix
+   */
   #shape(geometry, matrix) {
     if (geometry === "triangle") this.#triangles(WHOLE, 2);
     else this.#triangles(faces(matrix, this.#extent, geometry === "front-faces"), 3);
@@ -255,7 +317,7 @@ export class Technique {
     this.#gl.drawArrays(this.#gl.TRIANGLES, 0, corners.length / size);
   }
 
-  /** Makes corners those that are drawn. @param {ArrayLike<number>} corners @param {number} size numbers of a corner */
+  /** Sets the corners to draw. @param {ArrayLike<number>} corners @param {number} size numbers of a corner */
   #fill(corners, size) {
     const gl = this.#gl;
     if (isWebGl2(gl)) gl.bindVertexArray(this.#array);
@@ -265,7 +327,7 @@ export class Technique {
     gl.vertexAttribPointer(0, size, gl.FLOAT, false, 0, 0);
   }
 
-  /** Clears a part of what is bound. @param {readonly number[]} part */
+  /** Clears a part of the bound target. @param {readonly number[]} part */
   #clear([x, y, width, height]) {
     const gl = this.#gl;
     gl.enable(gl.SCISSOR_TEST);
@@ -279,7 +341,8 @@ export class Technique {
   #make(target, width, height) {
     const { name, technique, light_pass: light } = this.#program;
     const made = makeTarget(this.#gl, target.pass.target, width, height, target.pass === light);
-    if (!made) throw new VolpkgError("VP7021", { name, technique, problem: `nothing can be drawn into ${target.pass.target}` });
+    if (!made)
+      throw new VolpkgError("VP7021", { name, technique, problem: `nothing can be drawn into ${target.pass.target}` });
     Object.assign(target, made);
   }
 
@@ -305,9 +368,12 @@ function clipFromBox(boxFromClip) {
 export function faces(m, extent, front) {
   // Where the matrix of a perspective has its eye; with parallel rays a point at infinity, w = 0.
   let eye = [-m[8], -m[9], -m[10], -m[11]];
-  if (Math.abs(eye[3]) * Math.max(...extent) > 1e-9 * Math.hypot(eye[0], eye[1], eye[2])) eye = eye.map((each) => each / eye[3]);
+  if (Math.abs(eye[3]) * Math.max(...extent) > 1e-9 * Math.hypot(eye[0], eye[1], eye[2]))
+    eye = eye.map((each) => each / eye[3]);
   else {
-    const ends = [-1, 1].map((depth) => [0, 1, 2].map((row) => (depth * m[8 + row] + m[12 + row]) / (depth * m[11] + m[15])));
+    const ends = [-1, 1].map((depth) =>
+      [0, 1, 2].map((row) => (depth * m[8 + row] + m[12 + row]) / (depth * m[11] + m[15])),
+    );
     eye = [...ends[0].map((each, axis) => each - ends[1][axis]), 0];
   }
   const size = Math.hypot(...eye);
@@ -315,7 +381,7 @@ export function faces(m, extent, front) {
   for (const axis of [0, 1, 2]) {
     for (const side of [0, 1]) {
       const outside = (eye[axis] - side * extent[axis] * eye[3]) * (side ? 1 : -1);
-      // A face that is seen from its edge has no pixels but those of rounding.
+      // A face seen edge-on has no pixels except by rounding.
       if (Math.abs(outside) <= EDGE * size || outside > 0 !== front) continue;
       for (const square of SQUARE) {
         const others = [...square];

@@ -1,4 +1,5 @@
 /** Textures: from a file that comes in pieces to the GPU, without ever holding more than a slab of it here. */
+import { check } from "./abort.js";
 import { sharing } from "./choose.js";
 import { VolpkgError } from "./error.js";
 import { FORMATS, constant, finerSize, isWebGl2 } from "./formats.js";
@@ -13,9 +14,9 @@ import { driverOf } from "./program.js";
  * How the texels of a file reach the device: as they are, or in another format.
  * @typedef {object} Form
  * @property {string} internal internal format of the texture
- * @property {string} [note] what is lost, in words
+ * @property {string} [note] description of the loss
  * @property {(texels: Uint8Array, width: number) => ArrayBufferView} [convert] from rows of the file's texels
- * @property {number} [finer] of a table: how many texels stand for one, because the device does not filter
+ * @property {number} [finer] of a table: texels for each entry, because the device does not filter
  */
 /** @typedef {{handle: WebGLTexture, target: number, bytes: number}} Made */
 
@@ -25,10 +26,10 @@ import { driverOf } from "./program.js";
  * @property {number} level
  * @property {Place} place
  * @property {number} unit bytes of a slice, or of a row of blocks
- * @property {Uint8Array} slab what was not sent yet
+ * @property {Uint8Array} slab bytes not sent yet
  * @property {number} filled bytes of the slab
  * @property {number} at bytes that were sent
- * @property {import("./zstd.js").Frames | null} frames what unpacks it, if it is packed
+ * @property {import("./beside.js").Unpacker | null} frames unpacker of a packed texture
  */
 
 const SLAB = 1 << 20;
@@ -39,6 +40,8 @@ export class Textures {
   #pack;
   /** By file, or by the texels themselves where these were made here. @type {Map<unknown, Made>} */
   #made = new Map();
+  /** Files come at the same time, but go to the GPU one piece after the other. @type {Promise<unknown>} */
+  #turn = Promise.resolve();
 
   /** @param {Gl} gl @param {Package} pack */
   constructor(gl, pack) {
@@ -53,28 +56,38 @@ export class Textures {
 
   /**
    * @param {Texture} texture @param {Form} form
-   * @param {Uint8Array | undefined} texels in place of those of the file
+   * @param {Uint8Array | undefined} texels that replace the file's
    * @param {AbortSignal} signal
    * @param {(work: () => void) => void} use called with each use of the context
    * @returns {Promise<Made>}
    */
   async get(texture, form, texels, signal, use) {
     const key = texels ?? texture.file;
-    const before = this.#made.get(key);
-    if (before) return before;
+    const made = this.#made.get(key) ?? (await this.#make(texture, form, texels, signal, use));
+    this.#made.set(key, made);
+    return made;
+  }
+
+  /**
+   * @param {Texture} texture
+   * @param {Form} form
+   * @param {Uint8Array | undefined} texels
+   * @param {AbortSignal} signal
+   * @param {(work: () => void) => void} use
+   */
+  async #make(texture, form, texels, signal, use) {
     const entries = texels ? [texture] : sharing(this.#pack.manifest, texture);
     const target = new Target(this.#gl, entries, form, use);
     try {
       if (texels) target.fill(texels);
       else await this.#load(target, entries, signal);
-      target.finish();
+      await target.finish();
     } catch (error) {
       this.#gl.deleteTexture(target.made.handle);
       throw error;
     } finally {
       target.dispose();
     }
-    this.#made.set(key, target.made);
     return target.made;
   }
 
@@ -100,15 +113,21 @@ export class Textures {
       if (at < head.length) {
         head.set(piece.subarray(0, head.length - at), at);
         if (at + piece.length >= head.length) {
-          const places = readHead(head, size, entries);
-          target.begin(places, places[0].packed ? (await import("./zstd.js")).Frames : undefined);
+          await target.begin(readHead(head, size, entries));
           target.take(head, 0);
         }
       }
       const rest = Math.max(head.length - at, 0);
-      if (rest < piece.length) target.take(piece.subarray(rest), at + rest);
+      const part = rest < piece.length ? piece.subarray(rest) : null;
+      const from = at + rest;
       at += piece.length;
-      await target.sent(signal);
+      this.#turn = this.#turn
+        .catch(() => {})
+        .then(() => {
+          if (part) target.take(part, from);
+          return target.sent(signal);
+        });
+      await this.#turn;
     }
   }
 }
@@ -125,9 +144,11 @@ class Target {
   #levels = [];
   /** Of each slab that was sent. @type {WebGLSync[]} */
   #fences = [];
-  /** Whether its size may still change, and whether it must be drawn before the GPU has what was sent. */
+  /** Whether its size may still change, and whether it must be drawn to flush the upload. */
   #mutable = false;
   #waits = false;
+  /** Whether nothing more may be sent: output of a worker comes too late. */
+  #gone = false;
   /** @type {import("./settle.js").Settler | null} */
   #settler = null;
 
@@ -148,14 +169,20 @@ class Target {
 
   /** @param {Uint8Array} texels of the only level */
   fill(texels) {
-    this.begin([{ offset: 0, stored: texels.length, size: texels.length, shape: this.#entries[0].shape_zyx, packed: false }]);
+    const size = texels.length;
+    this.#use(() => this.#room([{ offset: 0, stored: size, size, shape: this.#entries[0].shape_zyx, packed: false }]));
     this.take(texels, 0);
   }
 
-  /** Makes room on the GPU. @param {Place[]} places @param {typeof import("./zstd.js").Frames} [Frames] what unpacks levels */
-  begin(places, Frames) {
+  /** Makes room on the GPU. @param {Place[]} places */
+  async begin(places) {
     this.#use(() => this.#room(places));
-    if (Frames) for (const level of this.#levels) level.frames = new Frames(level.place.size, (texels) => this.#fill(level, texels), this.#entries[0].file);
+    if (!places[0].packed) return;
+    const { framesOf } = await import("./beside.js");
+    for (const level of this.#levels) {
+      const emit = (/** @type {Uint8Array} */ texels) => this.#fill(level, texels);
+      level.frames = await framesOf(level.place.size, emit, this.#entries[0].file);
+    }
   }
 
   /** @param {Place[]} places */
@@ -165,8 +192,9 @@ class Target {
     this.#bind();
     this.#levels = places.map((place, level) => {
       const [z, y, x] = place.shape;
-      // What is uploaded at one time: whole slices of a volume, whole rows of blocks of a picture, a table whole.
-      const unit = finer > 1 ? place.size : this.#volume ? place.size / z : place.size / Math.ceil(y / this.#source.block);
+      // Unit of upload: whole slices of a volume, whole rows of blocks of a picture, or a whole table.
+      const unit =
+        finer > 1 ? place.size : this.#volume ? place.size / z : place.size / Math.ceil(y / this.#source.block);
       const slab = new Uint8Array(Math.min(place.size, unit * Math.max(1, Math.floor(SLAB / unit))));
       const shape = [z, finerSize(y, finer), finerSize(x, finer)];
       this.#reserve(level, shape, places.length);
@@ -187,35 +215,42 @@ class Target {
     }
   }
 
-  /** Waits until the GPU has what was sent: drivers keep what comes faster, as much as the texture once more. @param {AbortSignal} signal */
+  /**
+   * Waits until the upload is done: drivers buffer faster uploads, up to the size of the texture.
+   * @param {AbortSignal} signal
+   */
   async sent(signal) {
     const gl = /** @type {WebGL2RenderingContext} */ (this.#gl);
+    for (const { frames } of this.#levels) await frames?.settle?.();
     if (this.#waits) {
       const { Settler } = await import("./settle.js");
       this.#use(() => (this.#settler ??= new Settler(gl)).settle(this.made.handle));
       this.#waits = false;
     }
     while (this.#fences.length) {
-      signal.throwIfAborted();
-      if (gl.isContextLost() || gl.getSyncParameter(this.#fences[0], gl.SYNC_STATUS) === gl.SIGNALED) gl.deleteSync(/** @type {WebGLSync} */ (this.#fences.shift()));
+      check(signal);
+      const isThere = gl.isContextLost() || gl.getSyncParameter(this.#fences[0], gl.SYNC_STATUS) === gl.SIGNALED;
+      if (isThere) gl.deleteSync(/** @type {WebGLSync} */ (this.#fences.shift()));
       else await new Promise((resolve) => setTimeout(resolve, 1));
     }
   }
 
   dispose() {
+    for (const { frames } of this.#levels) frames?.end?.();
+    this.#gone = true;
     this.#use(() => this.#settler?.dispose());
   }
 
   /** Throws if the driver could not do it. */
-  finish() {
-    for (const { frames } of this.#levels) frames?.finish();
+  async finish() {
+    for (const { frames } of this.#levels) await frames?.finish();
     this.#check("uploading");
   }
 
   /** Texels that follow those before. @param {Level} level @param {Uint8Array} texels */
   #fill(level, texels) {
     let from = 0;
-    while (from < texels.length) {
+    while (from < texels.length && !this.#gone) {
       const part = texels.subarray(from, from + level.slab.length - level.filled);
       level.slab.set(part, level.filled);
       level.filled += part.length;
@@ -235,7 +270,14 @@ class Target {
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
     if (isWebGl2(gl)) {
       gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
-      for (const each of [gl.UNPACK_ROW_LENGTH, gl.UNPACK_IMAGE_HEIGHT, gl.UNPACK_SKIP_PIXELS, gl.UNPACK_SKIP_ROWS, gl.UNPACK_SKIP_IMAGES]) gl.pixelStorei(each, 0);
+      for (const each of [
+        gl.UNPACK_ROW_LENGTH,
+        gl.UNPACK_IMAGE_HEIGHT,
+        gl.UNPACK_SKIP_PIXELS,
+        gl.UNPACK_SKIP_ROWS,
+        gl.UNPACK_SKIP_IMAGES,
+      ])
+        gl.pixelStorei(each, 0);
     }
   }
 
@@ -287,7 +329,19 @@ class Target {
       const rows = Math.min(units * block, height - first * block);
       gl.compressedTexSubImage2D(target, level.level, 0, first * block, width, rows, internal, data);
     } else if (this.#volume) {
-      /** @type {WebGL2RenderingContext} */ (gl).texSubImage3D(target, level.level, 0, 0, first, width, height, units, format, type, data);
+      /** @type {WebGL2RenderingContext} */ (gl).texSubImage3D(
+        target,
+        level.level,
+        0,
+        0,
+        first,
+        width,
+        height,
+        units,
+        format,
+        type,
+        data,
+      );
     } else {
       const rows = finer > 1 ? finerSize(height, finer) : units;
       gl.texSubImage2D(target, level.level, 0, first, finerSize(width, finer), rows, format, type, data);
@@ -314,8 +368,13 @@ class Target {
     if (gl.isContextLost()) throw new VolpkgError("VP7018", { problem: "the context is lost" });
     const error = gl.getError();
     if (error === gl.NO_ERROR) return;
-    const name = { [gl.OUT_OF_MEMORY]: "GL_OUT_OF_MEMORY", [gl.INVALID_VALUE]: "GL_INVALID_VALUE" }[error] ?? `error ${error}`;
-    throw new VolpkgError("VP5007", { error: name, operation: `${operation} texture ${this.#entries[0].name}`, driver: driverOf(gl) });
+    const name =
+      { [gl.OUT_OF_MEMORY]: "GL_OUT_OF_MEMORY", [gl.INVALID_VALUE]: "GL_INVALID_VALUE" }[error] ?? `error ${error}`;
+    throw new VolpkgError("VP5007", {
+      error: name,
+      operation: `${operation} texture ${this.#entries[0].name}`,
+      driver: driverOf(gl),
+    });
   }
 }
 

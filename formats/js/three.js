@@ -1,161 +1,362 @@
 /** A volume package as an object of three.js. */
 import * as THREE from "three";
 import { middle, worldFromBox } from "./camera.js";
+import { Picker } from "./pick.js";
+import { backdropOf, freeBackdrops } from "./three_backdrop.js";
+import { sightOf } from "./three_camera.js";
+import { FRAGMENT, MODES, VERTEX } from "./three_shader.js";
+import { pageColour } from "./three_page.js";
 import { createRenderer, openPackage } from "./volpkg.js";
 
 /** @typedef {import("./renderer.js").RendererOptions} RendererOptions */
 /** @typedef {import("./renderer.js").Renderer} Renderer */
+/** @typedef {import("./types.js").Grid} Grid */
+/** State shared by clones. @typedef {{renderer: Renderer | null, picker: Picker | null, users: number}} Shared */
+/**
+ * A cached picture, and its state.
+ * @typedef {object} View
+ * @property {number[]} state numbers that determine the picture
+ * @property {number} movedAt when they changed last
+ * @property {boolean} coarse
+ */
 
-const VERTEX = `void main() {
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-}
-`;
-/** The picture is linear and premultiplied; three.js says which tone mapping and which colour space it goes into. */
-const FRAGMENT = `uniform sampler2D picture;
-uniform vec4 place;
-void main() {
-  gl_FragColor = texture2D(picture, (gl_FragCoord.xy - place.xy) * place.zw);
-  #include <tonemapping_fragment>
-  #include <colorspace_fragment>
-}
-`;
-
-/** Depth as three.js has it where the near plane is at 1, in place of OpenGL's. */
-const REVERSED = new THREE.Matrix4().set(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -0.5, 0.5, 0, 0, 0, 1);
+/** Without motion for so long, a picture is drawn in full. */
+const REST_MS = 160;
+/** Pictures that a volume keeps: of two eyes and some more cameras. */
+const MOST_VIEWS = 8;
+const OPACITY = 0.5;
 
 /**
- * Draws a package in a scene, behind and in front of what is opaque. Its space has the patient's axes (x to the left, y to
- * the back, z to the head), in millimetres, and the middle of the volume at 0; it is turned so that z is up in the scene and
- * the face looks towards its z. Get one from `loadVolume`.
+ * Draws a package in a scene, correctly occluded by opaque objects. Its space has the patient's axes (x to the left, y
+ * to the back, z to the head), in millimetres, and the middle of the volume at 0; it is turned so that z is up in the
+ * scene and the face looks towards its z. Get one from `loadVolume`.
  *
- * Into a render target the picture is blended linearly, as SPEC.md says; into the canvas, where three.js writes encoded
- * colours, what is half transparent is blended as everything else is there.
+ * Light is mixed as light, in the canvas too. A picture is drawn when something has changed, coarser while the camera
+ * moves. The event "change" says that another frame would look different: a finer level has come, or motion has ended.
  */
 export class Volume extends THREE.Mesh {
   #three;
-  /** @type {Renderer | null} */
-  #renderer = null;
+  #grid;
+  #shared;
   #fromBox;
   #picture = new THREE.ExternalTexture();
-  #depth = new THREE.WebGLRenderTarget(1, 1, { depthTexture: new THREE.DepthTexture(1, 1) });
+  #shown = new THREE.ExternalTexture();
+  /** @type {Map<THREE.Camera, View>} */
+  #views = new Map();
+  #shownSize = "";
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #rest;
+  /** Unsupported settings of the scene or the device, each once. @type {string[]} */
+  notes = [];
 
-  /** @param {THREE.WebGLRenderer} three @param {import("./types.js").Grid} grid */
-  constructor(three, grid) {
+  /**
+   * @param {THREE.WebGLRenderer} three @param {Grid} grid
+   * @param {Shared} [shared]
+   */
+  constructor(three, grid, shared = { renderer: null, picker: null, users: 0 }) {
     const [z, y, x] = grid.extent_mm_zyx;
     const { centre, diagonal } = middle(grid);
-    const fromBox = new THREE.Matrix4().makeTranslation(-centre[0], -centre[1], -centre[2]).multiply(new THREE.Matrix4().fromArray(worldFromBox(grid)));
+    const toCentre = new THREE.Matrix4().makeTranslation(-centre[0], -centre[1], -centre[2]);
+    const fromBox = toCentre.multiply(new THREE.Matrix4().fromArray(worldFromBox(grid)));
     // The far faces of the box, each pixel once, also where the camera is inside.
     const geometry = new THREE.BoxGeometry(x, y, z).translate(x / 2, y / 2, z / 2).applyMatrix4(fromBox);
-    const picture = { value: /** @type {THREE.Texture | null} */ (null) };
-    super(
-      geometry,
-      new THREE.ShaderMaterial({
-        uniforms: { picture, place: { value: new THREE.Vector4() } },
-        vertexShader: VERTEX,
-        fragmentShader: FRAGMENT,
-        side: fromBox.determinant() > 0 ? THREE.BackSide : THREE.FrontSide,
-        transparent: true,
-        depthTest: false,
-        depthWrite: false,
-        blending: THREE.CustomBlending,
-        blendSrc: THREE.OneFactor,
-        blendDst: THREE.OneMinusSrcAlphaFactor,
-      }),
-    );
-    picture.value = this.#picture;
+    super(geometry, materialOf(fromBox.determinant() > 0 ? THREE.BackSide : THREE.FrontSide));
+    const { uniforms } = this.#material;
+    uniforms.picture.value = this.#picture;
+    uniforms.shown.value = this.#shown;
     this.#three = three;
+    this.#grid = grid;
+    this.#shared = shared;
     this.#fromBox = fromBox;
+    shared.users++;
     /** Half of the volume's diagonal, in millimetres. */
     this.radius = diagonal / 2;
     // The head up and the face to the viewer, as three.js has its axes.
     this.rotation.x = -Math.PI / 2;
-    /** @param {THREE.WebGLRenderer} _ @param {THREE.Object3D} scene @param {THREE.Camera} camera */
-    this.onBeforeRender = (_, scene, camera) => this.#draw(scene, camera);
+    /** @param {THREE.WebGLRenderer} by @param {THREE.Object3D} scene @param {THREE.Camera} camera */
+    this.onBeforeRender = (by, scene, camera) => this.#before(by, scene, camera);
+  }
+
+  get #material() {
+    return /** @type {THREE.ShaderMaterial} */ (this.material);
   }
 
   /** Everything that can be changed: levels, transfer functions, clipping, step. */
   get renderer() {
-    return /** @type {Renderer} */ (this.#renderer);
+    return /** @type {Renderer} */ (this.#shared.renderer);
   }
 
   /** Begins to draw. @param {import("./package.js").Package} pack @param {RendererOptions} options */
   async start(pack, options) {
     const three = this.#three;
-    const around = (/** @type {() => void} */ work) => {
-      const target = three.getRenderTarget();
-      const [face, level] = [three.getActiveCubeFace(), three.getActiveMipmapLevel()];
-      work();
-      // three.js keeps what it believes the context's state to be.
-      three.resetState();
-      three.setRenderTarget(target, face, level);
-    };
-    this.#renderer = await createRenderer(three.getContext(), pack, { ...options, around });
-    await this.#renderer.setClip({ depth: true });
+    const around = (/** @type {() => void} */ work) => this.#around(work);
+    const renderer = await createRenderer(three.getContext(), pack, { ...options, depth: true, around });
+    this.#shared.renderer = renderer;
+    this.#shared.picker = new Picker(renderer);
+    renderer.onchange = () => this.#changed();
     return this;
   }
 
-  /** Frees everything on the GPU. */
-  dispose() {
-    this.#renderer?.dispose();
-    this.#depth.dispose();
-    this.geometry.dispose();
-    /** @type {THREE.Material} */ (this.material).dispose();
+  /**
+   * Another object that draws the same package: GPU resources, level, function and clip are shared.
+   * @param {boolean} [recursive]
+   */
+  // @ts-ignore - three.js says that a clone is what `this` is
+  clone(recursive) {
+    return new Volume(this.#three, this.#grid, this.#shared).copy(this, recursive);
   }
 
-  /** @param {THREE.Object3D} scene @param {THREE.Camera} camera */
-  #draw(scene, camera) {
-    const three = this.#three;
-    const viewport = three.getCurrentViewport(new THREE.Vector4());
-    const reversed = /** @type {any} */ (camera).reversedDepth === true;
-    const clipFromBox = camera.projectionMatrix.clone().multiply(camera.matrixWorldInverse).multiply(this.matrixWorld).multiply(this.#fromBox);
-    const boxFromClip = clipFromBox.invert();
-    if (reversed) boxFromClip.multiply(REVERSED);
-    const texture = this.#opaque(scene, camera, viewport);
-    this.renderer.draw({ boxFromClip: boxFromClip.elements, viewport: [0, 0, viewport.z, viewport.w], depth: { texture, reversed } });
-    this.#picture.sourceTexture = this.renderer.texture;
-    const { place } = /** @type {THREE.ShaderMaterial} */ (this.material).uniforms;
-    place.value.set(viewport.x, viewport.y, 1 / viewport.z, 1 / viewport.w);
-    /** @type {THREE.ShaderMaterial} */ (this.material).uniformsNeedUpdate = true;
+  /** @param {any} source @param {boolean} [recursive] */
+  copy(source, recursive) {
+    const { geometry, material } = this;
+    super.copy(source, recursive);
+    Object.assign(this, { geometry, material });
+    const { opacity, clippingPlanes, toneMapped, visible } = source.material;
+    Object.assign(this.#material, { opacity, clippingPlanes, toneMapped, visible });
+    return this;
+  }
+
+  /** Frees everything on the GPU that no clone needs. */
+  dispose() {
+    const { renderer } = this.#shared;
+    clearTimeout(this.#rest);
+    for (const view of this.#views.values()) renderer?.forget(view);
+    this.#views.clear();
+    if (this.#shown.sourceTexture)
+      this.#three.getContext().deleteTexture(/** @type {WebGLTexture} */ (this.#shown.sourceTexture));
+    this.#shown.sourceTexture = null;
+    this.#shownSize = "";
+    this.geometry.dispose();
+    this.#material.dispose();
+    if (--this.#shared.users) return;
+    renderer?.dispose();
+    freeBackdrops(this.#three);
   }
 
   /**
-   * Depth of what is opaque, drawn once more: the canvas's own cannot be read.
-   * @param {THREE.Object3D} scene @param {THREE.Camera} camera @param {THREE.Vector4} viewport
-   * @returns {WebGLTexture}
+   * Finds the first point of a ray where the accumulated opacity reaches `raycaster.params.Volume.opacity` (0.5 if
+   * absent): the point that a viewer sees. The intersection also has the fields of a `Hit`; its normal is in the space
+   * of the object.
+   * @param {THREE.Raycaster} raycaster @param {THREE.Intersection[]} intersects
    */
-  #opaque(scene, camera, viewport) {
+  raycast(raycaster, intersects) {
+    const { picker } = this.#shared;
+    const { ray, near, far } = raycaster;
+    if (!picker || !this.renderer.inside) return;
+    const boxFromWorld = this.matrixWorld.clone().multiply(this.#fromBox).invert();
+    const centre = new THREE.Vector3().setFromMatrixPosition(this.matrixWorld);
+    const reach = ray.origin.distanceTo(centre) + this.radius * this.matrixWorld.getMaxScaleOnAxis();
+    const at = (/** @type {number} */ t) => ray.at(t, new THREE.Vector3()).applyMatrix4(boxFromWorld).toArray();
+    // The next ray can read values.
+    picker.prepare();
+    const opacity = /** @type {any} */ (raycaster.params).Volume?.opacity ?? OPACITY;
+    const hit = far > near && picker.pick(at(near), at(Math.min(far, reach)), { opacity });
+    if (!hit) return;
+    const point = new THREE.Vector3().fromArray(hit.box_mm).applyMatrix4(this.#fromBox).applyMatrix4(this.matrixWorld);
+    const distance = ray.origin.distanceTo(point);
+    const normal = hit.normal ? new THREE.Vector3().fromArray(hit.normal) : undefined;
+    intersects.push(/** @type {any} */ ({ ...hit, distance, point, normal, object: this }));
+  }
+
+  #changed() {
+    /** @type {any} */ (this).dispatchEvent({ type: "change" });
+  }
+
+  /** @param {string} note */
+  #note(note) {
+    if (this.notes.includes(note)) return;
+    this.notes.push(note);
+    console.warn(`volpkg: ${note}`);
+  }
+
+  /** Uses the context between calls of three.js. @param {() => void} work */
+  #around(work) {
     const three = this.#three;
-    const hidden = /** @type {THREE.Material[]} */ ([]);
-    scene.traverse((each) => {
-      for (const material of [/** @type {any} */ (each).material ?? []].flat()) {
-        if (!material.visible || !material.transparent) continue;
-        material.visible = false;
-        hidden.push(material);
-      }
-    });
     const target = three.getRenderTarget();
     const [face, level] = [three.getActiveCubeFace(), three.getActiveMipmapLevel()];
-    const [shadows, present] = [three.shadowMap.autoUpdate, three.xr.enabled];
-    const background = /** @type {any} */ (scene).background;
-    three.shadowMap.autoUpdate = three.xr.enabled = false;
-    /** @type {any} */ (scene).background = null;
-    this.#depth.setSize(viewport.z, viewport.w);
-    three.setRenderTarget(this.#depth);
-    three.clear();
-    three.render(scene, camera);
+    const { depth } = three.state.buffers;
+    const reversed = depth.getReversed();
+    depth.setReversed(false);
+    work();
+    // three.js caches the context's state.
+    three.resetState();
     three.setRenderTarget(target, face, level);
-    /** @type {any} */ (scene).background = background;
-    three.shadowMap.autoUpdate = shadows;
-    three.xr.enabled = present;
-    for (const material of hidden) material.visible = true;
-    return /** @type {any} */ (three.properties.get(/** @type {THREE.DepthTexture} */ (this.#depth.depthTexture))).__webglTexture;
+    depth.setReversed(reversed);
+    depth.setClear(1);
   }
+
+  /** @param {THREE.WebGLRenderer} by @param {THREE.Object3D} scene @param {THREE.Camera} camera */
+  #before(by, scene, camera) {
+    const three = this.#three;
+    const { uniforms } = this.#material;
+    uniforms.mode.value = MODES.nothing;
+    this.#material.uniformsNeedUpdate = true;
+    if (by !== three)
+      return this.#note("a volume is drawn by the WebGLRenderer that it was loaded for, and by no other");
+    // Passes for normals, depth or outlines have materials of their own.
+    if (/** @type {any} */ (scene).overrideMaterial || !this.#shared.renderer) return;
+    const part = /** @type {any} */ (camera).viewport;
+    const viewport = part instanceof THREE.Vector4 ? part.clone() : three.getCurrentViewport(new THREE.Vector4());
+    if (!(viewport.z >= 1 && viewport.w >= 1)) return;
+    const reversed = three.state.buffers.depth.getReversed();
+    const { logarithmicDepthBuffer: logarithmic } = three.capabilities;
+    const worldFromBox = this.matrixWorld.clone().multiply(this.#fromBox);
+    const size = [...this.#grid.extent_mm_zyx].reverse();
+    const sight = sightOf(camera, worldFromBox, size, { reversed, logarithmic });
+    if (!sight) return;
+    const backdrop = backdropOf(three, scene, camera, viewport);
+    const view = this.#view(camera);
+    this.#draw(view, viewport, sight, backdrop, this.#planes(worldFromBox), reversed);
+    three.state.viewport(viewport);
+    this.#picture.sourceTexture = this.renderer.textureOf(view);
+    if (this.#picture.sourceTexture) this.#show(viewport, backdrop, scene, camera);
+  }
+
+  /** The picture that is kept for a camera. @param {THREE.Camera} camera */
+  #view(camera) {
+    const found = this.#views.get(camera) ?? { state: [], movedAt: 0, coarse: false };
+    this.#views.delete(camera);
+    this.#views.set(camera, found);
+    for (const [each, old] of this.#views) {
+      if (this.#views.size <= MOST_VIEWS) break;
+      this.renderer.forget(old);
+      this.#views.delete(each);
+    }
+    return found;
+  }
+
+  /**
+   * Draws the picture of a view, if it shows something else than is there: coarser while that changes.
+   * @param {View} view @param {THREE.Vector4} viewport @param {import("./three_camera.js").Sight} sight
+   * @param {ReturnType<typeof backdropOf>} backdrop @param {number[][]} planes @param {boolean} reversed
+   */
+  #draw(view, viewport, { boxFromClip, scale }, { depth: texture, version }, planes, reversed) {
+    const { renderer } = this;
+    const state = [...boxFromClip.elements, viewport.z, viewport.w, version, planes.length, ...planes.flat()];
+    const differs = (/** @type {number[]} */ one) => one.some((each, i) => each !== view.state[i]);
+    const isFirst = !view.state.length || !renderer.textureOf(view);
+    const now = performance.now();
+    if (!isFirst && differs(state)) view.movedAt = now;
+    const moving = now - view.movedAt < REST_MS;
+    const all = [...state, renderer.revision];
+    if (!isFirst && !differs(all) && !(view.coarse && !moving)) return;
+    view.state = all;
+    const depth = texture ? { texture, reversed, scale } : undefined;
+    renderer.draw({
+      boxFromClip: boxFromClip.elements,
+      viewport: [0, 0, viewport.z, viewport.w],
+      depth,
+      planes,
+      keep: view,
+      moving,
+    });
+    const { step, scale: pixels } = renderer.inside?.last?.quality ?? { step: 1, scale: 1 };
+    view.coarse = step !== 1 || pixels !== 1;
+    clearTimeout(this.#rest);
+    if (moving) this.#rest = setTimeout(() => this.#changed(), REST_MS + 1);
+  }
+
+  /**
+   * Sets the shader's inputs for blending.
+   * @param {THREE.Vector4} viewport @param {ReturnType<typeof backdropOf>} backdrop
+   * @param {THREE.Object3D} scene @param {THREE.Camera} camera
+   */
+  #show(viewport, backdrop, scene, camera) {
+    const three = this.#three;
+    const { uniforms, opacity } = this.#material;
+    const target = /** @type {any} */ (three.getRenderTarget());
+    const mode = target === null ? MODES.canvas : target.isXRRenderTarget ? MODES.headset : MODES.linear;
+    uniforms.mode.value = mode;
+    uniforms.place.value.set(viewport.x, viewport.y, 1 / viewport.z, 1 / viewport.w);
+    uniforms.opacity.value = opacity;
+    this.#fog(/** @type {any} */ (scene).fog, camera);
+    // The shader blends itself; its output replaces the pixel.
+    this.#material.blending = mode === MODES.canvas ? THREE.NoBlending : THREE.CustomBlending;
+    uniforms.light.value = backdrop.depth ? backdrop.light : null;
+    uniforms.lit.value = backdrop.depth !== null;
+    if (mode !== MODES.canvas) return;
+    uniforms.encoded.value = THREE.ColorManagement.getTransfer(three.outputColorSpace) === THREE.SRGBTransfer;
+    const { colour, note } = pageColour(three.getContext());
+    uniforms.page.value.fromArray(colour);
+    if (note) this.#note(note);
+    this.#copy(viewport);
+  }
+
+  /** Copies the canvas's picture so far. @param {THREE.Vector4} viewport */
+  #copy({ x, y, z, w }) {
+    const { state } = this.#three;
+    const gl = this.#three.getContext();
+    const format = gl.getContextAttributes()?.alpha === false ? gl.RGB : gl.RGBA;
+    const isNew = !this.#shown.sourceTexture || this.#shownSize !== `${z} ${w}`;
+    this.#shown.sourceTexture ??= gl.createTexture();
+    state.bindTexture(gl.TEXTURE_2D, /** @type {any} */ (this.#shown.sourceTexture));
+    if (isNew) {
+      gl.copyTexImage2D(gl.TEXTURE_2D, 0, format, x, y, z, w, 0);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+      this.#shownSize = `${z} ${w}`;
+    } else gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, 0, 0, x, y, z, w);
+    state.unbindTexture();
+  }
+
+  /** Fog as at the middle of the volume. @param {any} fog @param {THREE.Camera} camera */
+  #fog(fog, camera) {
+    const { value } = this.#material.uniforms.fog;
+    value.set(0, 0, 0, 0);
+    if (!fog) return;
+    const centre = new THREE.Vector3().setFromMatrixPosition(this.matrixWorld);
+    const distance = -centre.applyMatrix4(camera.matrixWorldInverse).z;
+    const linear = THREE.MathUtils.smoothstep(distance, fog.near, fog.far);
+    const { r, g, b } = fog.color;
+    value.set(r, g, b, fog.isFogExp2 ? 1 - Math.exp(-((fog.density * distance) ** 2)) : linear);
+  }
+
+  /** Planes of three.js in box millimetres. @param {THREE.Matrix4} worldFromBox @returns {number[][]} */
+  #planes(worldFromBox) {
+    const { clippingPlanes, clipIntersection } = this.#material;
+    const local = (this.#three.localClippingEnabled && clippingPlanes) || [];
+    if (clipIntersection && local.length > 1)
+      this.#note("clipIntersection is not followed: what lies outside of any plane is cut");
+    const transposed = worldFromBox.clone().transpose();
+    return [...this.#three.clippingPlanes, ...local].map(({ normal, constant }) => {
+      return new THREE.Vector4(normal.x, normal.y, normal.z, constant).applyMatrix4(transposed).toArray();
+    });
+  }
+}
+
+/** @param {THREE.Side} side */
+function materialOf(side) {
+  return new THREE.ShaderMaterial({
+    uniforms: {
+      picture: { value: null },
+      shown: { value: null },
+      light: { value: null },
+      place: { value: new THREE.Vector4() },
+      opacity: { value: 1 },
+      mode: { value: MODES.nothing },
+      encoded: { value: true },
+      lit: { value: false },
+      page: { value: new THREE.Vector3() },
+      fog: { value: new THREE.Vector4() },
+    },
+    vertexShader: VERTEX,
+    fragmentShader: FRAGMENT,
+    side,
+    transparent: true,
+    depthTest: false,
+    depthWrite: false,
+    blending: THREE.CustomBlending,
+    blendSrc: THREE.OneFactor,
+    blendDst: THREE.OneMinusSrcAlphaFactor,
+  });
 }
 
 /**
  * A package as an object that can be added to a scene. Its coarsest level is there when the promise is fulfilled.
  * @param {THREE.WebGLRenderer} renderer
- * @param {string | URL | Blob | ArrayBuffer} from as `openPackage` takes it
+ * @param {Parameters<typeof openPackage>[0]} from as `openPackage` takes it
  * @param {RendererOptions & Parameters<typeof openPackage>[1]} [options]
  * @returns {Promise<Volume>}
  */

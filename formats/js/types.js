@@ -1,5 +1,5 @@
 /**
- * What the manifest holds, as far as this reader uses it. SPEC.md says what each field means.
+ * The parts of the manifest that this reader uses. SPEC.md documents each field.
  *
  * @typedef {[number, number, number]} Three
  * @typedef {{shape_zyx: Three, spacing_mm_zyx: Three, origin_mm_xyz: Three, direction: [Three, Three, Three], extent_mm_zyx: Three}} Grid
@@ -46,12 +46,14 @@
  * @typedef {{meshes?: ProxyMesh[], depth: string, programs?: Program[]}} Proxy
  * @typedef {{level: number, file: string, reference_mm: number, channel: string}} JointHistogram
  * @typedef {{grid: string, pieces?: string[], programs?: Program[]}} SubvolumeFiles
- * @typedef {{name: string, api: "es1.1" | "es2.0" | "es3.0", max_texture_bytes: number}} Profile
+ * @typedef {{name: string, api: "es1.1" | "es2.0" | "es3.0", max_texture_bytes: number, texture_formats: string[]}} Profile
+ * @typedef {{name: string, title?: string, tint?: Three, opacity?: number, visible?: boolean, volume_ml: number}} Segment
  * @typedef {object} Manifest
  * @property {string} name
  * @property {Profile} profile
  * @property {Grid} grid
  * @property {{name: string, transfers: string[]}} [together]
+ * @property {{name: string, transfers: string[], outside?: number, segments: Segment[], labels: {segments?: string[]}[]}} [segments]
  * @property {{step_mm: number, level_steps?: {level: number, step_mm: number}[], opacity_cutoff?: number, projection?: "orthographic" | "perspective"}} render
  * @property {Channel[]} channels
  * @property {Texture[]} textures

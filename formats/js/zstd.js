@@ -2,13 +2,12 @@
  * Zstandard frames, RFC 8878, as packages have them: frames of at most 1 MiB in a row, without dictionaries and checksums.
  * They come in pieces of any size, and no more than one frame is held.
  */
-import { VolpkgError } from "./error.js";
 
-/** What a frame holds at most. SPEC section 6. */
+/** Largest content of a frame. SPEC section 6. */
 const MOST_FRAME = 1 << 20;
 const MOST_BLOCK = 1 << 17;
 const MAGIC = 0xfd2fb528;
-/** Bytes behind what a block has, so that words can be read at its end. */
+/** Padding after a block, so that words can be read at its end. */
 const SLACK = 8;
 const MOST_OFFSET_BITS = 24;
 
@@ -58,7 +57,7 @@ class Backward {
     return ((bytes[i] | (bytes[i + 1] << 8) | (bytes[i + 2] << 16) | (bytes[i + 3] << 24)) >>> (at & 7)) & ((1 << count) - 1);
   }
 
-  /** What lies before the start is 0. @param {number} count */
+  /** Bits before the start are 0. @param {number} count */
   #beyond(count) {
     const kept = count + this.left;
     if (kept <= 0) return 0;
@@ -122,7 +121,7 @@ function readStates(bytes, start, end, mostLog, mostSymbol) {
   const counts = [];
   while (left > 0 && counts.length <= mostSymbol && start + (at >> 3) < end) {
     const wide = highest(left + 1) + 1;
-    // Of the values that could be there, so many are told with one bit less.
+    // This number of possible values is coded with one bit less.
     const short = (1 << wide) - 2 - left;
     let value = read(wide - 1);
     if (value >= short) {
@@ -235,13 +234,26 @@ function packedWeights(bytes, start, end) {
   throw new Damaged("there are too many weights");
 }
 
-/** Unpacks the frames of a level. */
+/** An error with a code and no text: the page has the words. */
+class Coded extends Error {
+  /** @param {string} code @param {Record<string, unknown>} fields */
+  constructor(code, fields) {
+    super(code);
+    this.code = code;
+    this.fields = fields;
+  }
+}
+
+/** Class of errors. @typedef {new (code: string, fields: Record<string, unknown>) => Error} Failure */
+
+/** Unpacks the frames of a level. It imports nothing, so that a worker takes no other module for it. */
 export class Frames {
   #size;
+  #Failure;
   #emit;
   #file;
   #given = 0;
-  /** What comes next: its bytes, how many there are, how many there must be, and what is done then. */
+  /** The next part of the input: its bytes, their number, the number that is needed, and the next step. */
   #in = new Uint8Array(MOST_BLOCK + SLACK);
   #have = 0;
   #need = 5;
@@ -260,12 +272,14 @@ export class Frames {
   #bits = new Backward();
 
   /**
-   * @param {number} size of what they hold, all together
-   * @param {(bytes: Uint8Array) => void} emit gets what each frame held, valid until it returns
+   * @param {number} size of their content, all together
+   * @param {(bytes: Uint8Array) => void} emit receives the content of each frame, valid until it returns
    * @param {string} file for messages
+   * @param {Failure} [Failure] class of errors
    */
-  constructor(size, emit, file) {
+  constructor(size, emit, file, Failure = Coded) {
     this.#size = size;
+    this.#Failure = Failure;
     this.#emit = emit;
     this.#file = file;
     this.#out = new Uint8Array(Math.min(MOST_FRAME, size));
@@ -298,7 +312,7 @@ export class Frames {
       work();
     } catch (error) {
       if (!(error instanceof Damaged)) throw error;
-      throw new VolpkgError("VP4030", { name: this.#file, problem: `its Zstandard frames are damaged: ${error.message}` });
+      throw new this.#Failure("VP4030", { name: this.#file, problem: `its Zstandard frames are damaged: ${error.message}` });
     }
   }
 
@@ -379,7 +393,7 @@ export class Frames {
     }
   }
 
-  /** Literals of a block: where their section ends, and what they are. @param {number} end @returns {[number, Uint8Array]} */
+  /** Literals of a block: end of their section, and bytes. @param {number} end @returns {[number, Uint8Array]} */
   #section(end) {
     const bytes = this.#in;
     const kind = bytes[0] & 3;
@@ -476,7 +490,7 @@ export class Frames {
     this.#at = at + count;
   }
 
-  /** Copies what lies so far back. @param {number} offset @param {number} length */
+  /** Copies earlier output from a distance. @param {number} offset @param {number} length */
   #repeat(offset, length) {
     const out = this.#out;
     const at = this.#at;
@@ -489,11 +503,14 @@ export class Frames {
   }
 }
 
-/** All that a level holds. @param {Uint8Array} bytes of its frames @param {number} size @param {string} file for messages */
-export function unpacked(bytes, size, file) {
+/**
+ * All that a level holds.
+ * @param {Uint8Array} bytes of its frames @param {number} size @param {string} file for messages @param {Failure} [Failure]
+ */
+export function unpacked(bytes, size, file, Failure) {
   const all = new Uint8Array(size);
   let at = 0;
-  const frames = new Frames(size, (part) => all.set(part, (at += part.length) - part.length), file);
+  const frames = new Frames(size, (part) => all.set(part, (at += part.length) - part.length), file, Failure);
   frames.take(bytes);
   frames.finish();
   return all;

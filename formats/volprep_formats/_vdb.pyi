@@ -11,7 +11,7 @@ def library_version() -> str:
     """Version of the OpenVDB that volprep was built with."""
 
 class GridInfo:
-    """What a file says of one of its grids, before its tree is read."""
+    """Header of a grid, read before its tree."""
 
     @property
     def name(self) -> str:
@@ -32,12 +32,12 @@ class GridInfo:
     @property
     def declared_box_xyz(self) -> tuple[list[int], list[int]] | None:
         """
-        First and last active voxel, as the file notes them; nothing vouches for them.
+        First and last active voxel, as the file notes them; they may be wrong.
         """
 
 def list_grids(path: str) -> list[GridInfo]:
     """
-    All grids of a file, in its order. Raises RuntimeError for what is no sound file.
+    All grids of a file, in its order. Raises RuntimeError for a damaged file.
     """
 
 class ScalarGrid:
@@ -45,7 +45,7 @@ class ScalarGrid:
 
     def __init__(self, path: str, index: int) -> None:
         """
-        The grid number `index` of list_grids. Raises RuntimeError for what is no sound grid.
+        The grid number `index` of list_grids. Raises RuntimeError for a damaged grid.
         """
 
     @property

@@ -1,4 +1,4 @@
-"""Types of arrays that many modules name. What an array holds, its axes and its unit stand where it is used."""
+"""Types of arrays that many modules use. Each use documents the content, the axes and the unit."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 Float64Array = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
 FloatArray = NDArray[np.floating]
-"""Of any precision."""
+"""Floats of any precision."""
 UInt8Array = NDArray[np.uint8]
 Texels = NDArray[np.generic]
-"""Of any type that a texture holds."""
+"""Values of any texture type."""

@@ -1,8 +1,4 @@
-"""The grid of a volume: where each voxel's centre lies in the patient's space.
-
-Voxels are samples at cell centres, so n voxels of spacing h fill n·h and reach half a voxel beyond the outer
-centres. World space is DICOM's patient space (LPS: x to the left, y to the back, z to the head), in millimetres.
-"""
+"""The grid of a volume: the position of each voxel's centre in the patient's space."""
 
 from typing import Annotated, Self
 
@@ -17,8 +13,11 @@ LONGEST_AXIS = 2**31 - 1
 """Most voxels along an axis."""
 Length = Annotated[float, Field(gt=0.0)]
 Count = Annotated[int, Field(ge=1, le=LONGEST_AXIS)]
+Index = Annotated[int, Field(ge=0, le=LONGEST_AXIS)]
+Signed = Annotated[int, Field(ge=-LONGEST_AXIS, le=LONGEST_AXIS)]
 Vector = tuple[float, float, float]
 
+_THIN = 1 / 3
 _ORTHONORMAL_TOLERANCE = 1e-6
 
 
@@ -93,6 +92,13 @@ class Grid(Record):
         return corner
 
     @property
+    def thin_axis(self) -> int | None:
+        """Index axis (0 is x) along which the volume is less than a third of its second smallest extent, if any."""
+        extent_xyz = np.array(self.extent_mm_zyx[::-1])
+        thin, second, _ = np.argsort(extent_xyz, kind="stable").tolist()
+        return int(thin) if extent_xyz[thin] < _THIN * extent_xyz[second] else None
+
+    @property
     def world_from_index(self) -> Float64Array:
         """4×4 matrix from (x, y, z, 1) in voxels to world millimetres."""
         matrix = np.eye(4)
@@ -110,5 +116,5 @@ class Grid(Record):
 
 
 def blocks_along(voxels: int, cells: int) -> int:
-    """Number of blocks of so many cells along an axis. Cells lie between voxels; an axis of one voxel has a block."""
+    """Number of blocks of a given number of cells along an axis. Cells lie between voxels; one voxel makes a block."""
     return max(1, -(-(voxels - 1) // max(cells, 1)))

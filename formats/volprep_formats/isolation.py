@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 
 Function = Callable[[Any], NDArray[np.generic]]
-"""What a worker calls, found by its name: a function of a module. Its argument can be pickled."""
+"""Module-level function that a worker calls, found by its name. Its argument must be picklable."""
 Take = Callable[[int, NDArray[np.generic]], None]
 """Gets the index of a task and its result, which is a view that the next result overwrites."""
 
@@ -52,18 +52,18 @@ _ONE_THREAD = {
 
 @dataclass(frozen=True)
 class WorkerRequest:
-    """A call of a function in a worker, and what it may use."""
+    """A function call to run in a worker, and its limits."""
 
     function: Function
     argument: object
     path: Path
     """The file that is decoded, for messages."""
     result_bytes: int
-    """Largest size of the array that it gives."""
+    """Largest size of the returned array."""
     memory_bytes: int
-    """Memory that it may take beyond what it has, without its result."""
+    """Memory that the call may add to the worker's own, without the result."""
     seconds: float
-    """Time that it may take."""
+    """Time limit."""
 
 
 class Workers:
@@ -75,10 +75,11 @@ class Workers:
         self._lock = threading.Lock()
 
     def run(self, requests: Sequence[WorkerRequest], take: Take) -> None:
-        """Carry out all requests, on as many workers as there are cores, and give each result to `take` here.
+        """Run all requests, on one worker per core, and pass each result to `take` in this process.
 
-        Results come in any order. The error that is raised is that of the first request that fails: what the function
-        raises as VolprepError, VP1270 (it crashed), VP1271 (too slow), VP1272 (too much memory) or VP1273 (no worker).
+        Results arrive in any order. Raises the error of the first request that fails: a VolprepError raised by the
+        function, VP1270 (it crashed), VP1271 (too slow), VP1272 (too much memory), VP1273 (no worker), VP7070 (a worker
+        without limits) or VP7071 (this machine's own limits are too low).
         """
         with self._lock:
             try:
@@ -141,14 +142,15 @@ class _Worker:
 
     def __init__(self) -> None:
         self.index: int | None = None
-        """Of its request; None when it is idle."""
+        """Index of its request; None when it is idle."""
         self.deadline = math.inf
         self._request: WorkerRequest | None = None
         self._reply = b""
+        self._has_begun = False
         self._shared_file = _unnamed_file()
         self._shared = mmap.mmap(-1, 1)
         self.socket, theirs = socket.socketpair()
-        """Where its replies arrive."""
+        """Socket that receives the replies."""
         quiet = None if os.environ.get("VOLPREP_TRACEBACK") == "1" else subprocess.DEVNULL
         try:
             with theirs:
@@ -168,7 +170,7 @@ class _Worker:
 
     @property
     def is_alive(self) -> bool:
-        """Whether it can take a request; what a dead one held is released."""
+        """Whether it can accept a request; the resources of a dead worker are released."""
         if self.socket.fileno() < 0:
             return False
         if self._process.poll() is not None:
@@ -182,12 +184,12 @@ class _Worker:
         if len(self._shared) < size:
             os.ftruncate(self._shared_file, size)
             self._shared = mmap.mmap(self._shared_file, size)
-        self.index, self._request, self._reply = index, request, b""
+        self.index, self._request, self._reply, self._has_begun = index, request, b"", False
         self.deadline = time.monotonic() + _START_SECONDS  # until Python and all imports are there
         self._send(request)
 
     def result(self) -> NDArray[np.generic] | None:
-        """Return what it has answered, as a view; None when the answer is not whole yet. Raises VolprepError."""
+        """Return the worker's answer as a view, or None if it is not complete yet. Raises VolprepError."""
         request = self._request
         assert request is not None  # noqa: S101 - it is busy
         if not wait([self.socket], 0):
@@ -201,8 +203,14 @@ class _Worker:
             received = b""
         self._reply += received
         if not received or len(self._reply) > _LARGEST_REPLY:
-            raise self._crash(request, self.kill())
+            how = self.kill()
+            if not self._has_begun:
+                raise VolprepError("VP1273", path=request.path, error=f"it ended before it began ({how})")
+            if how == "SIGXCPU":
+                raise VolprepError("VP7071", path=request.path, what="processor time", option="ulimit -t")
+            raise self._crash(request, how)
         if self._reply.startswith(b"\n"):
+            self._has_begun = True
             self._reply = self._reply[1:]
             self.deadline = time.monotonic() + request.seconds
         if not self._reply.endswith(b"\n"):
@@ -211,7 +219,7 @@ class _Worker:
         return self._understood(request, json.loads(self._reply))
 
     def kill(self) -> str:
-        """End the process and take its exit status; say how it ended."""
+        """End the process and return a description of its exit status."""
         try:
             status = self._process.wait(timeout=1 if self._has_ended() else 0)
         except subprocess.TimeoutExpired:
@@ -232,7 +240,11 @@ class _Worker:
     def _understood(self, request: WorkerRequest, answer: dict[str, Any]) -> NDArray[np.generic]:
         if "code" in answer:
             raise VolprepError(answer["code"], **answer["fields"])
+        if "unlimited" in answer:
+            raise VolprepError("VP7070", path=request.path, error=answer["unlimited"])
         if "memory" in answer:
+            if answer["memory"] < request.memory_bytes:
+                raise VolprepError("VP7071", path=request.path, what="memory", option="ulimit -v")
             raise VolprepError("VP1272", path=request.path, limit_mb=request.memory_bytes / 1e6)
         if "failed" in answer:
             raise self._crash(request, answer["failed"])
@@ -280,7 +292,7 @@ _guard = threading.Lock()
 @contextmanager
 def workers() -> Iterator[Workers]:
     """Return the pool of this process, with a worker for each core. Its workers end with its last user."""
-    global _pool, _users  # noqa: PLW0603 - one pool, whoever decodes
+    global _pool, _users  # noqa: PLW0603 - one pool for all decoders
     with _guard:
         _pool = _pool or Workers(available_cores())
         _users += 1

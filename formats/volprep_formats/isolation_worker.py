@@ -1,9 +1,9 @@
-"""The program of a worker process: calls what it is sent, under limits, until nobody wants more.
+"""Main program of a worker process: runs requests under limits until the parent closes the connection.
 
-Started by `isolation` as a file, so that it neither repeats the main program of whoever uses volprep nor depends on
-where the package is found; it imports nothing but the standard library before it is told where to look. Requests are
-pickled; answers are lines of JSON, for a decoder that went wrong must not make its parent unpickle anything. An empty
-line comes first, when all imports are done and the request's time begins.
+`isolation` starts it as a file, so that it neither repeats the parent's main program nor depends on where the package
+is installed; it imports only the standard library until it receives the import path. Requests are pickled. Answers are
+lines of JSON, because a compromised decoder must not make its parent unpickle anything. An empty line comes first, when
+all imports are done and the request's time begins.
 """
 
 import contextlib
@@ -41,8 +41,9 @@ def _answer(request: "WorkerRequest", result_file: int) -> dict[str, object]:
 
     from volprep_formats.diagnostics import VolprepError  # noqa: PLC0415
 
+    left = math.inf
     try:
-        _limit(request)
+        left = _limit(request)
         result = request.function(request.argument)
         if result.nbytes > request.result_bytes:
             return {"failed": f"its result has {result.nbytes} bytes, not {request.result_bytes}"}
@@ -52,24 +53,51 @@ def _answer(request: "WorkerRequest", result_file: int) -> dict[str, object]:
         fields = {k: v if isinstance(v, (int, float, str)) else str(v) for k, v in error.fields.items()}
         return {"code": error.code, "fields": fields}
     except MemoryError:
-        return {"memory": True}
+        return {"memory": left}
+    except UnlimitedError as error:
+        return {"unlimited": str(error)}
     except Exception as error:  # noqa: BLE001 - whatever it is, the parent shall know
         return {"failed": f"{type(error).__name__}: {error}"}
     return {"dtype": result.dtype.str, "shape": result.shape}
 
 
-def _limit(request: "WorkerRequest") -> None:
-    """Set the limits of this request. What imports have mapped so far is not counted."""
-    # Not every system lets the address space be limited; the limit of time remains.
-    with contextlib.suppress(OSError, ValueError):
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-        most = pages * mmap.PAGESIZE + request.memory_bytes + request.result_bytes
-        resource.setrlimit(resource.RLIMIT_AS, (most, resource.RLIM_INFINITY))
-    # The parent ends a worker in time. If it is killed itself, no decoder may spin for ever.
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    used = usage.ru_utime + usage.ru_stime
-    seconds = math.ceil(used + request.seconds) + _SECONDS_BEYOND
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.RLIM_INFINITY))
+class UnlimitedError(Exception):
+    """The limits of a request cannot be set."""
+
+
+def _limit(request: "WorkerRequest") -> float:
+    """Set the limits of this request: the smaller of the request's limits and this machine's.
+
+    Memory that imports have mapped so far is not counted. Returns the memory in bytes that is left for the request.
+    Raises UnlimitedError if the system refuses to set the limits; untrusted data is then not decoded.
+    """
+    try:
+        left = _limit_memory(request)
+        # The parent ends a worker in time. If it is killed itself, no decoder may spin for ever.
+        usage = resource.getrusage(resource.RUSAGE_SELF)
+        used = usage.ru_utime + usage.ru_stime
+        seconds, hard = math.ceil(used + request.seconds) + _SECONDS_BEYOND, resource.getrlimit(resource.RLIMIT_CPU)[1]
+        # At the hard limit the system kills without a word; one second before, a signal tells why.
+        resource.setrlimit(resource.RLIMIT_CPU, (_smaller(seconds, max(1, hard - 1) if hard > 0 else hard), hard))
+    except (OSError, ValueError) as error:
+        raise UnlimitedError(str(error)) from error
+    return left
+
+
+def _limit_memory(request: "WorkerRequest") -> float:
+    if sys.platform != "linux":
+        # Other systems do not limit the address space; the limit of time remains.
+        return math.inf
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    held = pages * mmap.PAGESIZE
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    most = _smaller(held + request.memory_bytes + request.result_bytes, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    return most - held - request.result_bytes
+
+
+def _smaller(wanted: int, hard: int) -> int:
+    return wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
 
 
 main()

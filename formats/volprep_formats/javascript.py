@@ -1,8 +1,8 @@
-"""JavaScript without what only people read: comments, spaces, and the names of private fields.
+"""Minify JavaScript: remove comments and spaces, and shorten the names of private fields.
 
-What the text means does not change. Strings, templates and regular expressions stay as they are, and so does each line
-end behind which a statement may end without a semicolon. A slash begins a regular expression exactly where a value may
-begin; where that would need a whole parser, the text is refused.
+The meaning of the text does not change. Strings, templates and regular expressions are kept, and so is each line end
+after which a statement may end without a semicolon. A slash begins a regular expression exactly where a value may
+begin; a text in which only a full parser could decide this is refused.
 """
 
 import re
@@ -41,7 +41,7 @@ class ScriptError(ValueError):
 
 
 def stripped(text: str) -> str:
-    """Return a script without comments and needless signs. Raises ScriptError for what is not understood."""
+    """Return a script without comments and unneeded characters. Raises ScriptError for unsupported syntax."""
     made: list[str] = []
     gap = ""
     parentheses: list[str] = []
@@ -70,14 +70,14 @@ def stripped(text: str) -> str:
             is_block = blocks.pop() if blocks else False
         if made and gap and (between := _between(made[-1], each, gap)):
             made.append(between)
-        # What is assigned only once may as well be assigned again: one word for both packs better.
+        # Declare constants with `let` too: one keyword for both compresses better.
         made.append("let" if each == "const" and made[-1:] != ["."] else each)
         gap = ""
     return "".join(made) + "\n"
 
 
 def _between(before: str, token: str, gap: str) -> str:
-    """Return what must stand between two tokens that white space has parted."""
+    """Return the separator that two tokens need after white space is removed between them."""
     if gap == "\n" and before not in _NEVER_LAST and token not in _NEVER_FIRST:
         return "\n"
     joins = _is_word(before[-1]) and (_is_word(token[0]) or token[0] == "#")
@@ -91,7 +91,7 @@ def _is_word(character: str) -> bool:
 
 
 def _private(tokens: Iterator[str]) -> Iterator[str]:
-    """Give private fields short names: nobody outside of the text can know them."""
+    """Give private fields short names: code outside of the text cannot access them."""
     names: dict[str, str] = {}
     for token in tokens:
         is_name = token.startswith("#") and len(token) > 1
@@ -104,10 +104,10 @@ def _short(number: int) -> str:
 
 
 def _tokens(text: str) -> Iterator[str]:
-    """Give the tokens of a text without its comments; white space is a token, and so is each part of a template."""
+    """Yield the tokens of a text without its comments; white space is a token, and so is each part of a template."""
     at, last = 0, ""
     braces: list[str] = []
-    """What each brace that is open belongs to: a template, or anything else."""
+    """Kind of each open brace: "`" for a template, or anything else."""
     while at < len(text):
         token, at = _token(text, at, last, in_template=bool(braces) and braces[-1] == "`")
         if token.startswith(("/*", "//")):

@@ -1,9 +1,8 @@
-"""Triangle meshes as glTF 2.0 binary files (.glb): written small and always alike, read with every number checked.
+"""Triangle meshes as glTF 2.0 binary files (.glb): a deterministic writer and a reader that checks every number.
 
 Positions are float32, indices 16 bits in each primitive, so that OpenGL ES 2.0 draws them without an extension; a mesh
 with more vertices has several primitives. One node scales the positions to millimetres; glTF's own unit is the metre,
-so `extras` of the file says what it is here. Sources: glTF 2.0 specification, and its extension
-KHR_draco_mesh_compression.
+so `extras` of the file names the unit. Sources: glTF 2.0 specification, and its extension KHR_draco_mesh_compression.
 """
 
 import json
@@ -22,7 +21,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.record import Record, problems
 
 MOST_VERTICES = 65535
-"""Vertices of a primitive: 16-bit indices, of which the last restarts strips in OpenGL ES 3.0."""
+"""Most vertices in a primitive: indices have 16 bits, and the highest one restarts strips in OpenGL ES 3.0."""
 LARGEST_POSITION = 2**24
 """float32 holds every whole number up to here."""
 _MAGIC, _JSON, _BIN = 0x46546C67, 0x4E4F534A, 0x004E4942
@@ -33,28 +32,28 @@ _LARGEST_JSON = 2**20
 _DRACO_BITS = 24
 # Draco 2.2, a triangle mesh by edgebreaker, no metadata: what `encode_draco` writes.
 _DRACO_START = b"DRACO\x02\x02\x01\x01\x00\x00"
-# A closed surface has about twice as many triangles as vertices, and four times as many where it is full of holes.
+# A closed surface has about two triangles per vertex; one full of holes has up to four.
 _MOST_TRIANGLES = 8 * MOST_VERTICES
 
 
 @dataclass(frozen=True)
 class Primitive:
-    """What is drawn by one call."""
+    """A primitive of a mesh, drawn by one call."""
 
     positions_xyz: Float32Array
-    """Positions of vertices [n, 3]: whole numbers, in units of the mesh."""
+    """Vertex positions [n, 3]: integers, in units of the mesh."""
     triangles: NDArray[np.uint16]
     """Vertices of each triangle, [m, 3]."""
 
 
 @dataclass(frozen=True)
 class GlbMesh:
-    """A mesh as a file holds it."""
+    """The mesh of a file."""
 
     primitives: tuple[Primitive, ...]
-    """Its parts."""
+    """Its primitives."""
     scale_mm_xyz: tuple[float, float, float]
-    """Millimetres of a unit of positions along each axis."""
+    """Millimetres per unit of position along each axis."""
     draco: bool
     """Whether it is compressed."""
 
@@ -75,7 +74,7 @@ def write_glb(
     *,
     draco: bool = False,
 ) -> bytes:
-    """Return the bytes of a file; at least one primitive. `extras` are words about the whole, such as its axes."""
+    """Return the bytes of a file; at least one primitive. `extras` are strings about the whole, such as its axes."""
     writer = _Writer(draco=draco)
     for primitive in primitives:
         writer.add(primitive)
@@ -83,7 +82,7 @@ def write_glb(
 
 
 def read_glb(data: bytes, name: str) -> GlbMesh:
-    """Read a file that `write_glb` may have written. Raises VP4039 for anything else, before it allocates."""
+    """Read a file of the form that `write_glb` writes. Raises VP4039 for anything else, before it allocates."""
     text, binary = _chunks(data, name)
     try:
         gltf = _Gltf.model_validate_json(text)
@@ -95,7 +94,8 @@ def read_glb(data: bytes, name: str) -> GlbMesh:
 
 def _split(positions: NDArray[np.int32], triangles: NDArray[np.int32], most_vertices: int) -> Iterator[Primitive]:
     while len(triangles):
-        # The part that has no more vertices than indices can name: where the vertex one too many comes up first.
+        # Indices address at most `most_vertices` vertices, so a primitive ends before the triangle that would need
+        # one more.
         _, first = np.unique(triangles, return_index=True)
         first.sort()
         stop = len(triangles) if len(first) <= most_vertices else int(first[most_vertices]) // 3
@@ -115,7 +115,7 @@ class _Writer:
     def add(self, primitive: Primitive) -> None:
         """Add a primitive with its accessors and views."""
         packed = encode_draco(primitive) if self._draco else None
-        # What the decoder gives may have another order.
+        # The decoder may return the vertices in another order.
         shown = primitive if packed is None else decode_draco(packed, "mesh")
         extension: dict[str, object] = {}
         if packed is not None:
@@ -135,7 +135,7 @@ class _Writer:
         self._accessors += [vertices, corners]
 
     def file(self, scale_mm_xyz: tuple[float, float, float], extras: Mapping[str, str]) -> bytes:
-        """Put header, JSON and binary together."""
+        """Assemble header, JSON and binary."""
         used = {"extensionsUsed": [_DRACO], "extensionsRequired": [_DRACO]} if self._draco else {}
         gltf = {
             "asset": {"version": "2.0", "generator": "volprep", "extras": dict(extras)},
@@ -161,7 +161,7 @@ class _Writer:
 
 
 def encode_draco(primitive: Primitive) -> bytes:
-    """Compress a primitive; its whole numbers stay exactly what they are."""
+    """Compress a primitive; its integers are preserved exactly."""
     import DracoPy  # noqa: PLC0415 - few need it
 
     # A range of 2^bits - 1 makes each whole number a step of its own.
@@ -178,7 +178,7 @@ def encode_draco(primitive: Primitive) -> bytes:
 
 
 def decode_draco(data: bytes, name: str) -> Primitive:
-    """Decompress a primitive. Raises VP4039 for what is none."""
+    """Decompress a primitive. Raises VP4039 for invalid data."""
     import DracoPy  # noqa: PLC0415 - few need it
 
     _check_draco_start(data, name)
@@ -194,7 +194,7 @@ def decode_draco(data: bytes, name: str) -> Primitive:
 
 
 def _check_draco_start(data: bytes, name: str) -> None:
-    """Check kind and sizes before Draco does: a few bytes that say 2^28 triangles keep it busy for minutes."""
+    """Check kind and sizes before Draco does: a few bytes that declare 2^28 triangles keep it busy for minutes."""
     if not data.startswith(_DRACO_START):
         _fail(name, "Draco: it is not a triangle mesh of version 2.2 by edgebreaker")
     at = len(_DRACO_START) + 1  # how triangles follow each other
@@ -205,7 +205,7 @@ def _check_draco_start(data: bytes, name: str) -> None:
 
 
 def _varint(data: bytes, at: int) -> tuple[int, int]:
-    """Return the number that begins at `at`, seven bits in each byte, and where the next begins."""
+    """Return the number at `at`, seven bits per byte, and the position after it."""
     number = 0
     for shift, byte in enumerate(data[at : at + 5]):
         number |= (byte & 127) << 7 * shift
@@ -220,7 +220,7 @@ Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class _Part(Record):
-    """A part of the file. Only what `write_glb` writes is taken."""
+    """A chunk of the file. Only chunks that `write_glb` writes are accepted."""
 
     model_config = ConfigDict(alias_generator=to_camel)
 
@@ -325,7 +325,7 @@ def _read(gltf: _Gltf, primitive: _Primitive, binary: memoryview, name: str) -> 
         packed = _bytes(gltf, primitive.extensions.draco.buffer_view, binary, None, name)
         found = decode_draco(bytes(packed), name)
     if (len(found.positions_xyz), found.triangles.size) != (vertices.count, corners.count):
-        _fail(name, "what is compressed has another size")
+        _fail(name, "the decompressed data have another size")
     if found.triangles.max() >= vertices.count or not np.isfinite(found.positions_xyz).all():
         _fail(name, "a triangle has no vertex, or a vertex no position")
     bounds = (tuple(found.positions_xyz.min(axis=0).tolist()), tuple(found.positions_xyz.max(axis=0).tolist()))

@@ -1,10 +1,11 @@
-"""What is written appears whole or not at all: under a hidden name beside its place, renamed when it is on the disk.
+"""Atomic output: write under a hidden name next to the target, and rename when the data is on the disk.
 
-A full disk, a limit on the size of files or an error in the middle leaves what was there before, and nothing else. What
-a killed process leaves, .NAME.XXXXXXXX.partial, the next one that writes NAME removes: each process holds a lock on
-what it is writing, which ends with the process.
+A full disk, a limit on the size of files or an error in the middle leaves the earlier file unchanged, and nothing else.
+A killed process leaves .NAME.XXXXXXXX.partial; the next process that writes NAME removes it. Each process holds a lock
+on its partial file, and the lock ends with the process.
 """
 
+import ctypes
 import errno
 import fcntl
 import os
@@ -20,6 +21,10 @@ from typing import BinaryIO
 from volprep_formats.diagnostics import VolprepError
 
 _PARTIAL = ".partial"
+_AT_FDCWD = -100
+_RENAME_NOREPLACE = 1
+_RENAME_EXCHANGE = 2
+_NOT_SUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
 _SYNCS = 8
 """Files that wait for the disk at the same time."""
 _KINDS = {
@@ -34,11 +39,11 @@ _KINDS = {
 
 @contextmanager
 def output_errors(path: Path, code: str = "VP4020") -> Iterator[None]:
-    """Turn what the system says while `path` is written into an error of this code, which has a path and an error."""
+    """Convert a system error while `path` is written into an error of this code, with path and message."""
     try:
         yield
     except OSError as error:
-        # What libraries pass on may have a traceback in its text, behind the first line.
+        # Exceptions passed on by libraries may have a traceback in their text, after the first line.
         raise VolprepError(code, path=path, error=error.strerror or str(error).partition("\n")[0]) from error
 
 
@@ -67,7 +72,7 @@ def new_path(path: Path, code: str = "VP4020") -> Iterator[Path]:
         temporary, descriptor = _new_temporary(target)
         try:
             yield temporary
-            # Some file systems, and those with quotas, say only here that there is no room.
+            # Some file systems, and file systems with quotas, report only here that the disk is full.
             os.fsync(descriptor)
             temporary.replace(target)
         except BaseException:
@@ -83,21 +88,21 @@ def new_file(path: Path, code: str = "VP4020") -> Iterator[BinaryIO]:
     """Return a file that takes the name `path` when the block ends well. Raises as `new_path` does."""
     with new_path(path, code) as temporary, temporary.open("wb") as file:
         yield file
-        # Whatever is still in the buffer fails here and not where nobody looks.
+        # Flush now: an error while the file is closed would be lost.
         file.flush()
 
 
 def write_file(path: Path, data: bytes, code: str = "VP4020") -> None:
-    """Give `path` the content `data`, whole or not at all. Raises as `new_path` does."""
+    """Write `data` to `path` atomically. Raises as `new_path` does."""
     with new_file(path, code) as file:
         file.write(data)
 
 
 @contextmanager
-def new_folder(path: Path, code: str = "VP4020") -> Iterator[Path]:
+def new_folder(path: Path, code: str = "VP4020", *, replaces: bool = False) -> Iterator[Path]:
     """Return a folder that takes the name `path`, where nothing or an empty folder is, when the block ends well.
 
-    Raises `code` where it cannot be written.
+    With `replaces`, a folder with files may be at `path`; it is removed. Raises `code` where it cannot be written.
     """
     with output_errors(path, code):
         target = path.absolute()
@@ -109,10 +114,49 @@ def new_folder(path: Path, code: str = "VP4020") -> Iterator[Path]:
             with _locked(temporary):
                 yield temporary
                 sync_all([*temporary.rglob("*"), temporary])
-                temporary.replace(target)
+                if replaces and target.exists():
+                    older = _hidden(target)
+                    exchange(temporary, target, older)
+                    shutil.rmtree(older if older.exists() else temporary)
+                else:
+                    temporary.replace(target)
         except BaseException:
             shutil.rmtree(temporary, ignore_errors=True)
             raise
+
+
+def exchange(partial: Path, target: Path, aside: Path) -> None:
+    """Rename `partial` to `target`; the older one becomes `partial`, or `aside` if the system cannot exchange.
+
+    With an exchange (renameat2 of Linux) `target` is there at every moment.
+    """
+    if _renameat2(partial, target, _RENAME_EXCHANGE):
+        return
+    target.rename(aside)
+    try:
+        partial.rename(target)
+    except OSError:
+        aside.rename(target)
+        raise
+
+
+def rename_new(source: Path, target: Path) -> None:
+    """Rename `source` to `target`, where nothing may be if the system can check that in the same step."""
+    if not _renameat2(source, target, _RENAME_NOREPLACE):
+        source.rename(target)
+
+
+def _renameat2(source: Path, target: Path, flags: int) -> bool:
+    """Rename in one step with `flags`. Returns False if the system or the file system does not support it."""
+    call = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
+    if call is None:
+        return False
+    if call(_AT_FDCWD, os.fsencode(source), _AT_FDCWD, os.fsencode(target), ctypes.c_uint(flags)) == 0:
+        return True
+    code = ctypes.get_errno()
+    if code in _NOT_SUPPORTED:
+        return False
+    raise OSError(code, os.strerror(code))
 
 
 def sync_folder(folder: Path) -> None:
@@ -127,7 +171,7 @@ def sync_folder(folder: Path) -> None:
 def sync_all(paths: Iterable[Path]) -> None:
     """Make files, and the names in folders, durable; in any order.
 
-    All at the same time: a journal takes what comes together in one step, and each step is a wait for the disk.
+    All are synced at the same time: a journal commits them in one step, and each step is a wait for the disk.
     """
     with ThreadPoolExecutor(_SYNCS) as pool:
         for _ in pool.map(_sync, paths):
@@ -181,7 +225,7 @@ def _locked(path: Path) -> Iterator[None]:
 
 
 def _remove_left_behind(target: Path) -> None:
-    """Remove what killed processes left of `target`: what nobody holds a lock on."""
+    """Remove the partial files of `target` that killed processes left: the files that no process has locked."""
     names: list[str] = []
     with suppress(PermissionError), os.scandir(target.parent) as entries:
         names = [entry.name for entry in entries if entry.name.startswith(f".{target.name}.")]

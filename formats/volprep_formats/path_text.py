@@ -1,7 +1,7 @@
-"""Paths as text in records, which hold Unicode only: JSON and TOML can say nothing else.
+"""Paths as text in records. JSON and TOML hold Unicode only.
 
-A path of bytes that are no UTF-8 is written as a file URI (RFC 8089), with %NN for each such byte, and read back as the
-same bytes.
+A path of bytes that are not UTF-8 is written as a file URI (RFC 8089), with %NN for each such byte, and read back as
+the same bytes.
 """
 
 import os
@@ -9,12 +9,13 @@ from pathlib import Path
 from urllib.parse import unquote_to_bytes
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.shown import address_in
 
 _URI = "file://"
 
 
 def path_text(path: Path) -> str:
-    """Return a path as text: as it is, or as a file URI where it is no UTF-8, which makes it absolute."""
+    """Return a path as text: unchanged, or as an absolute file URI if it is not UTF-8."""
     text = str(path)
     return text if _is_unicode(text) else path.absolute().as_uri()
 
@@ -25,10 +26,16 @@ def path_of_text(text: str) -> Path:
 
 
 def unicode_path(path: Path) -> str:
-    """Return a path for a library that opens Unicode names only. Raises VP1071 for another one."""
+    """Whether the source has this format, by the scene, the path, and the file's first bytes, unpacked."""
     if not _is_unicode(str(path)):
         raise VolprepError("VP1071", path=path)
     return str(path)
+
+
+def no_such_path(path: Path) -> VolprepError:
+    """Return VP1001 for a path with nothing there, or VP1306 if it is an address, which only a batch fetches."""
+    address = address_in(str(path))
+    return VolprepError("VP1001", path=path) if address is None else VolprepError("VP1306", address=address)
 
 
 def _is_unicode(text: str) -> bool:

@@ -1,7 +1,7 @@
-"""8-bit sRGB pictures as PNG files. Only for people: data never travel in a PNG.
+"""8-bit sRGB pictures as PNG files, for people only: data is never stored in a PNG.
 
-Source: PNG specification (W3C, second edition): chunks (5), filters (9), and how to choose one for each row (12.8).
-The file is made in memory, so that whoever writes it can tell whether all of it was written.
+Source: PNG specification (W3C, second edition): chunks (5), filters (9), and the choice of a filter for each row
+(12.8). The file is made in memory, so that the caller can check that all of it was written.
 """
 
 import struct
@@ -62,3 +62,31 @@ def _paeth(left: NDArray[np.int16], above: NDArray[np.int16], corner: NDArray[np
     to_corner = np.abs(left + above - 2 * corner)
     other = np.where(to_above <= to_corner, above, corner)
     return np.where((to_left <= to_above) & (to_left <= to_corner), left, other)
+
+
+def png_problem(data: bytes, width: int, height: int, channels: int) -> str | None:
+    """Say why `data` is not a file that `png_bytes` writes for a picture of this size; None if it is one.
+
+    The header is compared before anything is decompressed, and no more bytes are than the picture has. A file that
+    passes has these chunks and no others: text, gamma, animations and bytes behind the end are refused.
+    """
+    header = struct.pack(">2I5B", width, height, 8, _COLOUR_TYPES[channels], 0, 0, 0)
+    start = _SIGNATURE + _chunk(b"IHDR", header) + _chunk(b"sRGB", _PERCEPTUAL)
+    end = _chunk(b"IEND", b"")
+    if not data.startswith(start):
+        return f"does not begin as an 8-bit sRGB picture of {width}×{height} pixels"
+    if not data.endswith(end) or len(data) < len(start) + 12 + len(end):
+        return "does not end as a picture"
+    body = data[len(start) : -len(end)]
+    packed = body[8:-4]
+    if body != _chunk(b"IDAT", packed):
+        return "has more than one chunk of pixels, other chunks, or a wrong checksum"
+    wanted = height * (1 + width * channels)
+    stream = zlib.decompressobj()
+    try:
+        rows = stream.decompress(packed, wanted + 1)
+    except zlib.error as error:
+        return f"cannot be decompressed: {error}"
+    if len(rows) != wanted or not stream.eof or stream.unused_data:
+        return f"does not hold the {wanted} bytes of its pixels, and nothing else"
+    return None

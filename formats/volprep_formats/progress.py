@@ -1,10 +1,10 @@
-"""How long work tells how far it is, without knowing who listens."""
+"""Progress reports of long work, independent of their display."""
 
 from typing import Protocol
 
 
 class Progress(Protocol):
-    """Takes reports of work done. Whoever draws them, or logs them, implements this."""
+    """Receives reports of work done. Progress bars and logs implement this."""
 
     def start(self, task: str, total: int) -> None:
         """Begin `task`, which has `total` units of work (0 if not known)."""
@@ -16,7 +16,7 @@ class Progress(Protocol):
 
 
 class Silent:
-    """Progress that nobody watches."""
+    """Progress without a display."""
 
     def start(self, task: str, total: int) -> None:
         """Ignore the start of a task."""

@@ -1,8 +1,8 @@
-"""The base of every record that is read or written: frozen, closed, documented field by field."""
+"""Base class of every record that is read or written: frozen, closed, documented field by field."""
 
 import itertools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -11,8 +11,15 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema, ErrorDetails
 
-_SHOWN = 3
-"""Problems that one message names; a key that is wrong everywhere would otherwise fill the screen."""
+_SHOWN = 12
+"""Most problems in one message; a key that is wrong everywhere would otherwise fill the screen."""
+_FOLLOWS = frozenset(("missing", "value_error", "too_short"))
+"""Problems that an unknown key may cause."""
+_IN_WORDS = (
+    ("^#[0-9a-fA-F]{6}$", 'a colour is written as "#rrggbb"'),
+    ("a-z0-9", "a name has lower-case letters, digits, - and _, and nothing else"),
+)
+"""Descriptions of the name patterns, by a substring of the pattern."""
 
 
 class Record(BaseModel):
@@ -32,14 +39,14 @@ class Record(BaseModel):
         schema = handler(core_schema)
         properties = handler.resolve_ref_schema(schema)["properties"]
         for name, text in _field_docstrings(cls).items():
-            # What the docstring of the field's record says as well stands only there.
+            # Do not repeat the docstring of the record that the field holds.
             if getattr(cls.model_fields[name].annotation, "__doc__", None) != text:
                 properties[name].setdefault("description", text)
         return schema
 
 
 def _field_docstrings(record: type[Record]) -> dict[str, str]:
-    """Docstrings of the fields of a record, those that it inherits included."""
+    """Return the docstrings of a record's fields, inherited fields included."""
     import ast  # noqa: PLC0415 - only schemas need it
     import inspect  # noqa: PLC0415 - as above
 
@@ -55,27 +62,51 @@ def _field_docstrings(record: type[Record]) -> dict[str, str]:
     return found
 
 
-def problems(error: ValidationError) -> str:
-    """Say in one line what a model found wrong: keys that it does not know, or else each key with its problem."""
+def problems(error: ValidationError, record: type[Record] | None = None) -> str:
+    """Format a model's validation errors in one line: unknown keys, then each other key with its problem.
+
+    With `record`, an unknown key is reported with the keys that may have been meant.
+    """
     details = error.errors(include_url=False)
     unknown = [detail for detail in details if detail["type"] == "extra_forbidden"]
-    # A misspelt key is missing under its right name, too, and what it belongs to may be missing for it.
-    told = [_unknown_key(detail, details) for detail in unknown] or _by_key(details)
+    # A misspelt key is also missing under its right name, and may make its parent appear missing.
+    others = [detail for detail in details if detail not in unknown and (not unknown or detail["type"] not in _FOLLOWS)]
+    told = [_unknown_key(detail, details, record) for detail in unknown] + _by_key(others)
     more = f"; and {len(told) - _SHOWN} more" if len(told) > _SHOWN else ""
     return "; ".join(told[:_SHOWN]) + more
 
 
-def _unknown_key(detail: "ErrorDetails", details: list["ErrorDetails"]) -> str:
+def _unknown_key(detail: "ErrorDetails", details: list["ErrorDetails"], record: type[Record] | None) -> str:
     from difflib import get_close_matches  # noqa: PLC0415 - only for a message
 
     *parent, key = detail["loc"]
     missing = [str(each["loc"][-1]) for each in details if each["type"] == "missing" and [*each["loc"][:-1]] == parent]
-    meant = get_close_matches(str(key), missing, n=1)
-    return f"{_name(detail['loc'])}: unknown key" + (f", {meant[0]} is missing" if meant else "")
+    name = _name([part for part in detail["loc"] if _is_key(part)])
+    if meant := get_close_matches(str(key), missing, n=1):
+        return f"{name}: unknown key, {meant[0]} is missing"
+    near = get_close_matches(str(key), _keys_at(record, parent), n=2)
+    return f"{name}: unknown key" + (f", perhaps {' or '.join(near)} is meant" if near else "")
+
+
+def _keys_at(record: type[Record] | None, place: Sequence[int | str]) -> list[str]:
+    """Return the keys of the records at a place within `record`."""
+    records = [] if record is None else [record]
+    for part in place:
+        if isinstance(part, str) and any(part in each.model_fields for each in records):
+            fields = [each.model_fields[part].annotation for each in records if part in each.model_fields]
+            records = [inner for annotation in fields for inner in _records_in(annotation)]
+    return [name for each in records for name in each.model_fields]
+
+
+def _records_in(annotation: object) -> list[type[Record]]:
+    """Return the record types in an annotation, such as tuple[SceneTransfer, ...] or GridSettings | None."""
+    if isinstance(annotation, type) and issubclass(annotation, Record):
+        return [annotation]
+    return [each for inner in get_args(annotation) for each in _records_in(inner)]
 
 
 def _by_key(details: list["ErrorDetails"]) -> list[str]:
-    """Say each key once; what is wrong with each of several types that it may have is said together."""
+    """Group messages by key: the errors of all members of a union are reported together."""
     said: dict[str, list[str]] = {}
     for detail in details:
         said.setdefault(_name([part for part in detail["loc"] if _is_key(part)]), []).append(_problem(detail))
@@ -98,6 +129,10 @@ def _problem(detail: "ErrorDetails") -> str:
         return "is missing"
     if detail["type"] == "tuple_type" and isinstance(detail["input"], dict):
         return f"Input should be a list, in TOML [[{_name(detail['loc'])}]]"
+    if detail["type"] == "string_pattern_mismatch":
+        pattern = str(detail.get("ctx", {}).get("pattern", ""))
+        said = next((words for part, words in _IN_WORDS if part in pattern), "")
+        return f"{str(detail['input'])[:60]!r} is not possible: {said}" if said else detail["msg"]
     return detail["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
 
 

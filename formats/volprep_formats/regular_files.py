@@ -1,7 +1,6 @@
-"""Opening files that somebody else named: regular ones only, and never larger than what is wanted of them.
+"""Open untrusted paths: regular files only, with a bound on the bytes read.
 
-A pipe would be waited for without end, and a device such as /dev/zero read without end. Links are followed: what they
-lead to must be a regular file.
+Reading a pipe or a device such as /dev/zero would never end. Links are followed; their target must be a regular file.
 """
 
 import errno
@@ -23,13 +22,13 @@ _KINDS = {
 
 
 def open_regular(path: Path) -> BufferedReader:
-    """Open a regular file for reading. Raises OSError, for anything else too; its `strerror` says what the path is."""
+    """Open a regular file for reading. Raises OSError, also for other kinds of files, with the reason in `strerror`."""
     return BufferedReader(open_unbuffered(path))
 
 
 def open_unbuffered(path: Path) -> FileIO:
     """Open a regular file as `open_regular` does, without a buffer."""
-    # O_NONBLOCK: opening a pipe that nobody writes to would wait for ever. It changes nothing for regular files.
+    # O_NONBLOCK: opening a pipe without a writer would block for ever. It has no effect on regular files.
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     try:
         _check_kind(path, os.fstat(descriptor))
@@ -40,7 +39,7 @@ def open_unbuffered(path: Path) -> FileIO:
 
 
 def open_gzipped(path: Path) -> gzip.GzipFile:
-    """Open a regular file that is gzipped, to read what is in it. Raises OSError."""
+    """Open a regular gzipped file and read its unpacked contents. Raises OSError."""
     file = open_unbuffered(path)
     unpacked = gzip.GzipFile(fileobj=file)
     unpacked.myfileobj = file  # closes it, too

@@ -1,7 +1,8 @@
-"""The runtime for browsers: the ES modules of formats/js, as they were written, and as they are sent.
+"""The runtime for browsers: the ES modules of formats/js, as written and as served.
 
-What every package needs goes as one file, `core.js`, so that a page waits for one answer and not for eighteen. Each of
-its modules is also there under its own name, and gives what core.js has: whoever imports one gets the same objects.
+Modules that every package needs are bundled as one file, `core.js`, so that a page makes one request and not eighteen.
+Each of these modules is also available under its own name and re-exports the objects of core.js; the other modules that
+are served import core.js itself, so that none of them waits for a second request.
 """
 
 import re
@@ -15,6 +16,7 @@ ENTRY = "volpkg.js"
 CORE = "core.js"
 _IMPORT = re.compile(r"^import(?:\s+\{([^}]*)\}\s+from)?\s+\"\./([\w.]+)\";\n", re.MULTILINE)
 _EXPORT_FROM = re.compile(r"^export\s+\{([^}]*)\}\s+from\s+\"\./([\w.]+)\";\n", re.MULTILINE)
+_FROM = re.compile(r"^((?:import|export)\s+\{[^}]*\}\s+from\s+)\"\./([\w.]+)\"", re.MULTILINE)
 _EXPORT = re.compile(
     r"^export\s+(?=(?:async\s+function\*?|function\*?|class|const)\s+([\w$]+))",
     re.MULTILINE,
@@ -35,13 +37,13 @@ def runtime_modules() -> dict[str, str]:
 
 @cache
 def sent_modules() -> dict[str, str]:
-    """Return the text of each module as pages get it, by its name. Raises ScriptError for what is not understood."""
+    """Return the text of each module as served, by name. Raises ScriptError for unsupported syntax."""
     texts = runtime_modules()
     order: list[str] = []
     if ENTRY in texts:
         _visit(ENTRY, texts, order)
     others = {name: text for name, text in texts.items() if name not in order}
-    sent = {name: stripped(text) for name, text in others.items()}
+    sent = {name: stripped(_from_core(text, order)) for name, text in others.items()}
     wanted: dict[str, set[str]] = {name: set() for name in order}
     for text in (texts.get(ENTRY, ""), *others.values()):
         for names, module in (*_IMPORT.findall(text), *_EXPORT_FROM.findall(text)):
@@ -52,6 +54,11 @@ def sent_modules() -> dict[str, str]:
     if order:
         sent[CORE] = _core([texts[name] for name in order], sorted(set().union(*wanted.values())))
     return sent
+
+
+def _from_core(text: str, order: list[str]) -> str:
+    """Import what core.js has from there."""
+    return _FROM.sub(lambda found: f'{found[1]}"./{CORE if found[2] in order else found[2]}"', text)
 
 
 def _visit(name: str, texts: dict[str, str], order: list[str]) -> None:
@@ -68,13 +75,13 @@ def _names(listed: str | None) -> list[str]:
 
 
 def _core(texts: list[str], exports: list[str]) -> str:
-    """Return modules as one, in which each name at the top stands for one thing."""
+    """Bundle modules into one, in which each top-level name has one meaning."""
     names = [name for text in texts for name in _TOP.findall(text)]
     twice = sorted({name for name in names if names.count(name) > 1})
     aliases = [each for text in texts for imported, _ in _IMPORT.findall(text) for each in imported.split(" as ")[1:]]
     if twice or aliases:
         raise ScriptError(f"modules of {CORE} have names in common, or import by other names: {twice} {aliases}")
-    # Each alone: short names of private fields are then the same in all of them, which packs better.
+    # Minify each module separately: private fields then get the same short names in all, which compresses better.
     body = "".join(stripped(_EXPORT.sub("", _EXPORT_FROM.sub("", _IMPORT.sub("", text)))) for text in texts)
     left = re.search(r"^(?:export|import)\b.*", body, re.MULTILINE)
     if left is not None:

@@ -4,16 +4,22 @@ A terminal obeys escape sequences, and a line break in a name makes a line that 
 that turn the direction of writing make a name look like another one.
 """
 
+import re
+
 _LONGEST = 400
+# pathlib writes one slash for two.
+_SCHEME = r"(?:[A-Za-z][A-Za-z0-9+.-]*://|\b(?:https?|ftps?|sftp|s3|gs|gcs|az|abfs):/)"
+_USER = re.compile(rf"({_SCHEME})[^/\s]*@")
+_QUERY = re.compile(rf"({_SCHEME}[^\s?#'\"<>]*)[?#][^\s'\"<>]*")
+_ADDRESS = re.compile(rf"(?:^|/)({_SCHEME}.*)")
 _ESCAPED_BYTES = range(0xDC80, 0xDD00)
-"""What Python makes of bytes that are not UTF-8 in names of files (PEP 383)."""
+"""Surrogates that represent, in Python, bytes of file names that are not UTF-8 (PEP 383)."""
 
 
 def shown(text: object, longest: int = _LONGEST) -> str:
     """Return `text` in one line of printable characters: all others become visible escapes, as in a Python string.
 
-    Of what is longer than `longest` characters, beginning and end remain, with … between them. A path keeps its end,
-    which says most.
+    If longer than `longest` characters, the middle is replaced by …. A path keeps its end, its most informative part.
     """
     plain = printable(str(text))
     if len(plain) <= longest:
@@ -22,11 +28,30 @@ def shown(text: object, longest: int = _LONGEST) -> str:
     return f"{plain[: longest - end - 1]}…{plain[-end:]}"
 
 
-def printable(text: str) -> str:
-    r"""Return `text` with a visible escape for each character that is none, such as newlines and directions of writing.
+def without_secrets(text: str) -> str:
+    """Return `text` without the names, passwords, queries and fragments of the addresses in it.
 
-    A byte of a file name that is no UTF-8 becomes \xNN. Backslashes stay, so escaping twice changes nothing.
+    A password or a presigned query gives access to a store. It belongs neither into a file nor onto a screen.
     """
+    if ":/" not in text:
+        return text
+    return _QUERY.sub(r"\1?***", _USER.sub(r"\1***@", text))
+
+
+def address_in(path: str) -> str | None:
+    """Return the address that was taken for a path, such as http:/host/scan.nii; None if it is an ordinary path."""
+    found = _ADDRESS.search(path)
+    return re.sub(":/+", "://", found[1], count=1) if found else None
+
+
+def printable(text: str) -> str:
+    r"""Return `text` with every unprintable character escaped, such as newlines and directions of writing.
+
+    Secrets of addresses are left out: see `without_secrets`.
+
+    A byte of a file name that is not UTF-8 becomes \xNN. Backslashes stay, so escaping twice changes nothing.
+    """
+    text = without_secrets(text)
     return text if text.isprintable() else "".join(each if each.isprintable() else _escape(each) for each in text)
 
 

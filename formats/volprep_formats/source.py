@@ -1,4 +1,4 @@
-"""What every reader gives: one volume at full precision, readable slab by slab."""
+"""The result of every reader: one volume at full precision, readable slab by slab."""
 
 from pathlib import Path
 from typing import Annotated, Literal, Protocol, Self, runtime_checkable
@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, FiniteFloat, model_validator
 
-from volprep_formats.grid import LONGEST_AXIS, Count, Grid, Length
+from volprep_formats.grid import LONGEST_AXIS, Count, Grid, Length, Signed
+from volprep_formats.label_tables.table import LABEL_TABLES
 from volprep_formats.path_text import path_of_text, path_text
 from volprep_formats.record import Record
 
@@ -19,7 +20,9 @@ SourceFormat = Literal[
     "dicom",
     "metaimage",
     "mgh",
+    "minc",
     "mosaic",
+    "mrc",
     "nifti",
     "npy",
     "nrrd",
@@ -37,13 +40,16 @@ SourceFormat = Literal[
 ChannelName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=60)]
 """Name of a channel, which becomes part of names of files."""
 RepairKind = Literal["gaps", "tilt"]
-"""What can be repaired where slices form no grid."""
+"""Repairs of slices that do not form a grid."""
 GreyOf = Literal["luminance", "red", "green", "blue"]
-"""What of three colours becomes the one value of a voxel."""
+"""Conversion of three colours to the value of a voxel."""
+
+_NAMES = ("series", "channel", "grid", "label_table")
+"""Fields of a source with untrusted names, which may be names of a patient."""
 
 
 class RawLayout(Record):
-    """What a file without a header does not say about itself."""
+    """Facts that a file without a header lacks."""
 
     shape_zyx: tuple[Count, Count, Count]
     """Number of voxels along z, y and x; x is the fastest axis in the file."""
@@ -58,17 +64,17 @@ class RawLayout(Record):
 
 
 class StackLayout(Record):
-    """What pictures do not say about the volume whose slices they are."""
+    """Facts about a volume that its pictures lack."""
 
     spacing_mm_zyx: tuple[Length, Length, Length] = (1.0, 1.0, 1.0)
     """Distance from picture to picture, from row to row and from column to column, in millimetres."""
     gaps: Literal["refuse", "ignore"] = "refuse"
-    """What to do if numbers are missing in the names of the pictures. "ignore" takes the pictures that exist as
-    neighbours, all at the same distance."""
+    """Treatment of missing numbers in the names of the pictures. "ignore" takes the pictures that exist as neighbours,
+    all at the same distance."""
 
 
 class ArrayLayout(Record):
-    """What a NumPy file does not say: its array has axes z, y and x, and no spacing."""
+    """Facts that a NumPy file lacks: its array has axes z, y and x, and no spacing."""
 
     spacing_mm_zyx: tuple[Length, Length, Length] = (1.0, 1.0, 1.0)
     """Distance between voxel centres, in millimetres."""
@@ -77,7 +83,7 @@ class ArrayLayout(Record):
 
 
 class TileLayout(Record):
-    """How the slices of a volume lie in one picture: row by row, from the top left."""
+    """Layout of the slices of a volume in one picture: row by row, from the top left."""
 
     tiles_x: Count
     """Number of tiles beside each other."""
@@ -90,10 +96,10 @@ class TileLayout(Record):
 
 
 class SourceSpec(Record):
-    """Where a scan is and how to read it: the table [source] of a scene."""
+    """Location of a scan and its reading options: the table [source] of a scene."""
 
     path: str = ""
-    """File or folder. A relative path starts at the folder of the scene file. A path of bytes that are no UTF-8 is a
+    """File or folder. A relative path starts at the folder of the scene file. A path of bytes that are not UTF-8 is a
     file URI, file:///scans/%FF.nii."""
     channels: "Literal['all'] | tuple[ChannelSpec, ...]" = ()
     """Several channels of one volume. "all": all that the file has (OME, packages, the volumes of a NIfTI file), under
@@ -101,39 +107,48 @@ class SourceSpec(Record):
     source is one channel."""
     format: SourceFormat = "auto"
     """Reader to use; "auto" looks at the file."""
-    labels: bool = False
-    """Whether voxels are labels: whole numbers that name things. They are never rounded or averaged. Numbers above 255
-    are replaced by codes from 0 to 255, in ascending order, over which transfer functions then are."""
+    labels: bool | None = None
+    """Whether voxels are labels: integers that name structures. They are never rounded or averaged. Where a number is
+    above 255, all are replaced by codes from 0 on, in ascending order, and transfer functions refer to the codes. If
+    absent, only a scan without a scene is analysed, and the build reports the result."""
+    label_table: str | None = None
+    """Names and colours of labels: "freesurfer", "slicer", "itksnap", or a file of one of these programs, a dseg.tsv of
+    BIDS, an atlas XML, or lines of number and name. Only a scan without transfer functions is coloured by it. If
+    absent, a table of the same name beside the scan, or FreeSurfer's where the numbers are its own."""
     series: str | None = None
     """DICOM: SeriesInstanceUID, or a unique ending of it, when the folder holds several series. OME: name of the image,
     or its number from 1, when there are several."""
     volume: Count | None = None
-    """DICOM, NIfTI, FreeSurfer, Analyze, OME: which volume to read, from 1, where there are several: time points,
-    echoes, components."""
+    """DICOM, NIfTI, FreeSurfer, Analyze, MINC, OME: number of the volume to read, from 1, if there are several: time
+    points, echoes, components."""
+    volumes_by: Literal["number"] | None = None
+    """DICOM only: attribute that distinguishes the volumes of a series if no other one does. "number": InstanceNumber,
+    as for time points of scanners that write nothing else."""
     channel: str | Count | None = None
     """OME, packages: name of the channel, or its number from 1, when there are several."""
     level: Annotated[int, Field(ge=0, le=LONGEST_AXIS)] | None = None
-    """OME-Zarr, packages: which resolution to read; if absent, the finest one."""
+    """OME-Zarr, packages: number of the resolution to read; if absent, the finest one."""
     missing: Literal["fill"] | None = None
-    """OME-Zarr only: what chunks are that are not there. Writers leave out those that hold nothing but the fill value,
-    but a copy that broke off lacks them, too: where more than a quarter is missing the store is refused. "fill" takes
-    all of them for the fill value."""
+    """OME-Zarr only: treatment of missing chunks. Writers leave out chunks that hold only the fill value, but an
+    incomplete copy lacks chunks, too: the store is refused if more than a quarter is missing. "fill" reads all missing
+    chunks as the fill value."""
     repair: tuple[RepairKind, ...] = ()
-    """DICOM only: what may be repaired by interpolation if slices do not form a grid. "gaps": missing slices and uneven
+    """DICOM only: errors to repair by interpolation if slices do not form a grid. "gaps": missing slices and uneven
     distances. "tilt": a tilted gantry. If absent, such a series is refused."""
     rgb: GreyOf | None = None
-    """DICOM, stacks of pictures, mosaics: what to do with colours. "luminance" makes them grey, 0.299 red + 0.587 green
-    + 0.114 blue; "red", "green" and "blue" take one of them. If absent, pictures in colour are refused."""
+    """DICOM, stacks of pictures, mosaics: conversion of colours. "luminance" makes them grey, 0.299 red + 0.587 green +
+    0.114 blue; "red", "green" and "blue" select one of them. If absent, pictures in colour are refused."""
     grid: str | None = None
     """OpenVDB only: name of the grid, when the file holds several."""
     mask: str | None = None
     """File of a mask with the same voxels; a relative path starts at the folder of the scene file. Where it is 0, the
-    scan gets the value `outside` before anything is made of it: no level, normal, table, mesh or preview knows what was
-    there."""
+    scan is set to the value `outside` before any processing, so that no level, normal, table, mesh or preview contains
+    the original values."""
     outside: FiniteFloat | None = None
-    """Physical value of what a mask leaves out. If absent, the least value of the scan, for which it is read twice."""
+    """Physical value of the voxels that a mask removes. If absent, the least value of the scan, which is then read
+    twice."""
     nan: Literal["outside"] | FiniteFloat | None = None
-    """What voxels become that are not a number: a physical value, or "outside" for the value of that key. If absent,
+    """Value of voxels that are not a number: a physical value, or "outside" for the value of that key. If absent,
     they are refused."""
     raw: RawLayout | None = None
     """Raw only: shape, type, spacing, byte order and header size."""
@@ -142,7 +157,7 @@ class SourceSpec(Record):
     array: ArrayLayout | None = None
     """NumPy only: spacing, and the name of the array."""
     mosaic: TileLayout | None = None
-    """Mosaic only: how many tiles the picture has, how many of them are slices, and the spacing."""
+    """Mosaic only: number of tiles in the picture, number of slices among them, and the spacing."""
 
     def place(self, base: Path) -> Path:
         """Return the path of the file or folder; a relative one starts at `base`."""
@@ -153,22 +168,26 @@ class SourceSpec(Record):
         return None if self.mask is None else base / path_of_text(self.mask)
 
     def places(self) -> tuple[Path, ...]:
-        """Return the paths of all that is read, which are absolute in a resolved scene."""
+        """Return the paths of all input files, which are absolute in a resolved scene."""
         mask = self.mask_place(Path())
         return (self.place(Path()),) if mask is None else (self.place(Path()), mask)
 
     def resolved(self, base: Path, instead: Path | None = None) -> Self:
         """Return the same source with absolute paths: they start at `base`, and `instead` replaces that of the scan."""
         mask = self.mask_place(base)
+        table = self.label_table
+        if table is not None and table not in LABEL_TABLES:
+            table = path_text(base / path_of_text(table))
         where = instead.absolute() if instead is not None else self.place(base)
-        return self.model_copy(update={"path": path_text(where), "mask": None if mask is None else path_text(mask)})
+        places = {"path": path_text(where), "mask": None if mask is None else path_text(mask), "label_table": table}
+        return self.model_copy(update=places)
 
     def without_place(self) -> Self:
-        """Return the same source without what says where it is, or which of several: names that are not ours."""
+        """Return the same source without paths and selectors: these are untrusted names."""
         if isinstance(self.channels, tuple) and self.channels:
             return self.model_copy(update={"channels": tuple(each.without_place() for each in self.channels)})
         mask = None if self.mask is None else "mask"
-        return self.model_copy(update={"path": "imported", "mask": mask, "series": None, "channel": None, "grid": None})
+        return self.model_copy(update={"path": "imported", "mask": mask, **dict.fromkeys(_NAMES)})
 
     @model_validator(mode="after")
     def _is_one_place_or_a_list_of_channels(self) -> Self:
@@ -194,7 +213,7 @@ class ChannelSpec(SourceSpec):
     """One of several registered files that are channels of one volume."""
 
     name: ChannelName
-    """Name of the channel, by which transfer functions name it; lower-case letters, digits, - and _."""
+    """Name of the channel, which transfer functions use; lower-case letters, digits, - and _."""
 
     @model_validator(mode="after")
     def _has_no_channels_of_its_own(self) -> Self:
@@ -205,16 +224,16 @@ class ChannelSpec(SourceSpec):
 
 
 class GapRepair(Record):
-    """Uneven distances of slices were made even: a new slice every `usual_gap_mm`, or as near as divides the whole."""
+    """Resampling of unevenly spaced slices to `usual_gap_mm`, or to the nearest distance that divides the whole."""
 
     kind: Literal["gaps"] = "gaps"
-    """What was repaired."""
+    """Kind of repair."""
     interpolation: Literal["linear"] = "linear"
     """Interpolation between the two neighbouring slices. Integers are rounded to the nearest."""
     slices_before: Count
     """Number of slices of the source."""
     slices_after: Count
-    """Number of slices that were made of them."""
+    """Number of resampled slices."""
     usual_gap_mm: Length
     """Lower median of the distances in the source, in millimetres."""
     largest_gap_mm: Length
@@ -225,46 +244,55 @@ class TiltRepair(Record):
     """The slices of a tilted gantry were moved sideways within their planes, so that they lie above each other."""
 
     kind: Literal["tilt"] = "tilt"
-    """What was repaired."""
+    """Kind of repair."""
     interpolation: Literal["linear"] = "linear"
     """Interpolation within each slice. Integers are rounded to the nearest."""
     about_rows_deg: float
     """Angle of the shear that was removed: from slice to slice along the columns, in degrees."""
     about_columns_deg: float
     """The same along the rows, in degrees."""
-    added_rows: int
-    """Number of rows by which the slices grew, so that nothing was cut off."""
-    added_columns: int
-    """Number of columns by which the slices grew."""
+    added_rows: Signed
+    """Number of rows that were added to the slices, so that nothing was cut off."""
+    added_columns: Signed
+    """Number of columns that were added to the slices."""
     padding: float
     """Physical value of the voxels that no slice covers: the lowest of the source."""
 
 
+class OtherRepair(Record):
+    """A repair of a kind that a later version adds."""
+
+    kind: str
+    """Kind of repair."""
+    interpolation: str = ""
+    """Interpolation that made the new values; empty if it is not known."""
+
+
 class SourceInfo(Record):
-    """What a source says about itself. Nothing in it can name a patient."""
+    """Facts from the header of a source. None of them can name a patient."""
 
     format: str
     """Name of the reader: dicom, raw, ..."""
     grid: Grid
     """Positions of the voxels."""
     stored_type: StoredType
-    """Type of the values that read_slab gives."""
+    """Type of the values that read_slab returns."""
     slope: float = 1.0
     """physical = slope · stored + intercept."""
     intercept: float = 0.0
     """physical = slope · stored + intercept."""
     unit: str = ""
-    """Unit of the physical values, for example HU; empty when the source does not say."""
+    """Unit of the physical values, for example HU; empty if the source has none."""
     modality: str = ""
-    """DICOM modality, for example CT or MR; empty when the source does not say."""
+    """DICOM modality, for example CT or MR; empty if the source has none."""
     level_set: bool = False
     """Whether the values are distances to a surface, negative inside."""
-    label_numbers: tuple[int, ...] = ()
-    """Labels above 255, renumbered: the number in the source of each code, the first for code 0."""
-    repairs: tuple[GapRepair | TiltRepair, ...] = ()
-    """What was repaired by interpolation because the scene asked for it, in the order in which it was done."""
+    label_numbers: tuple[Annotated[int, Field(ge=1 - 2**53, le=2**53 - 1)], ...] = ()
+    """Labels above 255, renumbered: the number in the source of each physical value of the package, the first for 0."""
+    repairs: tuple[GapRepair | TiltRepair | OtherRepair, ...] = ()
+    """Repairs by interpolation that the scene requests, in order."""
     remarks: tuple[str, ...] = ()
-    """What the reader noticed and a user should know: ignored files, missing attributes."""
+    """Remarks of the reader: ignored files, missing attributes."""
 
 
 class VolumeSource(Protocol):
@@ -287,26 +315,26 @@ class VolumeSource(Protocol):
         ...
 
     def __exit__(self, *exception: object) -> None:
-        """Close what is open."""
+        """Close open files."""
         ...
 
 
 class SlicePlaces(Record):
-    """Where slices lie that are parallel but form no grid."""
+    """Positions of parallel slices that do not form a grid."""
 
     folder: str
-    """What holds them, for messages."""
+    """Path of the slices, for messages."""
     along_mm: tuple[float, ...]
     """Distance of each slice from the first, along the normal."""
     beside_mm_xy: tuple[tuple[float, float], ...]
     """Shift of each slice beside the first, along its index axes x and y."""
     repairs: tuple[RepairKind, ...]
-    """What it takes to make them a volume."""
+    """The repair that makes them a volume."""
 
 
 @runtime_checkable
 class UnevenSource(Protocol):
-    """Slices that form no grid. Not a `VolumeSource`: whoever takes it for one would draw a wrong volume."""
+    """Slices that do not form a grid. Not a `VolumeSource`: drawn as one it would be a wrong volume."""
 
     @property
     def nominal(self) -> SourceInfo:
@@ -315,7 +343,7 @@ class UnevenSource(Protocol):
 
     @property
     def places(self) -> SlicePlaces:
-        """Where the slices lie."""
+        """Positions of the slices."""
         ...
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
@@ -327,5 +355,5 @@ class UnevenSource(Protocol):
         ...
 
     def __exit__(self, *exception: object) -> None:
-        """Close what is open."""
+        """Close open files."""
         ...

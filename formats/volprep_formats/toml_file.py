@@ -1,4 +1,4 @@
-"""TOML files that a user wrote, or somebody else: read within limits of size, depth and time."""
+"""TOML files from users or third parties: read within limits of size, depth and time."""
 
 import re
 import tomllib
@@ -15,8 +15,8 @@ _DOT = re.compile(r"[^.\n]\.")
 def read_toml_file(path: Path) -> dict[str, object]:
     """Return the table in a TOML file.
 
-    Raises OSError for a file that cannot be read, is not regular or is larger than 1 MiB, and ValueError, with what is
-    wrong, for one that is no TOML.
+    Raises OSError for a file that cannot be read, is not regular or is larger than 1 MiB, and ValueError, with a
+    description, for invalid TOML.
     """
     text = read_regular(path).decode("utf-8")
     for piece in _BREAKS.split(text):

@@ -12,6 +12,7 @@ from batch_scans import write_scans
 from dicom_files import save_all, stack
 from phantom_scene import write_phantom_scene
 
+from volprep.batch import endings, store_tree
 from volprep.batch.jobs import Defaults, Job, in_shard
 from volprep.batch.place import Place
 from volprep.batch.run import find_jobs
@@ -51,6 +52,50 @@ def test_each_series_and_each_other_scan_of_a_tree_is_a_job(tree, tmp_path) -> N
     assert set(found) == {"CANARY 1", "CANARY 2", "CANARY.dcm", "place-0/scan.nii"}
     assert found["CANARY 1"].request.scene.source.series == "1.2.3.1"
     assert len(found["CANARY 1"].files) == 5
+
+
+# A folder with one picture is a stack, so that its job is the folder.
+@pytest.mark.parametrize("ending", sorted({*endings.ALONE, *endings.NOT_READ} - {".ome.tif", ".ome.tiff"}))
+def test_a_name_of_a_scan_is_a_job_in_a_tree_and_in_a_store(ending: str, tmp_path, monkeypatch) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / f"empty{ending}").touch()
+    (job,) = jobs(tmp_path / "in", tmp_path / "out")
+    assert job.shown_source.endswith(f"empty{ending}")
+    monkeypatch.setattr(store_tree, "listed", lambda _url: {f"a/empty{ending}": {}, "a/letter.txt": {}})
+    assert [scan.url for scan in store_tree.scans_in_store("s3://bucket")] == [f"s3://bucket/a/empty{ending}"]
+
+
+BROKEN = {
+    "empty.nii.gz": b"",
+    "cut.nii": b"\x5c\x01\0\0" + bytes(100),
+    "random.nii": b"no header at all" * 30,
+    "magic.nii": b"\x5c\x01\0\0" + bytes(340) + b"xx1\0" + bytes(90),
+    "garbage.nrrd": b"\xff\xfe" * 99,
+    "empty.mha": b"",
+    "empty.dcm": b"",
+}
+
+
+def test_what_has_the_name_of_a_scan_is_a_job_also_if_it_is_broken(tmp_path) -> None:
+    write_scans(tmp_path / "in", 1)
+    for name, data in BROKEN.items():
+        (tmp_path / "in" / name).write_bytes(data)
+    (tmp_path / "in" / "store.zarr").mkdir()
+    (tmp_path / "in" / "letter.txt").write_text("no scan", encoding="utf-8")
+    found = {job.shown_source.removeprefix(f"{tmp_path}/in/") for job in jobs(tmp_path / "in", tmp_path / "out")}
+    assert found == {"place-0/scan.nii", "store.zarr", *BROKEN}
+
+
+def test_linked_folders_are_followed_once_and_loops_end(tmp_path) -> None:
+    write_scans(tmp_path / "in", 1)
+    write_scans(tmp_path / "elsewhere", 1)
+    save_all(stack(5), tmp_path / "elsewhere" / "series")
+    (tmp_path / "in" / "subject").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "in" / "again").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "elsewhere" / "loop").symlink_to(tmp_path / "in")
+    (tmp_path / "in" / "nowhere").symlink_to(tmp_path / "missing")
+    found = {job.shown_source.removeprefix(f"{tmp_path}/in/") for job in jobs(tmp_path / "in", tmp_path / "out")}
+    assert found == {"place-0/scan.nii", "again/place-0/scan.nii", "again/series"}
 
 
 def test_pages_make_a_volume_of_a_picture_and_pictures_a_volume_of_a_folder(tmp_path) -> None:

@@ -34,6 +34,9 @@ class Unwatched:
     def ended(self, ended: object) -> None:
         pass
 
+    def passed(self, error: object) -> None:
+        pass
+
 
 @pytest.fixture(scope="module")
 def scheduler() -> Iterator[LocalCluster]:

@@ -58,6 +58,21 @@ def test_a_job_whose_package_is_missing_or_another_is_done_again(task) -> None:
     assert work(task).is_new
 
 
+def test_a_package_that_is_damaged_behind_the_ledger_is_built_again(task) -> None:
+    work(task)
+    package = task.place.package(task.job.name, "gles3")
+    texture = next(package.glob("textures/*.ktx2"))
+    whole = texture.read_bytes()
+    texture.write_bytes(whole[:-1])
+    assert work(task).is_new
+    texture.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    assert not work(task).is_new, "digests are compared on request"
+    assert work(replace(task, digests=True)).is_new
+    assert texture.read_bytes() == whole
+    (package / "more.txt").write_text("x")
+    assert work(task).is_new
+
+
 def test_a_scan_that_changes_while_it_is_read_leaves_no_package(task, monkeypatch) -> None:
     build = module.build
 

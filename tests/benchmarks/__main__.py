@@ -30,6 +30,7 @@ from .bench_page import measure_page, page_table
 from .bench_proxy import contests as proxy_contests
 from .bench_proxy import measure_proxy, proxy_rows_table
 from .bench_pyramid import measure_pyramid, pyramid_table
+from .bench_segments import measure_segments, segments_table
 from .bench_skip import contests as skip_contests
 from .bench_skip import measure_skip, skip_rows_table
 from .bench_slices import measure_slices, slices_table
@@ -88,6 +89,8 @@ def main() -> None:
     console.print(proxy_rows_table(meshes))
     slices = measure_slices(console)
     console.print(slices_table(slices))
+    segments = measure_segments(console)
+    console.print(segments_table(segments))
     others = measure_vtk(console)
     console.print(vtk_table(others))
     transports = measure_transport(console)
@@ -113,6 +116,7 @@ def main() -> None:
         "levels": [asdict(row) for row in levels],
         "classified": [asdict(row) for row in classified],
         "normals": asdict(normals),
+        "segments": [asdict(row) for row in segments],
         "vtk": [asdict(row) for row in others],
         "transport": [asdict(row) for row in transports],
         "page": [asdict(row) for row in pages],

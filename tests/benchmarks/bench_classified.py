@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table as Rows
 
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
-from volprep.parts.levels.made import Classified
+from volprep.parts.levels.level_input import LevelInput
 from volprep.parts.texels import voxels_of
 from volprep.parts.work import codes_of_source
 from volprep.pipeline.import_draft import import_draft
@@ -69,7 +69,7 @@ def _rows(scan: str, request: Request, transfer: str, folder: Path) -> list[Clas
     (plan,) = of_package.channels
     voxels = voxels_of(plan)
     table = lookup_table(voxels.function, voxels.window, 256)
-    chooser = ClassifiedChooser(Classified(codes_of_source(draft, plan), plan.grid, {transfer: table}), voxels)
+    chooser = ClassifiedChooser(LevelInput(codes_of_source(draft, plan), plan.grid, {transfer: table}), voxels)
     rows = []
     for level in LEVELS:
         factors = plan.level(level).factors_zyx

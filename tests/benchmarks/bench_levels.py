@@ -18,16 +18,17 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table as Rows
 
-from volprep.parts.levels.choice import Chooser
+from volprep.parts.levels.choose_level import Chooser
 from volprep.parts.levels.joint_histogram import joint_shares
-from volprep.parts.levels.made import Classified
+from volprep.parts.levels.level_input import LevelInput
 from volprep.parts.levels.records import Trial
 from volprep.parts.levels.stage import CANDIDATES, FREE_CANDIDATES
 from volprep.parts.work import codes_of_source, source_volume
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
-from volprep.pipeline.stages import STAGES, run_stage
+from volprep.pipeline.stage_graph import STAGES
+from volprep.pipeline.stages import run_stage
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume
 from volprep.scene.request import Request, load_request
@@ -208,7 +209,7 @@ class _Bench:
         window, entries = plan.quantize.window, plan.lookups[0].entries
         self._tables = {each.name: lookup_table(each, window, entries) for each in plan.transfer_functions}
         codes = codes_of_source(self._draft, plan)
-        self._scan = Classified(codes, plan.grid, self._tables)
+        self._scan = LevelInput(codes, plan.grid, self._tables)
         self._chooser = Chooser(self._scan, adapt=True)
         self._editable = Chooser(self._scan, adapt=True, editable=True)
         self._truth = {each.name: list(_true_pictures(self._draft, plan, each)) for each in plan.transfer_functions}

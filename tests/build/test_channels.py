@@ -98,6 +98,7 @@ class TestWhatItHolds:
         planned = sorted(path for item in package.manifest.plan for path in item.files)
         assert planned == [record.path for record in package.manifest.files]
 
+    @pytest.mark.usefixtures("stages_run_again")
     def test_the_same_scene_gives_the_same_bytes(self, package, tmp_path) -> None:
         again = tmp_path / "again.volpkg"
         build(load_request(write_channel_scene(tmp_path, package.manifest.profile.name)), again, Silent())

@@ -7,8 +7,10 @@ from command_line import volprep
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 
 from volprep.parts.editing.inputs import edit_with
+from volprep.parts.levels.stage import FREE_CANDIDATES
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.origin import read_origin
+from volprep.plan.products import SkipPlan
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_edit, load_request
 from volprep.truth.camera import standard_views
@@ -121,7 +123,7 @@ def test_it_is_sound_and_each_coarser_level_has_a_histogram_and_tables(pair):
         ("gles3", 'render = { classification = "palette" }', "classification palette"),
         ("gles3", 'render = { classification = "preintegrated" }', "classification preintegrated"),
         ("gles3", "proxy = {}", "proxy"),
-        ("gles1", "", "no shaders"),
+        ("gles1", 'slices = { form = "rgba" }', "slices.form rgba"),
     ],
 )
 def test_what_rests_on_transfer_functions_is_refused(tmp_path, profile, more, what):
@@ -139,7 +141,7 @@ def test_a_filter_that_looks_through_transfer_functions_is_refused(tmp_path):
 def test_without_skipping_there_are_no_ranges_either(tmp_path):
     plan = plan_build(load_request(write_scene(tmp_path, more='skip = { kind = "none" }')), Silent())
     (channel,) = plan.channels
-    assert channel.skip.tables == channel.skip.ranges == ()
+    assert channel.part(SkipPlan).tables == channel.part(SkipPlan).ranges == ()
 
 
 def test_channels_have_histograms_of_their_own_and_filters_that_depend_on_no_function(tmp_path):
@@ -152,7 +154,7 @@ def test_channels_have_histograms_of_their_own_and_filters_that_depend_on_no_fun
     coarser = {level.index for level in package.manifest.levels} - {0}
     assert found == {(name, level) for name in ("skin", "bone") for level in coarser}
     tried = {trial.filter for choice in read_origin(package.path).levels for trial in choice.trials}
-    assert tried == {"box", "median", "least-squares"}
+    assert tried == set(FREE_CANDIDATES)
     edit = tmp_path / "edit.toml"
     edit.write_text('points = [{ value = 0.5, colour = "#ffffff", extinction_per_mm = 1.0 }]')
     assert np.ptp(drawn(package, max(coarser), load_edit(edit, package.manifest.grid))) > 0.5

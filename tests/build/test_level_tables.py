@@ -9,6 +9,7 @@ import pytest
 
 import volprep
 from tests.support.thin_phantom import SPACING_MM_ZYX, thin_things
+from volprep.parts.levels.stage import CANDIDATES
 from volprep.pipeline.build import build
 from volprep.pipeline.origin import read_origin
 from volprep.render.renderer import Renderer
@@ -96,14 +97,13 @@ def preintegrated(tmp_path_factory, request) -> Package:
     return built(tmp_path_factory.mktemp(f"preintegrated-{request.param}"), request.param, "box", top)
 
 
-def test_a_level_has_a_pre_integrated_table_of_its_own_for_its_own_step(preintegrated) -> None:
+def test_a_level_has_a_pre_integrated_table_of_its_own(preintegrated) -> None:
     manifest = preintegrated.manifest
     tables = [texture for texture in manifest.textures if texture.role == "preintegrated"]
     own = [texture for texture in tables if texture.level is not None]
     assert own
     items = {item.name: item for item in manifest.plan}
     for texture in own:
-        assert texture.segment_mm == manifest.render.step_of(texture.level)
         assert items[f"pre-integrated table veil of level {texture.level}"].files == (texture.file,)
     # One shader reads them all.
     assert len({(texture.shape_zyx, texture.max_extinction_per_mm) for texture in tables}) == 1
@@ -160,7 +160,7 @@ def test_every_level_is_drawn_nearer_with_its_own_pre_integrated_table_than_with
         assert errors[0] < 0.9 * errors[1]
 
 
-def test_the_diagonal_of_a_pre_integrated_table_is_the_function_that_it_was_made_of(preintegrated) -> None:
+def test_a_pre_integrated_table_stands_for_the_function_that_it_was_made_of(preintegrated) -> None:
     levels = [each.level for each in preintegrated.manifest.textures if each.role == "preintegrated"]
     level = next(level for level in levels if level is not None)
     fitted = table_function(preintegrated, "veil", level)
@@ -178,10 +178,23 @@ def test_seconds_stand_beside_the_package_and_not_in_it(package) -> None:
     origin = read_origin(package.path)
     assert origin is not None
     tried = {trial.filter for choice in origin.levels for trial in choice.trials}
-    assert tried == {"box", "median", "least-squares", "appearance"}
+    assert tried == set(CANDIDATES)
     assert "seconds" not in json.dumps(package.manifest.model_dump(mode="json"))
 
 
+def test_steps_of_coarser_levels_are_measured_on_these_levels(package) -> None:
+    origin = read_origin(package.path)
+    assert origin is not None
+    render = package.manifest.render
+    reasons = {(item.kind, item.level): item.reason for item in package.manifest.plan}
+    assert origin.levels
+    for choice in origin.levels:
+        assert choice.step is not None
+        assert render.step_of(choice.level) == choice.step.step_mm
+        assert "on the level as it is" in reasons["step", choice.level]
+
+
+@pytest.mark.usefixtures("stages_run_again")
 def test_the_same_scan_gives_the_same_package(tmp_path_factory) -> None:
     first, second = (built(tmp_path_factory.mktemp("same")) for _ in range(2))
     assert first.manifest.files == second.manifest.files

@@ -81,9 +81,9 @@ def drawn(package, view="anterior", **choices):
         return renderer.render(camera.box_from_clip(grid, 1.0), SIZE)
 
 
-def test_every_program_says_so_and_samples_once_a_quarter_of_a_voxel(package) -> None:
+def test_every_program_says_so_and_goes_from_voxel_to_voxel(package) -> None:
     assert {program.compositing for program in package.manifest.programs} == {"maximum"}
-    assert package.manifest.render.step_mm == pytest.approx(0.2)
+    assert package.manifest.render.step_mm == pytest.approx(0.8)
     assert package.manifest.render.opacity_cutoff is None
 
 
@@ -108,19 +108,18 @@ def test_the_block_of_noise_alone_is_empty_and_the_border_of_noise_is_cut(packag
     assert package.manifest.grid.shape_zyx[1] < SHAPE_ZYX[1] - 8
 
 
-def test_a_coarse_level_holds_the_greatest_of_its_voxels(package) -> None:
-    assert package.manifest.levels[1].filter == "maximum"
+def test_where_a_steep_function_meets_noise_a_coarse_level_holds_means(package) -> None:
+    assert all(level.filter == "box" for level in package.manifest.levels[1:])
 
 
-def test_it_is_within_the_tolerance_and_the_error_falls_with_the_step(report) -> None:
-    assert report.verdict.failed == 0
-    assert report.verdict.differing == ()
+def test_it_is_within_the_tolerance_and_exact_from_a_voxel_on(report) -> None:
+    assert report.verdict.code == "within", report.verdict.worse
     (program,) = report.programs
     assert program.views[0].total.rmse < 0.01
-    errors = [point.total.rmse for point in program.sweep.points if point.level == 0]
-    assert errors == sorted(errors, reverse=True)
-    assert errors[-1] < errors[0] / 8
-    assert program.sweep.convergence.expected == 1.0
+    errors = {point.step_ratio: point.quadrature.rmse for point in program.sweep.points if point.level == 0}
+    # Ten times what float32 leaves: 5e-7 and 6e-7 (llvmpipe).
+    assert max(error for ratio, error in errors.items() if ratio <= 1.0) < 6e-6
+    assert errors[4.0] > errors[2.0] > 1e-3
 
 
 def test_the_oracle_of_the_package_is_the_maximum(report) -> None:

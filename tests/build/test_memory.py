@@ -5,7 +5,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from volprep.parts.levels import choice, look, rays
+from volprep.parts.levels import appearance, choose_level, rays, stage
+from volprep.parts.levels.refined import RefineBudget
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.pipeline.stages import STAGES
 from volprep.scan import slabs, statistics
@@ -66,12 +67,12 @@ def stage_peaks(folder, depth: int, profile_name: str) -> dict[str, int]:
     import_volume(draft, source, Silent(), "scan")
     peaks["import"] = tracemalloc.get_traced_memory()[1]
     draft.commit(StageRecord(name="import", key="0" * 64, made=(Contribution(channel=part),)), heading)
-    for stage in STAGES[:-1]:
-        if stage.name in plan.stages:
+    for each in STAGES[:-1]:
+        if each.name in plan.stages:
             tracemalloc.reset_peak()
-            made = stage.channel.run(draft, plan.channels[0], Silent())
-            peaks[stage.name] = tracemalloc.get_traced_memory()[1]
-            draft.commit(StageRecord(name=stage.name, key="0" * 64, made=(made,)))
+            made = each.channel.run(draft, plan.channels[0], Silent())
+            peaks[each.name] = tracemalloc.get_traced_memory()[1]
+            draft.commit(StageRecord(name=each.name, key="0" * 64, made=(made,)))
     tracemalloc.stop()
     return peaks
 
@@ -80,18 +81,22 @@ def stage_peaks(folder, depth: int, profile_name: str) -> dict[str, int]:
 def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile) -> None:
     monkeypatch.setattr(slabs, "SLAB_BYTES", 150_000)
     # What has a size of its own, whatever the volume's, is made small.
-    monkeypatch.setattr(choice, "_RAYS", 300)
-    monkeypatch.setattr(rays, "_MOST_SAMPLES", 100_000)
-    monkeypatch.setattr(look, "_LONGEST_AXIS", 16)
+    monkeypatch.setattr(choose_level, "_RAYS", 300)
+    monkeypatch.setattr(rays, "MOST_SAMPLES", 100_000)
+    monkeypatch.setattr(stage, "AUTO", RefineBudget(fine=150_000, coarse=750_000))
+    monkeypatch.setattr(appearance, "_LONGEST_AXIS", 16)
     # The samples for the plan grow with the depth: 20 kB a slice, however large it is.
     monkeypatch.setattr(statistics, "_PATCH_VOXELS", 4)
     monkeypatch.setattr(statistics, "_PROBES", 4)
+    monkeypatch.setattr(statistics, "_PAIRS", 2)
     # Both have a level 3, and are deeper than what its filter reads at one time: 4 voxels, and 4 on both sides.
     shallow = stage_peaks(tmp_path, 288, profile)
     deep = stage_peaks(tmp_path, 500, profile)
     added_bytes = (500 - 288) * SLICE_SHAPE[0] * SLICE_SHAPE[1] * 2
-    for stage in (deep.keys() & shallow.keys()) - {"mosaic"}:
-        assert deep[stage] - shallow[stage] < 0.05 * added_bytes, stage
+    for name in (deep.keys() & shallow.keys()) - {"mosaic"}:
+        # The fits of levels vary by 0.4 MB with the rays that they find, up and down: 288, 500 and 700 slices took
+        # 5.85, 6.24 and 5.84 MB. The bound is twice that, a tenth of the voxels that came in.
+        assert deep[name] - shallow[name] < 0.1 * added_bytes, name
     # A mosaic is written row of tiles by row of tiles, and the device class limits how large a row can be. One is made
     # of another, one has been given, and some wait for digest and disk.
     assert deep.get("mosaic", 0) < (3 + chunks._AHEAD) * 2048 * SLICE_SHAPE[0] * 4

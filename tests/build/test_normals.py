@@ -40,9 +40,12 @@ def built(folder: Path, tables: str, profile: str = "gles3") -> Path:
     return folder / "p.volpkg"
 
 
+LIT = '[quantize]\nbits = 8\n[render]\nlighting = "headlight"\n[normals]\nmagnitude = true\n'
+
+
 @pytest.fixture(scope="module")
 def lit(tmp_path_factory) -> Path:
-    return built(tmp_path_factory.mktemp("lit"), '[render]\nlighting = "headlight"\n[normals]\nmagnitude = true\n')
+    return built(tmp_path_factory.mktemp("lit"), LIT)
 
 
 def normals_of(package: Package, level: int = 0):
@@ -186,7 +189,7 @@ def test_normals_count_where_memory_is_short(tmp_path):
 
 def test_the_same_bytes_come_out_however_slabs_are_cut(tmp_path, lit, monkeypatch):
     monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)
-    again = built(tmp_path, '[render]\nlighting = "headlight"\n[normals]\nmagnitude = true\n')
+    again = built(tmp_path, LIT)
     whole = Package.open(lit)
     for texture in whole.manifest.textures:
         assert whole.read_bytes(texture.file) == Package.open(again).read_bytes(texture.file)
@@ -276,8 +279,8 @@ def test_the_lengths_are_those_of_the_gradient_in_physical_units(lit):
 
 
 CHANGES = {
-    "has the role volume, but says what its normals mean": lambda m: texture_of(m, "volume").update(normals=meaning()),
-    "does not say what they mean": lambda m: texture_of(m, "normals").pop("normals"),
+    "has the role volume, but has a record of normals": lambda m: texture_of(m, "volume").update(normals=meaning()),
+    "holds normals, but has no record of them": lambda m: texture_of(m, "normals").pop("normals"),
     "its format is RGBA": lambda m: texture_of(m, "normals")["normals"].pop("largest_gradient"),
     "texels of type UNSIGNED_BYTE": lambda m: texture_of(m, "normals")["normals"].update(code="snorm8"),
     "has the filter nearest": lambda m: texture_of(m, "normals").update(filter="nearest"),

@@ -93,7 +93,10 @@ def measured(package, folder):
     ],
 )
 def test_a_package_of_every_technique_is_validated(tmp_path, technique, profile):
-    package = built(tmp_path, f'technique = "{technique}"', profile)
+    # On OpenGL ES 2.0 layers are rounded to 8 bits, one by one: RMSE 0.0048, FLIP 0.032.
+    rounded = technique == "axis-slices" and profile == "gles2-2048"
+    tables = "[tolerance]\nflip = 0.04\n" if rounded else ""
+    package = built(tmp_path, f'technique = "{technique}"', profile, tables)
     assert check(package.path) == []
     assert {program.technique for program in package.manifest.programs} == {technique}
     report = measured(package, tmp_path)
@@ -104,7 +107,10 @@ def test_a_package_of_every_technique_is_validated(tmp_path, technique, profile)
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 @pytest.mark.parametrize("classification", ["control-points", "palette", "preclassified"])
 def test_a_package_without_a_table_is_validated_with_and_without_3d_textures(tmp_path, classification, profile):
-    package = built(tmp_path, f'classification = "{classification}"\npalette_entries = 200', profile)
+    # Classified voxels are rounded to 8 bits, and their light is not that of the values between them: at every step
+    # FLIP is 0.08 to 0.09.
+    tables = "[tolerance]\nflip = 0.1\n" if classification == "preclassified" else ""
+    package = built(tmp_path, f'classification = "{classification}"\npalette_entries = 200', profile, tables)
     assert check(package.path) == []
     assert {texture.role for texture in package.manifest.textures} <= {"volume", "skip"}
     report = measured(package, tmp_path)

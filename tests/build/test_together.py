@@ -33,7 +33,7 @@ FLOAT32 = 2e-6
 
 
 def scene_of(folder: Path, profile: str = "gles3", wish: str = "auto", extra: str = "") -> Path:
-    scene = write_channel_scene(folder, profile)
+    scene = write_channel_scene(folder, profile, "box")
     text = scene.read_text().replace(
         "[render]", f'[textures]\nchannels = "{wish}"\n[skip]\nkind = "none"\n[render]\nopacity_cutoff = 0.998'
     )
@@ -246,6 +246,7 @@ class TestWhatIsLeftOut:
         scene = scene_of(tmp_path)
         (tmp_path / "bone.raw").write_bytes((channels()["bone"] > 500).astype("<i2").tobytes())
         scene = changed(scene, ("value = 300.0", "value = 0.0"), ("value = 900.0", "value = 1.0"))
+        scene = changed(scene, ('filter = "box"\n', ""))
         scene.write_text(scene.read_text().replace('path = "bone.raw"', 'path = "bone.raw"\nlabels = true', 1))
         with pytest.raises(VolprepError, match=r"VP1245.*bone holds labels"):
             plan_build(load_request(scene), Silent())

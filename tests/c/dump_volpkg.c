@@ -65,9 +65,13 @@ static void print_value(const volpkg__type* type, const unsigned char* from) {
             printf("%.17g", real);
             break;
         case VOLPKG__NAMED:
+        case VOLPKG__OPEN:
         case VOLPKG__GL:
             memcpy(&small, from, sizeof small);
             print_word(type, (uint32_t)small);
+            break;
+        case VOLPKG__CONST:
+            print_text(type->names->name);
             break;
         case VOLPKG__DIGEST:
             putchar('"');
@@ -116,6 +120,8 @@ static void print_drawing(const volpkg_drawing* drawing, int32_t level) {
     static const double camera[16] = {2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0, 5, 6, 7, 1};
     float value[16];
     int32_t i, k;
+    volpkg_frame frame;
+    if (volpkg_begin_frame(drawing, camera, volpkg_step_mm(drawing), 20, 10, &frame, NULL)) exit(1);
     printf("{\"program\":\"%s\",\"transfer\":", drawing->program->name);
     print_text(drawing->program->transfer);
     printf(",\"level\":%d,\"bytes\":%lld,\"textures\":[", (int)level, (long long)volpkg_texture_bytes(drawing));
@@ -127,7 +133,7 @@ static void print_drawing(const volpkg_drawing* drawing, int32_t level) {
     printf("],\"uniforms\":{");
     for (i = 0; i < drawing->program->uniforms.count; ++i) {
         const volpkg_uniform_record* uniform = &drawing->program->uniforms.at[i];
-        int32_t n = volpkg_uniform(drawing, uniform, camera, volpkg_step_mm(drawing), value);
+        int32_t n = volpkg_frame_uniform(&frame, uniform, 0, value);
         printf("%s\"%s\":[", i ? "," : "", uniform->name);
         for (k = 0; k < n; ++k) printf("%s%.9g", k ? "," : "", (double)value[k]);
         printf("]");
@@ -184,7 +190,7 @@ static void print_files(const volpkg_package* package) {
     }
     printf("],\"grid\":");
     if (package->subvolumes)
-        print_value(&volpkg__subvolume_grid_type, (const unsigned char*)package->subvolumes->grid);
+        print_value(&volpkg__subvolume_grid_record, (const unsigned char*)package->subvolumes->grid);
     else
         printf("null");
 }
@@ -209,7 +215,7 @@ static void print_tables(const volpkg_package* package) {
     printf(",\"tables\":{");
     for (i = 0; i < package->textures.count; ++i) {
         const volpkg_texture* t = &package->textures.at[i];
-        if (t->role != VOLPKG_TRANSFER) continue;
+        if (t->role != VOLPKG_ROLE_TRANSFER) continue;
         printf("%s\"%s\":[", comma, t->name);
         for (k = 0; k < t->shape_zyx[2]; ++k) {
             double colour[3], extinction;
@@ -238,7 +244,7 @@ int main(int count, char** arguments) {
         return 1;
     }
     printf("{\"manifest\":");
-    print_value(&volpkg__package_type, (const unsigned char*)package);
+    print_value(&volpkg__manifest_record, (const unsigned char*)package);
     print_files(package);
     print_drawings(package);
     print_views(package);

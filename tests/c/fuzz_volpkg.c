@@ -46,11 +46,66 @@ static void touch(const void* at, int64_t count) {
     for (i = 0; i < count; ++i) touched += from[i];
 }
 
+/* All that a picture of several draws takes. */
+static void use_frame(const volpkg_drawing* drawing, const double box_from_clip[16]) {
+    const volpkg_program* program = drawing->program;
+    volpkg_frame frame;
+    float value[16], corners[64];
+    int32_t i, k, pass;
+    if (volpkg_begin_frame(drawing, box_from_clip, volpkg_step_mm(drawing), 20, 10, &frame, NULL)) return;
+    for (i = 0; i < program->uniforms.count; ++i)
+        touch(value, volpkg_frame_uniform(&frame, &program->uniforms.at[i], 0, value) * (int64_t)sizeof value[0]);
+    for (pass = 0; pass < program->before.count; ++pass)
+        for (k = 0; k < program->before.at[pass].uniforms.count; ++k)
+            volpkg_frame_uniform(&frame, &program->before.at[pass].uniforms.at[k], 0, value);
+    if (frame.draws > 4096 || frame.layers > 4096) return;
+    for (i = 0; i < frame.draws && i < 3; ++i)
+        for (k = 0; k < 2; ++k)
+            touched += (unsigned)volpkg_corners(&frame, program->geometry, i, k, corners,
+                                                64 / volpkg_corner_size(program->geometry));
+}
+
+/* All segments, shown and hidden. */
+static void use_segments(const volpkg_drawing* drawing) {
+    const volpkg_package* package = drawing->package;
+    int32_t unit, count = package->segments ? package->segments->segments.count : 0;
+    volpkg_look* looks = (volpkg_look*)get((size_t)count * sizeof *looks);
+    volpkg_looks(package, looks);
+    if (count) looks[0].visible = !looks[0].visible;
+    for (unit = 0; unit < drawing->units && count <= 64; ++unit) {
+        const volpkg_texture* table = &drawing->textures[unit];
+        unsigned char* texels = (unsigned char*)get((size_t)table->texel_bytes);
+        if (!volpkg_look_texels(package, looks, table, texels, (size_t)table->texel_bytes))
+            touch(texels, table->texel_bytes);
+        free(texels);
+    }
+    free(looks);
+}
+
+/* An edit of the first transfer function, from nothing to opaque. */
+static void use_edit(const volpkg_drawing* drawing) {
+    static const volpkg_transfer_point points[3] = {{-1000, {0, 0, 0}, 0}, {40, {1, 0.5, 0}, 0.01}, {40, {1, 1, 1}, 9}};
+    volpkg_drawing edited = *drawing;
+    size_t bytes = volpkg_edit_bytes(drawing);
+    void* room = get(bytes);
+    volpkg_edit edit = {NULL, points, 3, 0};
+    int32_t unit;
+    edit.transfer = drawing->program->transfer;
+    if (bytes < (1 << 22) && !volpkg_edit_drawing(&edited, &edit, 1, room, bytes, NULL))
+        for (unit = 0; unit < edited.units; ++unit)
+            if (edited.textures[unit].role == VOLPKG_ROLE_TRANSFER || edited.textures[unit].role == VOLPKG_ROLE_SKIP)
+                touch(edited.textures[unit].texels, edited.textures[unit].texel_bytes);
+    free(room);
+}
+
 static void use_drawing(const volpkg_drawing* drawing) {
     double box_from_clip[16];
     float value[16];
     int32_t i, k;
     if (volpkg_view(drawing->package, "anterior-left", 1.5, box_from_clip)) return;
+    use_frame(drawing, box_from_clip);
+    use_segments(drawing);
+    if (drawing->level) use_edit(drawing);
     for (i = 0; i < drawing->units; ++i) {
         const volpkg_texture* t = &drawing->textures[i];
         touch(t->texels, t->texel_bytes);
@@ -86,7 +141,7 @@ static void use_package(const volpkg_package* package, volpkg_error* error) {
         const volpkg_texture* t = &package->textures.at[i];
         double colour[3], extinction;
         touch(t->texels, t->texel_bytes);
-        if (t->role != VOLPKG_TRANSFER) continue;
+        if (t->role != VOLPKG_ROLE_TRANSFER) continue;
         volpkg_table_entry(t, 0, colour, &extinction);
         volpkg_table_entry(t, t->shape_zyx[2] - 1, colour, &extinction);
     }
@@ -107,6 +162,7 @@ static volpkg_code read_package(const unsigned char* data, size_t size, volpkg_e
     const volpkg_package* package = NULL;
     size_t room;
     void* arena;
+    volpkg_code checked;
     memset(error, 0, sizeof *error);
     room = volpkg_arena_bytes(data, size, error);
     if (room == 0) {
@@ -123,8 +179,37 @@ static volpkg_code read_package(const unsigned char* data, size_t size, volpkg_e
         return code;
     }
     use_package(package, error);
+    checked = volpkg_check_files(package, error);
     free(arena);
-    return VOLPKG_OK;
+    return checked;
+}
+
+/* Stands for a decoder: what it writes is not looked at. */
+static size_t unpack(void* user, const void* frames, size_t bytes, void* texels, size_t room) {
+    (void)user;
+    touch(frames, (int64_t)bytes);
+    memset(texels, 7, room);
+    return room;
+}
+
+/* The same with a function that unpacks textures, unless they say that they take more than 64 MiB. */
+static void read_unpacked(const unsigned char* data, size_t size, volpkg_error* error) {
+    volpkg_input input;
+    const volpkg_package* package;
+    size_t room;
+    void* arena;
+    memset(&input, 0, sizeof input);
+    memset(error, 0, sizeof *error);
+    input.data = data;
+    input.size = size;
+    input.unpack = unpack;
+    room = volpkg_input_arena_bytes(&input, error);
+    if (room == 0 || room > 1 << 26) return;
+    arena = get(room);
+    package = volpkg_open_input(&input, arena, room, error);
+    if (package == NULL && error->code == VOLPKG_SMALL_ARENA) give_up("volpkg_input_arena_bytes was wrong");
+    if (package != NULL) use_package(package, error);
+    free(arena);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
@@ -132,7 +217,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     volpkg_error error;
     unsigned char* copy = (unsigned char*)get(size);
     if (size) memcpy(copy, data, size);
-    read_package(copy, size, &error);
+    if (read_package(copy, size, &error) == VOLPKG_PACKED) read_unpacked(copy, size, &error);
     free(copy);
     return 0;
 }
@@ -474,7 +559,7 @@ static int fuzz(uint64_t seed, long count, int files, char** paths) {
     __sanitizer_set_death_callback(keep_tried);
     for (k = 0; k < most; ++k) {
         sound[k] = read_file(paths[k]);
-        if (read_package(sound[k].at, sound[k].count, &error)) {
+        if (read_package(sound[k].at, sound[k].count, &error) && error.code != VOLPKG_PACKED) {
             fprintf(stderr, "%s is not sound: %s\n", paths[k], error.text);
             return 1;
         }
@@ -487,7 +572,9 @@ static int fuzz(uint64_t seed, long count, int files, char** paths) {
         k = (int)draw((uint64_t)most);
         damaged = draw(4) ? damaged_inside(sound[k]) : damaged_outside(sound[k]);
         tried = damaged;
-        ++outcomes[read_package(damaged.at, damaged.count, &error)];
+        volpkg_code code = read_package(damaged.at, damaged.count, &error);
+        ++outcomes[code];
+        if (code == VOLPKG_PACKED) read_unpacked(damaged.at, damaged.count, &error);
         free(damaged.at);
     }
     for (k = 0; k < most; ++k) free(sound[k].at);

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from compiled_c import WARNINGS
 from every_kind import single_file
 from phantom_scene import write_phantom_scene
 
@@ -16,12 +17,21 @@ from volprep.pipeline.build import build
 from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
+from volprep_formats.package.manifest import VERSION
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST, names_in
 from volprep_formats.package.transport import write_converted
 from volprep_formats.progress import Silent
+from volprep_formats.textures import ktx2
 
-from .conftest import HEADER, WARNINGS, told
+from .conftest import HEADER, output, told
+
+
+def test_the_header_says_the_version_of_its_format_and_its_licence() -> None:
+    text = HEADER.read_text()
+    assert f"#define VOLPKG_FORMAT_MAJOR {VERSION[0]}\n#define VOLPKG_FORMAT_MINOR {VERSION[1]}\n" in text
+    assert "SPDX-License-Identifier: Apache-2.0" in text[:400]
+
 
 LANGUAGES = {
     "C by GCC": ("gcc", "-x", "c", "-std=c99"),
@@ -49,9 +59,12 @@ def test_it_compiles_without_a_warning(language, tmp_path: Path):
     subprocess.run(command, check=True)
 
 
-def test_damaged_packages_are_read_or_refused_and_nothing_else(fuzz_program, packages):
-    kinds = [packages[kind] for kind in ("house", "together", "bricks", "mipmaps", "editable")]
-    status, text = told(fuzz_program, "3", "400", *kinds)
+def test_damaged_packages_are_read_or_refused_and_nothing_else(fuzz_program, packages, tmp_path: Path):
+    kinds = [
+        packages[kind] for kind in ("house", "together", "bricks", "mipmaps", "editable", "segments", "half-angle")
+    ]
+    write_converted(Package.open(packages["bricks"]), "zstd", tmp_path / "p.volpkg", Silent())
+    status, text = told(fuzz_program, "3", "500", *kinds, single_file(tmp_path / "p.volpkg"))
     assert status == 0, text
     assert {"VP4002", "VP4004", "VP4008", "VP4011", "VP4030", "VP4039"} <= {*text.split()}, text
 
@@ -103,8 +116,8 @@ def test_a_lie_in_any_field_of_the_manifest_ends_as_in_the_reader(kind, fuzz_pro
     copy = tmp_path / "p.volpkg"
     shutil.copytree(folder, copy)
     manifest = json.loads((folder / MANIFEST).read_text())
-    # Nothing can contradict the first four; the reader leaves internal formats to the renderer, which says VP5011.
-    skipped = {"reason", "generator", "statistics", "sha256", "internal_format"}
+    # Nothing can contradict these.
+    skipped = {"reason", "generator", "statistics", "sha256"}
     paths = [path for path in leaves(manifest) if not skipped & {*path}][::4]
     files, expected = [], []
     for number, path in enumerate(paths):
@@ -174,13 +187,69 @@ def test_two_end_records_that_differ_are_refused(fuzz_program, packages, tmp_pat
 
 
 def test_textures_that_travel_as_frames_are_refused_with_what_to_do(fuzz_program, packages, tmp_path: Path):
-    package = Package.open(packages["mipmaps"])
-    names = write_converted(package, "zstd", tmp_path / "p.volpkg", Silent())
-    assert "mipmaps" in str(package.path)
-    assert names[1:] == [record.path for record in package.manifest.files]
+    write_converted(Package.open(packages["house"]), "zstd", tmp_path / "p.volpkg", Silent())
     _, text = told(fuzz_program, "--try", single_file(tmp_path / "p.volpkg"))
     assert text.startswith("7062 ")
     assert "volprep zip --texels plain" in text
+
+
+@pytest.mark.parametrize("kind", ["house", "mipmaps", "segments"])
+def test_folders_and_unpacked_textures_have_the_texels_of_the_zip(kind, open_program, packages, tmp_path: Path):
+    folder, frames = packages[kind].with_suffix(""), tmp_path / "p.volpkg"
+    write_converted(Package.open(folder), "zstd", frames, Silent())
+    assert list(check(frames)) == []
+    of_zip, of_folder = output(open_program, packages[kind]), output(open_program, folder)
+    unpacked = output(open_program, frames, "unpack")
+    assert of_zip == of_folder == unpacked
+    assert len(of_zip.splitlines()) > 3
+
+
+def test_folders_are_refused_with_the_codes_of_the_reader(open_program, packages, tmp_path: Path):
+    folder = tmp_path / "p.volpkg"
+    shutil.copytree(packages["mipmaps"].with_suffix(""), folder)
+    shader = json.loads((folder / MANIFEST).read_text())["programs"][0]["fragment"]
+    text = (folder / shader).read_text()
+    changes = {"VP4010": ("more.txt", "x"), "VP4009": (shader, text.replace("0", "1", 1)), "VP4008": (shader, "")}
+    for code, (name, written) in changes.items():
+        (folder / name).write_text(written)
+        status, said = told(open_program, folder)
+        assert (status, said[:6]) == (1, code)
+        (folder / "more.txt").unlink(missing_ok=True)
+    for code, name in {"VP4007": shader, "VP4002": MANIFEST}.items():
+        (folder / name).unlink()
+        status, said = told(open_program, folder)
+        assert (status, said[:6]) == (1, code)
+
+
+def test_damaged_frames_are_refused(open_program, packages, tmp_path: Path):
+    frames = tmp_path / "p.volpkg"
+    write_converted(Package.open(packages["house"]), "zstd", frames, Silent())
+    files = [frames / each["path"] for each in json.loads((frames / MANIFEST).read_text())["files"]]
+    packed = next(path for path in files if ktx2.is_supercompressed(path.read_bytes()[: ktx2.HEADER_BYTES]))
+    data = packed.read_bytes()
+    for at in (-1, -len(data) // 3, data.index(b"\x28\xb5\x2f\xfd") + 4):
+        damaged = bytearray(data)
+        damaged[at] ^= 0x55
+        packed.write_bytes(damaged)
+        status, said = told(open_program, frames, "unpack")
+        assert status == 1
+        # What unpacks to other texels is found by the digest.
+        assert said[:6] in {"VP4030", "VP4009"}, said
+
+
+def test_windows_maps_files(tmp_path: Path):
+    compiler = "x86_64-w64-mingw32-gcc"
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not installed (Debian: gcc-mingw-w64-x86-64-win32)")
+    source = tmp_path / "one.c"
+    source.write_text(
+        f'#include <windows.h>\n#define VOLPKG_IMPLEMENTATION\n#include "{HEADER}"\n'
+        "int main(int count, char** words) {\n    volpkg_mapping file;\n    volpkg_folder folder;\n"
+        "    static char room[4096];\n    return count > 1 && volpkg_map(words[1], &file, NULL) &&\n"
+        "           volpkg_map_folder(words[1], room, sizeof room, &folder, NULL);\n}\n"
+    )
+    command = [compiler, "-std=c99", *WARNINGS, str(source), "-o", str(tmp_path / "one.exe")]
+    subprocess.run(command, check=True)
 
 
 MOVED = """
@@ -200,7 +269,7 @@ int main(int count, char** names) {
     if (p == NULL || volpkg_choose(p, NULL, -1, &drawing, &error)) return printf("%s\\n", error.text), 3;
     for (turn = 0; turn < 2; ++turn) {
         for (i = 0; i < drawing.program->uniforms.count; ++i)
-            if (drawing.program->uniforms.at[i].source == VOLPKG_LIGHT_MM) {
+            if (drawing.program->uniforms.at[i].source == VOLPKG_UNIFORM_SOURCE_LIGHT_MM) {
                 volpkg_uniform(&drawing, &drawing.program->uniforms.at[i], matrix, 1.0, value);
                 printf("%.9g %.9g %.9g\\n", value[0], value[1], value[2]);
             }

@@ -1,7 +1,6 @@
 """volprep batch as a person runs it: what it prints, its status, its pages, and what it never tells."""
 
 import json
-import os
 import re
 import shutil
 from pathlib import Path
@@ -62,8 +61,9 @@ def test_damaged_scans_stop_no_other_and_give_the_status(place, done) -> None:
 def test_nothing_of_a_person_is_in_names_ledger_pages_packages_or_what_is_printed(place, done) -> None:
     words = re.compile("canary|jane|1\\.2\\.826|1\\.2\\.3\\.777", re.IGNORECASE)
     assert not words.search(done.stdout + done.stderr)
-    # The origin beside a package says where the scan is: validation needs it, and it is not passed on.
-    files = [file for file in (place / "out").rglob("*") if not file.name.endswith(".origin.json")]
+    # The origin beside a package says where the scan is, as the map of names does: neither is passed on.
+    own = (".origin.json", ".batch/names.jsonl")
+    files = [file for file in (place / "out").rglob("*") if not str(file).endswith(own)]
     assert {file.name for file in files} >= {"ledger.jsonl", "index.html", "index.json", "manifest.json"}
     for file in files:
         assert not words.search(str(file.relative_to(place)))
@@ -96,6 +96,7 @@ def test_a_dry_run_lists_jobs_with_their_places_and_builds_nothing(place, tmp_pa
     listed = volprep("batch", "in", "-o", tmp_path / "dry", "--dry-run", cwd=place)
     assert listed.returncode == 0
     assert listed.stdout.count(CANARY) == 5
+    assert "(series without a number, 6 files)" in listed.stdout
     as_json = volprep("batch", "in", "-o", tmp_path / "dry", "--dry-run", "--json", cwd=place)
     jobs = json.loads(as_json.stdout)["jobs"]
     assert {job["name"] for job in jobs} == set(re.findall("scan-[0-9a-f]{16}", listed.stdout))
@@ -123,7 +124,9 @@ def test_a_validated_batch_links_reports_and_tells_what_is_beyond_its_tolerance(
     text = (tmp_path / "phantom.toml").read_text(encoding="utf-8")
     text = text.replace("[pyramid]", '[render]\npicture_size = 16\n[pyramid]\nfilter = "box"')
     strict = "[tolerance]\nrmse = 0.0\nmaximum = 0.0\n"
-    (tmp_path / "good.toml").write_text(f"{text}\n[tolerance]\nrmse = 1.0\nmaximum = 1.0\n", encoding="utf-8")
+    (tmp_path / "good.toml").write_text(
+        f"{text}\n[tolerance]\nrmse = 1.0\nmaximum = 1.0\nflip = 1.0\n", encoding="utf-8"
+    )
     (tmp_path / "strict.toml").write_text(f"{text}\n{strict}", encoding="utf-8")
     (tmp_path / "jobs.csv").write_text("scene,name\ngood.toml,good\nstrict.toml,strict\n", encoding="utf-8")
     assert volprep("batch", "jobs.csv", "-o", "out", *ALONE, cwd=tmp_path).returncode == 0
@@ -191,4 +194,5 @@ def test_parts_of_a_job_array_build_all_scans_once(tmp_path) -> None:
         assert volprep("batch", "in", "-o", "out", "--shard", part, cwd=tmp_path).returncode == 0
     assert len(records(tmp_path / "out")) == 4
     assert len(json.loads((tmp_path / "out" / "index.json").read_text(encoding="ascii"))["jobs"]) == 4
-    assert os.listdir(tmp_path / "out" / ".batch") == sorted(["key", "ledger.lock"])  # noqa: PTH208
+    left = {path.name for path in (tmp_path / "out" / ".batch").iterdir()}
+    assert left == {"key", "ledger.lock", "names.jsonl"}

@@ -30,8 +30,8 @@ def package(tmp_path_factory):
 
 def test_the_channels_of_a_file_are_listed(cells) -> None:
     run = volprep("import", cells[0], "--list")
-    assert [line.split() for line in run.stdout.splitlines()] == [["channel", "name"], ["1", "GFP"], ["2", "-"]]
-    assert json.loads(volprep("import", cells[0], "--list", "--json").stdout) == {"channels": ["GFP", ""]}
+    assert [line.split() for line in run.stdout.splitlines()][-3:] == [["channel", "name"], ["1", "GFP"], ["2", "-"]]
+    assert json.loads(volprep("import", cells[0], "--list", "--json").stdout)["channels"] == ["GFP", ""]
 
 
 def test_several_channels_without_a_choice_end_with_their_names(cells, tmp_path) -> None:
@@ -90,4 +90,4 @@ def test_a_file_of_one_channel_is_listed_as_that(tmp_path):
     header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 1 1\nencoding: raw\n\n"
     (tmp_path / "a.nrrd").write_bytes(header.encode("ascii") + b"ab")
     run = volprep("import", tmp_path / "a.nrrd", "--list", "--json")
-    assert (run.returncode, json.loads(run.stdout)) == (0, {"channels": [""]})
+    assert (run.returncode, json.loads(run.stdout)["channels"]) == (0, [""])

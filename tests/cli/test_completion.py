@@ -18,6 +18,9 @@ BUILD = "from volprep_cli.version import version_text; print(version_text())"
         ("volprep build --gr", {"--grid"}),
         ("volprep render --back", {"--background"}),
         ("volprep render --background tr", {"transparent"}),
+        ("volprep build --preset mr", {"mr-head", "mr-head-photograph"}),
+        ("volprep plan --profile gles2", {"gles2-2048", "gles2-4096"}),
+        ("volprep batch --profile phone-a", {"phone-android", "phone-apple"}),
         ("volprep nonsense --x", set()),
     ],
 )

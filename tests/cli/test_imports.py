@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from phantom_scene import write_phantom_scene
+from phantom_scene import with_filter, write_phantom_scene
 
 from volprep_cli.main import _VERBS
 
@@ -37,12 +37,13 @@ _DRAFT, _PACKAGE = "draft.volpkg", "phantom.volpkg"
 IN_ONE_PROCESS: list[tuple[list[str], set[str]]] = [
     (["presets"], set()),
     (["import", "phantom.toml", "-o", _DRAFT], KERNELS),
+    (["look", "phantom.toml"], KERNELS),
     *(([verb, _DRAFT], KERNELS) for verb in ("quantize", "pyramid", "transfer", "normals", "mosaic", "texture")),
     *(([verb, _DRAFT], KERNELS) for verb in ("bricks", "skip", "proxy", "grid", "slices", "shaders")),
     (["export", _DRAFT, "level.raw"], KERNELS),
     (["plan", "phantom.toml"], TABLES),
     (["inspect", _DRAFT], TABLES),
-    (["build", "phantom.toml", "-o", _PACKAGE], DRAWING),
+    (["build", "box.toml", "-o", _PACKAGE], DRAWING),
     (["seal", _DRAFT], DRAWING),
     (["render", _PACKAGE, "-o", "picture.png", "--size", "16"], DRAWING),
 ]
@@ -56,7 +57,7 @@ APART: list[tuple[list[str], set[str]]] = [
     (["stress", "--case", "one-voxel", "--profile", "gles1"], DRAWING | REPORTS | {"volprep.vtk"}),
     (["view", _PACKAGE, "-o", "page.html"], DRAWING | {"http.server", "volprep.view", "volprep.validation"}),
     (["batch", "jobs.csv", "-o", "out", "--dry-run"], TABLES | {"volprep.batch", "volprep_formats._dicom"}),
-    (["validate", _PACKAGE, "--size", "16"], DRAWING | REPORTS | {"volprep.vtk"}),
+    (["validate", _PACKAGE, "--size", "16"], DRAWING | REPORTS | {"volprep.vtk", "flip_evaluator"}),
 ]
 """Each in a process of its own, after what came before."""
 
@@ -118,6 +119,8 @@ def probed(folder: Path, chain: list[list[str]], others: list[list[str]]) -> lis
 def test_each_verb_loads_only_what_it_uses(tmp_path) -> None:
     scene = write_phantom_scene(tmp_path)
     scene.write_text(f"{scene.read_text()}\n[grid]\nsize = 16\n")
+    # The verb pyramid chooses a filter: build need not do it again.
+    (tmp_path / "box.toml").write_text(with_filter(scene.read_text(), "box"))
     (tmp_path / "walk.toml").write_text("size = 16\n[[step]]\nzoom = 1.0\n")
     (tmp_path / "jobs.csv").write_text("series,scene\nphantom.raw,phantom.toml\n")
     rows = probed(tmp_path, [arguments for arguments, _ in IN_ONE_PROCESS], [])

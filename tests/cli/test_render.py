@@ -52,10 +52,12 @@ def test_a_picture_has_the_size_and_background_that_were_asked_for(package, tmp_
 
 def test_a_picture_that_shows_nothing_says_so(package, tmp_path):
     clear = sealed(tmp_path / "clear.volpkg", function((0.0, (1.0, 0.0, 0.0), 0.0), name="clear"))
-    said = {path: volprep("render", path, "-o", tmp_path / "p.png", "--size", "9").stdout for path in (package, clear)}
+    same = ("-o", tmp_path / "p.png", "--size", "9", "--force")
+    said = {path: volprep("render", path, *same).stdout for path in (package, clear)}
     assert "Nothing is seen" in said[clear]
     assert "Nothing is seen" not in said[package]
-    drawn = volprep("render", package, "-o", tmp_path / "p.png", "--size", "14", "--json")
+    whole = ("--view", "anterior", "--no-fill")
+    drawn = volprep("render", package, "-o", tmp_path / "p.png", "--force", "--size", "14", "--json", *whole)
     assert json.loads(drawn.stdout)["seen"] == pytest.approx(4 * 12 / 14**2, abs=0.03)
 
 
@@ -69,7 +71,7 @@ def test_views_differ_and_an_eye_may_stand_anywhere(package, tmp_path):
     widths = {}
     for name, wish in wishes.items():
         path = tmp_path / f"{name}.png"
-        done = volprep("render", package, "-o", path, "--size", "64x64", *wish)
+        done = volprep("render", package, "-o", path, "--size", "64x64", "--no-fill", *wish)
         assert done.returncode == 0, done.stderr
         widths[name] = int((picture(path)[32, :, 0] > 0).sum())
     # 4 and 6 mm of 14 mm, in 64 pixels; the eye stands on the left.
@@ -133,3 +135,23 @@ def test_a_small_size_that_is_none_is_named(package, tmp_path):
     done = volprep("render", package, "-o", tmp_path / "p.png", "--small", "8y6")
     assert done.returncode == 2
     assert "--small" in done.stderr
+
+
+def test_a_picture_is_written_frame_by_frame(package, tmp_path):
+    more = ("--size", "40x32", "--progressive", tmp_path / "frames", "--budget", "0")
+    done = volprep("render", package, "-o", tmp_path / "p.png", *more)
+    assert done.returncode == 0, done.stderr
+    assert "17 frames by structured" in done.stdout
+    found = json.loads((tmp_path / "frames" / "frames.json").read_text())
+    assert found["order"] == "structured"
+    assert [each["finished"] for each in found["frames"]] == [number / 16 for number in range(17)]
+    assert found["frames"][-1]["dssim"] == 0.0
+    last = picture(tmp_path / "frames" / found["frames"][-1]["file"])
+    np.testing.assert_array_equal(last, picture(tmp_path / "p.png"))
+
+
+def test_an_order_that_the_package_does_not_have_is_refused(package, tmp_path):
+    more = ("--progressive", tmp_path / "frames", "--order", "slabs")
+    done = volprep("render", package, "-o", tmp_path / "p.png", "--size", "16", *more)
+    assert "VP5041" in done.stderr
+    assert not (tmp_path / "frames").exists()

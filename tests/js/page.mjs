@@ -8,7 +8,7 @@ export function context(kind = "webgl2", width = 48, height = 48, attributes = {
 }
 
 /** Pictures of a package as lists of numbers, each for a matrix; and what the renderer says of itself. */
-export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, light, depth, draco, broken = [], targets = [], limits = {}, without = [] }) {
+export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, light, segments, depth, draco, broken = [], targets = [], limits = {}, without = [] }) {
   const asked = new Set();
   const gl = lacking(context(kind, ...size), broken, targets, limits, without, asked);
   if (draco) options.decodeDraco = await dracoOf(draco);
@@ -20,6 +20,7 @@ export async function pictures(url, { kind, size = [48, 48], options = {}, matri
   if (clip) await renderer.setClip(clip);
   if (step) renderer.setStep(step);
   if (light) await renderer.setLight(light);
+  if (segments) await renderer.setSegments(segments);
   const opaque = depth === undefined ? undefined : { texture: texel(gl, 255 * depth) };
   const found = matrices.map((boxFromClip) => {
     renderer.draw({ boxFromClip, depth: opaque });

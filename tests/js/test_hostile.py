@@ -78,6 +78,7 @@ def test_damaged_zips_end_in_a_code_and_soon(zipped) -> None:
         "VP4008",
         "VP4009",
         "VP4011",
+        "VP4061",
     }
     assert said["found"]["whole"] >= 1
     assert said["found"]["VP4002"] > 100
@@ -99,7 +100,8 @@ def test_manifests_that_lie_end_in_a_code_or_a_picture(browser, server, scene_pa
     said = browser.run(script, *given, 5000 * busy(), timeout=280)
     assert said["wrong"] == []
     assert said["found"]["VP4004"] > 5
-    assert said["found"]["drawn"] > 3
+    # The whole schema is checked, so that few lies are left that can be drawn.
+    assert said["found"]["drawn"] >= 1
 
 
 def test_a_file_with_a_wrong_byte_is_found_by_its_digest(browser, server, copy) -> None:
@@ -169,8 +171,9 @@ def test_a_zip_is_drawn_by_ranges_that_hold_only_what_is_drawn(browser, package,
         meshes = sum(
             size for path, size in sizes.items() if path.startswith(("meshes/", "shaders/proxy", "shaders/depth"))
         )
-        # The tail of 64 KiB is all that is read beside it.
-        assert ranged.sent[f"/package/{zipped.name}"] < needed + manifest + meshes + 2**16 + 4096
+        # The first 128 KiB, which hold the manifest, and the last 64 KiB are all that is read beside it.
+        assert manifest < 2**16
+        assert ranged.sent[f"/package/{zipped.name}"] < needed + meshes + 2**17 + 2**16 + 4096
     with WebServer(folders, ranges=False) as whole:
         assert opened(browser, whole, zipped, draw) == 3
 

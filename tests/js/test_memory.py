@@ -1,5 +1,6 @@
 """How much memory a page takes while a large texture comes: little more than the texture itself."""
 
+import json
 import threading
 from pathlib import Path
 
@@ -35,7 +36,8 @@ def sealed(folder: Path, codes: np.ndarray, profile: DeviceProfile) -> Path:
     shell = function((20.0, (1, 0.2, 0.1), 0.0), (200.0, (1, 0.2, 0.1), 0.01))
     tiny_package(folder, codes, shell, profile, packing=FOUR_CHANNELS)
     manifest = folder / "manifest.json"
-    manifest.write_text(manifest.read_text().replace('"state": "draft"', '"state": "sealed"'))
+    record = json.loads(manifest.read_text())
+    manifest.write_text(json.dumps(record | {"state": "sealed", "stages": []}))
     return folder
 
 

@@ -12,7 +12,6 @@ from npm_package import npm_package
 from web_pictures import SIZE, TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse
 from web_scenes import EDIT, SCENES
 
-from volprep.parts.editing.inputs import edit_with
 from volprep.render.renderer import Renderer
 from volprep_formats.meshes import read_glb, write_glb
 from volprep_formats.package.reader import Package
@@ -102,7 +101,7 @@ def test_an_edited_transfer_function_is_drawn_on_every_level(browser, server, sc
     package = scene_package(name)
     matrices = box_from_clip_of(package)
     points = tuple(TransferPoint.model_validate(each) for each in EDIT)
-    edit = edit_with(TransferFunction(name="shell", points=points))
+    edit = TransferFunction(name="shell", points=points)
     for level in levels_of(package, "shell"):
         options = {"program": "shell", "level": level}
         how = {"kind": kind_of(package), "options": options, "edit": {"points": EDIT}}
@@ -111,6 +110,17 @@ def test_an_edited_transfer_function_is_drawn_on_every_level(browser, server, sc
         before = drawn_by_reference(package, matrices, level=level, transfer="shell")
         for picture, reference, unedited in zip(found.pictures, wanted, before, strict=True):
             assert rmse(picture, reference) < TWO_STEPS < rmse(unedited, reference) / 5
+
+
+@pytest.mark.parametrize("name", ["segments", "segments in a mosaic"])
+def test_a_segment_that_an_app_hides_is_as_one_that_the_package_hides(browser, server, scene_package, name) -> None:
+    package, hidden = scene_package(name), scene_package(f"{name}, one hidden")
+    matrices = box_from_clip_of(package)
+    looks = [["segment-1", {"visible": False}], ["segment-2", {"opacity": 0.5}]]
+    found = drawn_in_page(browser, server, package.path, matrices, kind=kind_of(package), segments=looks)
+    before = drawn_by_reference(package, matrices)
+    for picture, reference, other in zip(found.pictures, drawn_by_reference(hidden, matrices), before, strict=True):
+        assert rmse(picture, reference) < TWO_STEPS < rmse(other, reference)
 
 
 @pytest.mark.parametrize("name", ["lit, skips by distance", "mosaic of several textures"])
@@ -248,7 +258,7 @@ def test_a_technique_that_a_later_volprep_may_bring_is_refused_by_name(
     text = (copy / "manifest.json").read_text()
     assert '"technique": "slabs"' in text
     (copy / "manifest.json").write_text(text.replace('"technique": "slabs"', '"technique": "by-magic"'))
-    with pytest.raises(Exception, match=r"VP7021 .* draws by-magic.* does not know"):
+    with pytest.raises(Exception, match=r"VP4004 .*technique is none of the words"):
         drawn_in_page(browser, server, copy, box_from_clip_of(package))
 
 

@@ -15,7 +15,8 @@ from volprep_formats.javascript import ScriptError, stripped
 from volprep_formats.runtime import runtime_modules, sent_modules
 
 ROOT = Path(__file__).parents[2]
-MOST_BYTES = 20_000
+MOST_BYTES = 21_500
+"""With the custom element 26 kB."""
 
 
 def needed(modules: dict[str, str], first: str) -> set[str]:
@@ -25,38 +26,58 @@ def needed(modules: dict[str, str], first: str) -> set[str]:
         name = waiting.pop()
         if name not in found:
             found.add(name)
-            waiting += re.findall(r'^(?:import|export)[^\n"(]*"\./([\w.]+)"', modules[name], re.MULTILINE)
+            waiting += re.findall(r'\b(?:import|export)[^;"()=]*"\./([\w.]+)"', modules[name])
     return found
 
 
-def test_what_every_package_needs_is_sent_in_less_than_20_kilobytes() -> None:
+def test_what_every_package_needs_is_sent_in_less_than_22_kilobytes() -> None:
     sent = sent_modules()
     core = needed(sent, "volpkg.js")
     assert core == {"volpkg.js", "core.js"}
     assert sum(len(gzip.compress(sent[name].encode())) for name in core) < MOST_BYTES
 
 
+def test_the_custom_element_and_all_that_it_needs_take_26_kilobytes() -> None:
+    sent = sent_modules()
+    names = needed(sent, "element.js") | needed(sent, "volpkg.js")
+    assert "core.js" in names
+    assert "element_tools.js" not in names
+    # Names under which core.js gives what it has are 10 to 90 bytes each, and are bundled or cached.
+    assert sum(len(gzip.compress(sent[name].encode())) for name in names if len(sent[name]) > 200) < 26_000
+
+
 def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
     modules = runtime_modules()
     later = set(modules) - needed(modules, "volpkg.js")
     assert later == {
-        *("blocks.js", "camera.js", "clip.js", "draco.js", "edit.js", "fallbacks.js", "half_angle.js", "halves.js"),
+        *("beside.js", "blocks.js", "camera.js", "clip.js", "draco.js", "edit.js", "element.js", "element_tools.js"),
+        *("annotations.js", "sheet.js", "slices.js", "unpack_worker.js", "values.js", "worker_loop.js"),
+        *("fallbacks.js", "fidelity.js", "gestures.js", "half_angle.js", "ruler.js", "service_worker.js", "stage.js"),
         *(
+            "halves.js",
             "layers.js",
             "light.js",
+            "options.js",
+            "schema.js",
             "light_view.js",
             "mesh.js",
             "pace.js",
             "parts.js",
             "pass_targets.js",
+        ),
+        *(
+            "pick.js",
             "ranges.js",
             "rarer.js",
+            "segments.js",
             "settle.js",
+            "sha256.js",
             "skip.js",
+            "strict.js",
             "subvolumes.js",
-            "techniques.js",
         ),
-        *("three.js", "types.js", "zip.js", "zstd.js"),
+        *("three.js", "three_backdrop.js", "three_camera.js", "three_page.js", "three_shader.js", "types.js"),
+        *("techniques.js", "worker.js", "zip.js", "zstd.js"),
     }
 
 

@@ -30,7 +30,7 @@ def package(scene_package) -> Package:
 @pytest.fixture
 def page(browser, server, package):
     """The page with three.js, and the package beside it under the name of the README."""
-    server.folders["three"] = npm_package("three", VERSION) / "node_modules" / "three" / "build"
+    server.folders["three"] = npm_package("three", VERSION) / "node_modules" / "three"
     server.folders["head.volpkg"] = package.path
     browser.open(f"{server.url}/")
     return browser

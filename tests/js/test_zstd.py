@@ -184,7 +184,7 @@ def test_three_js_reads_the_textures(browser, server, tmp_path) -> None:
     (tmp_path / "two.ktx2").write_bytes(packed)
     server.folders["textures"] = tmp_path
     server.folders["three-all"] = npm_package("three", THREE) / "node_modules" / "three"
-    server.folders["three"] = npm_package("three", THREE) / "node_modules" / "three" / "build"
+    server.folders["three"] = npm_package("three", THREE) / "node_modules" / "three"
     browser.open(f"{server.url}/")
     script = """
     const THREE = await import("three");

@@ -11,7 +11,7 @@ from tests.support.phantom_scene import write_phantom_scene
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
 from volprep.kernels import _native
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser, classified_slices
-from volprep.parts.levels.made import Classified
+from volprep.parts.levels.level_input import LevelInput
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.origin import read_origin
 from volprep.render.renderer import Renderer
@@ -32,12 +32,12 @@ FACTORS = [(2, 2, 2), (1, 4, 2)]
 MADE_OF_COLOURS = ("transmittance", "least-squares")
 
 
-def scan_of(folder, voxels, function=VEIL) -> Classified:
+def scan_of(folder, voxels, function=VEIL) -> LevelInput:
     path = folder / "level0.raw"
     voxels.tofile(path)
     volume = RawVolume(path, voxels.shape, voxels.dtype)
     grid = GRID if voxels.shape == GRID.shape_zyx else Grid.of(voxels.shape, (1.0, 0.9, 1.0))
-    return Classified(volume, grid, {function.name: lookup_table(function, (0.0, 255.0), 256)})
+    return LevelInput(volume, grid, {function.name: lookup_table(function, (0.0, 255.0), 256)})
 
 
 def voxels_of(function=VEIL) -> Voxels:

@@ -5,8 +5,8 @@ import pytest
 
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
 from volprep.parts.levels.adapted import fitted_table
-from volprep.parts.levels.choice import Chooser
-from volprep.parts.levels.made import Classified, level_slices
+from volprep.parts.levels.choose_level import Chooser
+from volprep.parts.levels.level_input import LevelInput, level_slices
 from volprep.parts.levels.rays import random_lines, sample_level
 from volprep.scan import slabs
 from volprep.scan.slabs import RawVolume
@@ -18,14 +18,14 @@ FACTORS = [(2, 2, 2), (1, 4, 2), (4, 4, 4), (8, 4, 8)]
 TABLES = {each.name: lookup_table(each, (0.0, 255.0), 256) for each in (VEIL, SOLID)}
 
 
-def scan_of(folder, voxels: np.ndarray, grid: Grid | None = None) -> Classified:
+def scan_of(folder, voxels: np.ndarray, grid: Grid | None = None) -> LevelInput:
     path = folder / "level0.raw"
     voxels.tofile(path)
     grid = grid or Grid.of(voxels.shape, (1.0, 1.0, 1.0))
-    return Classified(RawVolume(path, voxels.shape, voxels.dtype), grid, TABLES)
+    return LevelInput(RawVolume(path, voxels.shape, voxels.dtype), grid, TABLES)
 
 
-def level_of(scan: Classified, name: str, factors) -> np.ndarray:
+def level_of(scan: LevelInput, name: str, factors) -> np.ndarray:
     return np.concatenate([slices for slices, _ in level_slices(scan, name, factors)])
 
 

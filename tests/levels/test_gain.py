@@ -7,8 +7,8 @@ import pytest
 import tifffile
 
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
-from volprep.parts.levels.choice import Chooser
-from volprep.parts.levels.made import Classified, level_slices
+from volprep.parts.levels.choose_level import Chooser
+from volprep.parts.levels.level_input import LevelInput, level_slices
 from volprep.parts.levels.stage import CANDIDATES
 from volprep.scan.slabs import RawVolume
 from volprep.transfer.lookup import lookup_table
@@ -41,7 +41,7 @@ def gains(
 ) -> dict[str, float]:
     """By what part the error of the pictures falls below the box filter's, for each transfer function."""
     tables = {function.name: lookup_table(function, (0.0, 255.0), 256) for function in functions}
-    scan = Classified(raw(folder, voxels), grid, tables)
+    scan = LevelInput(raw(folder, voxels), grid, tables)
     chooser = Chooser(scan, adapt=True)
     factors = (factor, factor, factor)
     choice, codes = chooser.choose(1, factors, CANDIDATES, folder.joinpath, lambda _: None)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.support.thin_phantom import SOLID, VEIL, thin_things
-from volprep.parts.levels.choice import Chooser
-from volprep.parts.levels.made import Classified, level_slices, look_of
+from volprep.parts.levels.choose_level import Chooser
+from volprep.parts.levels.level_input import LevelInput, level_slices, look_of
 from volprep.parts.levels.means import are_kept, keep_means
 from volprep.scan import slabs
 from volprep.scan.slabs import RawVolume
@@ -18,21 +18,21 @@ TABLES = {each.name: lookup_table(each, (0.0, 255.0), 256) for each in (VEIL, SO
 
 
 @pytest.fixture(params=[np.uint8, np.uint16])
-def scan(tmp_path, request) -> Classified:
+def scan(tmp_path, request) -> LevelInput:
     # Cells hang over the edges; there are more strips than are in memory at a time.
     part = np.tile(thin_things(), (9, 3, 2))[:523, :83, :70]
     voxels = np.ascontiguousarray(part.astype(request.param) * (1 if request.param == np.uint8 else 257))
     path = tmp_path / "level0.raw"
     voxels.tofile(path)
-    return Classified(RawVolume(path, voxels.shape, voxels.dtype), Grid.of(voxels.shape, (1.0, 1.0, 1.0)), TABLES)
+    return LevelInput(RawVolume(path, voxels.shape, voxels.dtype), Grid.of(voxels.shape, (1.0, 1.0, 1.0)), TABLES)
 
 
-def keep(scan: Classified, tmp_path, name: str = "appearance") -> None:
+def keep(scan: LevelInput, tmp_path, name: str = "appearance") -> None:
     looks = {factors: look_of(scan, name, factors) for factors in FACTORS}
     scan.means.update(keep_means(scan.volume, looks, tmp_path.joinpath, lambda _: None))
 
 
-def level_of(scan: Classified, name: str, factors) -> np.ndarray:
+def level_of(scan: LevelInput, name: str, factors) -> np.ndarray:
     return np.concatenate([slices for slices, _ in level_slices(scan, name, factors)])
 
 

@@ -19,9 +19,9 @@ from pathlib import Path
 
 from conftest import STAGES, build, heading, run_import, run_seal, run_shaders, run_texture
 
+from volprep_formats import output
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
-from volprep_formats.package.storage import publish as publishing
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.storage.publish import publish, remove_package
@@ -168,7 +168,7 @@ def publish_over(room: Path) -> Iterator[str]:
 
 
 def publish_without_exchange(room: Path) -> Iterator[str]:
-    publishing._renameat2 = lambda *_: False
+    output._renameat2 = lambda *_: False
     return publish_over(room)
 
 

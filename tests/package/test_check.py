@@ -161,6 +161,9 @@ CONTRADICTIONS: dict[str, Change] = {
     "level 0 is said to be compressed as EAC_R11, but its textures are not": lambda manifest: manifest.update(
         compression=[{"format": "EAC_R11", "rmse": 0.1, "maximum": 0.1, **KEPT}]
     ),
+    "texture volume-scan-0 is uploaded as R16/RED/UNSIGNED_BYTE, which is no format of the profile": set_to(
+        "textures", 1, "gl", "internal_format", to="R16"
+    ),
     "file textures/level1.ktx2 is named 2 times": twice("files"),
     "texture volume-scan-1 is named 2 times": twice("textures"),
     "program raycast is named 2 times": twice("programs"),
@@ -202,10 +205,10 @@ CONTRADICTIONS: dict[str, Change] = {
     "texture lookup-bone is the table of skin, which is no transfer function": set_to(
         "textures", 0, "transfer", to="skin"
     ),
-    "texture lookup-bone has not one row as a lookup table, or as many rows": set_to(
-        "textures", 0, "shape_zyx", 1, to=2
+    "texture lookup-bone has not one row as a lookup table, or four rows": set_to("textures", 0, "shape_zyx", 1, to=2),
+    "texture lookup-bone is pre-integrated without a range of stored values": set_to(
+        "textures", 0, "stored_range", to=[0.0, 1.0]
     ),
-    "texture lookup-bone is pre-integrated for segments of no length": set_to("textures", 0, "segment_mm", to=0.5),
     "a palette is that of skin, which is no transfer function": set_to(
         "palettes",
         to=[{"transfer": "skin", "entries": [{"colour": [0.0, 0.0, 0.0], "extinction_per_mm": 0.0}] * 2}],
@@ -217,13 +220,13 @@ CONTRADICTIONS: dict[str, Change] = {
     "program raycast samples transfer for its classification preintegrated": set_to(
         "programs", 0, "classification", to="preintegrated"
     ),
-    "program raycast draws bone, of which there is not one palette table": set_to(
+    "program raycast draws bone, which must have one palette table": set_to(
         "programs", 0, "classification", to="palette"
     ),
     "texture lookup-bone is a table of a transfer function, but has a mosaic, or a level that it cannot have": set_to(
         "textures", 0, "level", to=7
     ),
-    "program raycast draws bone, of which there is not one lookup table": set_to("textures", 0, "level", to=1),
+    "program raycast draws bone, which must have one lookup table": set_to("textures", 0, "level", to=1),
     "program raycast draws bone, whose tables have not one size, type and largest": another_table_of_level_0,
     "texture lookup-bone has 8 bits without max_extinction_per_mm": drop("textures", 0, "max_extinction_per_mm"),
     "texture volume-scan-0 holds level 7, which is not among the levels": set_to("textures", 1, "level", to=7),
@@ -265,7 +268,7 @@ CONTRADICTIONS: dict[str, Change] = {
         ],
     ),
     "program raycast draws no level": set_to("programs", 0, "levels", to=[]),
-    "program raycast draws skin, of which there is not one lookup table": set_to("programs", 0, "transfer", to="skin"),
+    "program raycast draws skin, which must have one lookup table": set_to("programs", 0, "transfer", to="skin"),
     "program raycast samples nothing instead of one volume": set_to("programs", 0, "samplers", to=[]),
     "program raycast samples transfer instead": lambda manifest: manifest["programs"][0]["samplers"].pop(0),
     "program raycast samples nothing for its classification lookup": lambda manifest: manifest["programs"][0][
@@ -435,3 +438,8 @@ def test_a_finding_says_what_the_error_says(sealed: Path) -> None:
     error = VolprepError("VP4009", path=sealed, file="a")
     assert f"{error.code} {error.summary}. {error.remedy}" == str(error)
     assert Finding.of(error) == Finding(code="VP4009", summary=error.summary, remedy=error.remedy)
+
+
+def test_numbers_whose_consequences_overflow_contradict_the_manifest(sealed: Path) -> None:
+    edit(sealed, set_to("grid", "spacing_mm_zyx", 0, to=1e308))
+    assert {code for code, _ in found(sealed)} == {"VP4011"}

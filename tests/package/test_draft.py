@@ -55,11 +55,11 @@ def test_what_was_not_committed_is_gone_when_the_draft_is_opened_again(draft: Dr
         draft.commit(stage("shaders"))
 
 
-def test_a_stage_that_runs_again_drops_its_files_and_all_that_later_stages_did(draft: Draft) -> None:
+def test_a_stage_that_runs_again_drops_its_files_and_those_of_the_stages_that_read_it(draft: Draft) -> None:
     draft.write("shaders/a.frag", "shader", b"")
     draft.commit(stage("shaders"))
     draft.write("work/other.raw", "work", b"other")
-    draft.commit(stage("import"), draft.manifest.model_copy(update={"name": "again"}))
+    draft.commit(stage("import"), draft.manifest.model_copy(update={"name": "again"}), {"shaders", "texture"})
     assert [record.name for record in draft.manifest.stages] == ["import"]
     assert [record.path for record in draft.manifest.files] == ["work/other.raw"]
     assert draft.manifest.textures == ()

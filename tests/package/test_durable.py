@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from volprep_formats import output
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import StageRecord
 from volprep_formats.package.storage import chunks, publish
@@ -106,13 +107,13 @@ def test_all_of_a_package_is_on_the_disk_before_it_has_its_name(
         build_package(target)
     disk.forget()
     early: list[list[Path]] = []
-    rename = publish._renameat2
+    rename = output._renameat2
 
     def watched_rename(source: Path, target: Path, flags: int) -> bool:
         early.append([path for path in (source, *source.rglob("*")) if not disk.holds(path)])
         return rename(source, target, flags)
 
-    monkeypatch.setattr(publish, "_renameat2", watched_rename)
+    monkeypatch.setattr(output, "_renameat2", watched_rename)
     publish.publish(partial, target)
     assert early == [[]]
     # What was there before is removed later.

@@ -90,7 +90,12 @@ def test_no_texture_has_more_levels_than_halvings(shape_zyx, levels) -> None:
 
 @pytest.mark.parametrize(
     ("offset", "value", "says"),
-    [(80, 4, "not after"), (104, 2**63, "not after"), (128, 2, "not aligned"), (112, 5, "level 1 has 5 bytes")],
+    [
+        (80, 4, "overlap earlier data"),
+        (104, 2**63, "overlap earlier data"),
+        (128, 2, "not aligned"),
+        (112, 5, "level 1 has 5 bytes"),
+    ],
 )
 def test_mipmaps_that_are_out_of_place_are_refused(offset, value, says) -> None:
     data = bytearray(b"".join(encode(chain("R8", (3, 2, 5), 3))))
@@ -299,7 +304,7 @@ def test_primaries_and_premultiplication_are_for_the_manifest_to_say(offset: int
 
 
 def test_texels_that_begin_in_the_key_value_data_are_refused() -> None:
-    with pytest.raises(VolprepError, match=r"VP4030 .*30 bytes of texels at 204 are not after"):
+    with pytest.raises(VolprepError, match=r"VP4030 .*30 bytes of texels at 204 overlap earlier data"):
         decode(patched(80, "<Q", 204)[:234], "t")
 
 

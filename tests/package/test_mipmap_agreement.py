@@ -50,7 +50,7 @@ CASES = {
         "level": 1,
         "gl": R8.model_copy(update={"target": "TEXTURE_2D"}),
     },
-    "volume-scan-0.ktx2 holds mipmap 1 of (6, 7, 1) texels, not those of (12, 16, 1)": {
+    "volume-scan-0.ktx2 holds mipmap 1 of (6, 7, 1) texels, which is wrong for (12, 16, 1)": {
         "level": 1,
         "shape_zyx": (6, 7, 1),
     },

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from volprep_formats import output
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.manifest import StageRecord
-from volprep_formats.package.storage import publish as publishing
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.publish import check_target, publish, remove_package
 
@@ -20,7 +20,7 @@ Build = Callable[..., Path]
 @pytest.fixture(params=["exchange", "no exchange"])
 def _exchange(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     if request.param == "no exchange":
-        monkeypatch.setattr(publishing, "_renameat2", lambda *_: False)
+        monkeypatch.setattr(output, "_renameat2", lambda *_: False)
 
 
 def content(folder: Path) -> dict[str, bytes]:
@@ -139,7 +139,7 @@ def test_what_the_system_refuses_is_told_and_leaves_both(
     def refuse(*_: object) -> bool:
         raise OSError(code, os.strerror(code))
 
-    monkeypatch.setattr(publishing, "_renameat2", refuse)
+    monkeypatch.setattr(output, "_renameat2", refuse)
     partial, old = build_package(tmp_path / "partial"), build_package(tmp_path / "target", seed=1)
     with pytest.raises(VolprepError, match="VP4020") as caught:
         publish(partial, old)
@@ -159,7 +159,7 @@ def test_without_exchange_the_older_package_comes_back_when_the_newer_cannot_tak
             raise OSError(errno.EACCES, os.strerror(errno.EACCES))
         return rename(self, target)
 
-    monkeypatch.setattr(publishing, "_renameat2", lambda *_: False)
+    monkeypatch.setattr(output, "_renameat2", lambda *_: False)
     monkeypatch.setattr(Path, "rename", refuse)
     with pytest.raises(VolprepError, match="VP4020"):
         publish(partial, old)

@@ -2,12 +2,14 @@
 
 import json
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.package.check import check
 from volprep_formats.package.manifest_json import MAX_MANIFEST_BYTES
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
@@ -61,7 +63,7 @@ def test_what_is_no_package_is_refused(tmp_path: Path) -> None:
         (b"\xff\xfe{}", "is not JSON"),
         (b"[" * 100_000, "is not JSON"),
         (b'{"a":' * 100_000, "is not JSON"),
-        (b'{"format": "volpkg", "format": "volpkg"}', "stands twice"),
+        (b'{"format": "volpkg", "format": "volpkg"}', "occurs twice"),
         (b'{"format": "volpkg", "x": NaN}', "NaN"),
         (b'{"format": "volpkg", "x": -Infinity}', "Infinity"),
         (b'{"x": ' + b"9" * 5000 + b"}", "is not JSON"),
@@ -88,7 +90,7 @@ def test_a_manifest_far_above_the_limit_is_not_read_to_its_end(tmp_path: Path) -
     assert "is larger than" in refused(tmp_path)
 
 
-@pytest.mark.parametrize("version", ["2.0", "0.9", "1.1", "10.0"])
+@pytest.mark.parametrize("version", ["2.0", "0.9", "10.0"])
 def test_another_version_is_refused_before_its_keys_are_looked_at(sealed: Path, version: str) -> None:
     edit(sealed, lambda manifest: manifest.update(version=version, unknown=1))
     assert refused(sealed).startswith("VP4003")
@@ -108,23 +110,16 @@ def _set(*path: str | int, to: object) -> Change:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (_set("colour", to=1), "colour: unknown key"),
-        (_set("channels", 0, "levels", 0, "colour", to=1), "channels.0.levels.0.colour: unknown key"),
         (lambda manifest: manifest["channels"][0].pop("source"), "channels.0.source: is missing"),
         (_set("state", to="ready"), "state"),
         (_set("name", to=7), "name"),
         (_set("textures", 0, "level", to="0"), "textures.0.level"),
         (_set("channels", 0, "levels", 0, "grid", "shape_zyx", 0, to=0), "channels.0.levels.0.grid.shape_zyx.0"),
         (
-            _set("channels", 0, "levels", 0, "grid", "shape_zyx", 0, to=10**400),
-            "is not JSON|channels.0.levels.0.grid.shape_zyx.0",
-        ),
-        (
             _set("channels", 0, "levels", 0, "grid", "spacing_mm_zyx", 0, to=-1.0),
             "channels.0.levels.0.grid.spacing_mm_zyx.0",
         ),
         (_set("channels", 0, "levels", 0, "grid", "direction", 0, 0, to=1e308), "orthonormal"),
-        (_set("files", 0, "size_bytes", to=2**53), "files.0.size_bytes"),
         (_set("files", 0, "size_bytes", to=-1), "files.0.size_bytes"),
         (_set("files", 0, "sha256", to="F" * 64), "files.0.sha256"),
         (_set("files", 0, "path", to="../secret"), "files.0.path"),
@@ -140,7 +135,6 @@ def _set(*path: str | int, to: object) -> Change:
         (_set("files", 0, "path", to="shaders/raycast.frag:stream"), "files.0.path"),
         (_set("files", 0, "path", to="c:/secret"), "files.0.path"),
         (_set("files", 0, "path", to="shaders/raycast.frag\n"), "files.0.path"),
-        (_set("files", 0, "path", to="shaders/raycast.frag\0"), "files.0.path"),
         (_set("textures", 0, "file", to="../secret"), "textures.0.file"),
         (_set("preview", to="../secret"), "preview"),
     ],
@@ -149,13 +143,43 @@ def test_a_manifest_that_breaks_the_schema_is_refused(sealed: Path, change: Chan
     edit(sealed, change)
     message = refused(sealed)
     assert message.startswith("VP4004")
-    assert any(part in message for part in says.split("|"))
+    assert says in message
 
 
-def test_of_many_problems_the_first_three_are_told(sealed: Path) -> None:
-    edit(sealed, lambda manifest: manifest.update({f"key{number}": 1 for number in range(9)}))
-    assert refused(sealed).count("unknown key") == 3
-    assert "and 6 more" in refused(sealed)
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (_set("grid", "shape_zyx", 0, to=10**400), "a number has more than 256 digits"),
+        (_set("files", 0, "size_bytes", to=2**53), "an integer is beyond 9007199254740991"),
+        (_set("files", 0, "path", to="shaders/raycast.frag\0"), "a string has a zero character"),
+        (_set("generator", to="\ud800"), "half of a surrogate pair"),
+        (_set("extras", to=json.loads("[" * 31 + "]" * 31)), ""),
+        (_set("extras", to=json.loads("[" * 32 + "]" * 32)), "nests more than 32 deep"),
+        (_set("extras", to=dict.fromkeys(map(str, range(257)))), "an object has more than 256 keys"),
+    ],
+)
+def test_values_that_parsers_read_differently_are_refused(sealed: Path, change: Change, says: str) -> None:
+    edit(sealed, change)
+    if not says:
+        Package.open(sealed)
+        return
+    message = refused(sealed)
+    assert message.startswith("VP4002")
+    assert says in message
+
+
+def test_an_integer_may_be_written_with_a_fraction(sealed: Path) -> None:
+    before = Package.open(sealed).manifest
+    text = (sealed / "manifest.json").read_text()
+    (sealed / "manifest.json").write_text(re.sub(r'("index": |"bits": )([0-9]+)', r"\1\2.0", text))
+    assert Package.open(sealed).manifest == before
+
+
+def test_of_many_problems_the_first_twelve_are_told(sealed: Path) -> None:
+    edit(sealed, lambda manifest: manifest.update({f"key{number}": 1 for number in range(18)}))
+    (finding,) = check(sealed)
+    assert finding.summary.count("unknown key") == 12
+    assert "and 6 more" in finding.summary
 
 
 def test_a_file_that_the_manifest_does_not_name_is_not_read(sealed: Path) -> None:

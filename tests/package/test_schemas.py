@@ -88,3 +88,30 @@ def test_a_scene_is_valid_and_one_with_a_misspelt_key_is_not() -> None:
     assert not validator("scene.schema.json").is_valid(misspelt)
     with pytest.raises(ValidationError):
         Scene.model_validate(misspelt)
+
+
+def tool(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    return importlib.import_module(name)
+
+
+def test_the_schema_of_the_javascript_reader_is_that_of_the_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = tool("make_js_schema", monkeypatch)
+    assert module.TARGET.read_text(encoding="utf-8") == module.schema_text(), "run python tools/make_js_schema.py"
+
+
+def test_the_structs_and_tables_of_the_c_header_are_those_of_the_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = tool("make_c_schema", monkeypatch)
+    text = module.TARGET.read_text(encoding="utf-8")
+    assert text == module.header_text(text), "run python tools/make_c_schema.py"
+
+
+def test_a_field_that_the_c_header_cannot_read_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = tool("make_c_schema", monkeypatch)
+    for field in (
+        {"type": "integer", "minimum": 0},
+        {"type": "string", "pattern": "^x$"},
+        {"type": "string", "maxLength": 9},
+    ):
+        with pytest.raises(ValueError, match=r"integer|string"):
+            module.Header().member("Level.filter", field)

@@ -144,13 +144,46 @@ def test_a_file_whose_crc_lies_is_refused_though_its_digest_is_right(one: Path, 
         Package.open_any(path).read_bytes(name)
 
 
+def _commented(comment: bytes) -> bytes:
+    data = _archive((MANIFEST, b"{}"))
+    return data[:-2] + struct.pack("<H", len(comment)) + comment
+
+
+def _prefixed() -> bytes:
+    """Text before the first file, and a directory that knows it."""
+    file = io.BytesIO(b"#!/bin/sh\n")
+    with zipfile.ZipFile(file, "a") as archive:
+        archive.writestr(zipfile.ZipInfo(MANIFEST), b"{}")
+    return file.getvalue()
+
+
+def _with_gap() -> bytes:
+    """A file that the directory does not name, between two that it names."""
+    data = _archive((MANIFEST, b"{}"), ("a", b"1"), ("b", b"2"))
+    central = data.index(b"PK\x01\x02", data.index(b"PK\x01\x02") + 4)
+    after = data.index(b"PK\x01\x02", central + 4)
+    end = data.rindex(b"PK\x05\x06")
+    start = data.index(b"PK\x01\x02")
+    tail = struct.pack("<4s4H2IH", b"PK\x05\x06", 0, 0, 2, 2, end - start - (after - central), start, 0)
+    return data[:central] + data[after:end] + tail
+
+
+def _with_file_comment() -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        entry = zipfile.ZipInfo(MANIFEST)
+        entry.comment = b"hidden"
+        archive.writestr(entry, b"{}")
+    return file.getvalue()
+
+
 BAD = {
-    "nothing": (lambda: b"", "not a zip"),
-    "a head alone": (lambda: b"PK\x03\x04 and no more", "not a zip"),
+    "nothing": (lambda: b"", "too short for a zip"),
+    "a head alone": (lambda: b"PK\x03\x04 and no more", "too short for a zip"),
     "cut off": (lambda: _archive((MANIFEST, b"{}"))[:-5], "not a zip"),
     "compressed": (lambda: _archive((MANIFEST, b"{}" * 500), method=zipfile.ZIP_DEFLATED), "is compressed"),
     "a name twice": (_doubled, "is there twice"),
-    "on top of each other": (_overlapping, "reaches into what follows"),
+    "on top of each other": (_overlapping, "does not end where the next file or the directory begins"),
     "another name at its place": (lambda: _changed(_archive((MANIFEST, b"{}")), 30, b"x"), "another name at its place"),
     "another CRC before it": (lambda: _changed(_archive((MANIFEST, b"{}")), 14, b"\0"), "has another CRC"),
     "another size before it": (lambda: _changed(_archive((MANIFEST, b"{}")), 22, b"\3"), "has another CRC, size"),
@@ -161,6 +194,16 @@ BAD = {
     "compressed by its head": (lambda: _changed(_archive((MANIFEST, b"{}")), 8, b"\x08"), "or kind at its place"),
     "encrypted by its head": (lambda: _changed(_archive((MANIFEST, b"{}")), 6, b"\1"), "or kind at its place"),
     "sizes behind it": (_sizes_behind, "has its sizes behind it"),
+    "a comment": (lambda: _commented(b"more"), "end record is its last 22 bytes"),
+    "another zip as its comment": (
+        lambda: _commented(_archive((MANIFEST, b"[]"))),
+        "does not end where its end record",
+    ),
+    "text before it": (lambda: b"#!/bin/sh\n" + _archive((MANIFEST, b"{}")), "does not end where its end record"),
+    "text before it that its places count": (_prefixed, "does not begin at its first byte"),
+    "a file between the files": (_with_gap, "does not end where the next file"),
+    "a comment of a file": (_with_file_comment, "has a comment"),
+    "bytes behind its directory": (lambda: _archive((MANIFEST, b"{}")) + b"1", "last 22 bytes"),
     "without a manifest": (lambda: _archive(("a", b"1")), "it has no manifest.json"),
 }
 

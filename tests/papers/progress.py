@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tests.benchmarks.drawing_time import LEAST_MS, honest_clock
 from tests.benchmarks.waking import wake
-from volprep.render.progressive import Order, ShownFrame, frames, low_resolution, tile_parts
+from volprep.render.progressive import Order, ShownFrame, coarse_level, frames, low_resolution, tile_parts
 from volprep.render.renderer import Renderer
 from volprep.truth.metrics import picture_error
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -46,7 +46,11 @@ def finishing(renderer: Renderer, order: Order, view: View, budget_s: float) -> 
         yield ShownFrame(low_resolution(renderer, camera, view.shape_hw, step_mm), 0.0, 0.0)
     clock = honest_clock(renderer.driver.renderer)
     wake(renderer.driver.renderer, lambda: renderer.time_ms(camera, view.shape_hw, step_mm, repeats=1))
-    yield from frames(renderer, order, camera, view.shape_hw, step_mm, budget_s=budget_s, clock=clock)
+    level = coarse_level(renderer.package, renderer.program.transfer)
+    with Renderer(renderer.package, level=level, transfer=renderer.program.transfer) as coarse:
+        yield from frames(
+            renderer, order, camera, view.shape_hw, step_mm, budget_s=budget_s, clock=clock, coarse=coarse
+        )
 
 
 def progress(renderer: Renderer, order: Order, view: View, budget_s: float, truth: Float64Array) -> Progress:

@@ -1,4 +1,7 @@
-"""Schultz and Bailey (BVR): tables 1 to 4, ways to see a scan that is too large: whole, halved, in pieces, cut."""
+"""Schultz and Bailey, the Beaver Volume Renderer (BVR): tables 1 to 4.
+
+A scan that is too large is seen whole, halved, in pieces and cut.
+"""
 
 import math
 from collections.abc import Iterator
@@ -59,7 +62,7 @@ def measure(bench: Bench) -> Paper:
         )
     return Paper(
         "schultz-bailey",
-        "BVR: a volume renderer for a tablet, with sub-volumes",
+        "BVR, the Beaver Volume Renderer: sub-volumes on a tablet",
         "Schultz and Bailey",
         tuple(tables),
         _finding(cells, software=bench.software),

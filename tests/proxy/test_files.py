@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from volprep.parts.proxy.files import BYTES_PER_TRIANGLE, DECODER_BYTES, mesh_file
+from volprep.parts.proxy.files import BYTES_PER_TRIANGLE, DECODER_BYTES, chosen_files, mesh_file
 from volprep.parts.proxy.mesh import block_planes, proxy_mesh
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import MOST_VERTICES, primitives_of, read_glb, write_glb
@@ -49,7 +49,7 @@ def test_a_file_holds_the_mesh_exactly(draco):
 
 def test_trimesh_reads_a_closed_mesh_in_millimetres():
     mesh, occupied, planes = shell(10)
-    data, _ = mesh_file(mesh, SCALE, may_compress=False)
+    data = mesh_file(mesh, SCALE).plain
     scene = trimesh.load(io.BytesIO(data), file_type="glb")
     whole = scene.to_geometry() if hasattr(scene, "to_geometry") else scene.dump(concatenate=True)
     assert whole.is_watertight
@@ -63,7 +63,7 @@ def test_vtk_reads_the_same_mesh(tmp_path):
     pyvista = pytest.importorskip("pyvista")
     mesh, _, _ = shell(10)
     path = tmp_path / "mesh.glb"
-    path.write_bytes(mesh_file(mesh, SCALE, may_compress=False)[0])
+    path.write_bytes(mesh_file(mesh, SCALE).plain)
     (block,) = pyvista.read(path).recursive_iterator()
     surface = block.extract_surface(algorithm="dataset_surface") if not isinstance(block, pyvista.PolyData) else block
     assert surface.n_cells == len(mesh.triangles)
@@ -83,23 +83,28 @@ def test_parts_have_16_bit_indices_and_keep_every_triangle():
     assert np.array_equal(together, mesh.positions_xyz[mesh.triangles])
 
 
-def test_draco_stands_where_it_saves_more_than_its_decoder_costs():
-    small, _, _ = shell(20)
-    data, draco = mesh_file(small, SCALE, may_compress=True)
-    assert not draco
-    assert len(data) < DECODER_BYTES + BYTES_PER_TRIANGLE * len(small.triangles)
-    large, _, _ = shell(60)
-    plain, _ = mesh_file(large, SCALE, may_compress=False)
-    packed, draco = mesh_file(large, SCALE, may_compress=True)
+def test_draco_stands_where_all_files_together_save_more_than_the_decoder():
+    small, middle, large = (mesh_file(shell(size)[0], SCALE) for size in (20, 30, 60))
+    assert chosen_files([small], "auto") == [(small.plain, False)]
+    assert 0 < small.saved_bytes(small.packed()) < DECODER_BYTES
+    ((packed, draco),) = chosen_files([large], "auto")
     assert draco
-    assert len(packed) + DECODER_BYTES + BYTES_PER_TRIANGLE * len(large.triangles) < len(plain)
-    assert sum(len(part.triangles) for part in read_glb(packed, "mesh").primitives) == len(large.triangles)
+    assert large.saved_bytes(packed) == len(large.plain) - len(packed) - BYTES_PER_TRIANGLE * len(large.mesh.triangles)
+    assert sum(len(part.triangles) for part in read_glb(packed, "mesh").primitives) == len(large.mesh.triangles)
+    # The decoder comes once: beside the large file the small ones only have to save something.
+    assert [draco for _, draco in chosen_files([small, large, middle], "auto")] == [True, True, True]
+
+
+def test_draco_is_there_always_or_never_on_request():
+    small = mesh_file(shell(20)[0], SCALE)
+    assert chosen_files([small], "always") == [(small.packed(), True)]
+    assert chosen_files([small], "none") == [(small.plain, False)]
 
 
 def test_a_file_keeps_the_rules_of_gltf():
     """What three.js and validators ask for, in the words of the specification's own schema."""
     mesh, _, _ = shell(10)
-    data, _ = mesh_file(mesh, SCALE, may_compress=False)
+    data = mesh_file(mesh, SCALE).plain
     magic, version, length = struct.unpack_from("<III", data)
     assert (magic, version, length) == (0x46546C67, 2, len(data))
     size, kind = struct.unpack_from("<II", data, 12)

@@ -13,8 +13,14 @@ SINGLE = ("Program", "Shader")
 
 
 @pytest.fixture(autouse=True)
-def no_gl_object_leaks(monkeypatch):
+def no_gl_object_leaks():
     """Fail a test that leaves an OpenGL object behind: by the renderer's own count, and by what the driver was told."""
+    # A patch of its own: where a test has the fixture monkeypatch, no stage is remembered, and this one only counts.
+    with pytest.MonkeyPatch.context() as patch:
+        yield from _counted(patch)
+
+
+def _counted(monkeypatch):
     made: list[Gl] = []
     original = Gl.__init__
 

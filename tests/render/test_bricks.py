@@ -120,13 +120,17 @@ def test_pictures_are_those_of_the_whole_level(tmp_path, classification):
     layout = next(texture.bricks for texture in bricks.manifest.textures if texture.bricks is not None)
     assert layout.stored < 0.5 * np.prod(layout.bricks_zyx)
     grid = whole.manifest.grid
+    # Sums are divided by the distance of two values: in three pixels of all that magnifies the rounding of positions.
+    steps = 3 if classification == "preintegrated" else 1
     for level in (0, 1):
         with Renderer(whole, level=level) as one, Renderer(bricks, level=level) as other:
             for camera in [*standard_views(grid, "perspective").values()][::2]:
                 box_from_clip = camera.box_from_clip(grid, 1.0)
                 expected = one.render(box_from_clip, (32, 32))
                 assert expected[..., 3].max() > 0.3
-                np.testing.assert_allclose(other.render(box_from_clip, (32, 32)), expected, rtol=0, atol=1.01 / 255)
+                np.testing.assert_allclose(
+                    other.render(box_from_clip, (32, 32)), expected, rtol=0, atol=(steps + 0.01) / 255
+                )
 
 
 def test_a_level_of_which_nothing_is_seen_is_one_brick_and_an_empty_picture(tmp_path):

@@ -70,9 +70,9 @@ def test_a_driver_that_is_lost_is_an_error_and_no_black_picture(package, monkeyp
 def test_200_pictures_that_come_in_frames_leave_nothing_behind(tmp_path, order):
     technique = order if order in TECHNIQUES else "ray-casting"
     package = tiny_package(tmp_path / "p", CODES, GREY, ES3, technique=technique)
-    with Renderer(package) as renderer:
-        [*frames(renderer, order, camera(package), HW, 0.5, budget_s=0.0)]
+    with Renderer(package) as renderer, Renderer(package) as coarse:
+        [*frames(renderer, order, camera(package), HW, 0.5, budget_s=0.0, coarse=coarse)]
         first = +renderer._gl.live
         for number in range(200):
-            [*frames(renderer, order, camera(package), (8 + number % 3, 9), 0.5, budget_s=0.01)]
+            [*frames(renderer, order, camera(package), (8 + number % 3, 9), 0.5, budget_s=0.01, coarse=coarse)]
         assert +renderer._gl.live == first

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from tiny_packages import function
 
 from volprep.transfer.lookup import lookup_table, lookup_texels
-from volprep.transfer.preintegrated import preintegrated_texels
 from volprep.transfer.texel_forms import decoded_texels, opaque_per_mm
 from volprep_formats.package.function_table import Table
 
@@ -86,17 +85,27 @@ def test_faint_extinction_survives_in_bytes_beside_an_opaque_one():
 
 
 @pytest.mark.parametrize("form", ["RGBA8", "RGBA16F"])
-@pytest.mark.parametrize("classification", ["lookup", "preintegrated"])
-def test_a_wall_takes_nothing_from_the_fog_in_front_of_it(classification, form):
+def test_a_wall_takes_nothing_from_the_fog_in_front_of_it(form):
     white = (1.0, 1.0, 1.0)
     fog_and_wall = function((0.0, white, 0.02), (0.5, white, 0.02), (0.5, white, 1e9), (1.0, white, 1e9))
-    if classification == "lookup":
-        table = lookup_texels(lookup_table(fog_and_wall, (0.0, 1.0), 256), form, opaque_per_mm(0.5))
-    else:
-        table = preintegrated_texels(fog_and_wall, (0.0, 1.0), 16, 0.5, form)
+    table = lookup_texels(lookup_table(fog_and_wall, (0.0, 1.0), 256), form, opaque_per_mm(0.5))
     extinction = decoded_texels(table)[1][0]
     assert extinction[0, 0] == pytest.approx(0.02, rel=0.15)
     assert -np.expm1(-0.125 * extinction[-1, -1]) == pytest.approx(1 - 2**-16, abs=2**-17)
+
+
+@pytest.mark.parametrize("entries", [256, 257], ids=["between two entries", "at an entry"])
+@pytest.mark.parametrize("falls", [False, True])
+def test_the_ramp_from_a_haze_to_a_wall_has_the_colour_of_the_wall(entries, falls):
+    haze, wall = ((1.0, 0.2, 0.1), 0.02), ((0.1, 0.2, 1.0), 1e9)
+    sides = (wall, haze) if falls else (haze, wall)
+    steep = function((0.0, *sides[0]), (0.5, *sides[0]), (0.5, *sides[1]), (1.0, *sides[1]))
+    table = lookup_table(steep, (0.0, 1.0), entries)[:: -1 if falls else 1]
+    opaque = table[:, 3] > 0.02
+    first = int(np.argmax(opaque))
+    assert first in {127, 128}
+    np.testing.assert_array_equal(table[first - 1 :, :3], np.tile(wall[0], (entries - first + 1, 1)))
+    np.testing.assert_array_equal(table[: first - 1, :3], np.tile(haze[0], (first - 1, 1)))
 
 
 def test_a_function_that_shows_nothing_gives_a_table_of_zero_extinction():

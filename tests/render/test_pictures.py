@@ -210,3 +210,12 @@ def test_a_ray_that_runs_in_a_face_sees_the_whole_volume_or_nothing(tmp_path, pr
     assert edge[0] == 0.0 or abs(edge[0] - opacity) < 1e-5
     inside = picture[:, 2 if edge_mm == 0.0 else 0, 3]
     np.testing.assert_allclose(inside, opacity, atol=1e-5)
+
+
+def test_an_extinction_below_the_largest_of_its_table_of_bytes_is_exact(tmp_path):
+    grid = Grid.of((3, 4, 5), (1.0, 1.0, 1.0))
+    # The root of the 25th part of the largest is 51/255, a byte.
+    rising = function((0.0, COLOUR, 0.08), (150.0, COLOUR, 0.08), (255.0, COLOUR, 2.0))
+    codes = np.full(grid.shape_zyx, 93, np.uint8)
+    package = tiny_package(tmp_path / "p", codes, rising, ES2, grid=grid)
+    check_homogeneous(grid, package, standard_views(grid)["anterior-left"], 0.08)

@@ -62,8 +62,10 @@ def test_this_driver_draws_all_that_a_profile_allows(name):
 def test_each_format_and_each_axis_of_a_profile_is_drawn():
     names = {each.name for each in capabilities_of(NORM16)}
     assert {"R16 3D linear", "R16F 2D linear", "R8 3D nearest", "RGBA16F 2D linear", "EAC_R11 2D linear"} <= names
-    assert {"R8 2D width 4096", "R8 2D height 4096"} <= names
-    assert {f"R8 3D {axis} 1024" for axis in ("width", "height", "depth")} <= names
+    for axis in ("width", "height"):
+        assert any(name.endswith(f" 2D {axis} 4096") for name in names)
+    for axis in ("width", "height", "depth"):
+        assert any(name.endswith(f" 3D {axis} 1024") for name in names)
     formats = {each.format for each in capabilities_of(NORM16)}
     assert formats == set(NORM16.texture_formats)
 

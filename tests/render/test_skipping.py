@@ -109,9 +109,7 @@ def test_pre_integrated_segments_are_skipped_only_where_both_ends_are_empty(tmp_
     wishes = {"classification": "preintegrated", "step_mm": 1.3, "entries": 64}
     plain, _ = pictures(tmp_path / "plain", codes, profile, views, "perspective", **wishes)
     skipping, package = pictures(tmp_path / "skipping", codes, profile, views, "perspective", skip=(kind, 6), **wishes)
-    assert (
-        "front = stored_value" in package.read_text(package.manifest.programs[0].fragment).split("skip_entry(block")[1]
-    )
+    assert "front = end_at" in package.read_text(package.manifest.programs[0].fragment).split("skip_entry(block")[1]
     check_same(skipping, plain)
 
 

@@ -52,7 +52,7 @@ def reader() -> types.ModuleType:
 
 def phantom(extra: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
-        scene = write_phantom_scene(folder)
+        scene = write_phantom_scene(folder, level_filter="box")
         scene.write_text(f"{scene.read_text()}\n{extra}")
         return scene
 
@@ -60,7 +60,7 @@ def phantom(extra: str) -> Callable[[Path], Path]:
 
 
 def together(folder: Path) -> Path:
-    scene = write_channel_scene(folder)
+    scene = write_channel_scene(folder, level_filter="box")
     scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n')
     return scene
 

@@ -19,7 +19,7 @@ ASPECT = 56 / 48
 
 
 def built(folder, size: int, bits: int = 8, profile: str = "gles3") -> Package:
-    scene = write_phantom_scene(folder, profile)
+    scene = write_phantom_scene(folder, profile, "box")
     text = scene.read_text(encoding="utf-8").replace('name = "phantom"', 'name = "phantom"\ncrop = "none"')
     # Rays run to their end: one that a block ends early would go on in the picture of the whole.
     tables = f"\n[render]\nopacity_cutoff = 1.0\n\n[quantize]\nbits = {bits}\n\n[grid]\nsize = {size}\n"

@@ -1,14 +1,12 @@
 """Times of pictures: a spread, and the driver's own clock."""
 
-import time
-
 import numpy as np
 import pytest
 from tiny_packages import ES3, function, tiny_package
 
 from volprep.render.gpu_clock import EXTENSION, gpu_clock
 from volprep.render.renderer import Renderer
-from volprep.render.timing import Spread, draw_times
+from volprep.render.timing import Spread, gpu_times
 from volprep.truth.camera import standard_views
 
 
@@ -26,20 +24,10 @@ def test_a_spread_holds_quartiles() -> None:
     assert Spread.of([7.0]) == Spread(7.0, 7.0, 7.0, 1)
 
 
-def test_pictures_are_drawn_until_there_are_enough_and_the_time_is_over() -> None:
-    drawn = []
-    few = draw_times(lambda: drawn.append(1), lambda: None, None, least=5, seconds=0.0)
-    assert (few.wall.count, len(drawn), few.gpu) == (5, 6, None)
-    long = draw_times(lambda: time.sleep(0.002), lambda: None, None, least=2, seconds=0.1)
-    assert long.wall.count > 5
-    assert long.wall.median >= 2.0
-
-
 def test_interrupted_pictures_do_not_count() -> None:
     clock = Interrupted()
-    found = draw_times(lambda: None, lambda: None, clock, least=8, seconds=0.0)
+    assert gpu_times(lambda: None, clock, 4) == Spread(5.0, 5.0, 5.0, 2)
     assert clock.asked == 4
-    assert found.gpu == Spread(5.0, 5.0, 5.0, 2)
 
 
 def test_the_clock_of_the_driver_runs_longer_for_more_samples(tmp_path) -> None:
@@ -49,9 +37,7 @@ def test_the_clock_of_the_driver_runs_longer_for_more_samples(tmp_path) -> None:
     with Renderer(package) as renderer:
         if gpu_clock(renderer.driver) is None:
             pytest.skip(f"the driver has no {EXTENSION}")
-        few, many = (
-            renderer.draw_times(box_from_clip, (96, 96), step_mm, least=6, seconds=0.0).gpu for step_mm in (8.0, 0.05)
-        )
+        few, many = (renderer.gpu_times(box_from_clip, (96, 96), step_mm, 4) for step_mm in (8.0, 0.05))
     assert few is not None
     assert many is not None
     assert many.median > 3 * few.median > 0

@@ -48,6 +48,20 @@ def test_everything_lies_in_the_box(packages) -> None:
                 assert (corners <= np.array(panel.extent_mm_xyz) + 1e-9).all()
 
 
+def test_pieces_fill_the_box_where_no_level_holds_them_whole(tmp_path) -> None:
+    path = write_kind(tmp_path, "plain")
+    limits = "[textures]\nmemory_bytes = 2600\n[grid]\nsize = 4\n"
+    path.write_text(path.read_text().replace("[[transfer]]", f"{limits}[[transfer]]"))
+    package = Package.open(built(tmp_path, path))
+    assert package.manifest.levels[0].index == 1
+    (panel,) = panels_of(package)
+    extent = package.manifest.grid.extent_mm_zyx[::-1]
+    np.testing.assert_allclose(panel.extent_mm_xyz, extent)
+    for shape in panel.shapes:
+        points = next(value for value in vars(shape).values() if isinstance(value, np.ndarray)).reshape(-1, 3)
+        assert (points <= np.array(extent) + 1e-9).all()
+
+
 def test_bricks_that_are_stored_are_shown(packages) -> None:
     (panel,) = panels_of(packages["bricks"])
     layout = next(each.bricks for each in packages["bricks"].manifest.textures if each.bricks is not None)

@@ -8,7 +8,8 @@ from typing import get_args
 import pytest
 
 from volprep.report.page import _KINDS, page
-from volprep.validation.records import Report
+from volprep.report.text import number
+from volprep.validation.report_record import Report
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.source import SourceFormat
 
@@ -78,11 +79,12 @@ def test_it_asks_nothing_from_outside_its_folder_and_runs_no_script(html: str, e
 
 def test_every_picture_has_a_text_and_a_size(elements: Elements) -> None:
     pictures = {attributes["src"]: attributes for attributes in elements.all("img")}
-    assert len(elements.all("img")) == 1 + 3 * 3 + 3 * 2 + 1
+    assert len(elements.all("img")) == 1 + 3 * 3 + 3 * 2 + 1 + 1
     assert all(attributes["alt"] for attributes in pictures.values())
     # Four ways side by side, in half the width and height.
     counted = pictures.pop("pictures/raycast-samples.png")
     assert (counted["width"], counted["height"]) == ("512", "128")
+    assert pictures.pop("pictures/kept1.png")["loading"] == "lazy"
     for attributes in pictures.values():
         assert (attributes["width"], attributes["height"]) == ("256", "256")
 
@@ -90,6 +92,7 @@ def test_every_picture_has_a_text_and_a_size(elements: Elements) -> None:
 def test_it_shows_the_pictures_that_the_report_names(report: Report, elements: Elements) -> None:
     (program,) = report.programs
     named = {name for view in program.views for _, name in view.pictures} | {program.empty_space.picture}
+    named |= {kept.picture for kept in program.kept_light}
     assert {attributes["src"] for attributes in elements.all("img")} == named
 
 
@@ -113,22 +116,38 @@ def test_every_table_has_a_caption_and_headings_with_a_scope(elements: Elements)
     assert all("scope" in attributes for attributes in elements.all("th"))
 
 
+def test_the_page_repeats_the_warnings_of_the_build(elements: Elements) -> None:
+    assert "Full resolution is left out, the finest level has 9×9×9 of 18×18×18 voxels." in words(elements)
+
+
 def test_the_verdict_comes_before_the_views(elements: Elements) -> None:
     text = words(elements)
     assert 0 < text.index("Within tolerance in all 3 views") < text.index("3 views Left the truth")
-    assert "Worst view: superior, at 30 %" in text
+    assert "Worst view: superior, at 60 %" in text
 
 
 def test_the_largest_errors_are_those_of_all_views_and_not_of_the_worst_one(report: Report) -> None:
     program = report.programs[0]
-    first = program.views[0].model_copy(update={"total": program.views[0].total.model_copy(update={"rmse": 0.0123})})
+    first = program.views[0].model_copy(update={"seen": program.views[0].seen.model_copy(update={"rmse": 0.0123})})
     changed = program.model_copy(update={"views": (first, *program.views[1:])})
     text = words(Elements(page(report.model_copy(update={"programs": (changed, *report.programs[1:])}))))
-    assert "Largest RMSE of a view 0.0123 of 0.02" in text
+    assert "Largest RMSE over seen pixels 0.0123 of 0.01" in text
+
+
+def test_the_page_says_in_words_what_the_tolerance_lets_a_person_see(elements: Elements) -> None:
+    text = words(elements)
+    assert (
+        "An attentive person who flips between a picture within this tolerance and the truth sees no difference" in text
+    )
+    assert "no thin thing loses more than 25% of its light" in text
+
+
+def test_the_least_kept_light_of_each_level_is_shown_beside_that_of_box_means(elements: Elements) -> None:
+    assert "Level 1 ✓ within kept light 0.80 box reference 0.40 view superior thin things 2" in words(elements)
 
 
 def test_the_draw_time_stands_with_the_samples_that_are_taken(elements: Elements) -> None:
-    assert "Nominal draw, 256² 75.0 ms 400 samples per ray, 120 without empty space" in words(elements)
+    assert "Nominal draw, 128² 75.0 ms 400 samples per ray, 120 without empty space" in words(elements)
 
 
 def test_every_source_format_has_words_of_its_own() -> None:
@@ -136,7 +155,7 @@ def test_every_source_format_has_words_of_its_own() -> None:
 
 
 def test_a_package_beyond_the_tolerance_says_in_how_many_views(report: Report) -> None:
-    verdict = report.verdict.model_copy(update={"passed": False, "failed": 2})
+    verdict = report.verdict.model_copy(update={"code": "beyond", "failed": 2})
     text = words(Elements(page(report.model_copy(update={"verdict": verdict}))))
     assert "Beyond tolerance in 2 of 3 views" in text
 
@@ -150,15 +169,16 @@ def test_what_was_left_out_stands_there_with_its_reason_and_its_cost(elements: E
 def test_every_step_and_every_level_is_in_the_table(report: Report, elements: Elements) -> None:
     text = words(elements)
     for point in report.programs[0].sweep.points:
-        assert f"{point.draw_ms:.1f}" in text or f"{point.draw_ms:.0f}" in text
+        assert point.draw is None or f"{number(point.draw.median)} ({number(point.draw.low, 2)}–" in text
+    assert "A step without a time takes more than a tenth of a second." in text
     assert "8-bit target" in text
     assert "early ray termination – – " in text
 
 
 def test_what_empty_space_saves_stands_in_a_table(elements: Elements) -> None:
     text = words(elements)
-    assert "skip table 120 70.0 % 90.0 30.0 3.33 × 0 ✓ within" in text
-    assert "both 120 70.0 % 40.0 30.0 3.33 × 0 ✓ within" in text
+    assert "skip table 120 70.0 % 90.0 30.0 (27–36) 3.33 × 0 ✓ within" in text
+    assert "both 120 70.0 % 40.0 30.0 (27–36) 3.33 × 0 ✓ within" in text
     assert "skin 0 distance 4³ 12×12×10 70.0 % 1.64 kB" in text
     assert "skin 0 merged 8³ 30.0 % 80 156 plain 4.10 kB" in text
     assert "was read in 1.50 ms" in text
@@ -169,7 +189,7 @@ def test_a_picture_that_a_mesh_changes_is_marked(changed_report: Report) -> None
     assert (verdict.passed, verdict.failed, verdict.changed) == (False, 0, ("raycast",))
     text = words(Elements(page(changed_report)))
     assert "What skips empty space changes pictures of raycast." in text
-    assert "proxy mesh 200 50.0 % 0 50.0 2.00 × 0.500 ✗ beyond" in text
+    assert "proxy mesh 200 50.0 % 0 50.0 (45–60) 2.00 × 0.500 ✗ beyond" in text
 
 
 def test_compressed_forms_stand_with_what_each_loses(elements: Elements) -> None:

@@ -1,47 +1,87 @@
 """Judging a package."""
 
 import pytest
+from sample_report import level_drawing, report_of, seen
 
-from volprep.validation.records import ErrorNumbers, Report
-from volprep.validation.verdict import judge, passes, share_of
+from volprep.validation.report_record import Report
+from volprep.validation.verdict import is_worse, judge, may_be_preview, passes, share_of
 from volprep_formats.package.manifest import Tolerance
 
+LIMITS = Tolerance(rmse=0.01, maximum=0.25, flip=0.03, kept_light=0.75)
 
-def errors(rmse: float, maximum: float) -> ErrorNumbers:
-    return ErrorNumbers(
-        rmse=rmse, maximum=maximum, psnr_black_db=None, psnr_white_db=None, ssim_black=1.0, ssim_white=1.0
-    )
+
+def with_others(report: Report, *others):
+    """The verdict of the report's program if it draws these."""
+    (program,) = report.programs
+    return judge([program.model_copy(update={"others": others})], report.tolerance)
 
 
 @pytest.mark.parametrize(
-    ("rmse", "maximum", "expected"),
-    [(0.02, 0.25, True), (0.0200001, 0.25, False), (0.02, 0.2500001, False), (0.0, 0.0, True)],
+    ("numbers", "expected"),
+    [
+        (seen(0.01, maximum=0.25, flip=0.03, kept=0.75), True),
+        (seen(0.0100001, maximum=0.25), False),
+        (seen(0.01, maximum=0.2500001), False),
+        (seen(0.01, flip=0.0300001), False),
+        (seen(0.01, kept=0.7499999), False),
+    ],
 )
-def test_a_view_passes_only_if_both_errors_are_within(rmse, maximum, expected) -> None:
-    assert passes(errors(rmse, maximum), Tolerance(rmse=0.02, maximum=0.25)) is expected
+def test_a_view_passes_only_if_all_four_numbers_are_within(numbers, expected) -> None:
+    assert passes(numbers, LIMITS) is expected
+    assert (share_of(numbers, LIMITS) <= 1.0) is expected
 
 
-def test_the_share_is_that_of_the_error_which_is_closer_to_its_limit() -> None:
-    tolerance = Tolerance(rmse=0.02, maximum=0.25)
-    assert share_of(errors(0.01, 0.2), tolerance) == pytest.approx(0.8)
-    assert share_of(errors(0.04, 0.2), tolerance) == pytest.approx(2.0)
+def test_the_share_is_that_of_the_number_which_is_closest_to_its_limit() -> None:
+    assert share_of(seen(0.005, maximum=0.2), LIMITS) == pytest.approx(0.8)
+    assert share_of(seen(0.005, flip=0.06), LIMITS) == pytest.approx(2.0)
+    assert share_of(seen(0.002, kept=0.85), LIMITS) == pytest.approx(0.6)
 
 
 def test_a_tolerance_of_nothing_passes_equal_pictures_only() -> None:
-    nothing = Tolerance(rmse=0.0, maximum=0.0)
-    assert passes(errors(0.0, 0.0), nothing)
-    assert share_of(errors(0.0, 0.0), nothing) == 0.0
-    assert not passes(errors(1e-6, 1e-6), nothing)
-    assert share_of(errors(1e-6, 1e-6), nothing) > 1.0
+    nothing = Tolerance(rmse=0.0, maximum=0.0, flip=0.0, kept_light=1.0)
+    assert passes(seen(0.0, flip=0.0), nothing)
+    assert share_of(seen(0.0, flip=0.0), nothing) == 0.0
+    assert not passes(seen(1e-6, flip=0.0), nothing)
+    assert share_of(seen(1e-6, flip=0.0), nothing) > 1.0
 
 
-def test_the_verdict_names_the_worst_view_and_counts_the_failed(report: Report) -> None:
-    (program,) = report.programs
-    tolerance = Tolerance(rmse=0.0055, maximum=0.25)
-    judged = [view.model_copy(update={"passed": passes(view.total, tolerance)}) for view in program.views]
-    other = program.model_copy(update={"program": "other", "views": tuple(judged[:1])})
-    verdict = judge((other, program.model_copy(update={"views": tuple(judged)})), tolerance)
-    assert (verdict.passed, verdict.failed, verdict.views) == (False, 1, 4)
-    assert (verdict.worst_program, verdict.worst_view) == ("raycast", "superior")
-    assert (verdict.worst_rmse, verdict.worst_maximum) == (0.006, 0.048)
+def test_the_verdict_names_the_worst_view_and_counts_the_failed() -> None:
+    tolerance = Tolerance(rmse=0.0055)
+    verdict = report_of((0.002, 0.003, 0.0025), tolerance).verdict
+    assert (verdict.code, verdict.passed, verdict.failed, verdict.views) == ("beyond", False, 1, 3)
+    assert (verdict.worst_program, verdict.worst_view, verdict.worst_rmse) == ("raycast", "superior", 0.006)
     assert verdict.share == pytest.approx(0.006 / 0.0055)
+
+
+def test_a_level_that_is_worse_than_box_means_fails_also_if_it_is_for_previews(report: Report) -> None:
+    verdict = with_others(report, level_drawing(1, seen(0.05, flip=0.09, kept=0.6), preview=True))
+    assert (verdict.code, verdict.worse) == ("worse-than-box", ("level 1 with skin",))
+
+
+def test_a_level_that_is_shifted_fails_also_if_it_is_for_previews(report: Report) -> None:
+    verdict = with_others(report, level_drawing(1, seen(0.02, kept=0.8), preview=True, shift_voxels=0.5))
+    assert (verdict.code, verdict.shifted) == ("shifted", ("level 1 with skin",))
+
+
+def test_a_level_beyond_the_tolerance_fails_unless_it_is_for_previews(report: Report) -> None:
+    assert with_others(report, level_drawing(1, seen(0.02, flip=0.05, kept=0.8))).code == "part-beyond"
+    assert with_others(report, level_drawing(1, seen(0.02, flip=0.05, kept=0.8), preview=True)).code == "within"
+
+
+@pytest.mark.parametrize("numbers", [seen(0.04), seen(0.01, flip=0.14), seen(0.01, kept=0.3)])
+def test_each_number_can_be_worse_than_that_of_box_means(numbers) -> None:
+    box = seen(0.03, flip=0.1, kept=0.4)
+    assert is_worse(numbers, box, seen(0.001, flip=0.005))
+    assert not is_worse(box, box, seen(0.001, flip=0.005))
+    assert not is_worse(numbers, box, seen(0.02, flip=0.05, kept=0.8))
+
+
+def test_what_8_bits_round_makes_no_level_worse() -> None:
+    assert not is_worse(seen(0.0318, flip=0.109, kept=0.36), seen(0.03, flip=0.1, kept=0.4), seen(0.0, flip=0.0))
+
+
+def test_a_level_may_be_for_previews_only_if_box_means_are_beyond_the_tolerance() -> None:
+    assert may_be_preview([seen(0.005), seen(0.02)], LIMITS)
+    assert may_be_preview([seen(0.005, kept=0.5)], LIMITS)
+    assert not may_be_preview([seen(0.005), seen(0.009, maximum=0.9)], LIMITS)
+    assert not may_be_preview([], LIMITS)

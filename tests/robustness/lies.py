@@ -59,6 +59,14 @@ def _text(old: str, new: str) -> Edit:
     return edit
 
 
+def _number(form: str, old: float, new: float) -> Edit:
+    def edit(whole: bytes) -> bytes:
+        assert struct.pack(form, old) in whole
+        return whole.replace(struct.pack(form, old), struct.pack(form, new))
+
+    return edit
+
+
 def _shorter(whole: bytes) -> bytes:
     return whole[:-8]
 
@@ -139,6 +147,18 @@ LIES = (
     _of("NIfTI-1 within gzip", "dim and size of the data", "VP1008", _put(40, "<4h", 3, 4, 5, 2), "NIfTI"),
     _of(_NIFTI, "vox_offset and size of the header", "VP1020", _put(108, "<f", 348), "NIfTI"),
     _of(_NIFTI, "dim[0] and the sizes after it", "VP1020", _put(40, "<h", 9), "NIfTI"),
+    _of("FreeSurfer", "sizes and size of the data", "VP1008", _put(4, ">i", 3)),
+    _of("FreeSurfer", "sizes and size of the data", "VP1008", _put(4, ">i", 5)),
+    _of("FreeSurfer", "type and size of the data", "VP1008", _put(20, ">i", 0)),
+    _of("FreeSurfer within gzip", "type and size of the data", "VP1008", _put(20, ">i", 0), "FreeSurfer"),
+    _of("Analyze header", "dim and size of the data", "VP1008", _put(42, "<h", 3)),
+    _of("Analyze header", "datatype and bitpix", "VP1285", _put(72, "<h", 8)),
+    _of("MINC 1", "sizes and size of the data", "VP1008 VP1304", _shorter, "MINC"),
+    _of("MINC 2", "sizes and size of the data", "VP1304", _shorter, "MINC"),
+    _of("MINC 1", "valid_range and type of the voxels", "VP1304", _number(">d", 2000.0, 1e6), "MINC"),
+    _of("MINC 2", "valid_range and type of the voxels", "VP1304", _number("<d", 2000.0, 1e6), "MINC"),
+    _of("NumPy", "shape and size of the data", "VP1008", _text("5, 4", "5, 3")),
+    _of("NumPy", "type and size of the data", "VP1008", _text("<i2", "|u1")),
     _of("NRRD", "sizes and size of the data", "VP1008", _text("sizes: 4 5 3", "sizes: 4 5 2")),
     _of("NRRD", "sizes and size of the data", "VP1008", _text("sizes: 4 5 3", "sizes: 4 5 4")),
     _of("NRRD", "type and size of the data", "VP1008", _text("type: (int16|short)", "type: uint8")),

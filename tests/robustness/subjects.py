@@ -4,6 +4,7 @@ import gzip
 import hashlib
 import io
 import shutil
+import struct
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ import numpy as np
 import OpenImageIO
 import tifffile
 from dicom_files import compressed, image, save
+from minc_files import minc1, minc2
 from numpy.typing import NDArray
 from pydicom.uid import (
     DeflatedExplicitVRLittleEndian,
@@ -27,6 +29,7 @@ from pydicom.uid import (
     JPEGLSLossless,
     RLELossless,
 )
+from segment_files import seg, seg_nrrd, structure_set
 from tiny_packages import function, tiny_package
 from zarr_stores import multiscales, write_store, zipped
 
@@ -38,6 +41,8 @@ from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
+from volprep_formats.segmentations import open_segmentation
+from volprep_formats.segmentations.records import Contours
 from volprep_formats.source import RawLayout, SourceSpec, TileLayout
 from volprep_formats.textures import ktx2
 
@@ -60,6 +65,8 @@ class Subject:
     """Reads a file whole, and asserts that what it gives agrees with what it said."""
     pack: Callable[[bytes], bytes] = bytes
     """Compresses what has been damaged, which else would never be more than a damaged stream."""
+    cases: int = 2000
+    """Damaged files that a test reads; fewer where each takes long."""
 
 
 def read_volume(path: Path, raw: RawLayout | None = None, **told: object) -> None:
@@ -109,6 +116,18 @@ def _mgh(_folder: Path) -> bytes:
     whole = nibabel.MGHImage(_noise().T, np.diag([2.0, 1.5, 3.0, 1.0])).to_bytes()
     # The times of the sequence, which may follow the voxels, are not read: a cut in them loses nothing.
     return whole[: 284 + _noise().nbytes]
+
+
+def _mrc(_folder: Path) -> bytes:
+    head = bytearray(1024)
+    struct.pack_into("<4i", head, 0, *_SHAPE_ZYX[::-1], 1)
+    struct.pack_into("<3i3f3f3i", head, 28, *_SHAPE_ZYX[::-1], 20.0, 15.0, 30.0, 90.0, 90.0, 90.0, 1, 2, 3)
+    head[208:216] = b"MAP \x44\x44\0\0"
+    return bytes(head) + _noise().tobytes()
+
+
+def _minc(write: Callable[..., Path]) -> Callable[[Path], bytes]:
+    return lambda folder: write(folder / "sound.mnc", _noise(), image__valid_range=(0.0, 2000.0)).read_bytes()
 
 
 def _npy(_folder: Path) -> bytes:
@@ -334,6 +353,37 @@ def _vdb(folder: Path) -> bytes:
     return bytes(data)
 
 
+def read_segmentation(path: Path) -> None:
+    """Read a segmentation and hold it against its description."""
+    found = open_segmentation(path, Silent())
+    assert found.segments
+    if isinstance(found, Contours):
+        assert len(found.rings) == len(found.segments)
+        assert all(np.isfinite(ring).all() for rings in found.rings for ring in rings)
+        return
+    for layer in found.layers:
+        assert layer.shape == found.grid.shape_zyx
+        assert layer.max() <= len(found.segments)
+
+
+_MASK = (_noise() % 2).astype(np.uint8)
+
+
+def _segmentation(folder: Path) -> bytes:
+    frames = [(1 + z % 2, (0, 0, 2.0 * z), plane) for z, plane in enumerate(_MASK)]
+    return seg(folder / "sound.dcm", frames).read_bytes()
+
+
+def _structures(folder: Path) -> bytes:
+    ring = [(0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
+    return structure_set(folder / "sound.dcm", [[ring, ring], [ring]]).read_bytes()
+
+
+def _slicer_segmentation(folder: Path) -> bytes:
+    fields = ["Segment0_Layer:=0", "Segment0_LabelValue:=1", "Segment1_Layer:=1", "Segment1_LabelValue:=1"]
+    return seg_nrrd(folder / "sound.seg.nrrd", np.stack([_MASK, 1 - _MASK]), fields).read_bytes()
+
+
 VDB = Subject("OpenVDB", ".vdb", _vdb, read_volume)
 """Apart from the others, because not every build reads it."""
 
@@ -363,11 +413,17 @@ SUBJECTS = (
     Subject("NumPy", ".npy", _npy, read_volume),
     Subject("NumPy archive", ".npz", _npz, read_volume),
     Subject("NumPy within zip", ".npz", _npy, read_volume, _zip_of_array),
+    Subject("MRC", ".mrc", _mrc, read_volume),
+    Subject("MINC 1", ".mnc", _minc(minc1), read_volume, cases=300),
+    Subject("MINC 2", ".mnc", _minc(minc2), read_volume, cases=300),
     Subject("Analyze header", ".hdr", _analyze, _read_analyze),
     Subject("NRRD", ".nrrd", nrrd_file(_noise(), "raw"), read_volume),
     Subject("MetaImage", ".mha", metaimage_file(_noise(), packed=False), read_volume),
     Subject("VTK XML", ".vti", vtk_file(_noise(), ".vti", "inline zlib"), read_volume),
     Subject("VTK legacy", ".vtk", vtk_file(_noise(), ".vtk", "binary"), read_volume),
+    Subject("DICOM segmentation", ".dcm", _segmentation, read_segmentation, cases=300),
+    Subject("DICOM structure set", ".dcm", _structures, read_segmentation, cases=300),
+    Subject("segmentation of Slicer", ".seg.nrrd", _slicer_segmentation, read_segmentation, cases=300),
     Subject("mosaic", ".png", _pictures(".png", "uint8"), _read_mosaic),
     Subject("package as a source", ".volpkg.parts", _package, _read_package),
     Subject("package in one file", ".volpkg.zip", _single_file, _read_single_file),

@@ -1,5 +1,6 @@
 """Bad DICOM input: each kind gives one coded message that names the file, the numbers and what to do."""
 
+import tracemalloc
 import zlib
 from pathlib import Path
 
@@ -70,7 +71,7 @@ def test_a_folder_without_images_is_refused_with_the_number_of_its_files(tmp_pat
     (tmp_path / "b.bin").write_bytes(bytes(300))
     error = refusal(tmp_path)
     assert error.code == "VP1030"
-    assert "2 other files" in str(error)
+    assert "other files: 2" in str(error)
 
 
 @pytest.mark.parametrize("missing_bytes", [1, 10, 24])
@@ -218,6 +219,12 @@ def test_pixels_of_other_widths_are_refused(tmp_path, bits) -> None:
     assert f"{bits}-bit pixels" in str(error)
 
 
+def test_a_segmentation_is_told_to_be_given_with_its_scan(tmp_path) -> None:
+    save_stack(tmp_path, Modality="SEG", BitsAllocated=1, BitsStored=1, HighBit=0)
+    error = refusal(tmp_path)
+    assert (error.code, "--segments" in str(error)) == ("VP1053", True)
+
+
 @pytest.mark.parametrize("lie", [{"Rows": 6}, {"Rows": 4}, {"Rows": 3}, {"Rows": 1}, {"Columns": 3}, {"Columns": 4}])
 @pytest.mark.parametrize("syntax", [ImplicitVRLittleEndian, DeflatedExplicitVRLittleEndian])
 def test_pixel_data_that_are_not_exactly_as_long_as_the_header_says_are_refused(tmp_path, lie, syntax) -> None:
@@ -256,6 +263,38 @@ def test_a_deflated_file_that_unpacks_without_end_is_refused(tmp_path, monkeypat
     meta_bytes = 144 + int.from_bytes(data[140:144], "little")
     file.write_bytes(data[:meta_bytes] + packer.compress(bytes(10**6)) + packer.flush())
     assert refusal(tmp_path).code == "VP1032"
+
+
+def test_a_deflated_file_takes_little_memory_however_large_it_unpacks(tmp_path) -> None:
+    from volprep_formats.readers.dicom.inflate import inflate_into, inflated_data_set
+
+    file = save_stack(tmp_path, syntax=DeflatedExplicitVRLittleEndian)
+    data = file.read_bytes()
+    packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
+    meta_bytes = 144 + int.from_bytes(data[140:144], "little")
+    file.write_bytes(data[:meta_bytes] + packer.compress(bytes(10**8) + b"end") + packer.flush())
+    tracemalloc.start()
+    with inflated_data_set(file) as unpacked:
+        size = unpacked.seek(0, 2)
+    part = bytearray(9)
+    count = inflate_into(file, 10**8 - 2, memoryview(part))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert (size, part[:count]) == (10**8 + 3, b"\0\0end")
+    assert peak < 10**7
+
+
+def test_a_deflated_slice_is_held_once(tmp_path) -> None:
+    pixels = np.zeros((2048, 2048), np.uint16)
+    pixels[7, 9] = 300
+    save_all([image(pixels, (0, 0, z)) for z in range(2)], tmp_path, DeflatedExplicitVRLittleEndian)
+    with open_source(SourceSpec(path=str(tmp_path)), Path(), Silent()) as source:
+        tracemalloc.start()
+        slab = source.read_slab(0, 1)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+    assert slab[0, 7, 9] == 300
+    assert peak < 1.75 * pixels.nbytes
 
 
 @pytest.mark.parametrize("syntax", ["1.2.840.10008.1.2.4.106", "1.2.3.4"])

@@ -11,6 +11,7 @@ import decoders
 import numpy as np
 import pytest
 
+from volprep_formats import isolation
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import WorkerRequest, workers
 
@@ -225,3 +226,59 @@ def test_workers_end_with_their_parent(tmp_path, signal_number) -> None:
         while any(is_running(pid) for pid in workers_left) and time.monotonic() < deadline:
             time.sleep(0.01)
         assert not any(is_running(pid) for pid in workers_left)
+
+
+UNDER_LIMITS = """
+import resource, sys
+from pathlib import Path
+sys.path[:0] = {path!r}
+import decoders
+from volprep_formats import isolation
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.isolation import WorkerRequest, workers
+
+what, hard, function, argument = sys.argv[1:]
+if what != "none":
+    limit = getattr(resource, what)
+    resource.setrlimit(limit, (int(hard), int(hard)))
+request = WorkerRequest(getattr(decoders, function), int(argument), Path("scan.dcm"), 1000, 2**30, 30.0)
+try:
+    with workers() as pool:
+        pool.run([request], lambda index, array: print("done"))
+except VolprepError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize(
+    ("what", "hard", "function", "argument", "said"),
+    [
+        ("RLIMIT_CPU", 40, "squares", 3, "done"),
+        ("RLIMIT_CPU", 2, "hang", 0, "VP7071 scan.dcm: its decoder reached this machine's limit of processor time"),
+        ("RLIMIT_AS", 2**31, "squares", 3, "done"),
+        ("RLIMIT_AS", 2**30, "devour", 2**31, "VP7071 scan.dcm: its decoder reached this machine's limit of memory"),
+        ("RLIMIT_AS", 3 * 2**31, "devour", 2**31, "VP1272 scan.dcm: its decoder asked for more than the 1074 MB"),
+    ],
+)
+def test_limits_hold_below_the_limits_of_a_scheduler(what, hard, function, argument, said) -> None:
+    script = UNDER_LIMITS.format(path=sys.path)
+    command = [sys.executable, "-c", script, what, str(hard), function, str(argument)]
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=False, env=os.environ | {"MALLOC_ARENA_MAX": "1"}
+    )
+    assert done.stdout.startswith(said), done.stdout + done.stderr
+
+
+def test_a_worker_that_cannot_be_limited_does_not_run(monkeypatch, tmp_path) -> None:
+    worker = tmp_path / "worker.py"
+    refusing = "def _refuse(*_):\n    raise OSError(1, 'no')\n\n\nresource.setrlimit = _refuse\nmain()\n"
+    text = isolation._WORKER.read_text()
+    # The limit of core files comes first, in main.
+    worker.write_text(
+        text.replace("    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))\n", "").replace("\nmain()\n", refusing)
+    )
+    monkeypatch.setattr(isolation, "_WORKER", worker)
+    mark = tmp_path / "mark"
+    error = refusal(request(decoders.leave_a_mark, str(mark)))
+    assert error.code == "VP7070"
+    assert not mark.exists()

@@ -5,11 +5,12 @@ import time
 from pathlib import Path
 
 from build_child import start_build
+from long_runs import share_of
 from phantom_scene import write_phantom_scene
 
 from volprep_formats.package.check import check
 
-KILLS = 20
+KILLS = share_of(20)
 MOST_TRIES = 3 * KILLS
 """A build that goes on where another was killed, or on a machine that is less busy now, may end before its kill."""
 

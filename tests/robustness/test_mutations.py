@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from long_runs import share_of
 from write_anew import write_anew
 
 from volprep_formats.diagnostics import VolprepError
@@ -26,11 +27,12 @@ def test_a_sound_file_is_read(subject, tmp_path) -> None:
 
 
 @each_subject
-def test_two_thousand_damaged_files_are_read_or_refused_with_a_code(subject, tmp_path) -> None:
+def test_damaged_files_are_read_or_refused_with_a_code(subject, tmp_path) -> None:
     whole = sound_file(subject)
-    outcomes = assert_survives(whole, subject.suffix, subject.read, tmp_path, count=2000, seed=SEED, pack=subject.pack)
-    assert outcomes.total() == 2000
-    assert sum(count for name, count in outcomes.items() if name != "read") > 200, "the damage is too slight"
+    cases = share_of(subject.cases)
+    outcomes = assert_survives(whole, subject.suffix, subject.read, tmp_path, count=cases, seed=SEED, pack=subject.pack)
+    assert outcomes.total() == cases
+    assert sum(count for name, count in outcomes.items() if name != "read") > cases / 10, "the damage is too slight"
     assert not {"VP1270", "VP1271", "VP1272", "VP1273"} & outcomes.keys(), "a decoder went wrong"
 
 

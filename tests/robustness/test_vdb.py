@@ -101,8 +101,8 @@ def test_a_tile_of_the_root_is_taken_for_voxels(tmp_path) -> None:
     [
         (tile(0, 0, 0) + tile(0, 0, 0), (2, 0), "two nodes lie at the same place"),
         (tile(0, 0, 0, active=2), (1, 0), "neither active nor inactive"),
-        (tile(0, 0, 0), (2**32 - 1, 0), "longer than what is left of it"),
-        (tile(0, 0, 0), (1, 2**32 - 1), "longer than what is left of it"),
+        (tile(0, 0, 0), (2**32 - 1, 0), "longer than its remaining bytes"),
+        (tile(0, 0, 0), (1, 2**32 - 1), "longer than its remaining bytes"),
     ],
     ids=["twice", "active", "tiles", "children"],
 )
@@ -120,7 +120,7 @@ def test_no_room_is_made_for_a_text_that_is_longer_than_the_file(tmp_path, text,
     assert data.count(said) == 1
     path.write_bytes(data.replace(said, struct.pack("<I", length) + text))
     error = refusal_at_open(path)
-    assert (error.code, "longer than what is left of it" in str(error)) == ("VP1200", True)
+    assert (error.code, "longer than its remaining bytes" in str(error)) == ("VP1200", True)
 
 
 def test_a_text_that_is_no_text_is_shown_without_its_bytes(tmp_path) -> None:

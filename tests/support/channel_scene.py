@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from phantom_scene import with_filter
 
 SHAPE_ZYX = (17, 22, 27)
 LAYOUT = 'raw = {{ shape_zyx = [17, 22, 27], dtype = "{dtype}", spacing_mm_zyx = [1.5, 1.0, 0.75] }}'
@@ -72,11 +73,14 @@ def channels() -> dict[str, NDArray[np.generic]]:
     }
 
 
-def write_channel_scene(folder: Path, profile: str = "gles3") -> Path:
-    """Write the scene and its files; give the path of the scene."""
+def write_channel_scene(folder: Path, profile: str = "gles3", level_filter: str = "auto") -> Path:
+    """Write the scene and its files; give the path of the scene.
+
+    To choose the filter of levels, `auto`, takes most of a build: tests that ask nothing of levels take `box`.
+    """
     for name, values in channels().items():
         (folder / f"{name}.raw").write_bytes(values.tobytes())
     scene = folder / "tissues.toml"
     layouts = {"bone": LAYOUT.format(dtype="int16"), "skin": LAYOUT.format(dtype="float32")}
-    scene.write_text(SCENE.format(profile=profile, **layouts))
+    scene.write_text(with_filter(SCENE.format(profile=profile, **layouts), level_filter))
     return scene

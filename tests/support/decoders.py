@@ -88,3 +88,9 @@ def room_for_a_picture(path: str) -> NDArray[np.generic]:
 
 def _address_space_mb() -> float:
     return int(Path("/proc/self/statm").read_text().split()[0]) * mmap.PAGESIZE / 1e6
+
+
+def leave_a_mark(path: str) -> NDArray[np.generic]:
+    """Write a file, by which one sees that it ran."""
+    Path(path).write_text("ran")
+    return np.zeros(1)

@@ -4,13 +4,16 @@
 """
 
 import sys
+from collections.abc import Callable, Collection
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
+import nibabel
+import numpy as np
 from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
-from tamper_scenes import KINDS, write_kind
+from tamper_scenes import KINDS, SHAPE_ZYX, write_kind
 
 from volprep.pipeline.build import build
 from volprep.scene.request import load_request
@@ -59,13 +62,84 @@ def _hybrid(folder: Path) -> Path:
     return scene
 
 
-def write_every_kind(folder: Path) -> dict[str, Path]:
-    """Build a package of each kind in a folder; give its single file, by the name of the kind."""
-    kinds = {kind: (lambda place, kind=kind: write_kind(place, kind)) for kind in KINDS}
-    kinds |= {"together": _together, "several-units": _several_units, "hybrid": _hybrid}
+def write_segments(folder: Path) -> Path:
+    """Write a scan with two segments that overlap, drawn with two transfer functions."""
+    scene = write_kind(folder, "house")
+    values = np.fromfile(folder / "tried.raw", np.uint8).reshape(SHAPE_ZYX).T
+    labels = np.zeros(values.shape, np.int16)
+    labels[3:9, 3:9, 2:7] = 1
+    labels[8:14, 6:12, 3:9] = 2
+    affine = np.diag([-0.75, -1.0, 1.5, 1.0])
+    nibabel.save(nibabel.Nifti1Image(values, affine), folder / "scan.nii")
+    nibabel.save(nibabel.Nifti1Image(labels, affine), folder / "labels.nii")
+    scene.write_text(SEGMENTS)
+    return scene
+
+
+SEGMENTS = """
+name = "tried"
+crop = "none"
+[source]
+path = "scan.nii"
+[pyramid]
+coarsest_longest_axis = 8
+[[transfer]]
+name = "veil"
+points = [
+    { value = 60.0, colour = "#802040", extinction_per_mm = 0.0 },
+    { value = 220.0, colour = "#40ffff", extinction_per_mm = 0.2 },
+]
+[[transfer]]
+name = "inside"
+points = [
+    { value = 0.0, colour = "#c0c0c0", extinction_per_mm = 0.1 },
+    { value = 220.0, colour = "#ffffff", extinction_per_mm = 0.9 },
+]
+[segments]
+source = "labels.nii"
+outside_opacity = 0.5
+[[segments.style]]
+labels = [1]
+tint = "#ff4020"
+[[segments.style]]
+labels = [2]
+tint = "#20c0ff"
+opacity = 0.5
+"""
+
+
+def _shadowed(shadows: str, render: str) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        scene = write_kind(folder, "plain")
+        scene.write_text(scene.read_text().replace("\npoints", "\nisovalue = 140.0\npoints"))
+        lit = f'[lighting]\nlight_mm = [60.0, -80.0, 90.0]\nnormals = "central"\nshadows = "{shadows}"\n'
+        scene.write_text(f'{scene.read_text()}\n[render]\n{render}\nlighting = "phong"\n{lit}')
+        return scene
+
+    return write
+
+
+def _kind(kind: str) -> Callable[[Path], Path]:
+    return lambda folder: write_kind(folder, kind)
+
+
+SCENES: dict[str, Callable[[Path], Path]] = {
+    **{kind: _kind(kind) for kind in KINDS},
+    "together": _together,
+    "several-units": _several_units,
+    "hybrid": _hybrid,
+    "segments": write_segments,
+    "shadow-map": _shadowed("map", 'compositing = "isosurface"'),
+    "half-angle": _shadowed("half-angle", 'technique = "view-slices"'),
+}
+"""Each kind, with what writes its scene and its scan into a folder and gives the path of the scene."""
+
+
+def write_every_kind(folder: Path, only: Collection[str] = ()) -> dict[str, Path]:
+    """Build a package of each kind in a folder, or of some; give its single file, by the name of the kind."""
     made = {}
     with patch("os.fsync"):
-        for kind, write in kinds.items():
+        for kind, write in ((kind, write) for kind, write in SCENES.items() if not only or kind in only):
             package = folder / f"{kind}.volpkg"
             with TemporaryDirectory() as place:
                 build(load_request(write(Path(place))), package, Silent())

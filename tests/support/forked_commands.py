@@ -84,7 +84,10 @@ def _lasting(environment: dict[str, str]) -> dict[str, str]:
 def serve(descriptor: int) -> None:
     """Load all modules, and run one command after another until nobody holds the other end."""
     import gc
+    from contextlib import ExitStack
     from importlib import import_module
+
+    from remembered_stages import FOLDER, remember
 
     from volprep_cli.main import command_line
 
@@ -92,7 +95,9 @@ def serve(descriptor: int) -> None:
     for module in _MODULES:
         import_module(module)
     gc.freeze()
-    with socket.socket(fileno=descriptor) as connection:
+    with ExitStack() as lasting, socket.socket(fileno=descriptor) as connection:
+        if FOLDER in os.environ:
+            lasting.enter_context(remember(Path(os.environ[FOLDER])))
         while True:
             message, streams, _, _ = socket.recv_fds(connection, 1_000_000, 2)
             if not message:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from order_bench import Bench, expected_by_step, expected_elsewhere, few_pixels
+from order_bench import Bench, expected_by_step, expected_elsewhere, is_exact
 from order_faults import FAULTS, WORDS
 from order_others import OTHERS
 
@@ -46,7 +46,7 @@ def tables(folder: Path) -> Mapping[str, str]:
     expected = {way.choices[:3]: expected_by_step(way) for way in steps}
     head = ["technique", "compositing", "classification", "expected", *_SAMPLINGS]
     found = {
-        (way.choices[:3], way.sampling): "exact" if few_pixels(way, falling) else _cell(falling.order)
+        (way.choices[:3], way.sampling): "exact" if is_exact(way, falling) else _cell(falling.order)
         for way, falling in steps.items()
     }
     refined = ((*kind, f"{expected[kind]:g}", *(found.get((kind, each), "") for each in _SAMPLINGS)) for kind in kinds)

@@ -27,7 +27,6 @@ WORDS = {
     "steps": "order by step",
     "grids": "order by grid",
     "pixels": "order by pixel",
-    "density": "denser segments are not worse",
     "laws": "laws of light",
 }
 """What finds faults."""
@@ -128,10 +127,10 @@ FAULTS = (
         ("laws",),
     ),
     Fault(
-        "front and back of a segment exchanged",
+        "share of an entry forgotten at the front of a segment",
         SEGMENTS,
-        instead(("vec2(front, back)", "vec2(back, front)")),
-        ("density",),
+        instead((" - front.growth * front.share", "")),
+        ("steps",),
     ),
     Fault("front not handed on to the next segment", SEGMENTS, instead(("  front = back;\n", "")), ("steps",)),
     Fault(
@@ -227,9 +226,9 @@ FAULTS = (
         ("steps",),
     ),
     Fault(
-        "maximum of every other sample",
+        "maximum of every other face",
         Way(compositing="maximum"),
-        instead(("start + stride * i)", "start + stride * (2.0 * floor(0.25 * i) + 0.5))")),
+        instead(("faces + 1.0", "faces + 2.0"), ("step(ahead, vec3(reached))", "2.0 * step(ahead, vec3(reached))")),
         ("steps",),
     ),
     Fault(
@@ -251,8 +250,6 @@ def finders(bench: Bench, fault: Fault, *, planted: bool = True) -> Iterator[str
         yield "grids"
     if not COMPOSITINGS[way.compositing].isovalue and bench.by_pixel(way, plant).order < least:
         yield "pixels"
-    if way.classification == "preintegrated" and bench.by_density(way, plant).order < 0.0:
-        yield "density"
     if any(_laws(bench, fault, planted=planted)):
         yield "laws"
 

@@ -9,6 +9,7 @@ from channel_scene import write_channel_scene
 from order_bench import BYTES_STEPS_MM, PIXELS, STEPS_MM, Falling, rmse
 from order_scans import TRANSFER, built, camera, field, grid_of
 from slice_packages import slice_package
+from web_scenes import segments_scene
 
 from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import build
@@ -20,8 +21,10 @@ from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import Medium
 from volprep.truth.phantoms import sampled
 from volprep.truth.stacks import stack_picture
+from volprep.validation.labelled_subject import LabelledSubject
 from volprep.validation.ways import Way
 from volprep_formats.package.channel_packages import package_of_transfer
+from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.parts.slices.texels import slice_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -79,7 +82,8 @@ def _labels(sampling: str) -> Callable[[Path], Falling]:
             return np.rint(field(box_mm) / 50.0) * 50.0
 
         package = built(folder, Way(sampling=sampling), NOMINAL_VOXELS, values=named, change=change)
-        return _by_step(package, [TRANSFER], TRANSFER)
+        # Longer steps than a voxel are not exact.
+        return _by_step(package, [TRANSFER], TRANSFER, STEPS_MM[2:])
 
     return falling
 
@@ -97,6 +101,25 @@ def _together(profile: str, channels: str) -> Callable[[Path], Falling]:
         # A table of bytes has a kink at each entry, and two have two: coarse steps see none of them.
         steps_mm = STEPS_MM[:3] if profile.startswith("gles2") else STEPS_MM
         return _by_step(package, ["white", "red"], "body", steps_mm)
+
+    return falling
+
+
+def _segments(border: str, profile: str) -> Callable[[Path], Falling]:
+    def falling(folder: Path) -> Falling:
+        more = f'border = "{border}"\n[render]\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
+        build(load_request(segments_scene(profile, more)(folder)), folder / "segments.volpkg", Silent())
+        package = Package.open(folder / "segments.volpkg")
+        labels = held_labels(package.manifest.textures, 0, package.read_bytes)
+        subject = LabelledSubject(package, level_volume(package, 0), PIXELS, labels, package.manifest.segments)
+        subject.cameras = standard_views(package.manifest.levels[0].grid, "perspective")
+        truth = subject.on_table("segments", "anterior-left", 0).rgba
+        box_from_clip, shape_hw = camera(package), (PIXELS, PIXELS)
+        # Pictures of OpenGL ES 2.0 have 8 bits.
+        steps_mm, target = (BYTES_STEPS_MM, "rgba8") if profile.startswith("gles2") else (STEPS_MM, "rgba32f")
+        with Renderer(package, level=0, transfer="segments", target=target) as renderer:
+            errors = [rmse(renderer.render(box_from_clip, shape_hw, step), truth) for step in steps_mm]
+        return Falling(steps_mm, errors)
 
     return falling
 
@@ -137,8 +160,11 @@ OTHERS = (
     Other("headlight, mosaic", "steps", 2.0, _lit("headlight", "mosaic"), 0.5),
     Other("headlight, gradients in the shader", "steps", 2.0, _lit("headlight", "texture3d", "central")),
     Other("blinn-phong, texture3d", "steps", 1.0, _lit("blinn-phong", "texture3d")),
-    Other("labels, texture3d", "steps", 1.0, _labels("texture3d")),
-    Other("labels, mosaic", "steps", 1.0, _labels("mosaic")),
+    # Segments are split at the faces of voxels: steps of up to a voxel are exact but for rounding.
+    Other("labels, texture3d", "steps", 0.0, _labels("texture3d")),
+    Other("labels, mosaic", "steps", 0.0, _labels("mosaic")),
+    Other("segments, mixed, texture3d", "steps", 2.0, _segments("mixed", "gles3")),
+    Other("segments, crisp, texture3d", "steps", 1.0, _segments("crisp", "gles3"), 0.5),
     Other("two channels, packed, texture3d", "steps", 2.0, _together("gles3", "packed")),
     Other("two channels, apart, texture3d", "steps", 2.0, _together("gles3", "apart")),
     Other("two channels, mosaic", "steps", 2.0, _together("gles2-2048", "auto"), 0.5),

@@ -49,7 +49,7 @@ def grid_of(shape_zyx: tuple[int, int, int]) -> Grid:
     return Grid.of(shape_zyx, (spacing[0], spacing[1], spacing[2]), (3.0, -20.0, 7.0))
 
 
-def transfer(density: float = 1.0) -> SceneTransfer:
+def transfer() -> SceneTransfer:
     """Extinction and colour that change with the value, without a kink inside the values."""
     return SceneTransfer.model_validate(
         {
@@ -59,8 +59,8 @@ def transfer(density: float = 1.0) -> SceneTransfer:
             "isovalue": 150.0,
             "intensities": VALUES,
             "points": [
-                {"value": VALUES[0], "colour": [0.0, 0.25, 1.0], "extinction_per_mm": 0.02 * density},
-                {"value": VALUES[1], "colour": [1.0, 0.5, 0.0], "extinction_per_mm": 0.4 * density},
+                {"value": VALUES[0], "colour": [0.0, 0.25, 1.0], "extinction_per_mm": 0.02},
+                {"value": VALUES[1], "colour": [1.0, 0.5, 0.0], "extinction_per_mm": 0.4},
             ],
         }
     )
@@ -76,7 +76,6 @@ def built(
     opacity_cutoff: float = 1.0,
     lighting: str = "none",
     palette_entries: int = 16,
-    density: float = 1.0,
     change: Callable[[Scene], Scene] = lambda scene: scene,
 ) -> Package:
     """Build the package of a way; steps are in units of the smallest spacing."""
@@ -90,7 +89,7 @@ def built(
     scene = Scene(
         name="smooth",
         source=SourceSpec(path=str(folder / "scan.raw"), format="raw", raw=layout),
-        transfer=(transfer(density),),
+        transfer=(transfer(),),
         crop="none",
         quantize=QuantizeSettings(bits=8, window=VALUES),
         pyramid=PyramidSettings(coarsest_longest_axis=max(shape_zyx)),

@@ -41,6 +41,12 @@ points = [
 """
 
 
+def with_filter(scene: str, level_filter: str) -> str:
+    """Return a scene that asks for a filter of levels; as it is for the default."""
+    wish = f'[pyramid]\nfilter = "{level_filter}"\n'
+    return scene if level_filter == "auto" else scene.replace("[pyramid]\n", wish)
+
+
 def phantom() -> np.ndarray:
     """Two blobs of different size and height in noise, uint16 [z, y, x]; the noise makes 12 bits used."""
     z, y, x = np.meshgrid(*(np.arange(n) * h for n, h in zip(SHAPE_ZYX, SPACING_MM_ZYX, strict=True)), indexing="ij")
@@ -59,9 +65,12 @@ def seen_phantom(manifest: Manifest) -> np.ndarray:
     return phantom()[tuple(slice(k, k + n) for k, n in zip(start_zyx, grid.shape_zyx, strict=True))]
 
 
-def write_phantom_scene(folder: Path, profile: str = "gles3") -> Path:
-    """Write the raw file and its scene to a folder; gives the path of the scene."""
+def write_phantom_scene(folder: Path, profile: str = "gles3", level_filter: str = "auto") -> Path:
+    """Write the raw file and its scene to a folder; gives the path of the scene.
+
+    To choose the filter of levels, `auto`, takes most of a build: tests that ask nothing of levels take `box`.
+    """
     phantom().tofile(folder / "phantom.raw")
     scene = folder / "phantom.toml"
-    scene.write_text(SCENE.format(profile=profile), encoding="utf-8")
+    scene.write_text(with_filter(SCENE.format(profile=profile), level_filter), encoding="utf-8")
     return scene

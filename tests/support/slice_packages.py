@@ -20,6 +20,7 @@ RAMP = (
 SCENE = """
 name = "tiny"
 profile = "{profile}"
+{head}
 crop = "none"
 
 [source]
@@ -63,6 +64,7 @@ def slice_package(
     projection: str = "orthographic",
     profile: str = "gles1",
     extra: str = "",
+    head: str = "",
 ) -> Package:
     """Build the package of codes [z, y, x]."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -70,6 +72,7 @@ def slice_package(
     table = f"{extra}\n[slices]\n{slices}" if slices else extra
     text = SCENE.format(
         profile=profile,
+        head=head,
         shape=list(codes.shape),
         spacing=list(spacing_mm_zyx),
         points=points,

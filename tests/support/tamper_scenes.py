@@ -64,14 +64,18 @@ KINDS: dict[str, dict[str, str]] = {
     "house": {
         "top": 'crop = "none"',
         "more": '[proxy]\nblock = 2\n[skip]\nkind = "distance"\nblock = 2\n[grid]\nsize = 8\nlayout = "both"\n'
-        '[render]\nlighting = "headlight"\nopacity_cutoff = 0.998\n[tolerance]\nrmse = 0.01',
+        '[render]\nlighting = "headlight"\nopacity_cutoff = 0.998\nstep_voxels = 0.5\n'
+        "[tolerance]\nrmse = 0.02\nflip = 0.2\nkept_light = 0.0",
     },
     "mosaic": {"profile": "gles2-2048", "more": '[render]\nclassification = "preintegrated"'},
     "bricks": {"more": '[bricks]\nsize = 4\n[render]\nclassification = "palette"'},
     "editable": {"top": "editable = true", "more": "[skip]\nranges = true"},
     "mipmaps": {"more": "[textures]\nmipmaps = true"},
     "slices": {"profile": "gles1"},
-    "classified": {"more": '[render]\nclassification = "preclassified"', "filter": "transmittance"},
+    "classified": {
+        "more": '[render]\nclassification = "preclassified"\n[tolerance]\nrmse = 0.03\nflip = 0.2\nkept_light = 0.0',
+        "filter": "transmittance",
+    },
     "compressed": {"profile": "gles3-astc", "more": '[textures]\ncompression = "astc-4x4"\n[tolerance]\nrmse = 0.2'},
     "fitted": {"top": 'crop = "none"', "filter": "auto", "more": '[skip]\nkind = "none"'},
 }

@@ -41,6 +41,10 @@ class Damaged:
         (self.path / file).write_bytes(data)
         record = next(each for each in self.manifest["files"] if each["path"] == file)
         record |= {"size_bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+        sizes = {each["path"]: each["size_bytes"] for each in self.manifest["files"]}
+        for item in self.manifest["plan"]:
+            if file in item["files"]:
+                item["size_bytes"] = sum(sizes[path] for path in item["files"])
 
     def texels(self, texture: dict, change: Callable[[np.ndarray], np.ndarray]) -> str:
         """Replace the texels [z, y, x, byte] of a file that holds one texture; give its file."""

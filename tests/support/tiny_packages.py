@@ -48,6 +48,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
+from volprep_formats.record import Record
 from volprep_formats.source import SourceInfo
 
 KEY = "0" * 64
@@ -117,14 +118,14 @@ def tiny_package(
         plan = _with_bricks(plan, bricks)
     if skip is not None:
         tables = tuple(skip_table_plan(transfer_function.name, level, *skip, profile) for level in plan.levels)
-        plan = plan.model_copy(update={"skip": SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=())})
+        plan = with_part(plan, SkipPlan(epsilon=0.0, shares=(0.0,), tables=tables, ranges=()))
     skipping = () if skip is None else (skip_stage.STAGE,)
     lit = tuple(program.model_copy(update={"lighting": lighting, "technique": technique}) for program in plan.programs)
     planned = plan_normals(normals, profile, plan.levels, Beside(1, 0))
-    plan = plan.model_copy(update={"normals": planned, "programs": lit})
+    plan = with_part(plan.model_copy(update={"programs": lit}), planned)
     vectors = () if normals is None else (normals_stage.STAGE,)
     if proxy is not None:
-        plan = plan.model_copy(update={"proxy": _proxy_plan(plan, proxy)})
+        plan = with_part(plan, _proxy_plan(plan, proxy))
     meshes = () if proxy is None else (proxy_stage.STAGE,)
     source = SourceInfo(format="raw", grid=grid, stored_type=str(levels[0].dtype))
     part = ChannelPart(
@@ -155,6 +156,10 @@ def _quantization(plan: QuantizePlan) -> Quantization:
     return Quantization(
         bits=plan.bits, window=plan.window, slope=(high - low) / (2**plan.bits - 1), intercept=low, **nothing
     )
+
+
+def with_part(plan: ChannelPlan, part: Record | None) -> ChannelPlan:
+    return plan if part is None else plan.model_copy(update={"parts": (*plan.parts, part)})
 
 
 def _proxy_plan(plan: ChannelPlan, wanted: ProxySettings) -> ProxyPlan:
@@ -252,8 +257,7 @@ def _classified(plan: ChannelPlan, name: ClassificationName) -> ChannelPlan:
     if name == "palette":
         tables["palettes"] = (PalettePlan(transfer=lookup.transfer, entries=lookup.entries),)
     elif name == "preintegrated":
-        table = PreintegratedPlan(**lookup.model_dump(), segment_mm=plan.render.step_mm)
-        tables["preintegrated"] = (table,)
+        tables["preintegrated"] = (PreintegratedPlan(**lookup.model_dump(exclude={"format"})),)
     if name == "preclassified":
         # Six steps: short enough for the dense, long enough for the faint.
         update = {"transfer": lookup.transfer, "reference_mm": 6 * plan.render.step_mm, "format": "RGBA8"}

@@ -9,9 +9,11 @@ import numpy as np
 from browser import Browser
 from web_server import WebServer
 
+from volprep.parts.editing.renderer import edited_renderer
 from volprep.render.choose import renderer_of
 from volprep.truth.camera import standard_views
 from volprep_formats.package.reader import Package
+from volprep_formats.package.transfer_function import TransferFunction
 
 SIZE = 48
 TWO_STEPS = 2 / 255
@@ -49,9 +51,12 @@ def drawn_in_page(browser: Browser, server: WebServer, path: Path, matrices: lis
     return WebPictures(pixels, said)
 
 
-def drawn_by_reference(package: Package, matrices: list[np.ndarray], **what: Any) -> list[np.ndarray]:
-    """Return what the reference renderer draws; `what` are the arguments of `renderer_of`."""
-    with renderer_of(package, **what) as renderer:
+def drawn_by_reference(
+    package: Package, matrices: list[np.ndarray], edit: TransferFunction | None = None, **what: Any
+) -> list[np.ndarray]:
+    """Return what the reference renderer draws, after an edit or without; `what` are the arguments of `renderer_of`."""
+    found = renderer_of(package, **what) if edit is None else edited_renderer(package, edit, **what)
+    with found as renderer:
         return [renderer.render(matrix, (SIZE, SIZE)) for matrix in matrices]
 
 

@@ -1,8 +1,14 @@
-"""Small scenes for tests of formats/js: among them they have everything that a package for WebGL may have."""
+"""Small scenes for tests of formats/js: among them they have everything that a package for WebGL may have.
+
+Levels are made by box: a page draws them alike, whatever filter made them. But where rays begin at a mesh or in two
+passes, drivers round their first sample: of the coarsest box of `core`, which is a jump, this shows (RMSE 0.0084, and
+tests ask for 0.0078). These scenes keep the default filter.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
 
+import nibabel
 import numpy as np
 from channel_scene import write_channel_scene
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
@@ -31,10 +37,12 @@ EDIT = [
 """Shows the noise around the blobs, which the scene's own functions leave empty, and hides the core of the larger."""
 
 
-def _phantom(tables: str, profile: str = "gles3", before: str = "") -> Callable[[Path], Path]:
+def _phantom(
+    tables: str, profile: str = "gles3", before: str = "", level_filter: str = "box"
+) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
         (folder / "small.toml").write_text(_SMALL)
-        scene = write_phantom_scene(folder, profile)
+        scene = write_phantom_scene(folder, profile, level_filter)
         scene.write_text(f"{before}\n{scene.read_text()}\n{tables}")
         return scene
 
@@ -62,8 +70,7 @@ def _compressed(form: str, profile: str = "gles3") -> Callable[[Path], Path]:
         waves = [np.sin(np.arange(n) / n * 7 + shift) for shift, n in enumerate(SHAPE_ZYX)]
         field = 450 + 150 * (waves[0][:, None, None] + waves[1][:, None] + waves[2])
         field.astype("<u2").tofile(folder / "phantom.raw")
-        text = scene.read_text().replace("[pyramid]", '[pyramid]\nfilter = "box"')
-        scene.write_text(f'crop = "none"\n{text}')
+        scene.write_text(f'crop = "none"\n{scene.read_text()}')
         return scene
 
     return write
@@ -79,6 +86,25 @@ def _labels(folder: Path) -> Path:
     return scene
 
 
+def segments_scene(profile: str, styles: str = "") -> Callable[[Path], Path]:
+    """Two organs and their overlap with a third, over waves."""
+
+    def write(folder: Path) -> Path:
+        x, y, z = np.indices((18, 14, 11))
+        values = 128 + 100 * np.sin(x / 3) * np.cos(y / 4) * np.cos(z / 3)
+        organs = np.zeros(values.shape, np.int16)
+        organs[3:9, 3:12, 2:9] = 1
+        organs[9:16, 3:12, 2:9] = 2
+        organs[6:12, 5:10, 4:7] = 3
+        for name, volume in (("scan", values.astype(np.uint8)), ("organs", organs)):
+            nibabel.save(nibabel.Nifti1Image(volume, np.diag([-1.0, -1.0, 1.5, 1.0])), folder / f"{name}.nii")
+        scene = folder / "segments.toml"
+        scene.write_text(_SEGMENTS.format(profile=profile, styles=styles))
+        return scene
+
+    return write
+
+
 def _surface(tables: str = "[render]\n") -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
         scene = _phantom(tables.replace("[render]\n", '[render]\ncompositing = "isosurface"\n'))(folder)
@@ -90,7 +116,7 @@ def _surface(tables: str = "[render]\n") -> Callable[[Path], Path]:
 
 def _together(profile: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
-        scene = write_channel_scene(folder, profile)
+        scene = write_channel_scene(folder, profile, "box")
         scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n[skip]\nkind = "distance"\nblock = 4\n')
         return scene
 
@@ -116,6 +142,25 @@ points = [
     { value = 200.0, colour = "#4080ff", extinction_per_mm = 0.5 },
 ]
 """
+_SEGMENTS = """name = "segments"
+profile = "{profile}"
+[source]
+path = "scan.nii"
+[pyramid]
+coarsest_longest_axis = 9
+[[transfer]]
+name = "veil"
+points = [{{ value = 30.0, colour = "#808080", extinction_per_mm = 0.0 }},
+    {{ value = 255.0, colour = "#ffffff", extinction_per_mm = 0.05 }}]
+[[transfer]]
+name = "inside"
+points = [{{ value = 30.0, colour = "#c0c0c0", extinction_per_mm = 0.1 }},
+    {{ value = 255.0, colour = "#ffffff", extinction_per_mm = 0.3 }}]
+[segments]
+source = "organs.nii"
+{styles}
+"""
+_ONE_HIDDEN = "[[segments.style]]\nlabels = [1]\nvisible = false\n[[segments.style]]\nlabels = [2]\nopacity = 0.5\n"
 _SKIP = '[skip]\nkind = "{}"\nblock = 4\n'
 _PLACED = '[render]\nlighting = "blinn-phong"\n[lighting]\nlight_mm = [{}]\nnormals = "central"\n'
 _LIGHT, _ELSEWHERE = "20.0, -30.0, 40.0", "-35.0, 25.0, 10.0"
@@ -126,6 +171,7 @@ _LIT = '[render]\nlighting = "headlight"\n'
 SCENES: dict[str, Callable[[Path], Path]] = {
     "lit, skips by distance": _phantom(_LIT + _SKIP.format("distance")),
     "lit mosaic, skips by octants": _phantom(_LIT + _SKIP.format("octants"), "gles2-4096"),
+    "baked light, lit": _one(_LIT + '[lighting]\nbaked = "occlusion"\n'),
     "mipmaps": _phantom("[textures]\nmipmaps = true\n"),
     "pre-integrated": _phantom('[render]\nclassification = "preintegrated"\n'),
     "palette": _phantom('[render]\nclassification = "palette"\n'),
@@ -135,19 +181,21 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "maximum": _phantom('[render]\ncompositing = "maximum"\n'),
     "channels together": _together("gles3"),
     "channels together in a mosaic": _together("gles2-2048"),
+    "segments": segments_scene("gles3"),
+    "segments in a mosaic": segments_scene("gles2-2048"),
     "bricks": _phantom("[bricks]\nsize = 4\n"),
     "half floats": _phantom("[quantize]\nbits = 16\n"),
     "norm16, perspective": _phantom('[quantize]\nbits = 16\n[render]\nprojection = "perspective"\n', "gles3-norm16"),
     "EAC": _compressed("eac"),
     "ETC2": _compressed("etc2"),
     "ASTC": _compressed("astc-5x5", "gles3-astc"),
-    "meshes": _phantom('[proxy]\nform = "merged"\nblock = 4\ndraco = "none"\n'),
+    "meshes": _phantom('[proxy]\nform = "merged"\nblock = 4\ndraco = "none"\n', level_filter="auto"),
     "meshes on OpenGL ES 2": _phantom('[proxy]\nform = "blocks"\nblock = 4\ndraco = "none"\n', "gles2-2048"),
     "slabs": _phantom('[render]\ntechnique = "slabs"\n'),
     "slabs on OpenGL ES 2": _phantom('[render]\ntechnique = "slabs"\n', "gles2-4096"),
-    "two passes": _phantom('[render]\ntechnique = "two-pass"\n'),
-    "two passes on OpenGL ES 2": _phantom('[render]\ntechnique = "two-pass"\n', "gles2-4096"),
-    "two passes as published": _phantom('[render]\ntechnique = "two-pass-as-published"\n'),
+    "two passes": _phantom('[render]\ntechnique = "two-pass"\n', level_filter="auto"),
+    "two passes on OpenGL ES 2": _phantom('[render]\ntechnique = "two-pass"\n', "gles2-4096", level_filter="auto"),
+    "two passes as published": _phantom('[render]\ntechnique = "two-pass-as-published"\n', level_filter="auto"),
     "slices across an axis": _phantom('[render]\ntechnique = "axis-slices"\n', "gles2-4096"),
     "slices across the view": _phantom('[render]\ntechnique = "view-slices"\nprojection = "perspective"\n'),
     "slices as published": _phantom('[render]\ntechnique = "view-slices-as-published"\n'),
@@ -165,6 +213,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "editable mosaic": _phantom(_SKIP.format("octants"), "gles2-2048", before="editable = true"),
 }
 OTHERS = {
+    "segments, one hidden": segments_scene("gles3", _ONE_HIDDEN),
+    "segments in a mosaic, one hidden": segments_scene("gles2-2048", _ONE_HIDDEN),
     "slices": _one("", "gles1"),
     "published slices for OpenGL ES 2": _phantom('[render]\ntechnique = "view-slices-as-published"\n', "gles2-4096"),
     "half-angle slices, light at another place": _phantom(_HALF_ANGLE.replace(_LIGHT, _ELSEWHERE)),

@@ -11,7 +11,8 @@ from typing import Self
 _TYPES = {".js": "text/javascript", ".mjs": "text/javascript", ".html": "text/html", ".json": "application/json"}
 PAGE = """<!doctype html><meta charset=utf-8><title>test</title><link rel=icon href='data:,'>
 <script type=importmap>{"imports": {"volpkg": "/js/volpkg.js", "volpkg/camera": "/js/camera.js",
-"volpkg/three": "/js/three.js", "three": "/three/three.module.js"}}</script>
+"volpkg/three": "/js/three.js", "three": "/three/build/three.module.js",
+"three/addons/": "/three/examples/jsm/"}}</script>
 <body style="margin: 0; background: black"></body>"""
 
 
@@ -29,6 +30,14 @@ class WebServer:
     """Ends each answer after so many bytes."""
     stall_after: int | None = None
     """Sends nothing more after so many bytes."""
+    stall_only: str = ""
+    """What the addresses contain that stall."""
+    latency_s: float = 0.0
+    """How long each answer takes to begin."""
+    latency_only: str = ""
+    """What the addresses contain whose answers take so long."""
+    asked: list[str] = field(default_factory=list)
+    """Address and range of each request, in order."""
     sent: dict[str, int] = field(default_factory=dict)
     """Bytes that were sent of each path."""
 
@@ -60,6 +69,9 @@ class WebServer:
 
     def _answer(self, request: BaseHTTPRequestHandler) -> None:
         path = request.path.split("?")[0]
+        self.asked.append(f"{path} {request.headers.get('Range', '')}".strip())
+        if self.latency_only in path:
+            time.sleep(self.latency_s)
         _, mount, *rest = path.split("/")
         if path == "/":
             data, kind = PAGE.encode(), "text/html"
@@ -70,9 +82,11 @@ class WebServer:
                 return
             data, kind = file.read_bytes(), _TYPES.get(file.suffix, "application/octet-stream")
         total = len(data)
-        asked = re.fullmatch(r"bytes=(\d+)-(\d*)", request.headers.get("Range", "")) if self.ranges else None
+        asked = re.fullmatch(r"bytes=(\d*)-(\d*)", request.headers.get("Range", "")) if self.ranges else None
         if asked:
-            start, end = int(asked[1]), min(int(asked[2] or total), total - 1)
+            start, end = int(asked[1] or 0), min(int(asked[2] or total), total - 1)
+            if not asked[1]:
+                start, end = max(0, total - int(asked[2])), total - 1
             data = data[start : end + 1]
             request.send_response(206)
             request.send_header("Content-Range", f"bytes {start}-{end}/{total}")
@@ -88,7 +102,7 @@ class WebServer:
             request.close_connection = True
 
     def _send(self, request: BaseHTTPRequestHandler, path: str, data: bytes) -> None:
-        faulty = not path.endswith((".js", ".html", "/", "manifest.json"))
+        faulty = not path.endswith((".js", ".html", "/", "manifest.json")) and self.stall_only in path
         piece = len(data) if self.bytes_per_second is None else max(1, int(self.bytes_per_second / 50))
         for at in range(0, len(data), max(1, piece)):
             part = data[at : at + piece]

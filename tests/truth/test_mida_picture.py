@@ -29,27 +29,40 @@ def accumulated(values, function, step_mm):
     return result
 
 
-@pytest.mark.parametrize("intensities", [None, (40.0, 160.0)])
-@pytest.mark.parametrize("seed", range(4))
-def test_it_is_what_ever_finer_samples_tend_to(oracle, seed, intensities) -> None:
+def against_samples(oracle, seed, shown):
+    """The true picture of one ray through random values, and how far the printed sum is from it with finer samples."""
     rng = np.random.default_rng(seed)
     volume = rng.integers(0, 256, (5, 6, 7)).astype(np.uint8)
-    shown = VEIL.model_copy(update={"intensities": intensities})
     direction = rng.normal(size=3)
     direction /= np.linalg.norm(direction)
     origin = np.array([3.5, 3.0, 2.5]) + rng.uniform(-1, 1, 3) - 8 * direction
     start, end = oracle.inside_box(origin, direction, 20.0, np.array([7.0, 6.0, 5.0]))
     grid = Grid.of(volume.shape, UNIT)
     picture = mida_picture(volume, grid, 1.0, 0.0, shown, oracle.ray(origin, direction, 20.0), (1, 1))
-    assert picture.bound[0, 0] <= 1e-6
     errors = []
     for count in (4_000, 8_000):
         places = start + (np.arange(count) + 0.5) / count * (end - start)
         values = oracle.trilinear(volume.astype(float), origin + np.multiply.outer(places, direction), UNIT)
         errors.append(np.abs(accumulated(values, shown, (end - start) / count) - picture.rgba[0, 0]).max())
+    return picture, errors
+
+
+@pytest.mark.parametrize("intensities", [None, (40.0, 160.0)])
+@pytest.mark.parametrize("seed", range(4))
+def test_it_is_what_ever_finer_samples_tend_to(oracle, seed, intensities) -> None:
+    picture, errors = against_samples(oracle, seed, VEIL.model_copy(update={"intensities": intensities}))
+    assert picture.bound[0, 0] <= 1e-6
     # The printed sum has order 1.
     assert errors[1] < 1e-3
     assert errors[1] < 0.6 * errors[0] + 1e-6
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_rise_counts_where_no_control_point_lies_in_its_cell(oracle, seed) -> None:
+    ramp = function((-5.0, (0.1, 0.2, 0.4), 0.05), (300.0, (1.0, 0.5, 0.0), 0.8))
+    picture, errors = against_samples(oracle, seed, ramp.model_copy(update={"intensities": (0.0, 255.0)}))
+    assert picture.rgba[0, 0, 3] > 0.5
+    assert errors[1] < 1e-4
 
 
 def test_where_nothing_rises_it_is_emission_and_absorption(oracle) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from volprep.transfer.preintegrated import segment_light
+from volprep.transfer.segment_light import segment_light
 from volprep.truth import phantoms
 from volprep.truth.convergence import fit_order
 from volprep_formats.grid import Grid

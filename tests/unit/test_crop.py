@@ -6,6 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from volprep.plan.crop import choose_crop
+from volprep.scan.block_ranges import blocks_with
+from volprep.scan.segments.record import VoxelBox
 from volprep.scan.statistics import measure
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
@@ -115,3 +117,19 @@ def test_ranges_come_with_the_measurement(tmp_path, dtype) -> None:
     with open_source(SourceSpec(path="spot.raw", raw=layout), Path(tmp_path), Silent()) as source:
         measured = measure(source, Silent())
     assert choose_crop("auto", (Table.exact(ABOVE_10),), measured.ranges_zyx).start_zyx == (2, 3, 4)
+
+
+def test_a_function_of_a_box_is_seen_up_to_the_voxels_beside_it() -> None:
+    ranges = ([(20.0, 20.0)] * 9, [(20.0, 20.0)] * 8, [(20.0, 20.0)] * 7)
+    box = VoxelBox(start_zyx=(3, 0, 4), stop_zyx=(5, 2, 7))
+    crop = choose_crop("auto", [Table.exact(ABOVE_10)], ranges, boxes=[box])
+    assert (crop.start_zyx, crop.stop_zyx) == ((2, 0, 3), (6, 3, 7))
+
+
+def test_blocks_have_the_voxels_of_both_their_faces() -> None:
+    rng = np.random.default_rng(4)
+    for shape in ((9, 8, 1), (5, 13, 7), (4, 4, 4)):
+        voxels = rng.random(shape) < 0.02
+        found = blocks_with(voxels, 4)
+        for z, y, x in np.ndindex(found.shape):
+            assert found[z, y, x] == voxels[4 * z : 4 * z + 5, 4 * y : 4 * y + 5, 4 * x : 4 * x + 5].any()

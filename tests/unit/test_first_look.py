@@ -5,13 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from volprep.pipeline.import_draft import import_draft
+from volprep.pipeline.prepare import prepare
 from volprep.scan.statistics import Gauge
 from volprep.scene.first_look import with_first_look
 from volprep.scene.profiles import load_profile
+from volprep.scene.request import request_for_source
 from volprep.scene.scene import Scene
+from volprep.truth.camera import widest_view
 from volprep.truth.strip import strip
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
 GLES3 = load_profile("gles3", Path())
@@ -27,7 +32,8 @@ def look(values: list[float], unit: str = "", *, labels: bool = False, level_set
     scene = Scene.model_validate(
         {"name": "s", "source": {"path": "x", "labels": labels}, "transfer": [{"name": "none", "points": points}]}
     )
-    return with_first_look(scene, profile, info, gauge.result("0" * 64).statistics)
+    measured = gauge.result("0" * 64)
+    return with_first_look(scene, profile, info, measured.statistics, voxels.astype(np.float64).ravel())
 
 
 def named(scene: Scene) -> str:
@@ -38,15 +44,19 @@ def named(scene: Scene) -> str:
 def test_each_kind_of_values_gets_a_look_of_its_own() -> None:
     assert named(look([0, 1, 2], labels=True)) == "labels"
     assert named(look([-1000, 0, 1500], "HU")) == "ct-bone"
-    assert named(look([-1000, 0, 80], "HU")) == "grey", "no bone in it, so the preset would show nothing"
+    assert named(look([-1000, 0, 80], "HU")) == "ct-soft-tissue", "no bone in it, so ct-bone would show nothing"
     assert named(look([-3, 0, 5])) == "signed"
-    assert named(look([0, 5])) == "grey"
+    assert named(look([0, 5, 9])) == "object"
+    assert named(look([-1, 5, 9])) == "object", "a little below 0, as filters ring"
+    assert named(look([7, 7])) == "grey"
 
 
 def test_bones_are_lit_where_the_devices_can() -> None:
     assert look([-1000, 1500], "HU").render.lighting == "headlight"
     assert look([-1000, 1500], "HU", profile=load_profile("gles1", Path())).render.lighting == "none"
     assert look([-3, 5]).render.lighting == "none"
+    assert look([0, 5, 9]).render.lighting == "headlight"
+    assert look([0, 5, 9], profile=load_profile("gles1", Path())).render.lighting == "none"
 
 
 def test_a_level_set_is_a_lit_surface_where_the_devices_can() -> None:
@@ -55,7 +65,7 @@ def test_a_level_set_is_a_lit_surface_where_the_devices_can() -> None:
     assert (scene.render.compositing, scene.render.lighting) == ("isosurface", "headlight")
     assert scene.transfer[0].resolved().isovalue == 0.0
     assert named(look([-3, 0, 5], level_set=True, profile=load_profile("gles1", Path()))) == "signed"
-    assert named(look([1, 5], level_set=True)) == "grey", "it has no surface"
+    assert named(look([1, 5], level_set=True)) == "object", "it has no surface"
 
 
 def test_a_signed_map_shows_nothing_at_0_and_is_as_dense_below_as_above() -> None:
@@ -65,6 +75,90 @@ def test_a_signed_map_shows_nothing_at_0_and_is_as_dense_below_as_above() -> Non
     assert values[0.0] == 0.0
     assert values[-4.0] / 4 == pytest.approx(values[8.0] / 8)
     assert len({colour for _, colour in at}) == 2
+
+
+def mixed(**peaks: tuple[float, float, int]) -> list[float]:
+    """Return values around some places: mean, spread and count of each."""
+    random = np.random.default_rng(8)
+    return np.concatenate([random.normal(mean, spread, count) for mean, spread, count in peaks.values()]).tolist()
+
+
+@pytest.mark.parametrize("offset", [1024, 1000])
+def test_a_ct_is_recognised_also_if_its_values_are_offset(offset: int) -> None:
+    values = mixed(air=(-1000, 8, 500), tissue=(40, 15, 300), bone=(900, 150, 60))
+    scene = look([value + offset for value in values])
+    assert named(scene) == "ct-bone"
+    assert f"{offset} above Hounsfield" in scene.recognised
+    bone = scene.transfer[0].resolved().points
+    assert [point.value - offset for point in bone] == [150.0, 260.0, 500.0, 1200.0, 3000.0]
+    assert scene.render.lighting == "headlight"
+
+
+def test_an_unusual_offset_of_a_ct_is_estimated() -> None:
+    values = mixed(air=(-1000, 8, 500), tissue=(40, 15, 300), bone=(900, 150, 60))
+    scene = look([value + 2024 for value in values])
+    assert scene.transfer[0].points[0].value == pytest.approx(2024 + 150, abs=20)
+
+
+def test_an_mr_is_no_ct_and_its_background_is_transparent() -> None:
+    values = mixed(field=(0, 5, 600), tissue=(1000, 90, 400))
+    scene = look([abs(value) for value in values])
+    assert named(scene) == "object"
+    first = scene.transfer[0].points[0]
+    assert first.opacity == 0.0
+    assert 100 < first.value < 700, "above the noise, below the tissue"
+
+
+def test_bright_vessels_stay_visible_behind_tissue() -> None:
+    values = mixed(field=(0, 4, 500), tissue=(100, 9, 480), vessels=(330, 12, 8))
+    scene = look([abs(value) for value in values])
+    assert "bright vessels" in scene.recognised
+    opacity = {round(point.value): point.opacity for point in scene.transfer[0].points}
+    assert max(value for place, value in opacity.items() if place < 150) <= 0.05
+    assert max(value for place, value in opacity.items() if place > 230) >= 0.95
+
+
+def test_a_stack_of_few_slices_looks_as_its_slices_do() -> None:
+    voxels = np.random.default_rng(1).integers(0, 200, (5, 40, 40)).astype(np.float32)
+    grid = Grid.of(voxels.shape, (1.0, 1.0, 1.0))
+    info = SourceInfo(format="raw", grid=grid, stored_type="float32")
+    gauge = Gauge(info)
+    gauge.add(voxels)
+    statistics = gauge.result("0" * 64).statistics
+    scene = with_first_look(look([0, 1]), GLES3, info, statistics, voxels.astype(np.float64).ravel())
+    assert named(scene) == "slices"
+
+
+def test_a_thin_stack_of_a_ct_is_drawn_as_its_slices_look_whatever_its_padding() -> None:
+    voxels = np.full((2, 40, 40), -2000, np.float32)
+    voxels[:, 8:32, 8:32] = 40
+    info = SourceInfo(format="dicom", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type="float32", unit="HU")
+    gauge = Gauge(info)
+    gauge.add(voxels)
+    scene = with_first_look(
+        look([0, 1]), GLES3, info, gauge.result("0" * 64).statistics, voxels.astype(np.float64).ravel()
+    )
+    assert named(scene) == "slices"
+    assert [point.value for point in scene.transfer[0].points] == [-200, -150, 300]
+
+
+@pytest.mark.parametrize(
+    ("extent_zyx", "view"),
+    [((30, 40, 50), "anterior-left"), ((5, 40, 50), "inferior"), ((40, 5, 50), "anterior"), ((40, 50, 5), "left")],
+)
+def test_a_flat_volume_is_looked_at_from_its_widest_side(extent_zyx: tuple[int, int, int], view: str) -> None:
+    assert widest_view(Grid.of(extent_zyx, (1.0, 1.0, 1.0))) == view
+
+
+@pytest.mark.parametrize(("values", "expected"), [([-4.0, np.nan, 8.0], 0.0), ([3.0, np.nan, 8.0], 3.0)])
+def test_nan_is_outside_where_no_scene_says_another_value(tmp_path: Path, values: list[float], expected: float) -> None:
+    np.save(tmp_path / "map.npy", np.array(values * 4, np.float32).reshape(3, 2, 2))
+    request = request_for_source(tmp_path / "map.npy")
+    imported = import_draft(prepare(request), tmp_path / "draft", Silent())
+    assert imported.scene.source.nan == expected
+    assert any("NaN got the value" in remark for remark in imported.draft.manifest.source.info.remarks)
+    told = import_draft(prepare(request.with_source(nan=9.0)), tmp_path / "other", Silent())
+    assert told.draft.manifest.statistics.maximum == 9.0
 
 
 def test_a_strip_shows_the_colours_of_a_function_over_black() -> None:

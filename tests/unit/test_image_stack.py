@@ -348,3 +348,22 @@ def test_values_that_grow_from_white_to_black_are_refused(tmp_path, dtype) -> No
     assert "MinIsWhite" in str(error)
     tifffile.imwrite(file, voxels(dtype), photometric="minisblack")
     assert np.array_equal(read(file)[0], voxels(dtype))
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers"),
+    [
+        ("slice_{}", (-40, -30, -20)),
+        ("{}", (-2, -1, 0)),
+        ("z{}", (-5, 0, 5)),
+        ("cut-{}", (1, 2, 3)),
+        ("2020-0{}", (1, 2, 3)),
+    ],
+)
+def test_the_sign_of_a_number_counts_and_a_hyphen_between_is_none(tmp_path, name, numbers) -> None:
+    values = voxels("uint8")[:3]
+    folder = tmp_path / "s"
+    folder.mkdir()
+    for page, number in zip(values, numbers, strict=True):
+        write(folder / f"{name.format(number)}.png", page, "")
+    np.testing.assert_array_equal(read(folder)[0], values)

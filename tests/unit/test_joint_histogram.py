@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.support.thin_phantom import GRID, SOLID, VEIL, thin_things
 from volprep.parts.levels.joint_histogram import joint_shares, level_table, reference_mm, shares_of_counts
-from volprep.parts.levels.made import Classified, level_slices
+from volprep.parts.levels.level_input import LevelInput, level_slices
 from volprep.parts.levels.rays import random_lines, sample_level
 from volprep.scan import slabs
 from volprep.scan.slabs import RawVolume
@@ -106,7 +106,7 @@ def raw(folder, name, voxels):
 
 @pytest.mark.parametrize("factors", [(2, 2, 2), (4, 1, 2)], ids=str)
 def test_slabs_give_the_same_shares(tmp_path, monkeypatch, factors):
-    scan = Classified(raw(tmp_path, "level0.raw", thin_things()), GRID, TABLES)
+    scan = LevelInput(raw(tmp_path, "level0.raw", thin_things()), GRID, TABLES)
     voxels = np.concatenate([each for each, _ in level_slices(scan, "box", factors)])
     level = raw(tmp_path, "level1.raw", voxels)
     whole = joint_shares(scan.volume, level, factors)
@@ -119,7 +119,7 @@ def test_levels_of_no_transfer_function_come_nearer_than_box_through_any(tmp_pat
     factors = (factor, factor, factor)
     volume = raw(tmp_path, "level0.raw", thin_things())
     spacing_mm_zyx = tuple(factor * h for h in GRID.spacing_mm_zyx)
-    scan = Classified(volume, GRID, TABLES)
+    scan = LevelInput(volume, GRID, TABLES)
     lines = random_lines(GRID, 1500, seed=4)
     fine = sample_level(volume, GRID.spacing_mm_zyx, lines)
     errors = {}

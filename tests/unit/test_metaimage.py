@@ -122,9 +122,36 @@ def test_a_detached_file_outside_the_folder_or_missing_is_refused(tmp_path, name
     assert refusal_at_open(folder / "v.mhd").code == "VP1006"
 
 
-@pytest.mark.parametrize("name", ["LIST", "list 2D", "v%03d.raw 1 3 1", ""])
+@pytest.mark.parametrize("name", ["LIST 3D", "list x", "v%03d.raw 1", "v%03d.raw a b", ""])
 def test_data_in_several_files_are_refused(tmp_path, name) -> None:
     assert refusal_at_open(save(tmp_path / "v.mhd", ElementDataFile=name)).code == "VP1122"
+
+
+@pytest.mark.parametrize("value", ["LIST", "LIST 2D"])
+def test_slices_in_a_file_each_are_read_from_a_list(tmp_path, value) -> None:
+    names = ["c.raw", "a.raw", "b.raw"]
+    for name, voxels in zip(names, noise(), strict=True):
+        (tmp_path / name).write_bytes(b"head" + voxels.tobytes())
+    listed = header(ElementDataFile=value, HeaderSize="4") + "\n".join(names).encode()
+    (tmp_path / "v.mhd").write_bytes(listed)
+    np.testing.assert_array_equal(read(tmp_path / "v.mhd")[0], noise())
+    (tmp_path / "v.mhd").write_bytes(listed.replace(b"\nb.raw", b""))
+    assert refusal_at_open(tmp_path / "v.mhd").code == "VP1120"
+    (tmp_path / "v.mhd").write_bytes(listed.replace(b"b.raw", b"../b.raw"))
+    assert refusal_at_open(tmp_path / "v.mhd").code == "VP1006"
+
+
+@pytest.mark.parametrize(("pattern", "name"), [("v%03d.raw 1 3 1", "v{:03}.raw"), ("s%d.raw 2 6 2", "s{}.raw")])
+def test_slices_in_a_file_each_are_read_by_their_pattern(tmp_path, pattern, name) -> None:
+    first, last, *step = (int(word) for word in pattern.split()[1:])
+    for number, page in zip(range(first, last + 1, *step), noise(), strict=True):
+        (tmp_path / name.format(number)).write_bytes(b"head" + page.tobytes())
+    (tmp_path / "v.mhd").write_bytes(header(ElementDataFile=pattern, HeaderSize="4"))
+    assert np.array_equal(read(tmp_path / "v.mhd")[0], noise())
+    (tmp_path / name.format(last)).write_bytes(b"head" + noise()[0].tobytes()[:-2])
+    assert refusal_at_open(tmp_path / "v.mhd").code == "VP1008"
+    (tmp_path / name.format(last)).unlink()
+    assert refusal_at_open(tmp_path / "v.mhd").code == "VP1006"
 
 
 def test_a_header_size_skips_the_beginning_of_the_data_file(tmp_path) -> None:

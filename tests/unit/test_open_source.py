@@ -119,7 +119,11 @@ def test_a_folder_or_file_of_the_wrong_kind_is_refused_by_every_reader(tmp_path,
         ("c.ply", b"ply\nformat ascii 1.0\n", "a PLY mesh"),
         ("d.vtk", b"# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 8 float\n", "a VTK mesh"),
         ("e.vtp", b'<?xml version="1.0"?>\n<VTKFile type="PolyData" version="0.1">', "a VTK mesh"),
-        ("f.mnc", b"\x89HDF\r\n\x1a\n" + bytes(50), "an HDF5 file"),
+        ("f.dcm.gz", gzip.compress(bytes(128) + b"DICM" + bytes(50), mtime=0), "a DICOM file packed by gzip"),
+        ("g.gz", gzip.compress(b"II*\0" + bytes(124) + b"DICM" + bytes(50), mtime=0), "a DICOM file packed by gzip"),
+        ("f.trk", b"TRACK\0" + bytes(50), "a file of streamlines"),
+        ("f.h5", b"\x89HDF\r\n\x1a\n" + bytes(50), "an HDF5 file"),
+        ("f.nc", b"CDF\2" + bytes(50), "a NetCDF file"),
         ("g.par", b"# === DATA DESCRIPTION FILE ====", "Philips PAR/REC"),
         ("h.czi", b"ZISRAWFILE" + bytes(40), "Zeiss CZI"),
         ("i.zip", b"PK\3\4" + bytes(40), "a zip archive"),
@@ -132,3 +136,14 @@ def test_what_no_reader_knows_is_named_with_a_way_to_a_volume(tmp_path, name, he
     error = refusal(tmp_path, path=name)
     assert (error.code, what in str(error)) == ("VP1289", True)
     assert len(str(error).split("which is not read. ")[1]) > 20
+
+
+def test_a_series_of_a_file_that_is_not_dicom_is_a_setting_of_another_format(tmp_path) -> None:
+    np.save(tmp_path / "a.npy", np.zeros((3, 4, 5), np.uint8))
+    assert refusal(tmp_path, path="a.npy", series="2").code == "VP1004"
+
+
+def test_an_address_in_place_of_a_file_is_told_as_such_and_without_its_secrets(tmp_path) -> None:
+    error = refusal(tmp_path, path="https://user:SECRET@host/scan.nii?sig=SECRET")
+    assert error.code == "VP1306"
+    assert "https://***@host/scan.nii?***: this command reads files of this machine" in str(error)

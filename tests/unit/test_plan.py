@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from plans import PlanOfOne, plan_of_one
 
-from volprep.parts.levels.decision import candidate_levels, fit_level
+from volprep.parts.layout.fit import fit_level
+from volprep.parts.levels.decision import candidate_levels
 from volprep.plan.records import LevelPlan
-from volprep.plan.room import Beside
+from volprep.plan.room import Beside, texture_bytes
 from volprep.scan.statistics import Gauge
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import MosaicSettings, Scene
@@ -253,6 +254,20 @@ class TestLevels:
         less = level.model_copy(update={"shape_zyx": (448, 512, 512)})
         roomy = GLES2.model_copy(update={"max_texture_bytes": 2**27})
         assert fit_level(less, 8, roomy, Beside(units=1, bytes=1024), MosaicSettings()).mosaic.textures == 7
+
+    def test_a_scene_states_the_memory_of_its_devices_and_they_hold_the_published_512_cubed_voxels(self) -> None:
+        told = scene(textures={"memory_bytes": 134_300_000}).on_device(GLES2)
+        level = LevelPlan(channel="scan", index=0, factors_zyx=(1, 1, 1), shape_zyx=(512, 512, 512), filter="none")
+        # A palette is constants of the shader: all eight units are for the volume (thesis, section 6.7).
+        volume = fit_level(level, 8, told, Beside(units=0, bytes=0), MosaicSettings())
+        assert (volume.mosaic.textures, volume.mosaic.texture_shape_yx) == (8, (2048, 2048))
+        assert scene().on_device(GLES2) == GLES2
+
+    def test_an_ipad_2_holds_what_was_drawn_on_it(self) -> None:
+        level = LevelPlan(channel="scan", index=0, factors_zyx=(1, 1, 1), shape_zyx=(384, 512, 512), filter="none")
+        device = load_profile("ipad-2", Path())
+        volume = fit_level(level, 8, device, Beside(units=1, bytes=8192), MosaicSettings())
+        assert (volume.mosaic.textures, texture_bytes(volume)) == (6, 512 * 512 * 384)
 
     def test_slices_overlap_where_that_takes_no_more_textures(self) -> None:
         small = GLES2.model_copy(update={"max_texture_size": 64})

@@ -12,7 +12,7 @@ from volprep.scan.statistics import Gauge
 from volprep.scene.points import Measure, ScenePoint
 from volprep.scene.presets import load_preset, preset_names
 from volprep.scene.profiles import load_profile
-from volprep.scene.scene import Scene, changed, load_scene
+from volprep.scene.scene import LightingSettings, Scene, changed, load_scene
 from volprep.scene.transfer import SceneTransfer
 from volprep.transfer.preclassified import classified_texels, medium_of_texels
 from volprep_formats.diagnostics import VolprepError
@@ -48,7 +48,19 @@ def test_a_preset_is_a_function_that_shows_something_and_says_what(name) -> None
 
 
 def test_there_is_a_preset_for_each_kind_of_scan() -> None:
-    assert set(preset_names()) == {"angiography", "ct-bone", "ct-soft-tissue", "labels", "micro-ct", "mr-head"}
+    kinds = {"angiography", "ct-bone", "ct-soft-tissue", "labels", "micro-ct", "mr-head"}
+    assert set(preset_names()) == kinds | {"ct-bone-photograph", "mr-head-photograph"}
+
+
+def test_a_photograph_is_a_preset_with_light_that_is_computed_once_where_the_profile_can_hold_it() -> None:
+    scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [{"preset": "ct-bone"}]})
+    photograph = scene.with_preset("ct-bone-photograph", GLES3)
+    assert load_preset("ct-bone-photograph").points == load_preset("ct-bone").points
+    assert (photograph.lighting.baked, photograph.render.lighting) == ("scattering", "none")
+    mosaics = scene.with_preset("ct-bone-photograph", load_profile("gles2-2048", Path()))
+    assert (mosaics.lighting.baked, mosaics.render.lighting) == ("none", "headlight")
+    stated = scene.model_copy(update={"lighting": LightingSettings(baked="occlusion")})
+    assert stated.with_preset("ct-bone-photograph", GLES3).lighting.baked == "occlusion"
 
 
 def test_a_preset_has_its_own_name_unless_the_scene_gives_it_one() -> None:
@@ -221,9 +233,9 @@ def test_the_plan_says_what_pre_integration_gains_and_how_large_its_tables_are()
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
     plan = plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
     (table,) = plan.preintegrated
-    assert table.segment_mm == plan.render.step_mm == 1.0
+    assert plan.render.step_mm == 1.0
     item = next(each for each in plan.items if each.name == "pre-integrated table a")
-    assert item.size_bytes == table.entries**2 * 8
+    assert item.size_bytes == table.entries * 4 * 4
     found = [float(each) for each in re.findall(r"RMSE ([\d.e-]+),", item.reason)]
     own, few, many = found
     assert own < many < few

@@ -1,9 +1,11 @@
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from volprep.scene.profiles import class_names, device_names, load_profile, load_sheet, profile_names
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.api import Api, graphics_api
 from volprep_formats.package.profile import DeviceProfile
 
 MINE = """
@@ -73,3 +75,25 @@ def test_a_wrong_profile_file_is_told_with_what_is_wrong(tmp_path, text, message
         (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
     with pytest.raises(VolprepError, match=message):
         load_profile("mine.toml", tmp_path)
+
+
+def test_a_texture_format_that_does_not_exist_is_refused(tmp_path) -> None:
+    (tmp_path / "mine.toml").write_text(MINE.replace('"RGBA8"', '"RGBA9"'), encoding="utf-8")
+    with pytest.raises(VolprepError, match=r"VP3012 .*mine.toml: texture_formats.1: Input should be 'LUMINANCE8'"):
+        load_profile("mine.toml", tmp_path)
+
+
+@pytest.mark.parametrize("question", ["has_shaders", "dialect", "graphics"])
+def test_an_api_that_nobody_has_described_is_a_coded_error(question) -> None:
+    profile = DeviceProfile.model_construct(**load_profile("gles3", Path()).model_dump() | {"api": "webgpu"})
+    with pytest.raises(VolprepError, match=r"VP4073 .*webgpu; it knows es1.1, es2.0, es3.0"):
+        getattr(profile, question)
+
+
+def test_every_api_of_a_profile_has_a_record() -> None:
+    records = {api: graphics_api(api) for api in get_args(Api)}
+    assert {api: (record.number, record.dialect) for api, record in records.items()} == {
+        "es1.1": ("1.1", None),
+        "es2.0": ("2.0", "es100"),
+        "es3.0": ("3.0", "es300"),
+    }

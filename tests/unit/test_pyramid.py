@@ -280,3 +280,13 @@ class TestNoise:
         for slab_bytes in (1, 400):
             monkeypatch.setattr(slabs, "SLAB_BYTES", slab_bytes)
             assert noise_of(source) == whole
+
+
+@pytest.mark.parametrize(("name", "extreme"), [("minimum", min), ("maximum", max)])
+def test_a_level_of_extremes_has_the_extreme_of_each_cell(name, extreme) -> None:
+    fine = np.random.default_rng(2).integers(0, 256, (3, 5, 6)).astype(np.uint8)
+    level = reduced(fine, (2, 2, 4), name)
+    assert level.shape == (2, 3, 2)
+    for z, y, x in np.ndindex(level.shape):
+        cell = fine[2 * z : 2 * z + 2, 2 * y : 2 * y + 2, 4 * x : 4 * x + 4]
+        assert level[z, y, x] == extreme(cell.ravel().tolist())

@@ -56,10 +56,47 @@ def test_a_missing_key_is_said() -> None:
 
 
 def test_a_key_that_is_wrong_everywhere_is_counted_not_repeated() -> None:
-    text = said({"points": [{"value": 1, "color": "red"}] * 5})
-    assert text.count("unknown key") == 3
-    assert text.endswith("; and 2 more")
+    text = said({"points": [{"value": 1, "color": "red"}] * 15})
+    assert text.count("unknown key") == 12
+    assert text.endswith("; and 3 more")
 
 
 def test_a_file_that_is_no_table_is_said_to_be_wrong_as_a_whole() -> None:
     assert said([]).startswith("file: ")
+
+
+class _Inner(Record):
+    preset: str = ""
+    colour: str = "#000000"
+    size: int = 1
+
+
+class _Outer(Record):
+    name: Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")] = "a"
+    parts: tuple[_Inner, ...] = ()
+    one: _Inner | None = None
+
+
+def told(data: object) -> str:
+    with pytest.raises(ValidationError) as caught:
+        _Outer.model_validate(data)
+    return problems(caught.value, _Outer)
+
+
+def test_an_unknown_key_is_told_with_the_near_ones() -> None:
+    assert told({"parts": [{"presett": "x"}]}) == "parts.0.presett: unknown key, perhaps preset is meant"
+    assert told({"one": {"color": "#ffffff"}}) == "one.color: unknown key, perhaps colour is meant"
+    assert told({"zzz": 1}) == "zzz: unknown key"
+
+
+def test_all_that_is_wrong_is_told_at_once() -> None:
+    text = told({"nane": 1, "parts": [{"size": "big"}], "one": {"size": "huge"}})
+    assert "nane: unknown key, perhaps name is meant" in text
+    assert "parts.0.size" in text
+    assert "one.size" in text
+
+
+def test_names_are_explained_in_words() -> None:
+    assert told({"name": "Big Head"}) == (
+        "name: 'Big Head' is not possible: a name has lower-case letters, digits, - and _, and nothing else"
+    )

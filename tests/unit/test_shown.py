@@ -2,7 +2,8 @@
 
 import pytest
 
-from volprep_formats.shown import shown
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.shown import printable, shown
 
 
 @pytest.mark.parametrize(
@@ -40,3 +41,23 @@ def test_everything_that_is_shown_can_be_encoded_as_utf_8_and_is_printable() -> 
     safe = shown(text, 10**7)
     assert safe.isprintable()
     assert safe.encode("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("address", "told"),
+    [
+        ("http://user:SECRET@host/scan.nii", "http://***@host/scan.nii"),
+        ("https://user:SE@CRET@host:99/a b.nii", "https://***@host:99/a b.nii"),
+        ("s3://bucket/scan?X-Amz-Signature=SECRET&X-Amz-Date=1", "s3://bucket/scan?***"),
+        ("cannot get https://h/x?sig=SECRET, status 403", "cannot get https://h/x?*** status 403"),
+        ("url=URL('https://u:SECRET@h/x?sig=SECRET')", "url=URL('https://***@h/x?***')"),
+        ("https://host/scan#SECRET", "https://host/scan?***"),
+        ("/home/me/https:/user:SECRET@host/scan.nii?SECRET", "/home/me/https:/***@host/scan.nii?***"),
+        ("https://host/scan.nii and /a/b@c?d", "https://host/scan.nii and /a/b@c?d"),
+    ],
+)
+def test_secrets_of_addresses_are_never_shown(address: str, told: str) -> None:
+    assert printable(address) == told
+    error = VolprepError("VP1001", path=address)
+    assert "SECRET" not in str(error) + error.summary
+    assert "SECRET" not in str(VolprepError("VP8050", path=address, times=3, error=address))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from plans import PlanOfOne, plan_of_one
 
+from volprep.plan.products import SkipPlan
 from volprep.scan.block_ranges import BlockGauge, block_ranges
 from volprep.scan.statistics import MEASURED_BLOCK, Gauge
 from volprep.scene.profiles import load_profile
@@ -57,23 +58,23 @@ def test_a_scene_that_wants_none_gets_nothing():
 def test_a_ball_in_a_box_is_worth_a_table_for_each_level(profile):
     decided = plan(ball(), scene(), profile)
     assert "skip" in decided.stages
-    assert [table.level for table in decided.skip.tables] == [level.index for level in decided.levels]
+    assert [table.level for table in decided.part(SkipPlan).tables] == [level.index for level in decided.levels]
     found = item(decided)
     assert found.kept
     assert (
         "of the samples of a ray lie in empty blocks of 16³ voxels; kind distance, blocks of 4³ cells" in found.reason
     )
-    assert found.files == tuple(table.file for table in decided.skip.tables)
+    assert found.files == tuple(table.file for table in decided.part(SkipPlan).tables)
     if profile is GLES3:
-        assert decided.skip.tables[0].shape_zyx == (16, 16, 16)
-        assert found.size_bytes == sum(math.prod(table.shape_zyx) for table in decided.skip.tables)
+        assert decided.part(SkipPlan).tables[0].shape_zyx == (16, 16, 16)
+        assert found.size_bytes == sum(math.prod(table.shape_zyx) for table in decided.part(SkipPlan).tables)
     else:
-        assert decided.skip.tables[0].mosaic.tile_shape_yx == (16, 16)
+        assert decided.part(SkipPlan).tables[0].mosaic.tile_shape_yx == (16, 16)
 
 
 def test_where_nothing_is_empty_there_is_no_table_even_if_the_scene_insists():
     decided = plan(ball(), scene([(0.0, 0.1), (200.0, 0.5)], kind="distance"))
-    assert decided.skip.tables == ()
+    assert decided.part(SkipPlan).tables == ()
     assert "skip" not in decided.stages
     assert not item(decided).kept
     assert item(decided).reason == "no block of 16³ voxels is empty"
@@ -84,8 +85,8 @@ def test_where_little_is_empty_a_table_costs_more_than_it_saves():
     voxels[:17, :17, :33] = 10
     auto, insisting = plan(voxels, scene()), plan(voxels, scene(kind="blocks"))
     assert "below 5% a table may cost more time than it saves" in item(auto).reason
-    assert not auto.skip.tables
-    assert insisting.skip.tables[0].kind == "blocks"
+    assert not auto.part(SkipPlan).tables
+    assert insisting.part(SkipPlan).tables[0].kind == "blocks"
 
 
 def test_what_is_empty_behind_the_first_surface_does_not_count():
@@ -93,8 +94,8 @@ def test_what_is_empty_behind_the_first_surface_does_not_count():
     voxels = np.full((97, 97, 97), 220, np.uint8)
     voxels[16:-16, 16:-16, 16:-16] = 10
     decided = plan(voxels, scene())
-    assert decided.skip.shares == (0.0,)
-    assert not decided.skip.tables
+    assert decided.part(SkipPlan).shares == (0.0,)
+    assert not decided.part(SkipPlan).tables
 
 
 def test_a_transfer_function_that_shows_nothing_is_told():
@@ -103,9 +104,9 @@ def test_a_transfer_function_that_shows_nothing_is_told():
 
 
 def test_kind_and_block_are_the_scenes():
-    tables = plan(ball(), scene(kind="octants", block=5)).skip.tables
+    tables = plan(ball(), scene(kind="octants", block=5)).part(SkipPlan).tables
     assert (tables[0].kind, tables[0].block, tables[0].shape_zyx) == ("octants", 5, (8 * 13, 13, 13))
-    tables = plan(ball(), scene(kind="table16")).skip.tables
+    tables = plan(ball(), scene(kind="table16")).part(SkipPlan).tables
     assert (tables[0].block, tables[0].shape_zyx) == (4, (16, 16, 16))
 
 
@@ -121,9 +122,9 @@ def test_a_table_for_which_there_is_no_room_is_left_out():
 
 def test_ranges_of_blocks_come_on_request():
     decided = plan(ball(), scene(kind="none", ranges=True))
-    assert decided.skip.tables == ()
-    assert decided.skip.ranges[0].shape_zyx == (32, 16, 16)
-    assert item(decided, "ranges of blocks").files == tuple(ranges.file for ranges in decided.skip.ranges)
+    assert decided.part(SkipPlan).tables == ()
+    assert decided.part(SkipPlan).ranges[0].shape_zyx == (32, 16, 16)
+    assert item(decided, "ranges of blocks").files == tuple(ranges.file for ranges in decided.part(SkipPlan).ranges)
     assert "skip" in decided.stages
 
 

@@ -9,7 +9,9 @@ from plans import PlanOfOne, plan_of_one
 from tiny_packages import ES3, function, tiny_package
 
 from volprep.parts.programs.patch_rays import FINE, patch_rays
-from volprep.parts.programs.step import STEP_SHARE, StepChoice, choose_steps, common_steps
+from volprep.parts.programs.step import choose_steps, common_steps
+from volprep.parts.programs.step_bench import STEP_SHARE
+from volprep.plan.decisions import StepChoice
 from volprep.plan.records import LevelPlan
 from volprep.render.renderer import Renderer
 from volprep.scan.statistics import Gauge
@@ -85,7 +87,7 @@ def test_a_smaller_tolerance_gets_a_shorter_step() -> None:
     steps = [planned(waves(1.5), scene_of(tolerance=each)).render.step_mm for each in tolerances]
     assert steps == sorted(steps, reverse=True)
     assert len(set(steps)) > 2
-    assert steps[-1] == 0.25
+    assert steps[-1] == 0.125
 
 
 def test_coarser_levels_have_longer_steps_and_the_plan_says_why() -> None:
@@ -166,7 +168,7 @@ def test_rays_through_patches_see_the_field_of_the_volume_and_are_the_same_each_
     z, y, x = np.indices((9, 6, 7)).astype(np.float64)
     spacing = (2.0, 1.0, 1.5)
     for ramp, h, last in ((z, 2.0, 8), (y, 1.0, 5), (x, 1.5, 6)):
-        found, again = (patch_rays(ramp[None], spacing, 30.0) for _ in range(2))
+        found, again = (patch_rays(ramp[None], spacing, 30.0, lit=True) for _ in range(2))
         rays, step_mm = found.values[:, found.views[0]], found.step_mm
         np.testing.assert_array_equal(found.values, again.values)
         assert len(rays) == 30 * FINE
@@ -175,6 +177,11 @@ def test_rays_through_patches_see_the_field_of_the_volume_and_are_the_same_each_
         assert rays.max() <= last
         assert np.abs(np.diff(rays, axis=0)).max() <= step_mm / h + 1e-9
         assert np.abs(np.diff(rays, axis=0)).mean() > 0.1 * step_mm / h
+        # The gradient is the same everywhere, thrown back or not.
+        assert found.headlight is not None
+        inner = found.headlight[1:-1, found.views[0]]
+        assert inner.max() <= 1.0
+        assert np.median(np.abs(np.diff(inner, axis=0))) < 1e-9
 
 
 def test_a_level_0_in_pieces_has_a_step_of_its_own_beside_that_of_the_finest_level_that_is_held_whole():

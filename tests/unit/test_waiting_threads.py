@@ -26,6 +26,18 @@ def test_they_sleep_at_once_and_the_environment_stays_as_it_was() -> None:
     assert loaded({}) == (0, "None")
 
 
+def test_those_of_flip_sleep_too() -> None:
+    """They are of another OpenMP, which a wheel has brought along."""
+    program = "import numpy as np; from volprep.truth.seen import seen_flip; print(seen_flip(*np.ones((2, 16, 16, 4))))"
+    others = {name: value for name, value in os.environ.items() if name not in {SETTING, "GOMP_SPINCOUNT"}}
+    environment = {**others, "OMP_DISPLAY_ENV": "verbose"}
+    run = subprocess.run([sys.executable, "-c", program], env=environment, check=True, capture_output=True, text=True)
+    looks = re.findall(r"GOMP_SPINCOUNT = '(\d+)'", run.stderr)
+    if len(looks) < 2:
+        pytest.skip("only GCC's OpenMP shows it")
+    assert set(looks) == {"0"}
+
+
 def test_who_has_chosen_otherwise_gets_that() -> None:
     looks, setting = loaded({SETTING: "active"})
     assert looks > 1_000_000

@@ -114,7 +114,7 @@ def test_a_tolerance_that_nothing_can_meet_still_gives_a_plan_and_a_verdict(fold
     plan = plan_build(load_request(scene), Silent())
     assert plan.channels[0].quantize.bits == 16
     step = next(item for item in plan.items if item.name == "step of level 0")
-    assert "0.25 voxels" in step.reason
+    assert "0.125 voxels" in step.reason
     done = volprep(
         *("validate", folder / "phantom.volpkg", "--source", scene, "--size", "16", "--report", folder / "new.report")
     )

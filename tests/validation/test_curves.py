@@ -13,6 +13,7 @@ from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
 from volprep.validation.curves import measure, scan
 from volprep.validation.curves.choices import CHOICES, Choice, Variant
+from volprep.validation.curves.front import with_front
 from volprep.validation.curves.measure import measure_curves
 from volprep.validation.curves.records import (
     CurveErrors,
@@ -27,6 +28,8 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
+LOOSE = "[tolerance]\nrmse = 0.03\nmaximum = 1.0\nflip = 0.3\nkept_light = 0.0\n"
+"""Codes of 8 bits and short tables are enough for it."""
 NAMED = {choice.name: choice for choice in CHOICES}
 FEW = (
     *("step and level", "bits of a voxel", "early ray termination", "normals", "where normals come from"),
@@ -53,7 +56,9 @@ def few_choices():
 def package(tmp_path_factory):
     folder = tmp_path_factory.mktemp("curves")
     target = folder / "phantom.volpkg"
-    build(load_request(write_phantom_scene(folder, "gles3")), target, Silent())
+    scene = write_phantom_scene(folder, "gles3")
+    scene.write_text(scene.read_text() + LOOSE, encoding="utf-8")
+    build(load_request(scene), target, Silent())
     return target
 
 
@@ -61,7 +66,7 @@ def package(tmp_path_factory):
 def report(package, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(measure, "CHOICES", tuple(few_choices()))
-        patch.setattr(measure, "_SECONDS", 0.0)
+        patch.setattr(measure, "_TURNS", 3)
         folder = tmp_path_factory.mktemp("scratch")
         return measure_curves(Package.open(package).manifest, find_scan(package, None), folder, Silent(), 48)
 
@@ -88,21 +93,19 @@ def test_the_variant_that_the_package_has_is_marked_once(report) -> None:
     assert "rays may end at 0.998" in curve(report, "early ray termination").reason
 
 
-def test_steps_and_levels_are_drawn_and_coarser_levels_are_worse_and_upload_less(report) -> None:
+def test_steps_and_levels_are_drawn_and_coarser_levels_are_worse(report) -> None:
     points = curve(report, "step and level").points
     finest = [point for point in points if point.series == "level 0"]
     errors = [point.errors.rmse for point in finest]
     assert [round(point.step_mm / finest[-1].step_mm, 6) for point in finest] == [16, 8, 4, 2, 1]
     assert max(errors) < min(point.errors.rmse for point in points if point.level == 2)
     assert {point.level for point in points} == {0, 1, 2}
-    uploads = [next(point.upload_bytes for point in points if point.level == level) for level in (0, 1, 2)]
-    assert uploads == sorted(uploads, reverse=True)
 
 
 def test_more_bits_take_more_bytes(report) -> None:
     eight, sixteen = curve(report, "bits of a voxel").points
     assert (eight.label, sixteen.label) == ("8 bits", "16 bits")
-    assert sixteen.upload_bytes > 1.7 * eight.upload_bytes
+    assert sixteen.upload_bytes > eight.upload_bytes
     assert sixteen.errors.rmse <= eight.errors.rmse * 1.01
 
 
@@ -110,7 +113,7 @@ def test_times_have_a_spread_and_a_number_of_pictures(report) -> None:
     for point in (point for each in report.curves for point in each.points):
         for times in filter(None, (point.wall, point.gpu)):
             assert 0 <= times.low <= times.median <= times.high
-        assert point.wall.pictures >= 5
+        assert point.wall.pictures == 3
 
 
 def test_a_level_is_drawn_with_its_own_table_and_with_the_common_one(report) -> None:
@@ -158,7 +161,7 @@ def test_a_new_choice_is_one_more_entry(package, tmp_path, monkeypatch) -> None:
         lambda _: "preview",
     )
     monkeypatch.setattr(measure, "CHOICES", (gutter,))
-    monkeypatch.setattr(measure, "_SECONDS", 0.0)
+    monkeypatch.setattr(measure, "_TURNS", 3)
     found = measure_curves(Package.open(package).manifest, find_scan(package, None), tmp_path, Silent(), 32)
     assert [point.label for point in found.curves[0].points] == ["orthographic"]
     assert "Does the projection matter?" in curves_page(found)
@@ -166,7 +169,7 @@ def test_a_new_choice_is_one_more_entry(package, tmp_path, monkeypatch) -> None:
 
 def test_validate_writes_curves_into_the_report_and_over_an_older_one(package, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(measure, "CHOICES", (NAMED["bits of a voxel"],))
-    monkeypatch.setattr(measure, "_SECONDS", 0.0)
+    monkeypatch.setattr(measure, "_TURNS", 3)
     monkeypatch.setattr("volprep.report.validate.measure_package", lambda *_, **__: stub(package))
     monkeypatch.setattr("volprep.report.validate.page", lambda _, with_curves: f"with curves: {with_curves}")
     target = tmp_path / "phantom.report"
@@ -185,7 +188,7 @@ def test_validate_writes_curves_into_the_report_and_over_an_older_one(package, t
 
 def stub(package):
     """A report of which only the manifest is read."""
-    from volprep.validation.records import PackageFacts, Report
+    from volprep.validation.report_record import PackageFacts, Report
 
     facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
     return Report.model_construct(package=facts)
@@ -235,11 +238,20 @@ def point(label: str, milliseconds: float, rmse: float) -> CurvePoint:
 
 def test_the_front_is_what_nothing_beats_in_both() -> None:
     points = [point("a", 1, 0.3), point("b", 2, 0.1), point("c", 2, 0.2), point("d", 3, 0.1), point("e", 4, 0.05)]
-    marked = measure._with_front(points, "milliseconds")
+    marked = with_front(points, "milliseconds")
     assert [each.label for each in marked if each.on_front] == ["a", "b", "e"]
-    same = measure._with_front([replace_label(points[0], "x"), points[0]], "milliseconds")
+    same = with_front([replace_label(points[0], "x"), points[0]], "milliseconds")
     assert all(each.on_front for each in same)
     assert plotted_cost(points[1], "milliseconds") == 2
+
+
+def test_what_quartiles_and_views_do_not_tell_apart_beats_nothing() -> None:
+    """A draw of 51.7 ms is beaten by one of 30.6 ms that is 0.007 % worse."""
+    slow, fast = point("slow", 51.7, 0.01), point("fast", 30.6, 0.0100007)
+    assert [each.on_front for each in with_front([slow, fast], "milliseconds")] == [False, True]
+    spread = slow.wall.model_copy(update={"low": 25.0})
+    unsure = slow.model_copy(update={"wall": spread})
+    assert all(each.on_front for each in with_front([unsure, fast], "milliseconds"))
 
 
 def replace_label(one: CurvePoint, label: str) -> CurvePoint:

@@ -5,6 +5,7 @@ import pytest
 from phantom_scene import seen_phantom
 
 from volprep.truth.decoded import level_volume, table_function
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.textures.mosaic import slices_of_mosaic
@@ -67,7 +68,8 @@ def test_the_table_is_the_transfer_function_where_it_is_smooth(package, transfer
     assert (values[0], values[-1]) == (pytest.approx(low), pytest.approx(high))
     largest = max(point.extinction_per_mm for point in function.points)
     knots = np.array([point.value for point in function.points])
-    entries = next(each for each in package.manifest.textures if each.transfer == transfer).shape_zyx[2]
+    tables = [each for each in package.manifest.textures if (each.role, each.transfer) == ("transfer", transfer)]
+    entries = tables[0].shape_zyx[2]
     smooth = [point for point in table.points if np.abs(knots - point.value).min() > 2 * (high - low) / (entries - 1)]
     assert len(smooth) > entries / 2
     for point in smooth:
@@ -77,3 +79,14 @@ def test_the_table_is_the_transfer_function_where_it_is_smooth(package, transfer
         for channel in range(3):
             colour = np.interp(point.value, knots, [each.colour[channel] for each in function.points])
             assert point.colour[channel] == pytest.approx(colour, abs=1 / 255)
+
+
+@pytest.mark.parametrize(("entry", "channel", "value"), [(7, 0, 1.001), (0, 2, np.nan), (255, 3, -1.0), (3, 3, np.inf)])
+def test_an_entry_of_a_table_that_is_no_colour_or_extinction_is_named(package, entry, channel, value) -> None:
+    texture = next(each for each in package.manifest.textures if each.role == "transfer" and each.transfer == "shell")
+    if texture.gl.type != "HALF_FLOAT":
+        pytest.skip("tables of bytes have no such entries")
+    texels = np.full((*texture.shape_zyx, 4), 0.5, np.float16)
+    texels[0, 0, entry, channel] = value
+    with pytest.raises(VolprepError, match=rf"VP4011 .*entry {entry} of {texture.file}"):
+        table_function(package, "shell", edited={texture.name: texels})

@@ -41,7 +41,7 @@ def house(tmp_path_factory) -> SimpleNamespace:
 
 def test_an_edit_is_drawn_at_every_level_and_the_finest_is_within_the_tolerance(editable) -> None:
     (program,) = editable.subject.programs
-    found = [*judge_edit(editable, program)]
+    found = [*judge_edit(editable, program, ())]
     assert [other.level for other in found] == editable.subject.levels(program)
     assert [view.view for view in found[0].views] == ["anterior-left", "anterior-right", "posterior-left"]
     assert found[0].passed
@@ -52,7 +52,7 @@ def test_tables_of_another_function_than_the_edited_are_found(editable, monkeypa
     function = editable.subject.function("shell")
     monkeypatch.setattr(judged_module, "edit_with", lambda _: edit_with(function))
     (program,) = editable.subject.programs
-    assert not any(other.passed for other in judge_edit(editable, program))
+    assert not any(other.passed for other in judge_edit(editable, program, ()))
 
 
 def test_an_edit_changes_values_colours_and_extinctions_but_makes_none_larger(editable) -> None:
@@ -66,7 +66,7 @@ def test_an_edit_changes_values_colours_and_extinctions_but_makes_none_larger(ed
 
 
 def test_a_package_that_is_not_editable_and_has_no_pieces_is_asked_for_neither(editable, house) -> None:
-    assert [*judge_edit(house, house.subject.programs[0])] == []
+    assert [*judge_edit(house, house.subject.programs[0], ())] == []
     assert [*judge_cut(editable, "shell")] == []
 
 

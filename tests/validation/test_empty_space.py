@@ -15,7 +15,8 @@ from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation.rays import settled
-from volprep.validation.records import EmptySpace, Report
+from volprep.validation.records import EmptySpace
+from volprep.validation.report_record import Report
 from volprep_formats.diagnostics import ExitStatus
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -55,7 +56,7 @@ def test_each_way_is_drawn_and_all_pictures_are_the_same(report, package) -> Non
     assert found.limit == pytest.approx(1 / 255, abs=2e-6)
     assert found.passed
     for way in found.ways:
-        assert way.draw_ms > 0
+        assert way.draw.median > 0
         assert [view.view for view in way.views] == [view.view for view in report.programs[0].views]
         assert way.difference <= found.limit
     assert (package.parent / "phantom.report" / found.picture).is_file()
@@ -110,7 +111,9 @@ def test_without_table_and_mesh_nothing_is_said(tmp_path) -> None:
 
 
 def test_a_table_that_hides_something_fails_whatever_the_tolerance(tmp_path) -> None:
-    wishes = '[skip]\nkind = "distance"\nblock = 3\n[tolerance]\nrmse = 1.0\nmaximum = 1.0\n'
+    wishes = (
+        '[skip]\nkind = "distance"\nblock = 3\n[tolerance]\nrmse = 1.0\nmaximum = 1.0\nflip = 1.0\nkept_light = 0.0\n'
+    )
     package = package_of(tmp_path, "gles3", wishes)
     file = package / "textures" / "skip-core-0.ktx2"
     image = ktx2.decode(file.read_bytes(), file.name)
@@ -149,9 +152,9 @@ def test_what_rounding_does_on_a_driver_is_no_fault_of_a_mesh(package, tmp_path,
 
     monkeypatch.setattr(Renderer, "render", render)
     (found,) = found_in(validate(package, tmp_path / "phantom.report", Silent(), picture_size=SIZE))
-    # A step of 8 bits may come on top.
-    assert max(way.difference for way in found.ways) == pytest.approx(0.02, abs=0.0041)
-    assert found.rounding == pytest.approx(0.02 if of_all else 0.0, abs=0.0041)
+    # Two steps of 8 bits may come on top: a ray has hundreds of samples, and one that moves changes its rounding.
+    assert max(way.difference for way in found.ways) == pytest.approx(0.02, abs=0.008)
+    assert found.rounding == pytest.approx(0.02 if of_all else 0.0, abs=0.008)
     assert found.limit == pytest.approx(1 / 255 + found.rounding, abs=2e-6)
     assert found.passed is of_all
 

@@ -10,6 +10,7 @@ from tampering import Damaged, built, told
 
 from volprep.pipeline.begin import begin_draft
 from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.origin import origin_path
 from volprep.scene.request import load_request
 from volprep.scene.scene import changed
 from volprep.validation.exact.draft import ComparingDraft, FileDifference
@@ -118,3 +119,21 @@ def test_a_draft_that_verbs_have_changed_and_sealed_is_judged_by_what_they_were_
 
 def manifest_of(record: dict) -> Manifest:
     return Manifest.model_validate(record)
+
+
+def test_metadata_of_a_fitted_table_is_compared(package, tmp_path) -> None:
+    damaged = Damaged(package, tmp_path)
+    file = next(each["file"] for each in damaged.manifest["textures"] if each["role"] == "transfer" and "level" in each)
+    damaged.put(file, bytes(damaged.data(file)).replace(b"KTXorientation\0rd", b"KTXorientation\0ru"))
+    assert file in told(damaged.save())
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("max_texture_bytes", 2**40), ("name", "gles2-4096"), ("texture_units", 99), ("square", True)]
+)
+def test_without_an_origin_the_profile_comes_from_the_scene(package, tmp_path, key, value) -> None:
+    damaged = Damaged(package, tmp_path)
+    origin_path(damaged.path).unlink()
+    damaged.manifest["profile"][key] = value
+    scene = package.parent / "tried.toml"
+    assert f"profile.{key} is {value}" in told(damaged.save(), scene)

@@ -68,6 +68,8 @@ def _measured_before(others, monkeypatch) -> None:
         ({"rmse": 0.5}, "RMSE"),
         ({"maximum": 0.7}, "largest error"),
         ({"pixels_per_voxel": 2.0}, "pixels"),
+        ({"flip": 0.5}, "FLIP"),
+        ({"views": 2}, "views"),
     ],
 )
 def test_a_record_that_makes_a_level_better_is_found(made, tmp_path, change, problem) -> None:

@@ -75,7 +75,7 @@ def test_equal_pictures_have_no_slope() -> None:
     assert (found.observed, found.slopes) == (None, ())
 
 
-@pytest.mark.parametrize(("classification", "says"), [("preintegrated", "nominal step"), ("palette", "has steps")])
+@pytest.mark.parametrize(("classification", "says"), [("preintegrated", "its entries"), ("palette", "has steps")])
 def test_what_a_classification_does_to_the_order_is_said(classification, says) -> None:
     jump = function(0.0, 0.5, 0.5, 1.0)
     (limit,) = convergence(STEPS_MM, of_order(2.0), "rgba32f", [jump], classification).limits

@@ -7,8 +7,10 @@ import pytest
 
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume
+from volprep.truth.lit import Lit, ShaderSlopes
 from volprep.validation.same_field import camera_of_pixels, changed_voxels, part_of, pixels_around
 from volprep_formats.grid import Grid
+from volprep_formats.package.program import Light
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 GRID = Grid(
@@ -88,3 +90,43 @@ def test_the_camera_of_some_pixels_has_their_rays() -> None:
     part = camera_of_pixels(matrix, (40, 30), slice(10, 16), slice(3, 8))
     whole = matrix @ [(2 * 7 + 1) / 30 - 1, 1 - (2 * 12 + 1) / 40, 0.3, 1.0]
     np.testing.assert_allclose(part @ [(2 * 4 + 1) / 5 - 1, 1 - (2 * 2 + 1) / 6, 0.3, 1.0], whole, rtol=1e-12)
+
+
+HEADLIGHT = Lit(ShaderSlopes("central", 0.1))
+
+
+def lit(volume: Volume, light: Lit = HEADLIGHT) -> Volume:
+    """Return the volume, lit by differences of its values."""
+    return replace(volume, normals=light)
+
+
+def test_light_on_differences_of_the_same_values_is_the_same(scan: Volume) -> None:
+    scan.stored[:, 2] = 3
+    changed = changed_voxels(lit(scan), lit(held(scan, slice(1, 6))), FUNCTION)
+    assert changed is not None
+    assert changed.shape == (0, 3)
+
+
+def test_a_border_of_one_voxel_is_not_enough_for_light(scan: Volume) -> None:
+    """Differences at the outermost voxels of the codes are not those of the scan."""
+    assert changed_voxels(lit(scan), lit(held(scan, slice(1, 6))), FUNCTION) is None
+
+
+@pytest.mark.parametrize(
+    "light",
+    [
+        "central",
+        Lit(ShaderSlopes("forward", 0.1)),
+        Lit(ShaderSlopes("central", 0.1), Light(place_mm_xyz=(0.0, 0.0, 0.0), shadows="map")),
+    ],
+)
+def test_light_that_may_differ_leaves_no_voxel_the_same(scan: Volume, light: Lit) -> None:
+    scan.stored[:, 2] = 3
+    assert changed_voxels(replace(scan, normals=light), lit(held(scan, slice(1, 6))), FUNCTION) is None
+
+
+def test_a_voxel_changes_light_one_voxel_further_than_values() -> None:
+    matrix = standard_views(GRID, "orthographic")["anterior"].box_from_clip(GRID, aspect=1.0)
+    near, far = (pixels_around(np.array([2, 3, 4]), GRID, matrix, (400, 400), reach) for reach in (0, 1))
+    for one, other in zip(near, far, strict=True):
+        assert other.start < one.start < one.stop < other.stop

@@ -2,6 +2,7 @@
 
 import importlib.util
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,17 +14,21 @@ from tampering import built
 from volprep.compositing import COMPOSITINGS
 from volprep.report.page import page
 from volprep.report.validate import validate
+from volprep.scene.presets import load_preset
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume
 from volprep.truth.oracle import Medium
-from volprep.validation.records import Report
+from volprep.validation.report_record import Report
 from volprep.validation.verdict import judge
+from volprep.validation.verdict_errors import error_of_verdict
 from volprep.validation.views import Statement
+from volprep.validation.witness import second_reading
+from volprep.validation.witness.independent.scan import CannotWitnessError
+from volprep.validation.witness.independent.scene import read_scene
 from volprep.validation.witness.judge import ask_witness, compared
 from volprep.validation.witness.records import WitnessView
 from volprep.validation.witness.vtk_views import MOST_VOXELS, draw_views
 from volprep.vtk.process import run_script
-from volprep_cli.validate import _why_not
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -150,7 +155,7 @@ def test_vtk_agrees_with_a_package_that_follows_from_the_scan(report) -> None:
 def test_a_witness_that_disagrees_fails_the_package(report) -> None:
     verdict = judge(report.programs, report.tolerance, disagreeing=("raycast-shell",))
     assert not verdict.passed
-    error = _why_not(report.model_copy(update={"verdict": verdict}), Path("tried.volpkg"), Path("report"))
+    error = error_of_verdict(report.model_copy(update={"verdict": verdict}), Path("tried.volpkg"), Path("report"))
     assert error.code == "VP6042"
     assert "raycast-shell" in str(error)
 
@@ -166,21 +171,57 @@ def test_a_witness_that_disagrees_fails_the_package(report) -> None:
             "voxels",
         ),
         ({"compositing": "average"}, "average"),
+        ({"has_baked_light": lambda _: True}, "path tracing judges it"),
     ],
 )
 def test_what_vtk_cannot_draw_is_named_with_the_reason(changes, reason) -> None:
-    subject = SimpleNamespace(**{"scan": scan(), "is_of_several": False, "compositing": "maximum"} | changes)
-    asked = Statement(SimpleNamespace(subject=subject), SimpleNamespace(name="raycast"), None)
+    sound = {"scan": scan(), "is_of_several": False, "compositing": "maximum", "has_baked_light": lambda _: False}
+    bench = SimpleNamespace(subject=SimpleNamespace(**sound | changes))
+    asked = Statement(bench, SimpleNamespace(name="raycast", transfer="shell"), None)
     said = ask_witness([asked], "anterior", Path("/nowhere"))
     assert said.programs == ()
     assert said.missing[0].item == "raycast"
     assert reason in said.missing[0].reason
 
 
-def test_a_machine_without_pyvista_is_told_so_before_anything_is_drawn(monkeypatch, tmp_path) -> None:
+def test_a_second_reading_names_light_that_was_computed_once() -> None:
+    subject = SimpleNamespace(has_baked_light=lambda name: name == "shell")
+    asked = Statement(SimpleNamespace(subject=subject), SimpleNamespace(transfer="shell"), None)
+    with pytest.raises(CannotWitnessError, match="path tracing of the scan judges it"):
+        list(second_reading._pictures(asked, {}, None, {}))
+
+
+def test_a_preset_that_is_like_another_is_read_with_its_points(tmp_path) -> None:
+    (tmp_path / "scene.toml").write_text('[source]\npath = "x"\n[[transfer]]\npreset = "ct-bone-photograph"\n')
+    presets = Path(str(files("volprep.scene.presets")))
+    (function,) = read_scene(tmp_path, tmp_path / "scene.toml", presets).functions
+    assert list(function.values) == [point.value for point in load_preset("ct-bone").points]
+
+
+def test_without_pyvista_vtk_is_named_as_missing(monkeypatch, tmp_path) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(VolprepError, match="VP6040"):
-        validate(tmp_path / "no.volpkg", tmp_path / "report", Silent(), witness=True)
+    said = ask_witness([], "anterior", tmp_path)
+    assert [each.item for each in said.missing] == ["VTK"]
+    assert "pip install" in said.missing[0].reason
+
+
+def test_a_second_reading_agrees_with_a_package_that_follows_from_the_scan(report) -> None:
+    items = {check.item.split(" ")[0] for check in report.witness.checks}
+    assert items >= {"grid", "voxels", "transfer", "cameras", "truth", "pictures"}
+    assert report.witness.contradicted == ()
+    assert "Second reading" in page(report)
+
+
+def test_a_second_reading_that_disagrees_is_one_message(report) -> None:
+    wrong = report.witness.checks[0].model_copy(update={"found": 1.0})
+    witness = report.witness.model_copy(update={"checks": (wrong,)})
+    verdict = judge(report.programs, report.tolerance, contradicted=witness.contradicted)
+    assert not verdict.passed
+    error = error_of_verdict(
+        report.model_copy(update={"verdict": verdict, "witness": witness}), Path("a.volpkg"), Path("r")
+    )
+    assert error.code == "VP6060"
+    assert wrong.item in str(error)
 
 
 def test_a_vtk_that_fails_is_one_message(tmp_path) -> None:

@@ -10,7 +10,7 @@ from volprep.pipeline.build import build
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation.folder import default_report_path
-from volprep.validation.records import Report
+from volprep.validation.report_record import Report
 from volprep_formats.progress import Silent
 
 SIZE = 48

@@ -7,14 +7,16 @@ import signal
 import socket
 import subprocess
 import threading
+import time
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
 import pytest
 from command_line import COMMAND
 from device_files import device_record_text
 
+from volprep.view import server as view_server
 from volprep.view.ranges import UnsatisfiableError, part_of
 from volprep.view.server import ViewServer, lan_address, qr_code
 from volprep.view.site import file_served, text_served
@@ -253,6 +255,48 @@ def test_a_body_without_a_length_or_of_another_kind_is_refused(server) -> None:
         server, f"/{server.token}/devices", "POST", None, Content_Type="application/json", Content_Length="+5"
     )
     assert answer.status == 411
+
+
+def test_one_sender_stores_only_so_many_measurements_and_others_still_can(server, monkeypatch) -> None:
+    monkeypatch.setattr(view_server, "_MOST_MEASUREMENTS", server._measurements["127.0.0.1"] + 2)
+    body = device_record_text(manifest_sha256=DIGEST).encode()
+    assert [post(server, body)[0] for _ in range(3)] == [201, 201, 400]
+    assert json.loads(post(server, body)[1])["code"] == "VP7072"
+    server.require_room(("10.0.0.7", 1))
+
+
+def test_a_request_that_comes_too_slowly_is_cut_off(server, monkeypatch) -> None:
+    monkeypatch.setattr(view_server, "_REQUEST_S", 0.3)
+    with socket.create_connection(("127.0.0.1", server.server_port), 5) as raw:
+        began = time.monotonic()
+        with suppress(ConnectionError):
+            while time.monotonic() - began < 4:
+                raw.sendall(b"G")
+                time.sleep(0.05)
+        assert time.monotonic() - began < 3
+
+
+def test_a_body_that_comes_too_slowly_is_cut_off(server, monkeypatch) -> None:
+    monkeypatch.setattr(view_server, "_REQUEST_S", 0.3)
+    with socket.create_connection(("127.0.0.1", server.server_port), 5) as raw:
+        head = f"POST /{server.token}/devices HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n"
+        raw.sendall(f"{head}Content-Type: application/json\r\nContent-Length: 99\r\n\r\n".encode())
+        began = time.monotonic()
+        assert b"201" not in raw.makefile("rb").read()
+        assert time.monotonic() - began < 3
+
+
+def test_one_sender_has_only_so_many_connections(server, monkeypatch) -> None:
+    monkeypatch.setattr(view_server, "_MOST_CONNECTIONS", 3)
+    with ExitStack() as stack:
+        for _ in range(3):
+            stack.enter_context(socket.create_connection(("127.0.0.1", server.server_port), 5))
+        time.sleep(0.2)
+        fourth = stack.enter_context(socket.create_connection(("127.0.0.1", server.server_port), 5))
+        with suppress(ConnectionError):
+            assert fourth.recv(1) == b""
+    time.sleep(0.2)
+    assert ask(server, f"/{server.token}/")[0].status == 200
 
 
 def test_a_port_that_is_taken_is_told_of(server) -> None:

@@ -74,7 +74,9 @@ def test_a_picture_is_the_oracle_of_the_scan_and_its_matrix_that_of_the_view(pha
     on_data = (
         Subject(package, level_volume(package, 0), index.picture_size).on_data(program.transfer, view.view, 0).rgba
     )
-    assert float(np.sqrt(np.mean((picture - on_data) ** 2))) == pytest.approx(data_rmse, rel=1e-3)
+    # The picture is rounded to 16 bits, which moves the RMSE by half a step of them at most; it was seen to move it
+    # from 2.678e-5 to 2.684e-5.
+    assert float(np.sqrt(np.mean((picture - on_data) ** 2))) == pytest.approx(data_rmse, abs=0.5 / 65535)
 
 
 def test_a_report_with_truth_pictures_is_replaced_by_the_next(phantom, tmp_path) -> None:

@@ -1,1 +1,1 @@
-"""Many scans: jobs, a ledger of what became of each, workers that may die, and a page of all."""
+"""Batches of scans: jobs, a ledger of their outcomes, workers that may crash, and an overview page."""

@@ -1,4 +1,4 @@
-"""One scan after another, in a process of its own that may die: what a job array needs on each machine."""
+"""Engine that builds one scan after another in a child process that may crash: for each machine of a job array."""
 
 import multiprocessing
 import signal
@@ -15,7 +15,7 @@ class Alone:
     """An engine of one process."""
 
     def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
-        """Do each task; give its result as soon as it is there. Raises what `work` raises."""
+        """Do each task; yield its result as soon as it is available. Raises the errors of `work`."""
         worker = _Worker()
         try:
             for task in tasks:
@@ -39,7 +39,7 @@ class _Worker:
         theirs.close()
 
     def work(self, task: Task) -> Ended | None:
-        """Return the result of a task; None if the process died over it. Raises what `work` raises."""
+        """Return the result of a task; None if the process crashed. Raises the errors of `work`."""
         try:
             self._connection.send(task)
             given = self._connection.recv()

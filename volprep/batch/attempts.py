@@ -1,6 +1,6 @@
-"""The lock of a job, and in the same file the attempts of its builds, so that a death is known to the next attempt.
+"""The lock file of a job, which also lists the attempts of its builds, so that the next attempt knows of a crash.
 
-The system lets go of the lock when its process ends, however it ends. What the file says then is how far it came.
+The system releases the lock when its process ends, however it ends. The file then shows how far the attempt came.
 """
 
 import fcntl
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 End = Literal["killed", "time", "memory"]
-"""How an attempt ended that left no record."""
+"""End of an attempt that left no record."""
 _BEGUN = "begun"
 
 
@@ -21,21 +21,21 @@ class Attempts:
     """Attempts of one batch at one job, by the process that holds the job's lock."""
 
     descriptor: int
-    """Of the locked file; lines of the batch's number and what happened."""
+    """Descriptor of the locked file; its lines have the batch's number and an event."""
     path: Path
     run: str
-    """Number of the batch: what another one began says nothing of this scan."""
+    """Number of the batch: attempts of another batch say nothing about this scan."""
 
     def begin(self) -> None:
         """Note that an attempt begins."""
         self.note(_BEGUN)
 
     def note(self, what: str) -> None:
-        """Note what happens; it is there also if this process ends at once."""
+        """Write an event; it is kept even if this process ends at once."""
         os.write(self.descriptor, f"{self.run} {what}\n".encode())
 
     def deaths(self) -> list[End]:
-        """Return how each attempt of this batch ended: none of them left a record, or nobody would ask."""
+        """Return how each attempt of this batch ended: all died, since the job has no record."""
         size = os.fstat(self.descriptor).st_size
         found: list[End] = []
         for line in os.pread(self.descriptor, size, 0).decode().splitlines():
@@ -74,7 +74,7 @@ def _locked(path: Path) -> int | None:
         except BlockingIOError:
             os.close(descriptor)
             return None
-        # Who had the lock may have removed the file between our opening and our locking it.
+        # The previous owner of the lock may have removed the file between our opening and our locking it.
         if path.exists() and os.path.samestat(os.fstat(descriptor), path.stat()):
             return descriptor
         os.close(descriptor)

@@ -1,7 +1,7 @@
-"""Dask distributed as engine: worker processes on this machine, or those of a scheduler that runs already.
+"""Dask distributed as engine: worker processes on this machine, or of a running scheduler.
 
-A worker that dies is seen by the scheduler, and takes nobody along; its scan is handed out again. What a worker notes
-beside the lock of a job tells the next one how the attempt ended, so that it does not matter who counts deaths.
+The scheduler notices a worker that dies; no other worker is affected, and its scan is scheduled again. A worker's notes
+beside the lock of a job show the next one how the attempt ended, so that it does not matter who counts deaths.
 """
 
 import asyncio
@@ -25,14 +25,14 @@ from volprep_formats.diagnostics import VolprepError
 _WAIT_S = 30.0
 """For an answer of a scheduler, and for its first worker."""
 _AT_A_TIME = 1000
-"""Tasks that the scheduler knows at the same time: enough for as many cores, and little memory."""
+"""Tasks that the scheduler knows at the same time: enough for that number of cores, and little memory."""
 _ONLY_HERE = "127.0.0.1:0"
-"""Where the scheduler answers questions of its state: to this machine alone, on any port that is free."""
+"""Address of the scheduler's status page: reachable from this machine alone, on any free port."""
 _SETTINGS = {
-    # Each death comes back to us: a second attempt is ours to count.
+    # Each crash is returned to us: this program counts a second attempt.
     "distributed.scheduler.allowed-failures": 0,
-    # A killed worker is started again by its nanny. After this time the cluster would give both up, for ever: with the
-    # 15 s that Dask has, a batch on a busy machine was left without workers, and waited.
+    # A killed worker is restarted by its nanny. After this time the cluster would give up both for good: with Dask's 15
+    # s, a batch on a busy machine was left without workers, and waited.
     "distributed.deploy.lost-worker-timeout": "10 days",
     # Dask would look at every worker's stack a hundred times a second, under the lock that the scan needs.
     "distributed.worker.profile.enabled": False,
@@ -52,7 +52,7 @@ class Local:
         self._dashboard = dashboard
 
     def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
-        """Do tasks; give each result as soon as it is there. Raises what `work` raises."""
+        """Do tasks; yield each result as soon as it is available. Raises the errors of `work`."""
         quiet = logging.CRITICAL
         with (
             dask.config.set(_SETTINGS),
@@ -78,10 +78,10 @@ class Remote:
         self._dashboard = dashboard
 
     def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
-        """Do tasks; give each result as soon as it is there.
+        """Do tasks; yield each result as soon as it is available.
 
         Raises VP8030 for a scheduler that does not answer, VP8031 for workers of another version, VP8032 if there are
-        none, and what `work` raises.
+        no workers, and the errors of `work`.
         """
         with self._client() as client:
             try:
@@ -117,7 +117,7 @@ class _LeaveInterruptsToParent(WorkerPlugin):
 
 
 def _tell_dashboard(client: Client, tell: Callable[[str], None]) -> None:
-    """Tell the address of the scheduler's page, if it has one: without bokeh it only says that there is none."""
+    """Report the address of the scheduler's page, if it has one: without bokeh there is no page."""
     if client.run_on_scheduler(_has_dashboard) and client.dashboard_link:
         tell(client.dashboard_link)
 

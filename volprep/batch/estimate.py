@@ -1,8 +1,8 @@
-"""How long a batch takes, and how large its packages are: from headers, and from what the ledger has measured.
+"""Estimate the duration of a batch and the size of its packages, from headers and from measurements in the ledger.
 
-seconds = a + b · voxels and bytes = c · voxels, at most what the profile allows its textures. a, b and c are those of a
-common build; the sums over all packages that the ledger holds of the same profile, divided by what the formula says of
-them, give the factor by which this machine and these scenes differ.
+seconds = a + b · voxels and bytes = c · voxels, at most what the profile allows its textures. a, b and c are the values
+of a common build. Dividing the sums over all packages of the same profile in the ledger by the formula's values for
+them gives the factor for this machine and these scenes.
 """
 
 from collections.abc import Iterable, Mapping
@@ -16,12 +16,12 @@ from volprep.batch.records import JobRecord
 _SECONDS = 0.3
 _SECONDS_PER_VOXEL = 6e-7
 _BYTES_PER_VOXEL = 1.15
-"""Of builds without a scene: boxes of 48³ and 96³ voxels and a head of 7·10⁶, one thread, time of the processor."""
+"""Fitted to builds without a scene: boxes of 48³ and 96³ voxels and a head of 7·10⁶, one thread, processor time."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a job takes."""
+    """Estimated duration and size of a job."""
 
     seconds: float
     """Time of one process."""
@@ -31,7 +31,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Rates:
-    """How much longer and larger packages are than the formula says; 1 where nothing has been measured."""
+    """Ratio of measured times and sizes of packages to the formula's; 1 if nothing has been measured."""
 
     seconds: float = 1.0
     size: float = 1.0
@@ -61,7 +61,7 @@ def rates_of(records: Iterable[JobRecord]) -> dict[str, Rates]:
 
 
 def estimate(job: Job, rates: Mapping[str, Rates]) -> Estimate | None:
-    """Estimate a job from the header of its scan; None where that cannot be read, or would have to be fetched."""
+    """Estimate a job from the header of its scan; None if that cannot be read, or would have to be fetched."""
     if job.url is not None:
         return None
     voxels = job.voxels or facts_of_source(job.request.scene.source).voxels

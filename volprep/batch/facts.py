@@ -1,4 +1,4 @@
-"""What headers say of a scan before anything of it is built: for rules, and for estimates."""
+"""Facts from a scan's header, read before it is built: for rules and for estimates."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,18 +13,18 @@ from volprep_formats.source import SourceSpec, UnevenSource
 
 @dataclass(frozen=True)
 class Facts:
-    """What headers say of a scan."""
+    """Facts from a scan's header."""
 
     format: str
-    """Name of the reader: dicom, nifti, ...; empty where no reader knows the scan."""
+    """Name of the reader: dicom, nifti, ...; empty if no reader knows the scan."""
     modality: str = ""
-    """DICOM modality; empty where the source does not say."""
+    """DICOM modality; empty if the source has none."""
     shape_zyx: tuple[int, int, int] | None = None
-    """Slices, rows and columns; None where the scan cannot be opened."""
+    """Slices, rows and columns; None if the scan cannot be opened."""
     spacing_mm_zyx: tuple[float | None, float | None, float | None] = (None, None, None)
-    """Distance between voxel centres; None where it is not known or not the same everywhere."""
+    """Distance between voxel centres; None if it is unknown or not uniform."""
     description: str = field(default="", repr=False)
-    """What people called a DICOM series: compared with patterns, and shown on the screen alone."""
+    """Free text description of a DICOM series: compared with patterns, and only shown on the screen."""
 
     @property
     def voxels(self) -> int | None:
@@ -36,13 +36,13 @@ class Facts:
 
 
 def facts_of_series(series: Series) -> Facts:
-    """Return what the headers of a DICOM series say, its description included."""
+    """Return the facts in the headers of a DICOM series, including its description."""
     listed = listed_series(series)
     return Facts("dicom", listed.modality, listed.shape_zyx, listed.spacing_mm_zyx, listed.description)
 
 
 def facts_of_source(spec: SourceSpec, known_format: str = "") -> Facts:
-    """Return what the header of a source says. What cannot be opened has its format alone: its build will say why."""
+    """Return the facts in the header of a source; only its format if it cannot be opened: its build reports why."""
     try:
         with open_slices(spec, Path(), Silent()) as source:
             info = source.nominal if isinstance(source, UnevenSource) else source.info

@@ -1,4 +1,4 @@
-"""Limits of time and memory for the work of this process: who passes one ends, at once, and takes nobody along."""
+"""Limits of time and memory for the work of this process: exceeding one ends it at once, and affects no other."""
 
 import faulthandler
 import os
@@ -13,12 +13,12 @@ import psutil
 
 _LOOK_S = 0.02
 _GRACE_S = 10.0
-"""A process that does not even come to look at the clock is ended this much later."""
+"""Extra time after which a process that does not check its limits is ended."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What one scan may take."""
+    """Limits for one scan."""
 
     seconds: float
     """Time of an attempt."""
@@ -33,7 +33,7 @@ class Peak:
         self.bytes = 0
 
     def look(self) -> int:
-        """Return the memory of this process in bytes, without what it shares with files and others."""
+        """Return the memory of this process in bytes, without memory that it shares with files and other processes."""
         found = psutil.Process().memory_info()
         now: int = found.rss - getattr(found, "shared", 0)
         self.bytes = max(self.bytes, now)
@@ -42,12 +42,12 @@ class Peak:
 
 @contextmanager
 def guarded(limits: Limits, note: Callable[[str], None]) -> Iterator[Peak]:
-    """Watch this process while the block runs. If it passes a limit, `note` is told which, and the process ends."""
+    """Watch this process while the block runs. If it exceeds a limit, `note` gets the limit, and the process ends."""
     peak = Peak()
     done = threading.Event()
     watcher = threading.Thread(target=_watch, args=(limits, note, peak, done), daemon=True)
     with Path(os.devnull).open("w") as nowhere:
-        # It needs no lock of Python's, so that it ends also what holds that for ever.
+        # It needs no lock of Python's, so it also ends code that never releases that lock.
         faulthandler.dump_traceback_later(limits.seconds + _GRACE_S, exit=True, file=nowhere)
         watcher.start()
         try:
@@ -75,7 +75,7 @@ def _end(note: Callable[[str], None], why: str) -> None:
 
 
 def machine_memory_bytes() -> int:
-    """Return nine tenths of the memory of this machine, or of what it allows to its group of processes."""
+    """Return nine tenths of the memory of this machine, or of the limit of its control group."""
     from distributed.system import MEMORY_LIMIT  # noqa: PLC0415 - loads much, and workers have it
 
     return int(0.9 * MEMORY_LIMIT)

@@ -8,17 +8,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from string import Formatter
 
 from volprep.batch.facts import Facts
 from volprep.scene.channels import files_of
 from volprep.scene.request import Request, load_request, request_for_source
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.path_text import path_text
+from volprep_formats.readers.dicom.naming import series_name
+from volprep_formats.shown import without_secrets
 
 _Loader = Callable[[Path, str | None], Request]
 _FOLDER = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+_SHORT_HASH = 8
 _DIGITS = 16
-"""Of a name: two of 10⁶ scans have the same one with a chance of 3·10⁻⁸."""
+"""Length of a name: two of 10⁶ scans have the same name with a probability of 3·10⁻⁸."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,7 @@ class FoundScan:
     source: Path | None
     """File or folder, absolute; None if the scene or `url` names it."""
     files: tuple[Path, ...] = ()
-    """Files of a DICOM series; empty where `source` is all that is read."""
+    """Files of a DICOM series; empty if only `source` is read."""
     series: str | None = None
     """DICOM: SeriesInstanceUID, or an ending of it. OME: name of the image."""
     volume: int | None = None
@@ -40,13 +44,13 @@ class FoundScan:
     scene: Path | None = None
     """Scene file; None takes that of the batch."""
     profiles: tuple[str, ...] = ()
-    """Classes of devices; none takes those of the batch."""
+    """Classes of devices; the batch's if empty."""
     name: str | None = None
     """Name that the user gave."""
     identity: str = ""
-    """What makes this scan another one than all others: a name is made from it."""
+    """Text that identifies this scan among all others: a name is made from it."""
     facts: Facts | None = None
-    """What its headers say, where somebody asked for it."""
+    """Facts from its headers, if they were requested."""
     rule: str = ""
     """Name of the rule that it matches."""
     url: str | None = None
@@ -55,14 +59,16 @@ class FoundScan:
 
 @dataclass(frozen=True)
 class Defaults:
-    """What counts for a scan of which a table says nothing else."""
+    """Defaults for a scan whose table line does not set them."""
 
     scene: Path | None = None
     """Scene file; None draws a scan as its values suggest."""
     profiles: tuple[str, ...] = ()
     """Classes of devices; none takes that of the scene."""
     chosen: Callable[[Request], Request] = lambda request: request
-    """Puts what the command line says of sources and transfer functions into a request."""
+    """Applies the command line's choices of sources and transfer functions to a request."""
+    names: str | None = None
+    """Pattern of names of DICOM series, over the fields of `_named`; None names scans by a hash."""
     needs_mask: bool = False
     """Whether a scan without a mask is refused."""
 
@@ -88,9 +94,9 @@ class Job:
 
     @property
     def shown_source(self) -> str:
-        """Where the scan is, for the screen only: a path may name a patient."""
+        """Location of the scan, for the screen only: a path may name a patient."""
         if self.url is not None:
-            return self.url
+            return without_secrets(self.url)
         spec = self.request.scene.source
         return spec.path or ", ".join(path_text(path) for path in self.files)
 
@@ -106,8 +112,8 @@ class Job:
 def expand(found: Sequence[FoundScan], jobs_path: Path | str, key: bytes, defaults: Defaults) -> list[Job]:
     """Make the jobs of all scans: one for each of its profiles.
 
-    Raises VP8005 for two jobs of one name, VP8007 for a
-    profile that cannot have a folder of its name, and what `load_request` raises.
+    Raises VP8005 for two jobs of one name, VP8007 for a profile that cannot be the name of a folder, and the errors of
+    `load_request`.
     """
     loaded = cache(load_request)
     jobs: dict[tuple[str, str], tuple[Job, str]] = {}
@@ -126,8 +132,29 @@ def expand(found: Sequence[FoundScan], jobs_path: Path | str, key: bytes, defaul
 
 
 def name_of(identity: str, key: bytes) -> str:
-    """Return a name made of a secret and of what makes a scan another one: the same in each run, and no way back."""
+    """Return a name made of a secret and the identity of a scan: the same in each run, and not reversible."""
     return f"scan-{hmac.new(key, identity.encode('utf-8', 'surrogateescape'), hashlib.sha256).hexdigest()[:_DIGITS]}"
+
+
+def _named(scan: FoundScan, pattern: str | None, hashed: str) -> str:
+    """Return the name of a scan by a pattern, with a part of its hash, so that it is stable and unique.
+
+    Raises VP8061 for a pattern with unknown fields.
+    """
+    if pattern is None or scan.series is None:
+        return hashed
+    told = series_name(scan.files[0])
+    fields = {
+        "series_number": "x" if told.number is None else str(told.number),
+        "kernel": told.kernel or "x",
+        "echo": "x" if told.echo_ms is None else f"{told.echo_ms:g}",
+        "hash": hashed.removeprefix("scan-"),
+    }
+    unknown = [field for _, field, _, _ in Formatter().parse(pattern) if field is not None and field not in fields]
+    if unknown:
+        raise VolprepError("VP8061", pattern=pattern, field=unknown[0], fields=", ".join(fields))
+    made = pattern.format(**fields) + ("" if "{hash}" in pattern else f"-{fields['hash'][:_SHORT_HASH]}")
+    return re.sub(r"[^a-z0-9_-]+", "-", made.lower()).strip("-_") or hashed
 
 
 def in_shard(name: str, number: int, count: int) -> bool:
@@ -158,7 +185,7 @@ def _job(scan: FoundScan, profile: str | None, loaded: _Loader, key: bytes, defa
     request = defaults.chosen(request)
     if choices:
         request = request.with_source(**choices)
-    name = scan.name or name_of(scan.identity, key)
+    name = scan.name or _named(scan, defaults.names, name_of(scan.identity, key))
     request = replace(request, scene=request.scene.model_copy(update={"name": name}))
     spec = request.scene.source
     place = spec.mask_place(Path())

@@ -1,7 +1,7 @@
-"""ledger.jsonl: the final record of each job, one in a line. The last one of a job counts.
+"""The file ledger.jsonl: the final record of each job, one per line. The last record of a job counts.
 
-Each record is appended by the process that did the work, whole, on the disk, and under a lock. A line that a killed
-process left without its end is no record, and the next one that appends removes it.
+Each record is appended, whole and under a lock, and flushed to disk by the process that did the work. A line that a
+killed process left incomplete is no record, and the next append removes it.
 """
 
 import fcntl
@@ -27,16 +27,24 @@ class Ledger:
 
     place: Place
 
-    def records(self) -> dict[tuple[str, str], JobRecord]:
-        """Return the last record of each job, by name and profile. Raises VP8010 for a line that is no record."""
+    def records(self, passed: list[VolprepError] | None = None) -> dict[tuple[str, str], JobRecord]:
+        """Return the last record of each job, by name and profile.
+
+        A line that is not a record is left out, and its VP8010 is added to `passed`: its scan is built again.
+        """
         found: dict[tuple[str, str], JobRecord] = {}
         for number, line in enumerate(self._content().split(b"\n")[:-1], 1):
-            record = self._record(line, number)
+            try:
+                record = JobRecord.model_validate_json(line)
+            except ValidationError as error:
+                if passed is not None:
+                    passed.append(VolprepError("VP8010", path=self.place.ledger, line=number, problem=problems(error)))
+                continue
             found[record.key] = record
         return found
 
     def last(self, name: str, profile: str) -> JobRecord | None:
-        """Return the last record of one job, without parsing the others. Raises VP8010 if it is no record."""
+        """Return the last record of one job, without parsing the others; None if there is no readable one."""
         with output_errors(self.place.ledger):
             try:
                 found = known_lines(self.place.ledger).find(_beginning(name, profile))
@@ -44,11 +52,10 @@ class Ledger:
                 return None
         if found is None:
             return None
-        begin, line = found
         try:
-            return JobRecord.model_validate_json(line)
-        except ValidationError as error:
-            raise self._no_record(error, self._content().count(b"\n", 0, begin) + 1) from error
+            return JobRecord.model_validate_json(found[1])
+        except ValidationError:
+            return None
 
     def append(self, record: JobRecord) -> None:
         """Add a record, which is on the disk when this returns. Raises VP4020, and then nothing has been added."""
@@ -65,10 +72,10 @@ class Ledger:
             finally:
                 os.close(descriptor)
 
-    def tidy(self) -> dict[tuple[str, str], JobRecord]:
-        """Leave only the last record of each job, in the order of their names, and return them."""
+    def tidy(self, passed: list[VolprepError] | None = None) -> dict[tuple[str, str], JobRecord]:
+        """Leave only the last record of each job, in the order of their names, and return them as `records` does."""
         with self._locked():
-            records = self.records()
+            records = self.records(passed)
             text = b"".join(_line(records[key]) for key in sorted(records))
             if text != self._content():
                 write_file(self.place.ledger, text)
@@ -91,15 +98,6 @@ class Ledger:
             except FileNotFoundError:
                 return b""
 
-    def _record(self, line: bytes, number: int) -> JobRecord:
-        try:
-            return JobRecord.model_validate_json(line)
-        except ValidationError as error:
-            raise self._no_record(error, number) from error
-
-    def _no_record(self, error: ValidationError, number: int) -> VolprepError:
-        return VolprepError("VP8010", path=self.place.ledger, line=number, problem=problems(error))
-
 
 def _line(record: JobRecord) -> bytes:
     rest = record.model_dump(mode="json", exclude={"name", "profile"})
@@ -108,7 +106,7 @@ def _line(record: JobRecord) -> bytes:
 
 
 def _beginning(name: str, profile: str) -> bytes:
-    """Return how the line of a job begins: what `beginning_of` gives of it."""
+    """Return the beginning of the line of a job, as `beginning_of` returns it."""
     return f'{{"name": {json.dumps(name)}, "profile": {json.dumps(profile)}, '.encode()
 
 

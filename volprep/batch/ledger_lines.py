@@ -1,6 +1,6 @@
-"""Where in a ledger the last line of each job begins: each process reads only what is new to it.
+"""Index of the last line of each job in a ledger: each process reads only lines that are new to it.
 
-Lines are only added to a ledger, but for a torn one at its end, until it is tidied: then another file takes its place.
+Lines are only added to a ledger, except that tidying replaces the file when its last line is torn.
 """
 
 import os
@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 
 class LedgerLines:
-    """What this process knows of one ledger. Threads may share it."""
+    """Index of one ledger in this process. Threads may share it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -19,9 +19,9 @@ class LedgerLines:
         self._forget()
 
     def find(self, beginning: bytes) -> tuple[int, bytes] | None:
-        """Return place and bytes of the last whole line that begins so; None if there is none.
+        """Return place and bytes of the last whole line with this beginning, or None.
 
-        `beginning` is what `beginning_of` gives of the line. Raises OSErrors, also where there is no file.
+        `beginning` is the result of `beginning_of` for the line. Raises OSErrors, also if there is no file.
         """
         with self._lock, self._path.open("rb") as file:
             for _ in range(2):
@@ -54,14 +54,14 @@ class LedgerLines:
                 self._last = line
 
     def _goes_on(self, file: BinaryIO) -> bool:
-        """Whether a file has what was read before. The number of one that is gone may be given again."""
+        """Whether a file still has the content that was read. The inode number of a deleted file may be reused."""
         file.seek(self._end - len(self._last))
         return os.fstat(file.fileno()).st_ino == self._file and file.read(len(self._last)) == self._last
 
 
 @cache
 def known_lines(path: Path) -> LedgerLines:
-    """Return what this process knows of a ledger."""
+    """Return this process's index of a ledger."""
     return LedgerLines(path)
 
 

@@ -21,7 +21,7 @@ class Failure:
 
 
 def write_pages(place: Place, records: Mapping[tuple[str, str], JobRecord]) -> None:
-    """Write both pages of a ledger. Raises VP4020 where they cannot be written."""
+    """Write both pages of a ledger. Raises VP4020 if they cannot be written."""
     ordered = [records[key] for key in sorted(records)]
     index = {"jobs": [record.model_dump(mode="json") for record in ordered], "summary": summary(ordered)}
     write_file(place.folder / "index.json", (json.dumps(index, indent=1, sort_keys=True) + "\n").encode())
@@ -29,13 +29,14 @@ def write_pages(place: Place, records: Mapping[tuple[str, str], JobRecord]) -> N
 
 
 def summary(records: Iterable[JobRecord]) -> dict[str, int]:
-    """Count jobs by what became of them."""
+    """Count jobs by outcome; "beyond" counts every verdict but "within"."""
     found = Counter(result_of(record) for record in records)
-    return {result: found[result] for result in ("built", "within", "beyond", "failed")}
+    counts = {result: found.pop(result, 0) for result in ("built", "within", "failed")}
+    return {**counts, "beyond": found.total()}
 
 
 def result_of(record: JobRecord) -> str:
-    """Say in one word what became of a job."""
+    """Describe the outcome of a job in one word."""
     return "failed" if record.outcome == "failed" else record.verdict or "built"
 
 

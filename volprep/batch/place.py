@@ -1,10 +1,13 @@
-"""What lies where in the folder of a batch.
+"""Layout of the folder of a batch.
 
-FOLDER/ledger.jsonl, index.json, index.html; FOLDER/PROFILE/NAME.volpkg with its origin and its report. What only this
-program needs is in FOLDER/.batch: the key of the names, and locks.
+FOLDER/ledger.jsonl, index.json, index.html; FOLDER/PROFILE/NAME.volpkg with its origin and its report. Internal files
+are in FOLDER/.batch: the key of the names, and locks.
 """
 
+import json
+import os
 import secrets
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,7 +50,7 @@ class Place:
         return self.folder / profile / f"{name}.volpkg"
 
     def fetched(self, name: str, profile: str) -> Path:
-        """Where a scan from a store lies while it is built, and what goes to a store: others cannot read it."""
+        """Folder of scans fetched from a store, and of uploads to one, during a build; only the owner can read it."""
         return self._state / f"{name}.{profile}.fetched"
 
     @property
@@ -59,8 +62,36 @@ class Place:
     def _state(self) -> Path:
         return self.folder / _STATE
 
+    @property
+    def _names(self) -> Path:
+        return self._state / "names.jsonl"
+
+    def note_names(self, sources: Mapping[str, str]) -> None:
+        """Add the location of the scan of each name to the map of this folder, which only its owner can read.
+
+        Raises VP4020 if it cannot be written.
+        """
+        new = {name: source for name, source in sources.items() if self.sources().get(name) != source}
+        if not new:
+            return
+        with output_errors(self._names):
+            descriptor = os.open(self._names, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o600)
+            with os.fdopen(descriptor, "a", encoding="ascii") as file:
+                # One write, so that lines of shards that run at the same time do not mix.
+                file.write("".join(json.dumps([name, source]) + "\n" for name, source in new.items()))
+
+    def sources(self) -> dict[str, str]:
+        """Return where the scan of each name is, as far as batches of this folder have noted it."""
+        found: dict[str, str] = {}
+        with suppress(OSError, ValueError):
+            for line in self._names.read_text(encoding="ascii").splitlines():
+                with suppress(ValueError):
+                    name, source = json.loads(line)
+                    found[str(name)] = str(source)
+        return found
+
     def prepare(self) -> None:
-        """Make the folder and its key, if they are not there. Raises VP4020 where nothing can be written."""
+        """Make the folder and its key, if they are not there. Raises VP4020 if nothing can be written."""
         with output_errors(self.folder):
             self._state.mkdir(parents=True, exist_ok=True)
             if not self._key.exists():

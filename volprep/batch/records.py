@@ -7,13 +7,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep_formats.diagnostics import CATALOGUE, ExitStatus, VolprepError
+from volprep.truth.verdict_code import VerdictCode
+from volprep_formats.diagnostics import CATALOGUE, ExitStatus, Said, VolprepError
 from volprep_formats.package.values import Sha256
 from volprep_formats.record import Record
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _SYSTEM_TEXTS = frozenset(os.strerror(number) for number in errno.errorcode)
-"""What the system says is not from a scan."""
+"""Error texts of the system, which contain nothing from a scan."""
 
 
 class JobError(Record):
@@ -22,9 +23,9 @@ class JobError(Record):
     code: str
     """Permanent code of the message."""
     summary: str
-    """What is wrong, with the numbers. The name of the job stands for every path, and … for other text."""
+    """Description of the fault, with the numbers. The name of the job replaces every path, and … other text."""
     remedy: str
-    """What to do about it."""
+    """How to fix it."""
 
     @property
     def status(self) -> ExitStatus:
@@ -33,7 +34,7 @@ class JobError(Record):
 
 
 class JobRecord(Record):
-    """What became of a job."""
+    """Outcome of a job."""
 
     name: str
     """Name of the job, and of its package."""
@@ -63,8 +64,8 @@ class JobRecord(Record):
     """Voxels of the finest level."""
     size_bytes: Annotated[int, Field(ge=0)] = 0
     """Size of all files of the package."""
-    verdict: Literal["within", "beyond"] | None = None
-    """Whether its pictures are within the tolerance; none where it was not validated."""
+    verdict: VerdictCode | None = None
+    """Verdict of its validation, in a word; null if it was not validated."""
     report: str | None = None
     """Path of the report's page, from the folder of the ledger."""
     errors: tuple[JobError, ...] = ()
@@ -80,7 +81,7 @@ class JobRecord(Record):
 
     @property
     def key(self) -> tuple[str, str]:
-        """Return what the ledger has one record of."""
+        """Return the key of a record in the ledger."""
         return self.name, self.profile
 
     @property
@@ -88,7 +89,7 @@ class JobRecord(Record):
         """Exit status of this job."""
         if self.errors:
             return max(error.status for error in self.errors)
-        return ExitStatus.TOLERANCE if self.verdict == "beyond" else ExitStatus.OK
+        return ExitStatus.OK if self.verdict in {None, "within"} else ExitStatus.TOLERANCE
 
 
 def job_error(error: VolprepError, name: str) -> JobError:
@@ -99,7 +100,7 @@ def job_error(error: VolprepError, name: str) -> JobError:
 
 
 def unexpected(error: Exception, name: str) -> JobError:
-    """Return what stands in the ledger for an error that nobody foresaw: its kind, and what the system says."""
+    """Return the ledger entry of an unexpected exception: its kind, and the system's message."""
     if isinstance(error, OSError) and error.errno is not None:
         code = "VP4020" if error.errno in _NO_ROOM else "VP7003"
         return job_error(VolprepError(code, path=name, error=os.strerror(error.errno)), name)
@@ -108,6 +109,6 @@ def unexpected(error: Exception, name: str) -> JobError:
 
 
 def _harmless(key: str, value: object, name: str) -> object:
-    if isinstance(value, Number) or str(value) in _SYSTEM_TEXTS:
+    if isinstance(value, Number | Said) or str(value) in _SYSTEM_TEXTS:
         return value
     return name if key == "path" else "…"

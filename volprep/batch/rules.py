@@ -25,12 +25,12 @@ Range = tuple[float, float]
 
 
 class Drawing(Record):
-    """What is done with a scan."""
+    """Settings for a scan."""
 
     scene: str = ""
     """Scene file; a relative path starts at the folder of the rule file. Empty: that of the command line."""
     profiles: tuple[str, ...] = ()
-    """Classes of devices. Empty: those of the command line."""
+    """Classes of devices. Empty: the command line's."""
     skip: bool = False
     """Whether these scans are left out."""
 
@@ -48,13 +48,13 @@ class Rule(Drawing):
     name: Annotated[str, Field(min_length=1, max_length=60)]
     """Name of the rule, for messages and --dry-run."""
     modality: tuple[str, ...] = ()
-    """DICOM modalities, one of which the scan has."""
+    """DICOM modalities; the scan must have one of them."""
     description: str | None = None
     """Regular expression that is found in the description of the DICOM series, whatever the case of its letters."""
     spacing_mm: Range | None = None
-    """Smallest and largest distance of slices, rows and columns, within which the largest of the three lies."""
+    """Range of the largest of the three voxel spacings (slices, rows, columns)."""
     format: tuple[SourceFormat, ...] = ()
-    """Source formats, one of which the scan has."""
+    """Source formats; the scan must have one of them."""
     slices: tuple[int, int] | None = None
     """Smallest and largest number of slices."""
 
@@ -89,7 +89,7 @@ class Rule(Drawing):
         return self
 
     def matches(self, facts: Facts) -> bool:
-        """Whether all conditions hold; one on what the headers do not say does not hold."""
+        """Whether all conditions hold; a condition on a missing header fact does not hold."""
         largest = None if None in facts.spacing_mm_zyx else max(each or 0.0 for each in facts.spacing_mm_zyx)
         slices = None if facts.shape_zyx is None else facts.shape_zyx[0]
         return (
@@ -111,7 +111,7 @@ class RuleFile(Record):
     rule: Annotated[tuple[Rule, ...], Field(min_length=1)]
     """Rules. Their order says nothing."""
     otherwise: Drawing | None = None
-    """What is done with scans that match no rule; without it they are refused."""
+    """Settings for scans that match no rule; if absent, they are refused."""
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:
@@ -130,7 +130,7 @@ class Rules:
     content: RuleFile
 
     def chosen(self, scan: FoundScan) -> "Matched":
-        """Return which rules a scan matches, and the scan as the only one of them wishes it."""
+        """Return the rules that a scan matches, and the scan with the settings of the only one."""
         facts = scan.facts or Facts("")
         names = tuple(rule.name for rule in self.content.rule if rule.matches(facts))
         choice: Drawing | None = next((rule for rule in self.content.rule if rule.name in names), None)
@@ -164,7 +164,7 @@ class Matched:
 
 
 def read_rules(path: Path) -> Rules:
-    """Read a rule file. Raises VP8040 for one that cannot be used, VP8042 for a scene that is not there."""
+    """Read a rule file. Raises VP8040 for an invalid file, VP8042 for a missing scene."""
     try:
         content = RuleFile.model_validate(read_toml_file(path))
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""A batch: what is done and unchanged stays, everything else is handed to workers, and a page tells of all."""
+"""Run a batch: finished, unchanged jobs are kept, all others go to workers, and a page reports all of them."""
 
 import secrets
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,7 +16,7 @@ from volprep.batch.store_tree import scans_in_store
 from volprep.batch.table import is_table, scans_in_table
 from volprep.batch.tree import scans_in_tree
 from volprep.batch.work import Ended, Task, is_done
-from volprep_formats.diagnostics import ExitStatus
+from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.progress import Progress
 
 
@@ -24,12 +24,12 @@ class Engine(Protocol):
     """Does tasks, somewhere."""
 
     def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
-        """Do tasks; give each result as soon as it is there, in any order."""
+        """Do tasks; yield each result as soon as it is available, in any order."""
         ...
 
 
 class Watcher(Protocol):
-    """Is told how far a batch is."""
+    """Progress callbacks of a batch."""
 
     def begin(self, jobs: int) -> None:
         """Take the number of jobs."""
@@ -39,18 +39,24 @@ class Watcher(Protocol):
         """Take the end of a job."""
         ...
 
+    def passed(self, error: VolprepError) -> None:
+        """Take the error of a ledger line that was skipped."""
+        ...
+
 
 @dataclass(frozen=True)
 class Wishes:
-    """How a batch is done."""
+    """Settings of a batch."""
 
     validate: bool
     """Whether packages are validated, too."""
     retry_failed: bool
-    """Whether to try again what failed before."""
+    """Whether to retry jobs that failed before."""
     limits: Limits
     to: str | None = None
     """Address below which packages are stored; None leaves them in the folder."""
+    digests: bool = False
+    """Whether to compare the digest of each file of packages that are there; their sizes are always compared."""
 
 
 def find_scans(
@@ -58,7 +64,7 @@ def find_scans(
 ) -> list[Matched]:
     """List the scans of a folder tree, a scan, a table or an address with their rules; `facts` reads all headers.
 
-    Raises what `scans_in_tree`, `scans_in_table` and `scans_in_store` raise.
+    Raises the errors of `scans_in_tree`, `scans_in_table` and `scans_in_store`.
     """
     if isinstance(path, str) and is_url(path):
         return [Matched(scan, ("",), skip=False) for scan in scans_in_store(path)]
@@ -75,8 +81,8 @@ def find_jobs(
 ) -> list[Job]:
     """List the jobs of a folder tree, a scan, a table or an address.
 
-    Makes the folder of the batch, which holds the key of names. Raises what `find_scans`, `read_rules`,
-    `require_one_each` and `expand` raise, and VP4020 where the folder cannot be written.
+    Makes the folder of the batch, which holds the key of names. Raises the errors of `find_scans`, `read_rules`,
+    `require_one_each` and `expand`, and VP4020 if the folder cannot be written.
     """
     read = None if rules is None else read_rules(rules)
     matched = find_scans(path, progress, has_scene=defaults.scene is not None, rules=read, facts=False)
@@ -88,22 +94,28 @@ def find_jobs(
 def run_batch(jobs: Sequence[Job], place: Place, wishes: Wishes, engine: Engine, watcher: Watcher) -> ExitStatus:
     """Do all jobs that are not done, and write the pages. Returns the highest exit status of these jobs.
 
-    Interrupted, it leaves a ledger and pages that tell of what has ended. Raises VP4020 and VP8010 for a ledger that
-    cannot be used, what `require_target` raises, and what the engine raises.
+    If interrupted, it leaves a ledger and pages that cover the finished jobs. Raises VP4020 for a ledger that cannot be
+    used, and the errors of `require_target` and of the engine.
     """
     if wishes.to is not None:
         require_target(wishes.to)
+    place.note_names({job.name: job.shown_source for job in jobs})
     ledger = Ledger(place)
-    before = ledger.tidy()
+    passed: list[VolprepError] = []
+    before = ledger.tidy(passed)
     run = secrets.token_hex(8)
     highest = ExitStatus.OK
     watcher.begin(len(jobs))
+    for error in passed:
+        watcher.passed(error)
     try:
         waiting: list[Task] = []
         for job in jobs:
             record = before.get((job.name, job.profile))
             seen = None if record is None else record.ended
-            task = Task(job, place, run, wishes.validate, wishes.retry_failed, seen, wishes.limits, wishes.to)
+            task = Task(
+                job, place, run, wishes.validate, wishes.retry_failed, seen, wishes.limits, wishes.to, wishes.digests
+            )
             if record is not None and is_done(record, task):
                 watcher.ended(Ended(task, record, is_new=False))
                 highest = max(highest, record.status)

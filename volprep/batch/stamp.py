@@ -1,7 +1,7 @@
-"""Whether a scan has changed, told without reading it: names, sizes and times of its files.
+"""Detect a changed scan without reading it: names, sizes and times of its files.
 
-The time of the last change of status counts, too: whoever writes a file in place and sets back its time of writing is
-found out. A file that was only copied anew counts as changed, which costs a build and mixes up nothing.
+The time of the last change of status counts, too: it reveals a file that was written in place and whose time of writing
+was set back. A file that was only copied again counts as changed, which costs a build and mixes up nothing.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ _WITH_OTHERS = {".mhd", ".nhdr", ".hdr"}
 
 
 def stamp_of(job: Job, key: bytes) -> str:
-    """Return a digest that changes when the scan of `job` does; with the key of the batch, so that it tells nobody."""
+    """Return a digest that changes when the scan of `job` does; keyed for the batch, so that it reveals nothing."""
     source = job.request.scene.source.model_dump(mode="json")
     digest = hmac.new(key, json.dumps(source, sort_keys=True).encode(), hashlib.sha256)
     for path in job.files:

@@ -1,8 +1,8 @@
 """Scans and packages in object stores, by fsspec: s3://, gs://, az://, and https:// for scans.
 
-A store that does not answer, or answers that it is busy, is asked again after growing waits. A scan is fetched as a
-whole before it is read. A package is stored as one object, NAME.volpkg.zip: object stores show an object when all of
-its bytes have come, and replace an older one in one step, so that a package is whole or not there.
+Requests to a store that does not answer, or is busy, are retried after growing waits. A scan is fetched as a whole
+before it is read. A package is stored as one object, NAME.volpkg.zip: object stores show an object only when all of its
+bytes have arrived, and replace an older one in one step, so a package is either whole or absent.
 """
 
 import errno
@@ -31,12 +31,12 @@ _WHOLE_OBJECTS = frozenset(("s3", "s3a", "gs", "gcs", "az", "abfs", "memory"))
 """Stores that show an object only when it is whole."""
 _TRIES = 7
 _FIRST_WAIT_S = 0.2
-"""Doubled with each try: 12.6 s in all, less by chance, so that workers do not come back together."""
+"""Doubled with each try: 12.6 s in all, randomly shortened, so that workers do not retry at the same moment."""
 _FINAL = (FileNotFoundError, PermissionError, NotADirectoryError, IsADirectoryError, NotImplementedError)
 """Answers that do not change when asked again."""
 _OF_THIS_MACHINE = frozenset((errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS))
 _MARKS = ("size", "ETag", "etag", "md5Hash", "LastModified", "last_modified", "mtime", "updated", "created")
-"""What stores say of an object that changes when the object does."""
+"""Metadata of an object in a store that change when the object does."""
 
 
 def is_url(text: str) -> bool:
@@ -45,9 +45,9 @@ def is_url(text: str) -> bool:
 
 
 def listed(url: str) -> dict[str, Mapping[str, object]]:
-    """Return what a store says of each object at or below `url`, by its path from there; "" where it is one object.
+    """Return the store's metadata of each object at or below `url`, by relative path; "" if `url` is one object.
 
-    Raises VP1001 if there is none, VP8050 if the store does not say, VP8052 if no module knows the store.
+    Raises VP1001 for a missing file, VP8050 if the store does not answer, VP8052 if no module knows the store.
     """
     system, root = _opened(url)
 
@@ -64,7 +64,7 @@ def listed(url: str) -> dict[str, Mapping[str, object]]:
 def fetch(url: str, folder: Path) -> Path:
     """Copy all objects at or below `url` into `folder`, which others cannot read, and return the scan's path there.
 
-    Raises what `listed` raises, VP8050 for an object that cannot be fetched, and OSError where the disk is full.
+    Raises the errors of `listed`, VP8050 for an object that cannot be fetched, and OSError if the disk is full.
     """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(mode=0o700)
@@ -108,9 +108,9 @@ def require_target(url: str) -> None:
 
 
 def mark_of(url: str, key: bytes) -> str | None:
-    """Return a digest that changes when one object at or below `url` does, and says nothing else; None for none.
+    """Return a digest that changes when an object at or below `url` does, and reveals nothing else; None for none.
 
-    None, too, where the store does not answer: what is not known to be there is made again.
+    None if the store does not answer; the object is then written again.
     """
     try:
         objects = listed(url)
@@ -138,7 +138,7 @@ def _get(system: "AbstractFileSystem", path: str, target: Path, size: object) ->
 
 def _inside(path: str, root: str, url: str) -> str:
     inside = path.removeprefix(root).lstrip("/")
-    # Keys of objects are any text: one that leads out of the folder, into which it is fetched, is no scan's.
+    # Keys of objects may be any text: a key that leads out of the target folder does not belong to a scan.
     if ".." in PurePosixPath(inside).parts or "\0" in inside:
         raise VolprepError("VP8050", path=url, error=os.strerror(errno.EACCES), times=1)
     return inside
@@ -149,7 +149,7 @@ def _joined(root: str, inside: str) -> str:
 
 
 def _retried(action: Callable[[], _Found], url: str, code: str) -> _Found:
-    """Do something with a store, again after a while if it fails. Raises VP1001 for what is not there, and `code`."""
+    """Call `action` on a store, and retry if it fails. Raises VP1001 for a missing object, and `code`."""
     for attempt in range(_TRIES):
         try:
             return action()
@@ -162,7 +162,7 @@ def _retried(action: Callable[[], _Found], url: str, code: str) -> _Found:
         except VolprepError:
             raise
         except Exception as error:
-            # Clients of stores raise many kinds; what this machine says of its own disk is no matter of the store.
+            # Clients of stores raise many kinds; an error of this machine's own disk is not the store's.
             if isinstance(error, OSError) and error.errno in _OF_THIS_MACHINE:
                 raise
             if attempt == _TRIES - 1:

@@ -1,21 +1,18 @@
-"""The scans below the address of an object store, told by names alone: nothing is fetched to find them."""
+"""The scans below the address of an object store, found by names alone: nothing is fetched to find them."""
 
 from pathlib import PurePosixPath
 
+from volprep.batch.endings import ALONE, FOLDERS, NOT_READ, TOGETHER
 from volprep.batch.jobs import FoundScan
 from volprep.batch.storage import listed
 from volprep_formats.diagnostics import VolprepError
 
-_ALONE = (".nii", ".nii.gz", ".nrrd", ".mha", ".vti", ".vtk", ".vdb", ".tif", ".tiff", ".mgh", ".mgz", ".npy", ".npz")
-"""Endings of objects that are scans by themselves."""
-_FOLDERS = (".zarr", ".volpkg")
-"""Endings of folders whose objects are one scan."""
-_TOGETHER = (".dcm", ".dicom", ".ima", ".mhd", ".nhdr", ".hdr")
-"""Endings of objects that make their folder a scan; so do objects without an ending, as DICOM files often are."""
+_ALONE = (*ALONE, *NOT_READ, ".tif", ".tiff")
+"""Endings of objects that are scans by themselves. A picture in a folder tree is one only if it has pages."""
 
 
 def scans_in_store(url: str) -> list[FoundScan]:
-    """Find all scans at or below `url`. Raises VP8006 if there is none, and what `listed` raises."""
+    """Find all scans at or below `url`. Raises VP8006 if it finds no scan, and the errors of `listed`."""
     root = url.rstrip("/")
     objects = listed(root)
     if set(objects) == {""}:
@@ -36,9 +33,9 @@ def _scan_of(inside: str) -> str | None:
     if any(part.startswith(".") for part in path.parts):
         return None
     for parent in reversed(path.parents):
-        if parent.name.lower().endswith(_FOLDERS):
+        if parent.name.lower().endswith(FOLDERS):
             return str(parent)
     name = path.name.lower()
     if name.endswith(_ALONE):
         return inside
-    return str(path.parent) if name.endswith(_TOGETHER) or "." not in name else None
+    return str(path.parent) if name.endswith(TOGETHER) or "." not in name else None

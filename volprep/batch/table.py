@@ -34,7 +34,7 @@ class Row(Record):
     scene: str = ""
     """Scene file; a relative path starts at the folder of the table. Empty: that of the command line."""
     profiles: tuple[str, ...] = ()
-    """Classes of devices, in CSV with blanks between them. Empty: those of the command line."""
+    """Classes of devices, in CSV with blanks between them. Empty: the command line's."""
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=100)] | None = None
     """Name of the package: lower-case letters, digits, - and _. Empty: made up, the same in each run."""
 

@@ -1,10 +1,15 @@
-"""The scans in a folder tree: each DICOM series, and each other file or folder that a reader knows."""
+"""The scans in a folder tree: each DICOM series, and each other file or folder that a reader knows or should know.
+
+A file with the name of a scan counts even if it is empty or damaged: its job then fails by name. Links to folders are
+followed, each folder once, so that a link into its own tree does not go on for ever.
+"""
 
 import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from volprep.batch.endings import ALONE, FOLDERS, NOT_READ, TOGETHER
 from volprep.batch.facts import facts_of_series, facts_of_source
 from volprep.batch.jobs import FoundScan
 from volprep.batch.place import is_batch
@@ -12,7 +17,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers import format_of
-from volprep_formats.readers.dicom.scan import Series, scan
+from volprep_formats.readers.dicom.scan import Scan, Series, scan
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of, pictures_in
 from volprep_formats.source import SourceSpec
@@ -20,27 +25,55 @@ from volprep_formats.source import SourceSpec
 _WHOLE_FOLDERS = {"ome-zarr", "volpkg", "stack"}
 """Formats whose scan is a folder."""
 _HEAD_BYTES = 64
+_NAMES = (*ALONE, *TOGETHER, *FOLDERS, *NOT_READ)
 
 
 def scans_in_tree(root: Path, progress: Progress, *, with_facts: bool = False) -> list[FoundScan]:
-    """Find all scans below `root`, in an order that does not change; with what their headers say, if that is wished.
+    """Find all scans below `root`, in a stable order; with the facts from their headers, if requested.
 
-    Raises VP1001 for a path that is not there, VP1003 for a folder that cannot be read, VP8006 if no scan is found.
+    Raises VP1001 for a missing path, VP1003 for a folder that cannot be read, VP8006 if no scan is found.
     """
     if not root.exists():
         raise VolprepError("VP1001", path=root)
     root = root.absolute()
-    listed = scan(root, progress)
+    found: list[FoundScan] = []
+    other_files = 0
+    for folder in (root, *_linked_folders(root)):
+        listed = scan(folder, progress)
+        found += _in_folder(listed, folder, root, with_facts=with_facts)
+        other_files += listed.other_files
+    if not found:
+        raise VolprepError("VP8006", path=root, files=other_files)
+    return found
+
+
+def _in_folder(listed: Scan, folder: Path, root: Path, *, with_facts: bool) -> list[FoundScan]:
+    """Return the scans in one folder tree, links left out."""
     found = [_of_series(series, root, with_facts=with_facts) for series in listed.series]
-    # A file that claims to be DICOM and is damaged is a scan that fails, not one that is passed over.
+    # A damaged file that claims to be DICOM is a scan that fails; it is not skipped.
     damaged = [path for error in listed.damaged if isinstance(path := error.fields.get("path"), Path)]
     alone = [_of_path(path, root) for path in damaged]
     taken = {path for each in (*found, *alone) for path in (each.files or (each.source,))}
-    alone += [_of_path(path, root) for path in _others(root) if path not in taken]
-    found += [_with_facts(each) for each in alone] if with_facts else alone
-    if not found:
-        raise VolprepError("VP8006", path=root, files=listed.other_files)
-    return found
+    alone += [_of_path(path, root) for path in _others(folder) if path not in taken]
+    return found + ([_with_facts(each) for each in alone] if with_facts else alone)
+
+
+def _linked_folders(root: Path) -> Iterator[Path]:
+    """Return the links to folders below `root` and below each other; none leads to a folder that was seen before."""
+    seen: set[tuple[int, int]] = set()
+    waiting = [root]
+    while waiting:
+        links: list[Path] = []
+        for place, folders, _ in os.walk(waiting.pop(0)):
+            state = os.stat(place)  # noqa: PTH116 - os.walk gives text
+            seen.add((state.st_dev, state.st_ino))
+            links += [path for name in sorted(folders) if (path := Path(place, name)).is_symlink()]
+        for link in links:
+            state = link.stat()
+            if (state.st_dev, state.st_ino) not in seen:
+                seen.add((state.st_dev, state.st_ino))
+                waiting.append(link)
+                yield link
 
 
 def _of_series(series: Series, root: Path, *, with_facts: bool) -> FoundScan:
@@ -75,6 +108,10 @@ def _others(root: Path) -> Iterator[Path]:
             folders.clear()
             continue
         known = _format(folder)
+        if _is_broken_store(folder, known):
+            folders.clear()
+            yield folder
+            continue
         if known in _WHOLE_FOLDERS and not (known == "stack" and _holds_volumes(folder)):
             folders.clear()
             yield folder
@@ -85,16 +122,23 @@ def _others(root: Path) -> Iterator[Path]:
                 yield folder / name
 
 
+def _is_broken_store(folder: Path, known: str | None) -> bool:
+    """Whether a folder has the name of a store but is not a whole one: its files are no scans of their own."""
+    return known not in _WHOLE_FOLDERS and folder.name.lower().endswith(FOLDERS)
+
+
 def _is_scan(path: Path) -> bool:
     found = _format(path)
+    if found is None:
+        return path.name.lower().endswith(_NAMES)
     if found != "stack":
-        return found not in {None, "dicom"}
-    # A picture between other files is a picture, if it has no pages.
+        return found != "dicom"
+    # A picture among other files is just a picture, if it has no pages.
     return _has_pages(path)
 
 
 def _holds_volumes(folder: Path) -> bool:
-    """Whether a folder of pictures is no stack, because one of them, and then each, is a volume of its own."""
+    """Whether the pictures of a folder are volumes of their own, not a stack: decided by the first one."""
     names = sorted(pictures_in(folder))
     return bool(names) and _has_pages(folder / names[0])
 
@@ -102,7 +146,7 @@ def _holds_volumes(folder: Path) -> bool:
 def _has_pages(path: Path) -> bool:
     with path.open("rb") as file:
         is_tiff = kind_of(file.read(_HEAD_BYTES)) == "tiff"
-    # A damaged chain, too, may be that of a volume: whoever builds it says what is wrong.
+    # A damaged chain may also be that of a volume: its build reports the damage.
     return is_tiff and count_pages(path, 1) != 1
 
 

@@ -1,7 +1,7 @@
-"""The work on one job, in whatever process: build, validate, and put the record into the ledger.
+"""The work on one job, in any process: build, validate, and write the record to the ledger.
 
-Only who holds the job's lock works on it, and lets go when the record is on the disk: two batches never build one scan
-twice, and a process that dies leaves no record, or a whole one.
+Only the owner of the job's lock works on it, and releases it when the record is on the disk: two batches never build
+one scan twice, and a process that crashes leaves either no record or a whole one.
 """
 
 import hashlib
@@ -28,11 +28,13 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import output_errors, write_file
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.manifest_json import read_manifest
+from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.storage.publish import remove_package
 from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Silent
+from volprep_formats.shown import without_secrets
 
 ATTEMPTS = 2
 """A scan whose process died is tried once more."""
@@ -49,17 +51,19 @@ class Task:
     validate: bool
     """Whether packages are validated."""
     retry_failed: bool
-    """Whether to try again what failed before."""
+    """Whether to retry jobs that failed before."""
     seen: str | None
     """When the record ended that was there as the batch began; None if there was none."""
     limits: Limits
     to: str | None = None
     """Address below which packages are stored; None leaves them in the folder."""
+    digests: bool = False
+    """Whether to compare the digest of each file of a package that is there."""
 
 
 @dataclass(frozen=True)
 class Ended:
-    """What came of a task."""
+    """Result of a task."""
 
     task: Task
     record: JobRecord | None
@@ -70,7 +74,7 @@ class Ended:
 
 @dataclass(frozen=True)
 class Refused:
-    """Why nothing can go on: an error in a form that goes from process to process."""
+    """Reason why the batch cannot continue: an error in a form that can be sent between processes."""
 
     code: str
     fields: dict[str, object]
@@ -93,9 +97,9 @@ def understood(given: object) -> Ended:
 
 
 def work(task: Task) -> Ended:
-    """Do a job, if it is not done, and give its record. What is wrong with a scan stands in the record.
+    """Do a job, if it is not done, and return its record. Faults of the scan are in the record.
 
-    Raises VP8011 where the folder of the batch is not seen, VP4020 and VP8010 for a ledger that cannot be used.
+    Raises VP8011 if the folder of the batch cannot be reached, VP4020 for a ledger that cannot be used.
     """
     job, place = task.job, task.place
     if not place.is_there:
@@ -121,7 +125,7 @@ def work(task: Task) -> Ended:
 
 
 def give_up(task: Task) -> Ended:
-    """Record that no process lives through this job, as far as it is not done."""
+    """Record that this job kills every process, unless it is done."""
     job, place = task.job, task.place
     with output_errors(place.folder), job_locked(place.job_lock(job.name, job.profile), task.run) as attempts:
         if attempts is None:
@@ -138,7 +142,7 @@ def give_up(task: Task) -> Ended:
 
 
 def is_done(record: JobRecord, task: Task) -> bool:
-    """Whether a record still tells what a job would come to."""
+    """Whether the record of a job is still valid for this task."""
     if not _is_of_same_work(record, task):
         return False
     if record.outcome == "failed":
@@ -162,11 +166,18 @@ def _has_package(record: JobRecord, task: Task) -> bool:
 
 
 def _has_folder(record: JobRecord, task: Task) -> bool:
-    manifest = task.place.package(record.name, record.profile) / MANIFEST
+    """Return whether the package is there, with its manifest and with files of their sizes; on request, digests."""
+    package = task.place.package(record.name, record.profile)
     try:
-        return hashlib.sha256(manifest.read_bytes()).hexdigest() == record.package_sha256
-    except OSError:
+        if hashlib.sha256((package / MANIFEST).read_bytes()).hexdigest() != record.package_sha256:
+            return False
+        opened = Package.open(package)
+        if task.digests:
+            for each in opened.manifest.files:
+                opened.read_start(each.path, 0)
+    except (OSError, VolprepError):
         return False
+    return True
 
 
 def _has_report(record: JobRecord, task: Task) -> bool:
@@ -207,7 +218,7 @@ def _made(task: Task, record: JobRecord, last: JobRecord | None) -> JobRecord:
 
 
 def _at_hand(task: Task) -> Request:
-    """Return the request of a job whose scan lies on this machine: one in a store is fetched."""
+    """Return the request of a job with its scan on this machine: a scan in a store is fetched."""
     job = task.job
     if job.url is None:
         return job.request
@@ -215,10 +226,10 @@ def _at_hand(task: Task) -> Request:
 
 
 def _name_address(package: Path, url: str) -> None:
-    """Let the origin of a package name the address of its scan, and not where it lay while it was built."""
+    """Set the scan's address in a package's origin, without secrets, in place of its temporary path."""
     origin = read_origin(package)
     if origin is not None:
-        source = origin.scene.source.model_copy(update={"path": url})
+        source = origin.scene.source.model_copy(update={"path": without_secrets(url)})
         write_origin(package, origin.model_copy(update={"scene": origin.scene.with_source(source)}))
 
 
@@ -260,7 +271,7 @@ def _proved(package: Path, place: Place) -> dict[str, object]:
     folder = default_report_path(package)
     report = validate(package, folder, Silent())
     page = (place.folder.resolve() / folder / "index.html").relative_to(place.folder.resolve())
-    return {"verdict": "within" if report.verdict.passed else "beyond", "report": page.as_posix()}
+    return {"verdict": report.verdict.code, "report": page.as_posix()}
 
 
 def _record_of_deaths(task: Task, deaths: list[End]) -> JobRecord:

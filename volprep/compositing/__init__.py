@@ -1,4 +1,4 @@
-"""What a ray makes of what it meets: one file for each compositing, and all that depends on which one a program has."""
+"""Compositings, which combine the samples of a ray: one file each, with everything that depends on it."""
 
 from volprep.compositing.average import AVERAGE
 from volprep.compositing.back_to_front import BACK_TO_FRONT

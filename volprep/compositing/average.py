@@ -26,7 +26,7 @@ def _projected(segments: Segments) -> Float64Array:
 AVERAGE = projection(
     "average",
     classifications=frozenset(("lookup",)),
-    level_filter="box",
+    level_filters=("box",),
     every_value=True,
     visible=_visible,
     projected=_projected,

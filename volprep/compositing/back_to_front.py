@@ -1,7 +1,7 @@
-"""Emission and absorption, each sample laid over what is behind it (Porter and Duff 1984: over), from the far end on.
+"""Emission and absorption, composited back to front: each sample over the one behind it (Porter and Duff 1984: over).
 
 The picture is that of emission-absorption, which goes front to back, but for rounding. It has no early ray termination,
-because what hides everything comes last: a variant for comparisons, and for what is drawn back to front anyway.
+because the nearest samples come last: a variant for comparisons, and for techniques that draw back to front anyway.
 """
 
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Emission and absorption (Max 1995): each sample gives light and absorbs what is behind it.
+"""Emission and absorption (Max 1995): each sample emits light and absorbs the light from behind it.
 
 The opacity of a segment is 1 - exp(-extinction · length).
 """
@@ -10,7 +10,7 @@ import numpy as np
 from volprep.compositing.record import Compositing
 from volprep.kernels import _native
 from volprep.transfer.rays import Spacing, segments
-from volprep.truth.lit import Lit, Normals
+from volprep.truth.lit import Baked, Lit, Normals
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
 from volprep.truth.refined import refined_picture
 from volprep_formats.arrays import Float64Array
@@ -42,7 +42,7 @@ def _lit_rays(
         kept = np.exp(-step_mm * np.interp(samples, table.values, table.extinction_per_mm))
         before = transmittance * np.cumprod(np.vstack([np.ones(len(transmittance)), kept]), axis=0)
         weight = before[:-1] - before[1:]
-        # Most of what rays run through gives no light: its colour need not be found.
+        # Most samples of a ray emit no light: their colour is not needed.
         shown = weight > 0.0
         given = np.zeros(weight.shape)
         lit = weight if light is None else weight * light[first : first + len(samples)]
@@ -71,8 +71,10 @@ def _oracle(
     if len(media) > 1:
         return oracle_of_media(media, grid, box_from_clip, shape_hw)
     (medium,) = media
-    # A light with a place has no proven bound.
-    if isinstance(normals, Lit) and normals.light is not None:
+    # A light with a place has no proven bound, and neither has light that was computed once.
+    baked = normals.fields.get(medium.transfer_function.name) if isinstance(normals, Baked) else None
+    other = normals.other if isinstance(normals, Baked) else normals
+    if baked is not None or (isinstance(other, Lit) and other.light is not None):
         return refined_picture(
             medium.volume,
             grid,
@@ -81,7 +83,8 @@ def _oracle(
             medium.transfer_function,
             box_from_clip,
             shape_hw,
-            normals=normals,
+            normals=other,
+            baked=baked,
         )
     return oracle_picture(
         medium.volume,
@@ -92,7 +95,7 @@ def _oracle(
         box_from_clip,
         shape_hw,
         nearest=nearest,
-        normals=normals,
+        normals=other,
     )
 
 
@@ -103,7 +106,7 @@ EMISSION_ABSORPTION = Compositing(
     classifications=frozenset(("lookup", "preintegrated", "palette", "control-points", "preclassified")),
     several=True,
     labels=True,
-    level_filter=None,
+    level_filters=(),
     isovalue=False,
     intensities=False,
     every_value=False,

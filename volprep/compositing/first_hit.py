@@ -1,4 +1,4 @@
-"""First hit: the first place on the ray where the value is the isovalue or more, as if what is above were solid.
+"""First hit: the first place on the ray where the value is at least the isovalue, as if all such values were solid.
 
 Where the box cuts it one sees the value there, as the transfer function shows it.
 """

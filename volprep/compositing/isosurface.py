@@ -1,6 +1,6 @@
 """Isosurface: the first place on the ray where the value passes the isovalue, from either side.
 
-The transfer function says what the isovalue looks like; its opacity is that of reference_mm. Where the box cuts the
+The transfer function gives the colour of the isovalue; its opacity is that of reference_mm. Where the box cuts the
 surface one looks inside.
 """
 

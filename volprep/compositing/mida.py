@@ -1,7 +1,7 @@
 """Maximum intensity difference accumulation (Bruckner and Groeller 2009): between emission-absorption and a maximum.
 
-A sample whose intensity exceeds the greatest one so far hides part of what lies in front of it: what is bright stays
-visible without a transfer function that was made for it.
+A sample whose intensity exceeds the greatest one so far hides part of the samples in front of it: bright structures
+stay visible without a special transfer function.
 """
 
 from collections.abc import Sequence
@@ -58,7 +58,7 @@ MIDA = Compositing(
     classifications=frozenset(("lookup",)),
     several=False,
     labels=False,
-    level_filter="box",
+    level_filters=("box",),
     isovalue=False,
     intensities=True,
     every_value=True,
@@ -71,5 +71,5 @@ MIDA = Compositing(
     fixed_path=False,
     step_voxels=0.5,
     order=1.0,
-    order_limit="A step that rises by d hides all of what lies in front of it by 1 - d before it absorbs: order 1.",
+    order_limit="A step that rises by d dims all light in front of it by 1 - d before it absorbs: order 1.",
 )

@@ -1,4 +1,4 @@
-"""What projections share: one value for each ray, shown as if its path had the length reference_mm."""
+"""Shared code of projections: one value for each ray, shown as if its path had the length reference_mm."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -16,11 +16,17 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.texture import SampleFilter
 
+CELLS_ARE_EXACT = (
+    "Rays go from one face of a cell between eight voxels to the next, and take the extremum of the cubic in between: "
+    "steps of up to one and a half voxels are exact but for rounding. Longer ones take several voxels at once: order 1."
+)
+"""How steps matter for the greatest and the least value."""
+
 Segments = Iterator[tuple[Float64Array, Spacing]]
 
 
 def shown(values: Float64Array, table: Table) -> Float64Array:
-    """Return what a transfer function shows of one value for each ray, [ray, 4], premultiplied."""
+    """Return the colour of one value for each ray through a transfer function, [ray, 4], premultiplied."""
     opacity = -np.expm1(-np.interp(values, table.values, table.extinction_per_mm) * table.reference_mm)
     colour = np.column_stack([np.interp(values, table.values, channel) for channel in table.colour.T])
     return np.column_stack([colour * opacity[:, None], opacity])
@@ -30,7 +36,7 @@ def projection(
     name: Projection,
     *,
     classifications: frozenset[ClassificationName],
-    level_filter: LevelFilter,
+    level_filters: tuple[LevelFilter, ...],
     every_value: bool,
     visible: Visible,
     projected: Callable[[Segments], Float64Array],
@@ -47,7 +53,7 @@ def projection(
         classifications=classifications,
         several=False,
         labels=False,
-        level_filter=level_filter,
+        level_filters=level_filters,
         isovalue=False,
         intensities=False,
         every_value=every_value,

@@ -1,9 +1,10 @@
-"""The record of a compositing: what plan, skip tables, levels and validation ask of it."""
+"""The record of a compositing, for plan, skip tables, levels and validation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from volprep.shading.compositing import CELL_BY_CELL
 from volprep.transfer.rays import Spacing
 from volprep.truth.lit import Normals
 from volprep.truth.oracle import Medium, OraclePicture
@@ -16,12 +17,12 @@ from volprep_formats.package.texture import SampleFilter
 
 
 class Visible(Protocol):
-    """What of a transfer function can be seen, whatever else lies on a ray."""
+    """The parts of a transfer function that can be visible, whatever else lies on a ray."""
 
     def __call__(self, table: Table) -> Float64Array:
         """Return extinctions for the values of a table, 0 for each value that cannot change a picture.
 
-        What lies between two such values that are neighbours in the table cannot change a picture either.
+        Values between two such neighbours in the table cannot change a picture either.
         """
 
 
@@ -67,7 +68,7 @@ class Oracle(Protocol):
 
 @dataclass(frozen=True)
 class Compositing:
-    """What a ray makes of what it meets."""
+    """A compositing: how the samples of a ray are combined into a pixel."""
 
     name: CompositingName
     """Name in scenes and programs."""
@@ -81,9 +82,9 @@ class Compositing:
     """Whether several channels may be drawn into one picture."""
     labels: bool
     """Whether it makes sense of labels, which are no quantities."""
-    level_filter: LevelFilter | None
-    """Filter of coarser levels where the scene names none. If None, pictures decide, and levels may have tables of
-    their own."""
+    level_filters: tuple[LevelFilter, ...]
+    """Filters of coarser levels where the scene names none; of several, its own rays choose one for each level. If
+    there are none, light decides among all filters, and levels may have tables of their own."""
     isovalue: bool
     """Whether it shows a surface, so that each transfer function needs an isovalue."""
     intensities: bool
@@ -91,7 +92,7 @@ class Compositing:
     every_value: bool
     """Whether values that no transfer function tells apart make different pictures."""
     visible: Visible
-    """What can be seen of extinctions, for crop, empty space, bricks and meshes."""
+    """Visible parts of a table of extinctions, for crop, empty space, bricks and meshes."""
     rays: Rays
     """Pictures of sampled rays."""
     lit_rays: LitRays | None
@@ -99,15 +100,20 @@ class Compositing:
     oracle: Oracle
     """The true picture."""
     truth: str
-    """What the true picture is of, for people."""
+    """Definition of the true picture, for people."""
     fixed_path: bool
     """Whether a value has the opacity of `reference_mm` of its transfer function, however long the ray is."""
     step_voxels: float
     """Distance of samples, in voxels, where the scene names none and nothing else asks for another."""
     order: float
-    """Order with which the error falls as steps get finer."""
+    """Order of convergence: how the error falls as steps get finer."""
     order_limit: str | None = None
     """Why the order is not 2, for people."""
+
+    @property
+    def cell_by_cell(self) -> bool:
+        """Whether rays go from cell to cell, so that steps of up to a voxel draw the same picture."""
+        return self.name in CELL_BY_CELL
 
     @property
     def lit(self) -> bool:

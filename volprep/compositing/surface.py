@@ -1,4 +1,4 @@
-"""What isosurface and first hit share: the first place on the ray where the value passes the isovalue."""
+"""Shared code of isosurface and first hit: the first place on the ray where the value passes the isovalue."""
 
 from collections.abc import Sequence
 
@@ -30,7 +30,7 @@ def surface(name: CompositingName, visible: Visible, *, solid: bool, truth: str)
         classifications=frozenset(("lookup",)),
         several=False,
         labels=False,
-        level_filter="box",
+        level_filters=("box",),
         isovalue=True,
         intensities=False,
         every_value=True,

@@ -433,6 +433,32 @@ def joint_histogram(src: numpy.typing.NDArray[numpy.generic], first: int, depth:
         If an array has another type or order.
     """
 
+def label_coverage(src: numpy.typing.NDArray[numpy.uint16], dst: numpy.typing.NDArray[numpy.uint16], src_from_dst: numpy.typing.NDArray[numpy.float64], samples: int, threads: int = 0) -> None:
+    """
+    Write for each voxel of dst the label of src that covers most of it.
+
+    Labels are counted at samples³ evenly placed points of the voxel; of labels that are equally frequent it is the smallest.
+    A point outside src has label 0.
+
+    Parameters
+    ----------
+    src, dst
+        Labels [z, y, x] on two grids.
+    src_from_dst
+        float64 [3, 4], from indices (x, y, z, 1) of dst to indices of src; voxel centres are integers.
+    samples
+        Points along each axis of a voxel, 1 to 8.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a shape or the number of samples does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
 def laplacian_histogram(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
     """
     Add to histogram how often each size of the Laplacian occurs in src.
@@ -448,6 +474,113 @@ def laplacian_histogram(src: numpy.typing.NDArray[numpy.generic], histogram: num
     histogram
         1531 counts for uint8, 15376 for the others: entry k is that of the size k up to 2047; from there on entry 2048 * e + m
         is that of the 2^e sizes from (2048 + m) * 2^e - 2048.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def add_light_samples(rows: numpy.typing.NDArray[numpy.int32], nodes_per_mm_xyz: Sequence[float], places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], curve: numpy.typing.NDArray[numpy.float64], pairs: numpy.typing.NDArray[numpy.float32], sums: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> None:
+    """
+    Add samples of light to the sums of a least-squares problem.
+
+    Parameters
+    ----------
+    rows
+        int32 [z, y, x]: the row of each node of the field, or -1. Samples beside a node without a row do not count.
+    nodes_per_mm_xyz
+        Nodes for each millimetre; node k lies at (k + 1/2) divided by this.
+    places, light, weights
+        float32 [n, 4], [n, 3] and [n]: x, y and z in millimetres in box space and the physical value; light; weight, 0 for
+        samples that do not count.
+    curve
+        float64 [2, n]: ascending physical values, and the share of the second number of a node at each.
+    pairs, sums
+        float32 [rows, 14, 3] and [rows, 2, 3], added to: products of weights of a node and itself or 13 later neighbours, times
+        1, share and share squared; products of weight and light, times 1 and share.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def solve_light(rows: numpy.typing.NDArray[numpy.int32], pairs: numpy.typing.NDArray[numpy.float32], sums: numpy.typing.NDArray[numpy.float32], channel: int, smooth_first: float, smooth_second: float, small_second: float, tolerance: float, most: int, field: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> float:
+    """
+    Fit a field of light to its samples by conjugate gradients.
+
+    Returns the share of the residual that is left.
+
+    Parameters
+    ----------
+    rows, pairs, sums
+        As add_light_samples has made them.
+    channel
+        0, 1 or 2: the component of the light.
+    smooth_first, smooth_second, small_second
+        Weights of the squared differences of the first and of the second number between neighbouring nodes, and of the square of
+        the second number.
+    tolerance, most
+        Share of the residual at which the solution is good enough; most steps.
+    field
+        float64 [rows, 2], added to: the two numbers of each node. Only what is added is smooth and small.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def light_samples(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, seed: int, first: int, paths: int, inner_each: int, places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], kinds: numpy.typing.NDArray[numpy.uint8], known: numpy.typing.NDArray[numpy.float32] | None = None, known_curve: numpy.typing.NDArray[numpy.float64] | None = None, known_per_mm_xyz: Sequence[float] | None = None, lighting: bool = False, threads: int = 0) -> None:
+    """
+    Write the places where pictures need light, and an estimate of the light at each.
+
+    Parameters
+    ----------
+    volume
+        [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
+    spacing_mm_xyz, extent_mm_xyz
+        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    values, colours, extinctions_per_mm, albedos
+        Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
+        1, that goes on where scattered light is stopped again.
+    sky, suns
+        float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
+        cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+    lamp_mm_xyz, ambient
+        A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
+    reach_mm, scatters
+        What is farther away than this takes no light away; whether light that is stopped goes on.
+    seed, first
+        Sample k has its own stream of random numbers, that of `seed` and `first` + k.
+    paths
+        Paths of light for each place, at least 1.
+    inner_each
+        Every so many samples one is uniform in the volume where it has extinction, instead of seen from outside; 0: none.
+    places
+        float32 [n, 4], written: x, y and z in millimetres in box space, and the physical value there.
+    light
+        float32 [n, 3], written: the mean of what the paths bring.
+    kinds
+        uint8 [n], written: 0 nothing was found, 1 seen from outside, 2 uniform in the volume.
+    known, known_curve, known_per_mm_xyz
+        A field of light as the oracle takes it; a path ends where it is first stopped, with the light that the field holds
+        there. None: paths go on.
+    lighting
+        Whether places are, instead of seen ones, those where light toward a seen place was last stopped.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
@@ -677,6 +810,49 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         If an array has another type or order.
     """
 
+def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, labels: numpy.typing.NDArray[numpy.uint16], looks: numpy.typing.NDArray[numpy.int32], points: Sequence[numpy.typing.NDArray[numpy.float64]], crisp: bool, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write the picture of a scan with labels and a bound on the error of each pixel.
+
+    The light and the opacity of emission and absorption, exact up to `bound`, for the trilinear field of the voxels. The
+    weight of a label is the sum of the trilinear weights of the voxels that have it. Extinction and emission are sums over
+    labels of weight times the look of the label; with `crisp` they are those of the label with the greatest weight, at a
+    tie of the smallest one.
+
+    Parameters
+    ----------
+    volume
+        The scan [z, y, x]: uint8, int16, uint16 or float32, finite.
+    slope, intercept
+        physical = slope * stored + intercept.
+    labels
+        uint16, of the same shape.
+    looks
+        int32, for each label: an index of points, or -1 if the label is hidden.
+    points
+        Of 1 to 4096 looks: float64 [n, 5], control points of a transfer function: value, linear RGB not negative,
+        extinction not negative. Values ascend; two points at one value make a jump.
+    crisp
+        Whether borders of labels are sharp.
+    spacing_mm_xyz, extent_mm_xyz
+        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    box_from_clip
+        float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+    tolerance
+        The error to aim at, at least 1e-13.
+    rgba, bound
+        float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit, or a label has no look.
+    TypeError
+        If an array has another type or order.
+    """
+
 def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], projection: str, value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
     Write one physical value for each pixel's ray and a bound on its error.
@@ -702,12 +878,12 @@ def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float,
     Raises
     ------
     ValueError
-        If a size does not fit, or the projection is none of these.
+        If a size does not fit, or the projection is unknown.
     TypeError
         If an array has another type or order.
     """
 
-def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
+def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, baked: numpy.typing.NDArray[numpy.float32] | None = None, baked_curve: numpy.typing.NDArray[numpy.float64] | None = None, baked_per_mm_xyz: Sequence[float] | None = None, baked_start_mm_xyz: Sequence[float] = (0.0, 0.0, 0.0), threads: int = 0) -> None:
     """
     Write a picture by refinement, for light that has no proven bound, and how far it has settled.
 
@@ -736,6 +912,9 @@ def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
         light comes from the viewer.
     kernel, normals, slope_scale
         What normals are, as in render_oracle; without them nothing is lit.
+    baked, baked_curve, baked_per_mm_xyz, baked_start_mm_xyz
+        Light that multiplies the colours: float32 [z, y, x, 2, channels], 1 or 3 channels; float64 [2, n], ascending values and
+        the share of the second number at each; nodes of this field for each millimetre; where its box begins.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
@@ -874,6 +1053,84 @@ def sample_patches(patches: numpy.typing.NDArray[numpy.float64], starts: numpy.t
     ------
     ValueError
         If a shape does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def trace_picture(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, box_from_clip: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, rgba: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> float:
+    """
+    Write a picture by path tracing, and the variance of each pixel.
+
+    Returns the largest part of a pixel that is missing because paths were given up; 0 if none was.
+
+    Parameters
+    ----------
+    volume
+        [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
+    spacing_mm_xyz, extent_mm_xyz
+        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    values, colours, extinctions_per_mm, albedos
+        Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
+        1, that goes on where scattered light is stopped again.
+    sky, suns
+        float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
+        cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+    lamp_mm_xyz, ambient
+        A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
+    reach_mm, scatters
+        What is farther away than this takes no light away; whether light that is stopped goes on.
+    box_from_clip
+        float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+    paths, seed
+        Paths of each pixel, at least 2. Each pixel has its own stream of random numbers.
+    rgba, variance
+        float64 [height, width, 4], written: premultiplied linear means, row 0 on top; the variances of these means.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    TypeError
+        If an array has another type or order.
+    """
+
+def trace_places(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, places_mm_xyz: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, light: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> float:
+    """
+    Write the light that reaches places, by path tracing, and its variance.
+
+    Returns the largest part that is missing because paths were given up; 0 if none was.
+
+    Parameters
+    ----------
+    volume
+        [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
+    spacing_mm_xyz, extent_mm_xyz
+        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    values, colours, extinctions_per_mm, albedos
+        Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
+        1, that goes on where scattered light is stopped again.
+    sky, suns
+        float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
+        cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+    lamp_mm_xyz, ambient
+        A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
+    reach_mm, scatters
+        What is farther away than this takes no light away; whether light that is stopped goes on.
+    places_mm_xyz
+        float64 [n, 3], places in box space, inside the box.
+    paths, seed
+        Paths of each place, at least 2. Each place has its own stream of random numbers.
+    light, variance
+        float64 [n, 3], written: means, and the variances of these means.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
     TypeError
         If an array has another type or order.
     """
@@ -1076,6 +1333,43 @@ def sample_rays(src: numpy.typing.NDArray[numpy.generic], first: int, depth: int
         If a shape does not fit.
     TypeError
         If an array has another type or order.
+    """
+
+def refine_sums(level: numpy.typing.NDArray[numpy.float32], origins: numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], table: numpy.typing.NDArray[numpy.float64], slopes: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], sums: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> float:
+    """
+    Add the gradient of the light of rays by the voxels of a level, and a curvature that bounds a step.
+
+    Rays have samples in the middles of equal segments, trilinear between voxels, each of opacity 1 - exp(-extinction ·
+    length), front to back. The error is the sum over rays and channels of weight · (light - target)².
+
+    Parameters
+    ----------
+    level
+        float32 [z, y, x]: values from 0, the first entry of the table, to 1, the last.
+    origins, directions, lengths_mm, offsets
+        As for sample_rays; the samples are made here.
+    table
+        float64 [entries, 4]: linear colour, and extinction per millimetre.
+    slopes
+        float64 [entries, 4]: how these change with the value. Smoothed ones reach beyond the foot of a steep table.
+    light
+        float64 [n, 4]: premultiplied linear colour and opacity that rays should have.
+    weights
+        float64 [n]: weight of the squared error of each ray.
+    sums
+        float32 [z, y, x, 2], added to: half the gradient of the error, and a curvature.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Returns
+    -------
+    float
+        The error.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit.
     """
 
 def rgba_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], spacing_mm_zyx: Sequence[float], reference_mm: float, threads: int = 0) -> None:

@@ -1,1 +1,1 @@
-"""volprep as a library: the functions that `import volprep` gives to a program or a notebook."""
+"""volprep as a library: the functions that `import volprep` offers to a program or a notebook."""

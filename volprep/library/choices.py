@@ -1,4 +1,4 @@
-"""What of a source is meant: keyword arguments with the names and values of [source] in a scene."""
+"""Keyword arguments that select a part of a source, with the names and values of [source] in a scene."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,10 +18,12 @@ class SourceChoices(TypedDict, total=False):
     format: SourceFormat
     series: str
     volume: int
+    volumes_by: Literal["number"]
     channel: str | int
     level: int
     grid: str
-    labels: bool
+    labels: bool | None
+    label_table: str
     rgb: GreyOf
     repair: Sequence[RepairKind]
     mask: str
@@ -34,11 +36,11 @@ class SourceChoices(TypedDict, total=False):
 
 
 def source_of(path: Path, choices: SourceChoices) -> SourceSpec:
-    """Return the source at `path`, of which `choices` say what is meant; relative paths start at the current folder.
+    """Return the source at `path`, with its part selected by `choices`; relative paths start at the current folder.
 
     Raises VP9010 for a key or a value that a source cannot have.
     """
     try:
         return SourceSpec.model_validate({**choices, "path": path_text(path)}).resolved(Path.cwd())
     except ValidationError as error:
-        raise VolprepError("VP9010", problems=problems(error)) from error
+        raise VolprepError("VP9010", problems=problems(error, SourceSpec)) from error

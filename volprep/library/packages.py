@@ -2,7 +2,11 @@
 
 from os import PathLike
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
 
 from volprep.library.choices import SourceChoices, source_of
 from volprep.pipeline.build import build, plan_build
@@ -10,7 +14,9 @@ from volprep.plan.records import Plan
 from volprep.report.validate import validate
 from volprep.scene.request import Request, request_of
 from volprep.validation.folder import default_report_path
-from volprep.validation.records import Report
+from volprep.validation.report_record import Report
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import new_file, output_errors
 from volprep_formats.package.check import Finding, check
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
@@ -18,26 +24,30 @@ from volprep_formats.progress import Progress, Silent
 
 
 def plan_package(
-    scene: str | PathLike[str],
+    scene: str | PathLike[str] | NDArray[np.generic],
     *,
+    spacing_mm_zyx: tuple[float, float, float] | None = None,
     profile: str | None = None,
     preset: str | None = None,
     grid_size: Literal["auto"] | int | None = None,
     progress: Progress | None = None,
     **choices: Unpack[SourceChoices],
 ) -> Plan:
-    """Return what a package of a scene or scan would hold, why, and what it costs. Nothing is written.
+    """Plan the package of a scene or scan: its contents, their reasons and costs. Writes nothing.
 
-    `items` of the plan has one record for each decision: name, reason, size. The arguments are those of
-    `build_package`, and it raises the same.
+    `items` of the plan has one record for each decision: name, reason, size. It takes the arguments of
+    `build_package` and raises the same errors.
     """
-    return plan_build(_request(scene, profile, preset, grid_size, choices), progress or Silent())
+    with TemporaryDirectory(prefix="volprep-") as folder:
+        place = source_file(scene, Path(folder) / "array.npy", spacing_mm_zyx, choices)
+        return plan_build(request_for(place, profile, preset, grid_size, choices), progress or Silent())
 
 
 def build_package(
-    scene: str | PathLike[str],
+    scene: str | PathLike[str] | NDArray[np.generic],
     package: str | PathLike[str],
     *,
+    spacing_mm_zyx: tuple[float, float, float] | None = None,
     profile: str | None = None,
     preset: str | None = None,
     grid_size: Literal["auto"] | int | None = None,
@@ -49,9 +59,12 @@ def build_package(
     Parameters
     ----------
     scene
-        Scene file, which ends in .toml, or a scan alone, drawn as its values suggest.
+        Scene file, which ends in .toml, or a scan alone, drawn as its values suggest. Or an array [z, y, x], which is
+        written to PACKAGE.source.npy beside the package, where validation finds it again.
     package
         Where the package goes. An older package there stays until the new one is whole.
+    spacing_mm_zyx
+        Distance of the voxels of an array, in millimetres; 1 if absent.
     profile
         Class of devices, or the path of a profile; if absent, the scene's.
     preset
@@ -60,17 +73,19 @@ def build_package(
         Size of the sub-volumes in voxels, or "auto" to cut only what the profile cannot hold whole; if absent, as the
         scene says.
     progress
-        Who is told how far it is; nobody if absent.
+        Progress callback, or None.
     choices
-        What of the source is meant, with the keys of [source] in a scene; they replace the scene's.
+        Part of the source to read, with the keys of [source] in a scene; they replace the scene's.
 
     Raises
     ------
     VolprepError
         VP9010 for a choice that a source cannot have, VP1xxx and VP2xxx for the scan, VP30xx for scene, profile and
-        preset, VP402x and VP404x for what cannot be written.
+        preset, VP402x and VP404x for files that cannot be written.
     """
-    request = _request(scene, profile, preset, grid_size, choices)
+    target = Path(package)
+    place = source_file(scene, target.with_name(f"{target.name}.source.npy"), spacing_mm_zyx, choices)
+    request = request_for(place, profile, preset, grid_size, choices)
     return build(request, Path(package), progress or Silent())
 
 
@@ -82,11 +97,11 @@ def validate_package(
     size: int | None = None,
     progress: Progress | None = None,
 ) -> Report:
-    """Prove a package against its scan, write the report, and return what it says.
+    """Validate a package against its scan, write the report, and return its data.
 
     `verdict.passed` of the result says whether the package may ship. `source` is the scan, if PACKAGE.origin.json does
     not name it. `report` is the folder of the report; if absent, NAME.report beside the package. `size` is the width
-    and height of the pictures; if absent, as the scene says. Raises what `volprep validate` fails with, except that a
+    and height of the pictures; if absent, as the scene says. Raises the errors of `volprep validate`, except that a
     package beyond its tolerance is no error here.
     """
     path = Path(package)
@@ -100,7 +115,7 @@ def validate_package(
 
 
 def check_package(package: str | PathLike[str]) -> list[Finding]:
-    """Return all that is wrong with the files of a package, nothing for a whole one. It needs no scan and no OpenGL."""
+    """Return all faults of a package's files, empty for a whole package. It needs no scan and no OpenGL."""
     return check(Path(package))
 
 
@@ -109,16 +124,39 @@ def open_package(package: str | PathLike[str]) -> Package:
     return Package.open(Path(package))
 
 
-def _request(
+def source_file(
+    scene: str | PathLike[str] | NDArray[np.generic],
+    file: Path,
+    spacing_mm_zyx: tuple[float, float, float] | None,
+    choices: SourceChoices,
+) -> str | PathLike[str]:
+    """Return the path of a scene or scan; an array is written to `file`, and `choices` get its spacing.
+
+    Raises VP9010 for a spacing that belongs to no array.
+    """
+    if not isinstance(scene, np.ndarray):
+        if spacing_mm_zyx is not None:
+            raise VolprepError("VP9010", problems="spacing_mm_zyx is for arrays; a file has its own")
+        return scene
+    choices["array"] = {"spacing_mm_zyx": spacing_mm_zyx or (1.0, 1.0, 1.0)}
+    with output_errors(file):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with new_file(file) as opened:
+            np.save(opened, np.ascontiguousarray(scene))
+    return file
+
+
+def request_for(
     scene: str | PathLike[str],
     profile: str | None,
     preset: str | None,
     grid_size: Literal["auto"] | int | None,
     choices: SourceChoices,
 ) -> Request:
+    """Return the request of a scene or scan with what the caller chose in place of the scene's settings."""
     request = request_of(Path(scene), profile)
     if choices:
-        # Paths in the choices start at the current folder, those of the scene at the scene's.
+        # Paths in the choices are relative to the current folder, paths in the scene to the scene's.
         meant = source_of(Path(), choices)
         request = request.with_source(**{key: getattr(meant, key) for key in choices})
     if preset is not None:

@@ -13,7 +13,7 @@ from volprep_formats.grid import Vector
 def render_package(
     package: str | PathLike[str],
     *,
-    view: str = "anterior",
+    view: str | None = None,
     eye_mm_xyz: Vector | None = None,
     shape_hw: tuple[int, int] = (512, 512),
     level: int | None = None,
@@ -21,7 +21,7 @@ def render_package(
     transfer: str | None = None,
     background: Background = "black",
     step_mm: float | None = None,
-    fill: bool = False,
+    fill: bool = True,
     edit: str | PathLike[str] | None = None,
 ) -> UInt8Array:
     """Draw a package off screen with OpenGL ES, with the shaders that it ships.
@@ -32,7 +32,7 @@ def render_package(
         The package, a folder or a zip.
     view
         Standard view: anterior, posterior, left, right, superior, inferior, anterior-left, anterior-right or
-        posterior-left.
+        posterior-left. If absent, anterior-left, or along the thin axis of a flat volume.
     eye_mm_xyz
         Look from this point of the patient's space (LPS) at the middle of the volume, instead of a standard view.
     shape_hw
@@ -44,11 +44,11 @@ def render_package(
     transfer
         Transfer function to draw with; if absent, the first.
     background
-        What is behind the volume.
+        Background behind the volume.
     step_mm
-        Distance of the samples; if absent, that of the package.
+        Distance of the samples; if absent, the package's.
     fill
-        Whether what is seen fills the picture; if not, all views show the volume in one size.
+        Whether the visible part fills the picture; if not, all views show the volume in one size.
     edit
         TOML file of a transfer function to draw in place of the package's, which must be editable.
 
@@ -60,7 +60,7 @@ def render_package(
     Raises
     ------
     VolprepError
-        VP40xx for an unsound package, VP50xx for what cannot be drawn, VP30xx for the file of a transfer function.
+        VP40xx for an unsound package, VP50xx for undrawable views, VP30xx for the file of a transfer function.
     """
     shot = Shot(
         view=view,
@@ -79,5 +79,5 @@ def render_package(
 
 
 def list_presets() -> dict[str, str]:
-    """Return the transfer functions that come with volprep: the name of each, and what it shows."""
+    """Return the transfer functions that come with volprep, as names and descriptions."""
     return {name: load_preset(name).shows for name in preset_names()}

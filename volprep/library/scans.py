@@ -1,4 +1,4 @@
-"""Scans: what a folder holds, and voxels as an array."""
+"""Read scans: list the contents of a folder, and load voxels as an array."""
 
 from dataclasses import dataclass
 from os import PathLike
@@ -29,11 +29,11 @@ class VoxelArray:
     stored: NDArray[np.generic]
     """Voxels [z, y, x] as they are stored, of type `info.stored_type`."""
     info: SourceInfo
-    """Grid, type, unit, modality, and what maps stored values to physical ones."""
+    """Grid, type, unit, modality, and the mapping of stored values to physical ones."""
 
     @property
     def grid(self) -> Grid:
-        """Where the voxels lie in the patient's space, in millimetres."""
+        """Position of the voxels in the patient's space, in millimetres."""
         return self.info.grid
 
     @property
@@ -54,9 +54,9 @@ def read_scan(
     path
         File or folder of any format that volprep reads.
     progress
-        Who is told how far it is; nobody if absent.
+        Progress callback, or None.
     choices
-        What of the source is meant, with the keys of [source] in a scene: `series`, `volume`, `channel`, `level`,
+        Part of the source to read, with the keys of [source] in a scene: `series`, `volume`, `channel`, `level`,
         `repair`, `rgb`, `labels`, `mask`, `raw` and so on.
 
     Raises
@@ -72,15 +72,15 @@ def read_scan(
 def read_level(package: str | PathLike[str], level: int | None = None, channel: str | int | None = None) -> VoxelArray:
     """Read a level of a package into memory: the finest one and the first channel, if neither is given.
 
-    The values are those that the package holds, after quantization. Raises VP1221, VP1222, VP1250 and VP1253 for what
-    the package does not have, VP40xx for what is no sound package.
+    The values are returned as the package holds them, after quantization. Raises VP1221, VP1222, VP1250 and VP1253 for
+    a part that the package does not have, VP40xx for an unsound package.
     """
     with open_level(Path(package), level, channel) as source:
         return _in_memory(source, Silent())
 
 
 def list_series(folder: str | PathLike[str], progress: Progress | None = None) -> Listing:
-    """List the DICOM series in a folder tree, with all that is wrong with each.
+    """List the DICOM series in a folder tree, with all faults of each.
 
     No description is read: that is free text, which may name a patient. Raises VP1001, VP1003 and VP1030 for a folder
     that is missing, unreadable or without DICOM.

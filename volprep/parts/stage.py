@@ -1,4 +1,4 @@
-"""What a stage is: one step from a scan to a package. Each is a value of the type `Stage`, named STAGE in its file."""
+"""One step from a scan to a package: a value of the type `Stage`, named STAGE in its file."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,15 +25,19 @@ def _no_textures(_draft: Draft, _plan: Record) -> Shapes:
 
 @dataclass(frozen=True)
 class Work(Generic[Planned]):
-    """What a stage does, with the plan of a channel or with that of the package."""
+    """The work of a stage, with the plan of a channel or with that of the package."""
 
     settings: Callable[[Planned], tuple[Record, ...]]
     """The decisions of the plan that its output depends on; it runs again when one of them has changed."""
     run: Callable[[Draft, Planned, Progress], Contribution]
-    """Writes files with `Draft.write` and returns what it adds to the manifest. The pipeline commits both, last."""
+    """Writes files with `Draft.write` and returns its additions to the manifest. The pipeline commits both, last."""
     shapes: Callable[[Draft, Planned], Shapes] | None = _no_textures
     """The textures that it must make: depth, height and width in texels by file, for which the plan found room. None if
     it checks that itself, because shapes follow from the data."""
+
+
+def _always(_plan: "Plan") -> bool:
+    return True
 
 
 @dataclass(frozen=True)
@@ -45,9 +49,16 @@ class Stage:
     reads: tuple[str, ...]
     """Names of the stages whose output it uses; it runs again when one of them has changed."""
     channel: "Work[ChannelPlan] | None" = None
-    """What it does for each channel."""
+    """Work for each channel."""
     package: "Work[Plan] | None" = None
-    """What it does once for all channels; this comes first."""
+    """Work for all channels together; it runs before `channel`."""
+    is_needed: "Callable[[Plan], bool]" = _always
+    """Whether a plan has anything for it to do."""
+
+
+def any_channel(test: "Callable[[ChannelPlan], object]") -> "Callable[[Plan], bool]":
+    """Return a test of a plan: whether `test` holds for one of its channels."""
+    return lambda plan: any(bool(test(channel)) for channel in plan.channels)
 
 
 def required(part: Part | None) -> Part:

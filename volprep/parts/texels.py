@@ -1,4 +1,4 @@
-"""What a volume texture holds for a code: the normalised stored value, code / largest code.
+"""Contents of a volume texture for a code: the normalised stored value, code / largest code.
 
 Codes are texels as they are, of 8 bits, and of 16 where the class of devices has R16 (GL_EXT_texture_norm16). Elsewhere
 16-bit codes become half floats: of the 16-bit formats that OpenGL ES 3.0 itself has, only R16F filters linearly. A half
@@ -87,7 +87,7 @@ def encode_strip(strip: Texels, file_format: ktx2.Ktx2Format) -> Texels:
     """Compress the next rows of a texture [y, x, channel], whole blocks of them, where its format is compressed."""
     for compressed in BLOCKS:
         if compressed == file_format:
-            from volprep_formats.textures.blocks import encode_blocks  # noqa: PLC0415 - for those who compress
+            from volprep_formats.textures.blocks import encode_blocks  # noqa: PLC0415 - needed only for compression
 
             return encode_blocks(np.asarray(strip, np.uint8), compressed)
     return strip
@@ -102,7 +102,7 @@ def texels_on_gpu(draft: Draft, volume: VolumePlan) -> Callable[[int, int], Floa
     compressed = next((name for name in BLOCKS if name == volume.format), None)
     if layout is None or compressed is None:
         return None
-    from volprep_formats.textures.blocks import decoded_slices  # noqa: PLC0415 - for those who compress
+    from volprep_formats.textures.blocks import decoded_slices  # noqa: PLC0415 - needed only for compression
 
     def blocks(part: int) -> UInt8Array:
         file = volume.files[part]
@@ -135,6 +135,6 @@ def _encoder(volume: VolumePlan) -> str | None:
     compressed = next((name for name in BLOCKS if name == volume.format), None)
     if compressed is None:
         return None
-    from volprep_formats.textures.blocks import encoder_of  # noqa: PLC0415 - for those who compress
+    from volprep_formats.textures.blocks import encoder_of  # noqa: PLC0415 - needed only for compression
 
     return encoder_of(compressed)

@@ -31,7 +31,10 @@ def scene_bytes(scene: Scene) -> bytes:
     A name of a file or a series may be that of a patient. Once the source is imported no stage asks for it; the origin
     beside the package keeps it.
     """
-    return scene.with_source(scene.source.without_place()).model_dump_json().encode()
+    imported = scene.with_source(scene.source.without_place())
+    if scene.segments is not None:
+        imported = imported.with_segments(scene.segments.model_copy(update={"source": "imported"}))
+    return imported.model_dump_json().encode()
 
 
 def codes_name(level: int, channel: str) -> str:
@@ -45,7 +48,7 @@ def classified_name(level: int) -> str:
 
 
 def choice_name(level: int, channel: str) -> str:
-    """Return the name of what was decided about a level of a channel when it was made."""
+    """Return the name of the decision about a level of a channel, made with the level."""
     return f"work/choice{level}-{channel}.json"
 
 
@@ -55,7 +58,7 @@ def code_type(plan: "ChannelPlan") -> np.dtype[np.generic]:
 
 
 def source_info(manifest: Manifest, channel: str) -> SourceInfo:
-    """Return what the source of a channel is."""
+    """Return the description of the source of a channel."""
     return next(each.source.info for each in manifest.channels if each.name == channel)
 
 

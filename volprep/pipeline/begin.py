@@ -19,7 +19,7 @@ from volprep_formats.progress import Progress
 def begin_draft(request: Request, folder: Path, progress: Progress) -> Draft:
     """Import a source into the draft at `folder`: a new one, which vanishes if that fails, or one that is there.
 
-    Raises what `import_draft` raises, before anything is read where `folder` is in the way.
+    Raises the errors of `import_draft`, before anything is read where `folder` is in the way.
     """
     with output_errors(folder):
         is_new = not (folder / MANIFEST).exists()
@@ -29,7 +29,7 @@ def begin_draft(request: Request, folder: Path, progress: Progress) -> Draft:
         imported = import_draft(prepare(request), folder, progress)
     except VolprepError:
         if is_new and (folder / MANIFEST).exists():
-            with suppress(VolprepError):  # what went wrong first is what to tell
+            with suppress(VolprepError):  # the first error is the one to report
                 remove_package(folder)
         raise
     scene_path = None if request.scene_path is None else path_text(request.scene_path)

@@ -19,8 +19,10 @@ from volprep.pipeline.stages import run_stages
 from volprep.plan.device_files import require_same_scan
 from volprep.plan.device_records import DeviceRecord
 from volprep.plan.records import Plan
-from volprep.scan.statistics import measure
-from volprep.scene.first_look import with_first_look
+from volprep.scan.import_segments import find_segments
+from volprep.scan.statistics import Measured, measure
+from volprep.scene.channels import SceneChannel
+from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
@@ -30,6 +32,7 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.publish import check_target, publish
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
+from volprep_formats.source import SourceInfo
 
 
 def build(request: Request, target: Path, progress: Progress) -> Manifest:
@@ -79,20 +82,43 @@ def _origin(prepared: Prepared, scene: Scene, plan: Plan, made: tuple[LevelChoic
 
 
 def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceRecord] | None = None) -> Plan:
-    """Return the plan of a scene without building anything: one pass over the source. Raises what `build` raises.
+    """Return the plan of a scene without building anything: one pass over the source. Raises the errors of `build`.
 
     With a measurement of a `device`, and its file, also VP7037 if that is of another scan or profile.
     """
-    prepared = prepare(request)
-    found = [(channel, info, measure(source, progress)) for channel, info, source in prepared.sources(progress)]
+    prepared, read = _read(request, progress)
     if device is not None:
-        sources = {channel.name: measured.sha256 for channel, _, measured in found}
+        sources = {channel.name: measured.sha256 for channel, _, measured in read}
         require_same_scan(*device, prepared.profile.name, sources)
-    scanned = [Scanned(info, measured) for _, info, measured in found]
+    scanned = [Scanned(info, measured) for _, info, measured in read]
     scene = prepared.scene
     if prepared.first_look:
-        scene = with_first_look(scene, prepared.profile, scanned[0].info, scanned[0].measured.statistics)
-    return make_plan(scene, prepared.profile, scanned)
+        found = scanned[0].measured
+        scene = with_first_look(scene, prepared.profile, scanned[0].info, found.statistics, found.rays_zyx[0])
+        scene = with_segment_styles(scene, prepared.profile, scanned[0].info, found.statistics)
+    segments = None
+    if prepared.segments is not None:
+        segments = find_segments(prepared.segments, scanned[0].info.grid, progress)
+    return make_plan(scene, prepared.profile, scanned, segments)
+
+
+def scan_digests(request: Request, progress: Progress) -> dict[str, str]:
+    """Return the digest of each channel's scan, by the name of the channel, as a manifest has it."""
+    _, read = _read(request, progress)
+    return {channel.name: measured.sha256 for channel, _, measured in read}
+
+
+def _read(request: Request, progress: Progress) -> tuple[Prepared, list[tuple[SceneChannel, SourceInfo, Measured]]]:
+    prepared = prepare(request)
+    try:
+        return prepared, _measured(prepared, progress)
+    except VolprepError as error:
+        prepared = prepared.with_numbers(error)
+        return prepared, _measured(prepared, progress)
+
+
+def _measured(prepared: Prepared, progress: Progress) -> list[tuple[SceneChannel, SourceInfo, Measured]]:
+    return [(channel, info, measure(source, progress)) for channel, info, source in prepared.sources(progress)]
 
 
 @contextmanager
@@ -106,7 +132,7 @@ def _locked(partial: Path, target: Path) -> Iterator[None]:
         except BlockingIOError as error:
             raise VolprepError("VP4041", path=target) from error
         if not partial.exists() or not os.path.samestat(os.fstat(descriptor), partial.stat()):
-            # The build that held it has just published it: what is locked here is the finished package.
+            # The build that held it has just published it: the lock is on the finished package.
             raise VolprepError("VP4041", path=target)
         try:
             yield

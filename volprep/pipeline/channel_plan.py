@@ -1,31 +1,30 @@
-"""The plan of one channel: first what it decides for itself, then what follows from what all channels share."""
+"""The plan of one channel: first its own decisions, then the ones that depend on the settings of all channels."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from volprep.compositing import COMPOSITINGS
+from volprep.parts.case import Case
 from volprep.parts.classification.decision import StepLengths, choose_tables, require_isovalues
-from volprep.parts.compression.decision import CompressionChoice, CompressionGrounds, choose_compression
+from volprep.parts.compression.decision import choose_form
 from volprep.parts.compression.whole import WholeSource
-from volprep.parts.editing.decision import describe_editing, plan_editing
-from volprep.parts.normals.decision import normal_items, plan_normals, wanted_normals
+from volprep.parts.layout.decision import lay_out
+from volprep.parts.light.trial import try_light
+from volprep.parts.part import Decided, LaidOut
 from volprep.parts.programs.decision import ray_casters
 from volprep.parts.programs.early_end import EarlyEnd, behind_cutoff, cutoff_of, light_cost
-from volprep.parts.programs.step import StepChoice, choose_steps, describe_steps
-from volprep.parts.proxy.decision import describe_proxy, plan_proxy
-from volprep.parts.skip.decision import Found, describe_skip, plan_skip
+from volprep.parts.programs.step import choose_steps
+from volprep.parts.registry import PARTS
 from volprep.parts.slices.decision import SlicesChoice, describe_slices, plan_of_slices
-from volprep.parts.subvolumes.decision import plan_subvolumes
-from volprep.parts.values.decision import ValueChoice, choose_values
-from volprep.parts.values.items import Grounds, describe_codes
-from volprep.pipeline.items import describe
+from volprep.parts.values.decision import choose_values
+from volprep.parts.values.items import describe_codes
+from volprep.plan.decisions import CompressionChoice, LightChoice, StepChoice, ValueChoice
 from volprep.plan.functions import describe_functions
 from volprep.plan.products import SubvolumesPlan
-from volprep.plan.records import ChannelPlan, CropPlan, Shared
+from volprep.plan.records import ChannelPlan, CropPlan, LevelPlan, Shared
+from volprep.scan.segments.record import FoundSegments
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
-from volprep.techniques import TECHNIQUES
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
@@ -36,24 +35,26 @@ from volprep_formats.source import SourceInfo
 
 @dataclass(frozen=True)
 class ChannelScan:
-    """One channel of a scan, and what the scene wants of it."""
+    """One channel of a scan, and the scene's settings for it."""
 
     name: str
     """Name of the channel."""
     scene: Scene
     """The scene with the source and the transfer functions of this channel alone."""
     info: SourceInfo
-    """What the source is."""
+    """Description of the source."""
     measured: Measured
-    """What was measured of it."""
+    """Measurements of the source."""
     functions: tuple[TransferFunction, ...]
     """Its transfer functions over physical values."""
     whole: WholeSource | None = None
     """The source itself, where it has been imported; compression is decided on it."""
+    segments: FoundSegments | None = None
+    """Segments of the scan; None if the scene wants none."""
 
 
 class Begun(Protocol):
-    """A channel of which all is decided that does not depend on the others."""
+    """A channel with every decision made that does not depend on the other channels."""
 
     @property
     def steps(self) -> tuple[StepChoice, ...]:
@@ -61,32 +62,63 @@ class Begun(Protocol):
 
     @property
     def early_end(self) -> EarlyEnd:
-        """How opaque its rays can be, and what lies behind."""
+        """Largest opacity of its rays, and the samples behind the cutoff."""
 
-    def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
-        """Return its plan, and what was decided about it."""
+    def finished(self, shared: Shared) -> "Finished":
+        """Return its plan with what the channels share."""
+
+
+class Finished(Protocol):
+    """A channel with every decision made, apart from texels that it may share with others."""
+
+    @property
+    def plan(self) -> ChannelPlan:
+        """Its plan."""
+
+    def items(self, plan: ChannelPlan) -> tuple[PlanItem, ...]:
+        """List the decisions; `plan` is the final plan of the channel."""
 
 
 def begin(scan: ChannelScan, profile: DeviceProfile, crop: CropPlan, grid: Grid) -> Begun:
-    """Decide codes and levels of a channel.
+    """Decide codes, levels and parts of a channel.
 
-    Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 when the profile holds no level, VP3024 and
+    Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 if the profile holds no level, VP3024 and
     VP3025 for what cannot be done with labels, VP3050 for normals that it cannot hold, VP3060 for slices with what
     needs shaders, VP3070 for a compressed format that the profile does not have, VP3071 for mipmaps where it has no 3D
     textures, VP3116 and VP3117 for an isovalue of nothing that is seen.
     """
     require_isovalues(scan.scene, scan.functions, scan.measured)
+    light = _tried_light(scan, crop, grid)
+    if light is not None and light.factor is None:
+        lighting = scan.scene.lighting.model_copy(update={"baked": "none"})
+        scan = replace(scan, scene=scan.scene.model_copy(update={"lighting": lighting}))
     values = choose_values(scan.scene, profile, scan.info, scan.measured, scan.functions)
     if not profile.has_shaders:
         return _Slices(scan, values, plan_of_slices(scan.name, scan.scene, profile, grid, scan.functions))
-    grounds = CompressionGrounds(
-        scan.name, scan.scene, profile, scan.info, scan.measured, scan.functions, values, crop, grid
+    case = Case(
+        channel=scan.name,
+        scene=scan.scene,
+        profile=profile,
+        crop=crop,
+        grid=grid,
+        info=scan.info,
+        measured=scan.measured,
+        functions=scan.functions,
+        values=values,
+        segments=scan.segments,
+        light=light,
     )
-    compression = choose_compression(grounds, scan.whole)
-    layout = compression.layout
-    bits = values.quantize.bits
-    subvolumes = plan_subvolumes(scan.scene, profile, grid, bits, layout.volumes, scan.functions)
-    finest = () if subvolumes is None or not subvolumes.programs else layout.candidates[:1]
+    neighbours = [part.beside for part in PARTS if part.beside is not None]
+    compression = choose_form(case, neighbours, scan.whole)
+    layout = lay_out(case, neighbours, compression.form)
+    programs = tuple(
+        program for each in case.drawn_alone for program in ray_casters(each.name, layout.volumes, scan.scene)
+    )
+    channel = LaidOut(case, layout, programs)
+    for part in PARTS:
+        planned = part.plan(channel)
+        if planned is not None:
+            channel = replace(channel, parts=(*channel.parts, planned))
     steps = choose_steps(
         scan.scene,
         scan.functions,
@@ -94,9 +126,24 @@ def begin(scan: ChannelScan, profile: DeviceProfile, crop: CropPlan, grid: Grid)
         scan.measured,
         grid=grid,
         levels=layout.levels,
-        in_pieces=[level for level in finest if level.index < layout.levels[0].index],
+        in_pieces=_in_pieces(channel),
     )
-    return _Volume(scan, profile, grid, values, compression, subvolumes, steps)
+    return _Volume(channel, compression, steps)
+
+
+def _tried_light(scan: ChannelScan, crop: CropPlan, grid: Grid) -> LightChoice | None:
+    """Measure light that is computed once; None without it, or without the whole source."""
+    if scan.whole is None or scan.scene.source.labels:
+        return None
+    whole = scan.whole
+    return try_light(scan.scene, whole.volume, whole.info, crop, grid, scan.functions, whole.progress)
+
+
+def _in_pieces(channel: LaidOut) -> list[LevelPlan]:
+    """Return level 0 if the package draws it in pieces only."""
+    subvolumes, layout = channel.part(SubvolumesPlan), channel.layout
+    finest = () if subvolumes is None or not subvolumes.programs else layout.candidates[:1]
+    return [level for level in finest if level.index < layout.levels[0].index]
 
 
 @dataclass(frozen=True)
@@ -116,8 +163,7 @@ class _Slices:
     def early_end(self) -> EarlyEnd:
         return EarlyEnd(0.0, 0.0, 0.0)
 
-    def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
-        scene = self.scan.scene
+    def finished(self, shared: Shared) -> "_FinishedSlices":
         plan = ChannelPlan(
             channel=self.scan.name,
             shared=shared,
@@ -126,92 +172,79 @@ class _Slices:
             levels=(self.choice.level,),
             volumes=(),
             lookups=(),
-            slices=self.choice.slices,
+            parts=(self.choice.slices,),
             programs=(),
         )
-        codes = describe_codes(plan, scene, self.values)
-        functions = describe_functions(scene, self.scan.functions)
-        return plan, (*codes, *describe_slices(plan, self.choice), *functions)
+        return _FinishedSlices(plan, self)
+
+
+@dataclass(frozen=True)
+class _FinishedSlices:
+    """The plan of stacks of slices."""
+
+    plan: ChannelPlan
+    begun: _Slices
+
+    def items(self, plan: ChannelPlan) -> tuple[PlanItem, ...]:
+        scan, begun = self.begun.scan, self.begun
+        codes = describe_codes(plan, scan.scene, begun.values)
+        functions = describe_functions(scan.scene, scan.functions)
+        return (*codes, *describe_slices(plan, begun.choice), *functions)
 
 
 @dataclass(frozen=True)
 class _Volume:
     """A channel through which rays are cast."""
 
-    scan: ChannelScan
-    profile: DeviceProfile
-    grid: Grid
-    values: ValueChoice
+    channel: LaidOut
     compression: CompressionChoice
-    subvolumes: SubvolumesPlan | None
     steps: tuple[StepChoice, ...]
 
     @property
     def early_end(self) -> EarlyEnd:
-        scan, quantize = self.scan, self.values.quantize
+        case = self.channel.case
+        quantize = case.values.quantize
         # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
         first, last = quantize.window
-        slack = (last - first) * (1 / 255 + 1 / (self.values.entries - 1))
-        low, high = scan.measured.statistics.minimum - slack, scan.measured.statistics.maximum + slack
+        slack = (last - first) * (1 / 255 + 1 / (case.values.entries - 1))
+        low, high = case.measured.statistics.minimum - slack, case.measured.statistics.maximum + slack
         # The largest extinction of any value of the source, along the whole diagonal.
-        largest_per_mm = max(Table.exact(each).largest_extinction(low, high) for each in scan.functions)
-        opacity = 1.0 - math.exp(-largest_per_mm * math.hypot(*self.grid.extent_mm_zyx))
-        spacing_mm_zyx, cutoff = scan.info.grid.spacing_mm_zyx, cutoff_of(scan.scene)
-        rays_zyx = scan.measured.rays_zyx
-        light = light_cost(scan.scene)
+        largest_per_mm = max(Table.exact(each).largest_extinction(low, high) for each in case.functions)
+        opacity = 1.0 - math.exp(-largest_per_mm * math.hypot(*case.grid.extent_mm_zyx))
+        spacing_mm_zyx, cutoff = case.info.grid.spacing_mm_zyx, cutoff_of(case.scene)
+        rays_zyx = case.measured.rays_zyx
+        light = light_cost(case.scene)
         return EarlyEnd(
-            opacity, *behind_cutoff(scan.functions, rays_zyx, spacing_mm_zyx, quantize.filter, cutoff, light)
+            opacity, *behind_cutoff(case.functions, rays_zyx, spacing_mm_zyx, quantize.filter, cutoff, light)
         )
 
-    def finished(self, shared: Shared) -> tuple[ChannelPlan, tuple[PlanItem, ...]]:
-        scan, scene, functions, values = self.scan, self.scan.scene, self.scan.functions, self.values
-        layout = self.compression.layout
-        levels, volumes = layout.levels, layout.volumes
-        normals = plan_normals(wanted_normals(scene), layout.profile, levels, layout.beside)
-        step = StepLengths(segment_mm=shared.render.step_mm, voxel_mm_zyx=scan.info.grid.spacing_mm_zyx)
-        tables = choose_tables(scene, self.profile, functions, values, scan.measured, step)
-        found = Found(
-            layout.profile,
-            shared.crop,
-            self.grid,
-            values.quantize,
-            values.entries,
-            levels,
-            volumes,
-            scan.measured,
-            normals,
-            COMPOSITINGS[shared.compositing],
-            scene.editable,
-            TECHNIQUES[scene.render.technique].loops,
-        )
-        skip = plan_skip(scene.skip, functions, found)
-        programs = tuple(program for each in functions for program in ray_casters(each.name, volumes, scene))
-        proxy = plan_proxy(scene.proxy, functions, programs, found) if scene.proxy else None
+    def finished(self, shared: Shared) -> "_FinishedVolume":
+        channel, case, layout = self.channel, self.channel.case, self.channel.layout
+        step = StepLengths(segment_mm=shared.render.step_mm, voxel_mm_zyx=case.info.grid.spacing_mm_zyx)
+        tables = choose_tables(case.scene, case.profile, case.functions, case.values, case.measured, step)
         plan = ChannelPlan(
-            channel=scan.name,
+            channel=case.channel,
             shared=shared,
-            transfer_functions=functions,
-            quantize=values.quantize,
-            levels=levels,
-            volumes=tables.classified(volumes),
-            subvolumes=self.subvolumes,
+            transfer_functions=case.functions,
+            quantize=case.values.quantize,
+            levels=layout.levels,
+            volumes=tables.classified(layout.volumes),
             lookups=tables.lookups,
             preintegrated=tables.preintegrated,
             palettes=tables.palettes,
-            skip=skip,
-            editing=plan_editing(scene, self.grid, levels),
-            normals=normals,
-            proxy=proxy,
-            programs=programs,
+            parts=channel.parts,
+            programs=channel.programs,
             forms=self.compression.forms,
         )
-        grounds = Grounds(scene, scan.info, values, layout.candidates, layout.fits, tables)
-        return plan, (
-            *describe(plan, grounds),
-            *describe_steps(shared.render, self.steps),
-            *self.compression.items,
-            *describe_skip(skip, functions, scene.skip, found),
-            *(describe_proxy(proxy, functions, scene.proxy, found) if scene.proxy else ()),
-            *describe_editing(plan.editing),
-            *normal_items(normals, scene, levels),
-        )
+        return _FinishedVolume(plan, Decided(channel, self.compression, self.steps, tables))
+
+
+@dataclass(frozen=True)
+class _FinishedVolume:
+    """The plan of a volume."""
+
+    plan: ChannelPlan
+    decided: Decided
+
+    def items(self, plan: ChannelPlan) -> tuple[PlanItem, ...]:
+        return tuple(item for part in PARTS for item in part.items(plan, self.decided))

@@ -3,11 +3,12 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from volprep.parts.levels.chosen import choices_of
+from volprep.parts.levels.level_results import choices_of
 from volprep.pipeline.import_draft import scene_of
 from volprep.pipeline.origin import Origin, read_origin, write_origin
 from volprep.pipeline.plan_draft import plan_draft
-from volprep.pipeline.stages import STAGES, require_inputs, run_stage
+from volprep.pipeline.stage_graph import STAGES
+from volprep.pipeline.stages import keep_wishes, run_sources, run_stage
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
@@ -18,18 +19,29 @@ from volprep_formats.progress import Progress
 def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress: Progress) -> Draft:
     """Run one stage on the draft at `folder`, after `change` has changed what the user wants.
 
-    If it seals the draft, the origin beside it gets the scene that the verbs have made of the first one. Raises VP4001
-    to VP4006 for what is no draft, VP3023 and VP4040 if the stage is not needed or its inputs are missing, and what
-    the stage raises.
+    Stages that it reads run again first if the change concerns them, too. If the change takes away what the stage
+    makes, for example `volprep skip --kind none`, this is dropped from the draft. If the stage seals the draft, the
+    origin beside it gets the scene that the verbs have made of the first one. Raises VP4001 to VP4006 for an invalid
+    draft, VP3023 if the scene does not need the stage, VP4040 if a stage that it reads has not run, and the errors of
+    the stages.
     """
     draft = Draft.open(folder)
-    scene = change(scene_of(draft))
+    before = scene_of(draft)
+    scene = change(before)
     plan = plan_draft(draft, scene, draft.manifest.profile, progress)
     stage = next(stage for stage in STAGES if stage.name == name)
-    require_inputs(draft, stage, plan)
-    # What tried and chose goes with the working data when the draft is sealed.
+    if name not in plan.stages:
+        if scene == before:
+            raise VolprepError("VP3023", profile=plan.shared.profile.name, stage=name, needed=", ".join(plan.stages))
+        keep_wishes(draft, plan, scene)
+        return draft
+    run_sources(draft, stage, plan, scene, progress)
+    # Records of trials and choices go with the working data when the draft is sealed.
     made = tuple(choice.without_tables for channel in plan.channels for choice in choices_of(draft, channel))
     run_stage(draft, stage, plan, scene, progress)
+    if draft.manifest.state != "sealed" and scene_of(draft) != scene:
+        # The change concerns no stage that ran, but later ones.
+        keep_wishes(draft, plan, scene)
     if draft.manifest.state == "sealed":
         require_sound(folder)
         older = read_origin(folder)
@@ -43,7 +55,7 @@ def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress
 
 
 def require_sound(package: Path) -> None:
-    """Raise VP4042 if what was built does not pass the check that every reader of packages may make."""
+    """Raise VP4042 if the build does not pass the check that readers of packages run."""
     findings = check(package)
     if findings:
         raise VolprepError("VP4042", finding=f"{findings[0].code} {findings[0].summary}")

@@ -9,7 +9,7 @@ from volprep_formats.arrays import Float32Array, Float64Array
 _FIRST_LOOK = 128
 """Pixels along the longer side of the picture that tells where something is seen."""
 _SEEN = 0.02
-"""Opacity from which on a pixel counts as seen: haze does not decide what the picture is of."""
+"""Opacity that a visible pixel exceeds: fainter pixels are ignored when framing."""
 _MARGIN = 1.06
 _ROOM = 1.1
 """How much more than a standard view the first look shows. That fits the box just into the height, and stacks of few
@@ -17,9 +17,9 @@ slices reach beyond the box."""
 
 
 def filled(renderer: Renderer | SliceRenderer, box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> Float64Array:
-    """Return the matrix of a camera that looks the same way, and in whose picture what is seen fills `shape_hw`.
+    """Return the matrix of a camera that looks the same way, framed so that the visible part fills `shape_hw`.
 
-    Neither side may be 0. Raises what the renderer raises.
+    Neither side may be 0. Raises the errors of the renderer.
     """
     height, width = (-(-_FIRST_LOOK * side // max(shape_hw)) for side in shape_hw)
     farther = _ROOM * max(height / width, 1.0)
@@ -28,7 +28,7 @@ def filled(renderer: Renderer | SliceRenderer, box_from_clip: Float64Array, shap
 
 
 def window_of_seen(opacity: Float32Array) -> Float64Array:
-    """Return 4×4 from the clip coordinates of a picture of what is seen to those of the whole, given its [row, column].
+    """Return the 4×4 from clip coordinates of the framed picture to the whole picture's, given its [row, column].
 
     The window has the shape of the whole and a margin, and is never larger; where nothing is seen it is the whole.
     """

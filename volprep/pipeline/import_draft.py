@@ -1,7 +1,7 @@
 """The stage import: the source becomes working data of a draft, and is measured in the same pass.
 
-It comes before the plan, which needs what it measures. This file needs neither the plan nor OpenGL, so that
-`volprep import` starts at once.
+It comes before the plan, which needs its measurements. This file needs neither the plan nor OpenGL, so that `volprep
+import` starts at once.
 """
 
 from dataclasses import dataclass
@@ -10,10 +10,12 @@ from pathlib import Path
 from volprep.parts.work import SCENE, generator, is_current, scene_bytes
 from volprep.pipeline.machine_start import START
 from volprep.pipeline.prepare import Prepared
+from volprep.scan.import_segments import import_segments
 from volprep.scan.import_volume import NAME, import_key, import_volume
 from volprep.scan.statistics import Measured
-from volprep.scene.first_look import with_first_look
+from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.scene import Scene
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import ChannelPart, SourceRecord
 from volprep_formats.package.manifest import Contribution, Heading, StageRecord
 from volprep_formats.package.storage.draft import Draft
@@ -28,34 +30,49 @@ class Imported:
     draft: Draft
     """The draft."""
     scene: Scene
-    """The scene; one without transfer functions has got one from what was measured."""
+    """The scene; if it had no transfer functions, one was made from the measurements."""
     measured: tuple[Measured, ...] | None
-    """What the import measured of each channel; None where an earlier one has done it."""
+    """Measurements of each channel; None if an earlier import made them."""
 
 
 def import_draft(prepared: Prepared, folder: Path, progress: Progress, start: bytes = b"") -> Imported:
     """Return the draft at `folder` with the source imported: a new one, or the old one if the source is unchanged.
 
-    With the `start` of the machine the draft is good until the next one only, and faster. Raises what the readers
-    raise, VP1090 for voxels that are no numbers, VP4006 for a sealed package, VP4020 and VP4023 where the draft cannot
-    be written.
+    With the `start` of the machine the draft is good until the next one only, and faster. Raises the errors of the
+    readers, VP1090 for NaN or infinite voxels unless the scene says how to replace them, VP4006 for a sealed package,
+    VP4020 and VP4023 if the draft cannot be written.
     """
-    key = import_key([channel.spec for channel in prepared.channels], generator())
+    try:
+        return _imported(prepared, folder, progress, start)
+    except VolprepError as error:
+        return _imported(prepared.with_numbers(error), folder, progress, start)
+
+
+def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes) -> Imported:
+    key = import_key([channel.spec for channel in prepared.channels], generator(), prepared.segments)
     draft = Draft.open(folder, lasting=not start) if (folder / MANIFEST).exists() else None
     if draft is not None and is_current(NAME, key, draft.manifest):
         return Imported(draft, _scene_of_earlier(prepared, draft), None)
     heading = Heading(name=prepared.scene.name, generator=generator(), profile=prepared.profile)
     measured: list[Measured] = []
     records: list[SourceRecord] = []
-    for channel, info, source in prepared.sources(progress):
+    for channel, opened, source in prepared.sources(progress):
         draft = draft or Draft.create(folder, heading, lasting=not start)
         found = import_volume(draft, source, progress, channel.name)
+        # Some remarks are about the pixels, which have only now been read.
+        late = tuple(remark for remark in source.info.remarks if remark not in opened.remarks)
+        info = opened.model_copy(update={"remarks": (*opened.remarks, *late)})
         records.append(SourceRecord(info=info, sha256=found.sha256))
         measured.append(found)
     assert draft is not None  # noqa: S101 - a scene has at least one channel
+    if prepared.segments is not None:
+        import_segments(draft, prepared.segments, records[0].info.grid, progress)
     scene = prepared.scene
     if prepared.first_look:
-        scene = with_first_look(scene, prepared.profile, records[0].info, measured[0].statistics)
+        scene = with_first_look(
+            scene, prepared.profile, records[0].info, measured[0].statistics, measured[0].rays_zyx[0]
+        )
+        scene = with_segment_styles(scene, prepared.profile, records[0].info, measured[0].statistics)
     draft.write(SCENE, "work", scene_bytes(scene))
     if start:
         draft.write(START, "work", start)
@@ -63,15 +80,20 @@ def import_draft(prepared: Prepared, folder: Path, progress: Progress, start: by
         Contribution(channel=ChannelPart(name=channel.name, source=record, statistics=found.statistics))
         for channel, record, found in zip(prepared.channels, records, measured, strict=True)
     )
-    draft.commit(StageRecord(name=NAME, key=key, made=made), heading)
+    # Everything that was made of an older source goes.
+    draft.commit(StageRecord(name=NAME, key=key, made=made), heading, {record.name for record in draft.manifest.stages})
     return Imported(draft, scene, tuple(measured))
 
 
 def _scene_of_earlier(prepared: Prepared, draft: Draft) -> Scene:
-    """Return the scene of a request; an earlier import made the transfer function that nobody gave."""
+    """Return the scene of a request, with the transfer function that an earlier import made if none was given."""
     if not prepared.first_look:
         return prepared.scene
-    return scene_of(draft).with_source(prepared.scene.source)
+    scene = scene_of(draft).with_source(prepared.scene.source)
+    wanted = prepared.scene.segments
+    if scene.segments is None or wanted is None:
+        return scene
+    return scene.with_segments(scene.segments.model_copy(update={"source": wanted.source}))
 
 
 def scene_of(draft: Draft) -> Scene:

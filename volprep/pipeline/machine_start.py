@@ -12,7 +12,7 @@ _NUMBER = Path("/proc/sys/kernel/random/boot_id")
 
 
 def start_of_machine() -> bytes:
-    """Return what is another text after each start of the machine; nothing where the system does not tell."""
+    """Return bytes that differ after each start of the machine; empty if the system does not provide them."""
     try:
         return _NUMBER.read_bytes()
     except OSError:

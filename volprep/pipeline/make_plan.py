@@ -8,26 +8,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.bricks.decision import require_bricks
-from volprep.parts.classification.decision import require_classification
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import for_edits
 from volprep.parts.hybrid.decision import describe_hybrid, plan_hybrid
-from volprep.parts.programs.decision import require_light_outside, require_shadows, require_technique, sampling_of
+from volprep.parts.programs.decision import require_light_outside
 from volprep.parts.programs.early_end import describe_early_end, most
-from volprep.parts.programs.step import common_steps
-from volprep.parts.slices.decision import refuse_slices
+from volprep.parts.programs.step import common_steps, measures_steps
+from volprep.parts.registry import PARTS
+from volprep.parts.segments.decision import used_functions, with_segments
+from volprep.parts.segments.extent import style_boxes
 from volprep.parts.together.decision import choose_together, plan_together
 from volprep.parts.together.packing import pack_channels
 from volprep.parts.values.items import describe_border
 from volprep.parts.values.labels import require_distinct_labels
 from volprep.pipeline.channel_plan import Begun, ChannelScan, begin
 from volprep.pipeline.costs import planned_costs
-from volprep.pipeline.items import PREVIEW_ITEM
+from volprep.pipeline.stage_graph import planned_stages
 from volprep.plan.crop import choose_crop
 from volprep.plan.functions import resolved_functions
-from volprep.plan.products import TogetherPlan
-from volprep.plan.records import ChannelPlan, CropPlan, Plan, Shared
+from volprep.plan.item_kinds import FIRST_LOOK
+from volprep.plan.item_kinds import PREVIEW as PREVIEW_KIND
+from volprep.plan.records import PREVIEW, ChannelPlan, CropPlan, Plan, Shared
+from volprep.scan.segments.record import FoundSegments
 from volprep.scan.statistics import Measured
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.scene import Scene
@@ -37,29 +39,39 @@ from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.source import SourceInfo
 
+_PREVIEW = PlanItem(
+    name="preview",
+    kind=PREVIEW_KIND,
+    kept=True,
+    reason="a picture for people who browse packages",
+    files=(PREVIEW,),
+)
+
 
 @dataclass(frozen=True)
 class Scanned:
-    """What is known of the source of a channel."""
+    """Facts about the source of a channel."""
 
     info: SourceInfo
-    """What it is."""
+    """Description of the source."""
     measured: Measured
-    """What was measured of it."""
+    """Measurements of the source."""
     whole: WholeSource | None = None
     """The source itself, where it has been imported. Without it compression is decided by a sample of it."""
 
 
-def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) -> Plan:
+def make_plan(
+    scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned], segments: FoundSegments | None = None
+) -> Plan:
     """Decide everything for the channels that are drawn, in the order of `drawn_channels`.
 
-    Raises what `begin` raises, VP1244 for what cannot be made of several channels, VP3031 and VP3032 for bricks that
-    cannot be, VP3166 for an estimate of opacity that nobody needs, VP3043 for one that mixes labels, VP3060 for
-    slices without need, VP3080 for what cannot be had where functions may be edited.
+    Raises the errors of `begin`, VP1244 for parts that do not support several channels, VP3031 and VP3032 for
+    impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3043 for one that mixes labels, VP3060 for
+    unnecessary slices, VP3080 for parts that do not allow editing of transfer functions.
     """
-    scene = for_edits(scene, profile)
+    scene = with_segments(for_edits(scene, profile), len(scanned))
     _require_possible(scene, profile, len(scanned))
-    scans = _channel_scans(scene, scanned)
+    scans = _channel_scans(scene, scanned, segments)
     crop = _common_crop(scene, scans)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
     require_light_outside(scene, grid)
@@ -71,22 +83,24 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
         grid=grid,
         render=_render(scene, profile, begun, early_end.cutoff(scene)),
         compositing=scene.render.compositing,
+        measure_steps=profile.has_shaders and measures_steps(scene),
     )
     finished = [channel.finished(shared) for channel in begun]
-    channels = [plan for plan, _ in finished]
+    channels = [each.plan for each in finished]
     measured = [each.measured for each in scanned]
     drawn_together = choose_together(channels, measured, scene)
     packed = pack_channels(channels, scene, [*drawn_together.transfers])
-    channels = [packed.plan(plan) for plan in channels]
+    channels = [plan.model_copy(update={"volumes": packed.of(plan)}) for plan in channels]
     together, of_picture = plan_together(channels, measured, drawn_together, packed, scene)
     items = [
+        *_describe_look(scene),
         *describe_border(shared, scene, scanned[0].info),
-        *_of_channels(channels, [packed.described(plan, items) for plan, items in finished]),
+        *_of_channels(channels, [each.items(plan) for plan, each in zip(channels, finished, strict=True)]),
         *packed.items,
         *of_picture,
         *([describe_early_end(early_end, shared.render.opacity_cutoff, scene)] if profile.has_shaders else []),
         *describe_hybrid(shared.render.hybrid),
-        PREVIEW_ITEM,
+        _PREVIEW,
         *_left_out(scene, channels[0]),
     ]
     plan = Plan(
@@ -94,10 +108,10 @@ def make_plan(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned]) 
         channels=tuple(channels),
         together=together,
         fidelity=scene.fidelity,
-        stages=_stages(channels, together),
+        stages=(),
         items=tuple(items),
     )
-    return plan.model_copy(update={"costs": planned_costs(plan)})
+    return plan.model_copy(update={"stages": planned_stages(plan), "costs": planned_costs(plan)})
 
 
 def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> None:
@@ -106,21 +120,17 @@ def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> No
         raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
     if channels > 1 and scene.render.classification == "preclassified":
         raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
-    require_shadows(scene, profile)
-    if profile.has_shaders:
-        refuse_slices(scene, profile)
-        require_technique(scene, profile)
-        require_classification(scene)
-        require_bricks(scene, profile)
+    for part in PARTS:
+        part.require(scene, profile)
 
 
-def _channel_scans(scene: Scene, scanned: Sequence[Scanned]) -> list[ChannelScan]:
+def _channel_scans(scene: Scene, scanned: Sequence[Scanned], segments: FoundSegments | None) -> list[ChannelScan]:
     scans = []
     for channel, found in zip(drawn_channels(scene), scanned, strict=True):
         own = scene.with_source(channel.spec).with_transfer(channel.transfer)
         require_distinct_labels(own)
-        functions = resolved_functions(own, found.info, found.measured)
-        scans.append(ChannelScan(channel.name, own, found.info, found.measured, functions, found.whole))
+        functions = used_functions(own, segments, resolved_functions(own, found.info, found.measured))
+        scans.append(ChannelScan(channel.name, own, found.info, found.measured, functions, found.whole, segments))
     return scans
 
 
@@ -129,12 +139,18 @@ def _common_crop(scene: Scene, scans: Sequence[ChannelScan]) -> CropPlan:
     shown = COMPOSITINGS[scene.render.compositing].visible_table
     # Not for normals that nothing lights by: the verb that adds them to a draft would have to begin again.
     reach = 0 if scene.render.lighting == "none" else 1
-    crops = [
-        choose_crop(
-            scene.crop, [shown(Table.exact(each)) for each in scan.functions], scan.measured.ranges_zyx, reach=reach
+    crops = []
+    for scan in scans:
+        boxes = style_boxes(scan.scene, scan.segments)
+        crops.append(
+            choose_crop(
+                scene.crop,
+                [shown(Table.exact(each)) for each in scan.functions],
+                scan.measured.ranges_zyx,
+                reach=reach,
+                boxes=[boxes.get(each.name) for each in scan.functions],
+            )
         )
-        for scan in scans
-    ]
     z0, y0, x0 = (min(crop.start_zyx[axis] for crop in crops) for axis in range(3))
     z1, y1, x1 = (max(crop.stop_zyx[axis] for crop in crops) for axis in range(3))
     return CropPlan(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))
@@ -155,25 +171,6 @@ def _render(
     )
 
 
-def _stages(channels: Sequence[ChannelPlan], together: TogetherPlan | None) -> tuple[str, ...]:
-    """Return the stages that any channel needs, in order."""
-    if channels[0].slices is not None:
-        coarser = ("pyramid",) if channels[0].levels[0].index else ()
-        return ("import", "quantize", *coarser, "transfer", "slices", "seal")
-    sampling = sampling_of(channels[0].volumes[0])
-    layout = {"mosaic": "mosaic", "bricks": "bricks"}.get(sampling, "texture")
-    tables = any(plan.skip is not None and (plan.skip.tables or plan.skip.ranges) for plan in channels)
-    needed = {
-        "pyramid": any(level.index for plan in channels for level in plan.levels),
-        "normals": any(plan.normals is not None for plan in channels),
-        "skip": tables or (together is not None and bool(together.skip_tables)),
-        "proxy": any(plan.proxy is not None and plan.proxy.meshes for plan in channels),
-        "grid": any(plan.subvolumes is not None for plan in channels),
-    }
-    order = ("import", "quantize", "pyramid", "transfer", "normals", layout, "skip", "proxy", "grid", "shaders", "seal")
-    return tuple(stage for stage in order if needed.get(stage, True))
-
-
 def _of_channels(plans: Sequence[ChannelPlan], items: Sequence[Sequence[PlanItem]]) -> list[PlanItem]:
     """List the decisions about each channel, with its name.
 
@@ -191,10 +188,18 @@ def _of_channels(plans: Sequence[ChannelPlan], items: Sequence[Sequence[PlanItem
     return listed
 
 
+def _describe_look(scene: Scene) -> list[PlanItem]:
+    """Return the kind that a scan without a scene was recognised as."""
+    return (
+        [PlanItem(name="first look", kind=FIRST_LOOK, kept=True, reason=scene.recognised)] if scene.recognised else []
+    )
+
+
 def _left_out(scene: Scene, plan: ChannelPlan) -> list[PlanItem]:
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
     size = voxels * plan.quantize.bits // 8
     reason = "no transfer function is for it"
     return [
-        PlanItem(name="channel", channel=name, kept=False, reason=reason, size_bytes=size) for name in left_out(scene)
+        PlanItem(name="channel", kind="channel", channel=name, kept=False, reason=reason, size_bytes=size)
+        for name in left_out(scene)
     ]

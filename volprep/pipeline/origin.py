@@ -1,6 +1,6 @@
 """Where a package came from: a small file beside it, so that validation finds the source again.
 
-It stands beside the package and not in it, because a path may name a patient.
+It lies beside the package and not in it, because a path may name a patient.
 """
 
 import json
@@ -21,7 +21,7 @@ _MOST_BYTES = 2**26
 
 
 class Origin(Record):
-    """What a package was built from."""
+    """The source and scene of a package."""
 
     scene_path: str | None
     """The scene file, absolute; none where the source was imported without a scene."""
@@ -48,7 +48,7 @@ def write_origin(package: Path, origin: Origin) -> None:
 
 
 def read_origin(package: Path) -> Origin | None:
-    """Read the origin beside a package, None if there is none. Raises VP4043 for a file that is wrong."""
+    """Read the origin beside a package, None if it does not exist. Raises VP4043 for a file that is wrong."""
     path = origin_path(package)
     try:
         return Origin.model_validate_json(read_regular(path, _MOST_BYTES))

@@ -8,10 +8,12 @@ from volprep.parts.work import FORMS, source_volume
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.records import Plan
+from volprep.scan.segments.record import FoundSegments
 from volprep.scan.statistics import Measured, measure_again
 from volprep.scene.scene import Scene
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.storage.files import FOUND_SEGMENTS
 from volprep_formats.progress import Progress
 
 
@@ -27,7 +29,7 @@ def plan_draft(
     """Make the plan for a draft; `measured` is what import has just found, if it ran.
 
     A scene that wants compression has forms tried on the whole source, unless an earlier verb has done it, or `tried`
-    says what came of it. Raises what `make_plan` raises.
+    holds the results. Raises the errors of `make_plan`.
     """
     channels = draft.manifest.channels
     volumes = [source_volume(draft, channel.name) for channel in channels]
@@ -43,7 +45,14 @@ def plan_draft(
         )
         for channel, found, volume in zip(channels, measured, volumes, strict=True)
     ]
-    return make_plan(scene, profile, scanned)
+    return make_plan(scene, profile, scanned, _found_segments(draft))
+
+
+def _found_segments(draft: Draft) -> FoundSegments | None:
+    """Return what the import found of the segments of the scan, if the scene has any."""
+    if all(record.path != FOUND_SEGMENTS for record in draft.files):
+        return None
+    return FoundSegments.model_validate_json(draft.read_bytes(FOUND_SEGMENTS))
 
 
 def _tried(draft: Draft) -> list[FormTrial]:

@@ -1,22 +1,28 @@
-"""What a build begins with: the request with its channels listed, each of which can be opened."""
+"""First step of a build: the request with its channels listed, ready to be opened."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from volprep.scan.channels import opened_channel
+from volprep.scan.import_segments import SegmentSource
+from volprep.scan.label_map import NOT_LABELS, recognise_labels
+from volprep.scan.outside import finite_range
+from volprep.scan.repair import open_scan
 from volprep.scene.channels import SceneChannel, drawn_channels, files_of, with_listed_channels
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.progress import Progress
+from volprep_formats.path_text import no_such_path, path_of_text
+from volprep_formats.progress import Progress, Silent
+from volprep_formats.readers import format_of_source
 from volprep_formats.source import SourceInfo, VolumeSource
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A request of which scene, class of devices and channels are known."""
+    """A request with its scene, class of devices and channels."""
 
     scene: Scene
     """The scene; paths are absolute, and "all" channels of a file are listed."""
@@ -27,12 +33,20 @@ class Prepared:
     scene_path: Path | None
     """The scene file, absolute; None for a source without a scene."""
     first_look: bool
-    """Whether nobody gave a transfer function, so that one is made from what is measured."""
+    """Whether no transfer function was given, so that one is made from the measurements."""
+
+    @property
+    def segments(self) -> SegmentSource | None:
+        """Where the segments of the scan are; None if the scene has none."""
+        wanted = self.scene.segments
+        if wanted is None:
+            return None
+        return SegmentSource(Path("/") / path_of_text(wanted.source), wanted.table, self.channels[0].spec)
 
     def sources(self, progress: Progress) -> Iterator[tuple[SceneChannel, SourceInfo, VolumeSource]]:
         """Open one channel after the other; its voxels have the grid of the first one.
 
-        Raises VP1240 for a channel whose voxels lie elsewhere, and what the reader raises.
+        Raises VP1240 for a channel whose voxels lie elsewhere, and the errors of the reader.
         """
         first: SourceInfo | None = None
         for channel in self.channels:
@@ -42,11 +56,50 @@ class Prepared:
                 first = first or info
                 yield channel, info, source
 
+    def with_numbers(self, error: VolprepError) -> "Prepared":
+        """Return a copy with a replacement for NaN, which a scan without a scene has outside of the part shown.
+
+        That is 0 for values on both sides of it, else the least one. Raises `error`, which says that the scan has NaN
+        or infinite voxels, again where a scene decides, or where that has been tried.
+        """
+        spec = self.scene.source
+        if error.code != "VP1090" or not self.first_look or spec.nan is not None or spec.channels:
+            raise error
+        with open_scan(spec, Path("/"), Silent()) as source:
+            info = source.info
+            low, high = (info.slope * end + info.intercept for end in finite_range(source, Silent()))
+        value = 0.0 if min(low, high) < 0.0 < max(low, high) else min(low, high)
+        scene = self.scene.with_source(spec.model_copy(update={"nan": value}))
+        return replace(self, scene=scene, channels=drawn_channels(scene))
+
 
 def prepare(request: Request) -> Prepared:
-    """List the channels of a request. Raises VP1001 for a source that is not there, and what a listing raises."""
+    """List the channels of a request, and look whether a scan without a scene is a label map.
+
+    Raises VP1001 for a source that is not there, and what listing and opening it raise.
+    """
     scene = with_listed_channels(request.scene)
     for path in files_of(scene.source):
         if not path.exists():
-            raise VolprepError("VP1001", path=path)
+            raise no_such_path(path)
+    if request.first_look and scene.source.labels is None and not scene.source.channels:
+        scene = _with_recognised_labels(scene)
     return Prepared(scene, request.profile, drawn_channels(scene), request.scene_path, request.first_look)
+
+
+def _with_recognised_labels(scene: Scene) -> Scene:
+    """Return the scene with `labels` set if the source is a label map, and with a text that says why."""
+    spec = scene.source
+    path = spec.place(Path("/"))
+    if format_of_source(spec, Path("/")) in NOT_LABELS:
+        return scene
+    with open_scan(spec, Path("/"), Silent()) as source:
+        found = recognise_labels(source, path)
+    if found is None:
+        return scene
+    table = spec.label_table or found.table or None
+    named = f", in the colours of {Path(table).name}" if table else ""
+    said = f"recognised as labels, {found.reason}{named}; --no-labels draws the values as they are"
+    return scene.with_source(spec.model_copy(update={"labels": True, "label_table": table})).model_copy(
+        update={"recognised": said}
+    )

@@ -1,13 +1,15 @@
-"""What a user should know about a package beside its numbers."""
+"""Remarks about a package for its user, besides its numbers."""
 
 from collections.abc import Iterator
 
+from volprep.plan.item_kinds import FIRST_LOOK, LEVEL
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Manifest
 
 
 def remarks(manifest: Manifest) -> Iterator[str]:
-    """Return the remarks of the readers, each with the name of its channel."""
+    """Return what a scan without a scene was recognised as, and the remarks of the readers with their channels."""
+    yield from (item.reason for item in manifest.plan if item.kind == FIRST_LOOK)
     several = len(manifest.channels) > 1
     for channel in manifest.channels:
         for remark in channel.source.info.remarks:
@@ -15,10 +17,34 @@ def remarks(manifest: Manifest) -> Iterator[str]:
 
 
 def warnings(manifest: Manifest) -> Iterator[str]:
-    """Name the transfer functions that show nothing: no value between the smallest and the largest has extinction."""
+    """Return what a user should act on: functions that show nothing of the scan's values, full resolution left out."""
+    yield from _missing_resolution(manifest)
     for channel in manifest.channels:
         low, high = channel.statistics.minimum, channel.statistics.maximum
         for function in channel.transfer_functions:
             if Table.exact(function).largest_extinction(low, high) == 0.0:
                 shown = f"shows none of the scan's values, {low:g} to {high:g}"
                 yield f"transfer function {function.name} {shown}: its pictures are empty"
+
+
+def _missing_resolution(manifest: Manifest) -> Iterator[str]:
+    """Say that no level has the voxels of the scan, why, and what would keep them."""
+    channel = manifest.channels[0]
+    if not channel.levels:  # a draft
+        return
+    finest = channel.levels[0]
+    if manifest.grid is None or finest.index == 0 or manifest.subvolumes is not None:
+        return
+    full, held = (_voxels(shape) for shape in (manifest.grid.shape_zyx, finest.grid.shape_zyx))
+    why = next(
+        (item for item in manifest.plan if (item.kind, item.level, item.channel) == (LEVEL, 0, channel.name)), None
+    )
+    reason = "" if why is None else f": {why.reason}"
+    way = (
+        "--grid auto keeps it, in sub-volumes" if manifest.profile.has_shaders else "a profile with shaders may keep it"
+    )
+    yield f"full resolution is left out, the finest level has {held} of {full} voxels{reason}; {way}"
+
+
+def _voxels(shape_zyx: tuple[int, int, int]) -> str:
+    return "×".join(str(length) for length in reversed(shape_zyx))

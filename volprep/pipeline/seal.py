@@ -1,13 +1,10 @@
 """A draft becomes a package: draw the preview, fill in the cost of each item, drop the working data.
 
-What is in the package must be what the plan says, file for file and texel for texel.
+The contents of the package must match the plan, file for file and texel for texel.
 """
 
-from volprep.parts.levels.chosen import settled_items
-from volprep.parts.proxy.decision import item_name
-from volprep.parts.proxy.files import DRACO_RULE
+from volprep.parts.registry import PARTS
 from volprep.parts.stage import Stage, Work
-from volprep.parts.subvolumes.decision import ITEM as SUBVOLUMES
 from volprep.plan.records import PREVIEW, Plan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel_packages import channel_packages
@@ -36,7 +33,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
 
 
 def _fidelity(draft: Draft, package: Package) -> tuple[Fidelity, ...]:
-    """Measure each level with each transfer function. Raises what drawing raises."""
+    """Measure each level with each transfer function. Raises the errors of drawing."""
     from volprep.parts.fidelity import measure as of  # noqa: PLC0415 - as above
     from volprep.parts.source_field import source_field  # noqa: PLC0415 - as above
 
@@ -50,31 +47,20 @@ def _fidelity(draft: Draft, package: Package) -> tuple[Fidelity, ...]:
 
 
 def settled(draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:
-    """Return what was decided, with what only the data could decide, and with what each item really costs.
+    """Return the decisions, with the results that depend on the data, and with the real cost of each item.
 
-    Raises VP4042 if the package is not what the plan says.
+    Raises VP4042 if the package does not match the plan.
     """
     sizes = {record.path: record.size_bytes for record in draft.files if record.role != "work"}
-    items = tuple(_with_pieces(item, draft) for item in settled_items(plan.items, draft, plan))
+    items = plan.items
+    for part in PARTS:
+        items = part.settle(items, draft, plan)
     _check_plan(items, sizes)
     return tuple(_priced(item, sizes) for item in items)
 
 
-def _with_pieces(item: PlanItem, draft: Draft) -> PlanItem:
-    """Add pieces of level 0 and meshes to the item that they belong to: which are empty was not known before."""
-    meshes = draft.manifest.proxy.meshes if draft.manifest.proxy else ()
-    own = {mesh.file: mesh.draco for mesh in meshes if mesh.file and item.name == item_name(mesh.transfer)}
-    if own:
-        reason = f"{item.reason}; {sum(own.values())} of {len(own)} files compressed with Draco, {DRACO_RULE}"
-        return item.model_copy(update={"files": (*item.files, *own), "reason": reason})
-    found = draft.manifest.subvolumes
-    if item.name != SUBVOLUMES or found is None:
-        return item
-    return item.model_copy(update={"files": (*item.files, *found.pieces)})
-
-
 def _check_plan(items: tuple[PlanItem, ...], sizes: dict[str, int]) -> None:
-    """Raise VP4042 if a file is missing or nobody's."""
+    """Raise VP4042 if a file is missing, or named by no plan item."""
     planned = [path for item in items for path in item.files]
     if sorted(planned) != sorted(sizes):
         odd = sorted(set(planned) ^ set(sizes)) or "one file of two items"
@@ -82,7 +68,7 @@ def _check_plan(items: tuple[PlanItem, ...], sizes: dict[str, int]) -> None:
 
 
 def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
-    """Replace the size of what is kept by that of its files."""
+    """Replace the estimated size of each item that is kept by the size of its files."""
     if not item.files:
         return item
     return item.model_copy(update={"size_bytes": sum(sizes[path] for path in item.files)})
@@ -90,19 +76,6 @@ def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
 
 STAGE = Stage(
     name="seal",
-    reads=(
-        "quantize",
-        "pyramid",
-        "transfer",
-        "normals",
-        "mosaic",
-        "texture",
-        "bricks",
-        "skip",
-        "proxy",
-        "grid",
-        "slices",
-        "shaders",
-    ),
+    reads=tuple(stage.name for part in PARTS for stage in part.stages),
     package=Work(_settings, _run),
 )

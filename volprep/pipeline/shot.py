@@ -3,12 +3,14 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from volprep.parts.editing.inputs import edit_with
+from volprep.parts.editing.renderer import edited_renderer
 from volprep.pipeline.framing import filled
 from volprep.render.choose import renderer_of
 from volprep.render.hybrid import HybridWish, hybrid_picture
+from volprep.render.renderer import Renderer
+from volprep.render.slices import SliceRenderer
 from volprep.scene.request import load_edit
-from volprep.truth.camera import Camera, standard_views, view_from
+from volprep.truth.camera import Camera, standard_views, view_from, widest_view
 from volprep.truth.picture import Background, encoded
 from volprep_formats.arrays import FloatArray
 from volprep_formats.diagnostics import VolprepError
@@ -21,16 +23,16 @@ from volprep_formats.png import png_bytes
 
 @dataclass(frozen=True)
 class Shot:
-    """What to draw, and how."""
+    """Settings of a picture."""
 
-    view: str
-    """Name of a standard view; used if there is no eye."""
+    view: str | None
+    """Name of a standard view; used if there is no eye. If absent, the one that shows most of the volume."""
     eye_mm_xyz: Vector | None
     """Where to look from, in the patient's space (LPS)."""
     shape_hw: tuple[int, int]
     """Height and width in pixels."""
     background: Background
-    """What is behind the volume."""
+    """Background behind the volume."""
     level: int | None
     """Level to draw; the finest if absent."""
     point: int | None
@@ -42,14 +44,14 @@ class Shot:
     edit: Path | None = None
     """File of a transfer function to draw in place of the package's."""
     fill: bool = False
-    """Whether what is seen fills the picture; if not, all views show the volume in one size."""
+    """Whether the visible part fills the picture; if not, all views show the volume in one size."""
     hybrid: HybridWish | None = None
-    """Lines around the volume, and a smaller picture of it; what the package asks for if absent."""
+    """Lines around the volume, and a smaller picture of it; the settings of the package if absent."""
 
 
 @dataclass(frozen=True)
 class Taken:
-    """What was drawn."""
+    """The picture that was drawn."""
 
     level: int
     """Level."""
@@ -64,15 +66,14 @@ class Taken:
 def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
     """Draw a package: a premultiplied linear picture [H, W, 4], and what drew it.
 
-    Raises what `Package.open`, `renderer_of`, `load_edit` and `hybrid_picture` raise, VP5020 and VP5022 for
-    an impossible camera.
+    Raises the errors of `Package.open`, `renderer_of`, `load_edit` and `hybrid_picture`, VP5020 and VP5022 for an
+    impossible camera.
     """
     package = Package.open(package_path)
     grid = package.manifest.levels[0].grid
     height, width = shot.shape_hw
-    camera = _camera(package.manifest, shot)
-    edit = None if shot.edit is None else edit_with(load_edit(shot.edit, grid))
-    with renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit) as renderer:
+    camera = camera_of(package.manifest, shot)
+    with _renderer(package, shot) as renderer:
         box_from_clip = camera.box_from_clip(grid, width / max(height, 1))
         if shot.fill and min(shot.shape_hw) > 0:
             box_from_clip = filled(renderer, box_from_clip, shot.shape_hw)
@@ -87,7 +88,7 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
 
 
 def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
-    """Draw a package to a PNG file. Raises what `draw` raises, and VP5021 where the file cannot be written."""
+    """Draw a package to a PNG file. Raises the errors of `draw`, and VP5021 where the file cannot be written."""
     if picture_path.suffix.lower() != ".png":
         raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")
     require_place(picture_path, "VP5021")
@@ -96,12 +97,21 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     return taken
 
 
-def _camera(manifest: Manifest, shot: Shot) -> Camera:
+def _renderer(package: Package, shot: Shot) -> Renderer | SliceRenderer:
+    if shot.edit is None:
+        return renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point)
+    function = load_edit(shot.edit, package.manifest.levels[0].grid)
+    return edited_renderer(package, function, level=shot.level, transfer=shot.transfer, point=shot.point)
+
+
+def camera_of(manifest: Manifest, shot: Shot) -> Camera:
+    """Return the camera of a picture. Raises VP5020 and VP5022 for an impossible one."""
     grid = manifest.levels[0].grid
     projection = manifest.render.projection if manifest.render else "orthographic"
     if shot.eye_mm_xyz is not None:
         return view_from(grid, shot.eye_mm_xyz, projection)
     views = standard_views(grid, projection)
-    if shot.view not in views:
-        raise VolprepError("VP5022", name=shot.view, known=", ".join(views))
-    return views[shot.view]
+    name = shot.view or widest_view(grid)
+    if name not in views:
+        raise VolprepError("VP5022", name=name, known=", ".join(views))
+    return views[name]

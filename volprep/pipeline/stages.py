@@ -1,52 +1,29 @@
-"""The visible list of stages, and how a draft goes through them."""
+"""Run stages on a draft, each only if its settings or its inputs have changed."""
 
 import hashlib
 import json
 from collections.abc import Iterator
 
-from volprep.parts.bricks.stage import STAGE as BRICKS
-from volprep.parts.classification.stage import STAGE as TRANSFER
-from volprep.parts.levels.chosen import choices_of
+from volprep.parts.levels.level_results import choices_of
 from volprep.parts.levels.records import LevelChoice
-from volprep.parts.levels.stage import STAGE as PYRAMID
-from volprep.parts.mosaic.stage import STAGE as MOSAIC
-from volprep.parts.normals.stage import STAGE as NORMALS
-from volprep.parts.programs.stage import STAGE as SHADERS
-from volprep.parts.proxy.stage import STAGE as PROXY
-from volprep.parts.skip.stage import STAGE as SKIP
-from volprep.parts.slices.stage import STAGE as SLICES
 from volprep.parts.stage import Planned, Stage, Work
-from volprep.parts.subvolumes.stage import STAGE as GRID
-from volprep.parts.texture.stage import STAGE as TEXTURE
-from volprep.parts.values.stage import STAGE as QUANTIZE
 from volprep.parts.work import FORMS, SCENE, generator, is_current, scene_bytes
+from volprep.pipeline.measured_steps import with_measured_steps
 from volprep.pipeline.seal import STAGE as SEAL
 from volprep.pipeline.seal import settled
+from volprep.pipeline.stage_graph import STAGES, dependents, sources
 from volprep.plan.records import Plan
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Contribution, Heading, Manifest, PlanItem, StageRecord
+from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 
-STAGES: tuple[Stage, ...] = (
-    QUANTIZE,
-    PYRAMID,
-    TRANSFER,
-    NORMALS,
-    MOSAIC,
-    TEXTURE,
-    BRICKS,
-    SKIP,
-    PROXY,
-    GRID,
-    SLICES,
-    SHADERS,
-    SEAL,
-)
-"""The stages that follow import, in order. Import comes before the plan, which needs what it measures."""
+ORDER = tuple(stage.name for stage in STAGES)
+"""Names of the stages, in the order of their output in a manifest."""
 
 
 def run_stages(draft: Draft, plan: Plan, scene: Scene, progress: Progress) -> tuple[LevelChoice, ...]:
@@ -65,23 +42,25 @@ def run_stages(draft: Draft, plan: Plan, scene: Scene, progress: Progress) -> tu
 
 def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Progress) -> None:
     """Run one stage, unless neither its settings nor its inputs have changed since it last ran."""
+    plan = with_measured_steps(draft, plan)
     key = stage_key(stage, plan, draft.manifest)
     if is_current(stage.name, key, draft.manifest):
         return
     record = StageRecord(name=stage.name, key=key, made=tuple(_made(stage, draft, plan, progress)))
-    # Every step leaves the scene that it was made for; only drafts hold it.
-    draft.write(SCENE, "work", scene_bytes(scene))
-    if plan.forms:
-        draft.write(FORMS, "work", json.dumps([form.model_dump(mode="json") for form in plan.forms]).encode())
+    _write_wishes(draft, plan, scene)
     heading = _heading(plan, scene, settled(draft, plan) if stage is SEAL else plan.items)
-    names = [each.name for each in STAGES]
-    # Of a draft whose stages ran in another order, or for another scene, nothing may stay that rests on older things.
-    stale = {name for name in names if name not in plan.stages or names.index(name) > names.index(stage.name)}
-    draft.commit(record, heading, stale, seal=stage is SEAL)
+    # The output of its readers rests on the older one.
+    stale = dependents(stage.name) | _unplanned(plan)
+    draft.commit(record, heading, stale, order=ORDER, seal=stage is SEAL)
+
+
+def _unplanned(plan: Plan) -> set[str]:
+    """Return the names of the stages that a plan does not need."""
+    return {each.name for each in STAGES if each.name not in plan.stages}
 
 
 def _made(stage: Stage, draft: Draft, plan: Plan, progress: Progress) -> Iterator[Contribution]:
-    """Return what a stage makes. Raises VP4042 if a texture is not as large as its budget was checked for."""
+    """Return the output of a stage. Raises VP4042 if a texture is not as large as its budget was checked for."""
     if stage.package is not None:
         yield _done(stage.package, draft, plan, progress)
     if stage.channel is not None:
@@ -106,14 +85,20 @@ def _heading(plan: Plan, scene: Scene, items: tuple[PlanItem, ...]) -> Heading:
         profile=plan.shared.profile,
         grid=plan.shared.grid,
         together=None if wanted is None else Together(name=wanted.name, transfers=wanted.transfers),
+        segments=_segments(plan),
         compression=tuple(form.as_record for form in plan.forms),
         render=plan.shared.render,
         plan=items,
     )
 
 
+def _segments(plan: Plan) -> Segments | None:
+    wanted = plan.segments
+    return None if wanted is None else Segments(**{name: getattr(wanted, name) for name in Segments.model_fields})
+
+
 def stage_key(stage: Stage, plan: Plan, manifest: Manifest) -> str:
-    """Digest of all that the output of a stage depends on: program, profile, settings, and what it reads."""
+    """Digest of all dependencies of a stage: program, profile, settings, and the output that it reads."""
     keys = {record.name: record.key for record in manifest.stages}
     text = json.dumps(
         {
@@ -136,13 +121,29 @@ def _settings(stage: Stage, plan: Plan) -> Iterator[Record]:
             yield from stage.channel.settings(channel)
 
 
-def require_inputs(draft: Draft, stage: Stage, plan: Plan) -> None:
-    """Raise VP3023 if the plan does not need a stage, VP4040 if a stage that it reads has not run."""
-    if stage.name not in plan.stages:
-        profile = plan.shared.profile.name
-        raise VolprepError("VP3023", profile=profile, stage=stage.name, needed=", ".join(plan.stages))
-    for other in STAGES:
-        if other.name not in stage.reads or other.name not in plan.stages:
+def keep_wishes(draft: Draft, plan: Plan, scene: Scene) -> None:
+    """Keep a changed scene in the draft, and drop the output of stages that its plan no longer needs."""
+    _write_wishes(draft, plan, scene)
+    gone = _unplanned(plan) & {record.name for record in draft.manifest.stages}
+    stale = gone.union(*(dependents(name) for name in gone))
+    draft.drop(stale, _heading(plan, scene, plan.items))
+
+
+def _write_wishes(draft: Draft, plan: Plan, scene: Scene) -> None:
+    """Write the scene of a draft, and the forms that were tried for it: the next verb goes on with them."""
+    draft.write(SCENE, "work", scene_bytes(scene))
+    if plan.forms:
+        draft.write(FORMS, "work", json.dumps([form.model_dump(mode="json") for form in plan.forms]).encode())
+
+
+def run_sources(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Progress) -> None:
+    """Run again the stages that a stage uses if their settings have changed since they ran.
+
+    Raises VP4040 if one of them has never run, or has to run again because one that it uses did.
+    """
+    for other in sources(stage, plan):
+        if is_current(other.name, stage_key(other, plan, draft.manifest), draft.manifest):
             continue
-        if not is_current(other.name, stage_key(other, plan, draft.manifest), draft.manifest):
+        if all(record.name != other.name for record in draft.manifest.stages):
             raise VolprepError("VP4040", path=draft.folder, stage=stage.name, missing=other.name)
+        run_stage(draft, other, plan, scene, progress)

@@ -44,7 +44,7 @@ class WalkPicture(Record):
     file: str
     """PNG file."""
     shown: str
-    """What it shows, in words."""
+    """Description of the picture."""
     level: int
     """Level; 0 for sub-volumes and boxes."""
     point: int | None = None
@@ -62,7 +62,7 @@ class WalkPicture(Record):
     cut: CutPlace | None = None
     """The box that is shown or marked."""
     program: str
-    """What drew."""
+    """The renderer."""
     rmse: float
     """Root mean square difference from the oracle on what the package holds."""
     maximum: float
@@ -79,7 +79,7 @@ class WalkReport(Record):
     package: str
     """Name of the scene."""
     compositing: CompositingName
-    """What rays make of what they meet."""
+    """The compositing."""
     transfer: str
     """Transfer function."""
     size: int
@@ -100,7 +100,7 @@ class WalkReport(Record):
 def walk(package_path: Path, walk_path: Path, folder: Path, progress: Progress, *, force: bool = False) -> WalkReport:
     """Draw a walk: walk-001.png, ... and walk.json in `folder`.
 
-    Raises what `load_walk` and `Package.open` raise, VP4050 for a package without sub-volumes, VP5018 for one that
+    Raises the errors of `load_walk` and `Package.open`, VP4050 for a package without sub-volumes, VP5018 for one that
     cannot draw them, VP5023 where values are chosen that a package cannot edit, VP3181 and VP5022 for a step that
     cannot be made, VP1251 where a file exists and `force` is not given, VP4020 where nothing can be written.
     """
@@ -160,7 +160,7 @@ def _changed(values: ShownValues, step: WalkStep) -> ShownValues:
 
 
 def _cut(scene: WalkScene, walker: Walker, step: WalkStep) -> tuple[Cut, CutPlace]:
-    """Cut the box that a step names, around a voxel or a place of what was shown before."""
+    """Cut the box that a step names, around a voxel or a place of the volume shown before."""
     grid = scene.ground.grid
     overall = None
     if step.tap is None:

@@ -1,6 +1,6 @@
 """One picture of a walk, and its truth: the oracle on the texels and the table that are drawn.
 
-So what is judged is the drawing of a level, of the sub-volumes around a point, or of a box that was cut. Whether these
+So the drawing itself is judged: of a level, of the sub-volumes around a point, or of a box that was cut. Whether these
 are right for the scan, validation says.
 """
 
@@ -40,7 +40,7 @@ _MARK = (1.0, 0.1, 0.02)
 
 @dataclass(frozen=True)
 class WalkScene:
-    """What does not change in a walk."""
+    """Settings that stay the same during a walk."""
 
     package: Package
     """The package."""
@@ -49,7 +49,7 @@ class WalkScene:
     program: Program
     """The program of its sub-volumes."""
     ground: Ground
-    """What the walk leads through."""
+    """The package, the pieces or the cut that the walk leads through."""
 
     @property
     def shape_hw(self) -> tuple[int, int]:
@@ -64,13 +64,13 @@ class WalkShot:
     picture: Float32Array
     """[H, W, 4], premultiplied linear, with lines if it has some."""
     shown: str
-    """What it shows, in words."""
+    """Description of the picture."""
     level: int
     """Level."""
     voxel_pixels: float
     """Shortest side of a voxel in pixels."""
     program: str
-    """What drew."""
+    """The renderer."""
     driver: str
     """Where."""
     rmse: float
@@ -82,7 +82,7 @@ class WalkShot:
 
 
 def walk_scene(package: Package, transfer: str | None, pixels: int) -> WalkScene:
-    """Return what a walk leads through. Raises VP4050 and VP5018 for a package that has no such walk."""
+    """Return the volume that a walk leads through. Raises VP4050 and VP5018 for a package that has no such walk."""
     manifest = package.manifest
     files, level_grid, render = manifest.subvolumes, manifest.grid, manifest.render
     if files is None or level_grid is None or render is None:
@@ -152,7 +152,7 @@ def cut_shot(scene: WalkScene, walker: Walker, values: ShownValues, found: Cut) 
         return _shot(renderer, drawn, drawn, truth, "a box of level 0", field_mm / scene.ground.pixels)
 
 
-def _whole(  # noqa: PLR0917 - what is shown of what, from where, and how large
+def _whole(  # noqa: PLR0917 - subject, source, view and size
     scene: WalkScene, walker: Walker, values: ShownValues, level: int, zoom: float, marked: Cut | None
 ) -> WalkShot:
     package, transfer = scene.package, scene.program.transfer
@@ -182,7 +182,7 @@ def _renderer(package: Package, level: int, transfer: str, edit: Edit | None) ->
     return ray_caster_of(package, level, transfer)(package, level=level, transfer=transfer)
 
 
-def _shot(  # noqa: PLR0917 - a picture, its truth, and what to say of it
+def _shot(  # noqa: PLR0917 - a picture, its truth, and its description
     renderer: Renderer,
     picture: Float32Array,
     drawn: Float32Array,

@@ -1,1 +1,1 @@
-"""What the plan decides, as records, and what several decisions ask: room on the device, pictures of sampled rays."""
+"""Records of the plan's decisions, and shared helpers: room on the device, pictures of sampled rays."""

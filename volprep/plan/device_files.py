@@ -1,4 +1,4 @@
-"""Files that devices sent back: read as foreign files are, and held against what they are used for."""
+"""Files that devices sent back: parsed as untrusted input and checked against the package."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +17,7 @@ ENDING = ".device.json"
 
 
 def device_record(data: bytes, name: object) -> DeviceRecord:
-    """Return what a device sent. Raises VP7036 for anything else, which `name` names."""
+    """Return the measurement of a device. Raises VP7036 for anything else, which `name` names."""
     try:
         return DeviceRecord.model_validate_json(data)
     except ValidationError as error:
@@ -25,7 +25,7 @@ def device_record(data: bytes, name: object) -> DeviceRecord:
 
 
 def read_device(path: Path) -> DeviceRecord:
-    """Read the file of a device. Raises VP7036 for a file that cannot be read, or is none."""
+    """Read the file of a device. Raises VP7036 for a file that cannot be read, or is not a measurement."""
     try:
         data = read_regular(path, MOST_BYTES)
     except OSError as error:
@@ -36,13 +36,10 @@ def read_device(path: Path) -> DeviceRecord:
 def read_devices(folder: Path, manifest_sha256: str) -> tuple[DeviceRecord, ...]:
     """Read all files of devices in `folder`, in order of name.
 
-    Raises VP7036 for a folder that cannot be read and for a file that is none, VP7037 for one of another package.
+    Raises VP7036 for a folder that cannot be read and for a file that is not a measurement, VP7037 for one of another
+    package.
     """
-    try:
-        paths = sorted(path for path in folder.iterdir() if path.name.endswith(ENDING))
-    except OSError as error:
-        raise VolprepError("VP7036", path=folder, problem=error.strerror or error) from error
-    records = [(path, read_device(path)) for path in paths]
+    records = _all_in(folder)
     for path, record in records:
         if record.package.manifest_sha256 != manifest_sha256:
             raise VolprepError(
@@ -55,9 +52,35 @@ def read_devices(folder: Path, manifest_sha256: str) -> tuple[DeviceRecord, ...]
     return tuple(record for _, record in records)
 
 
+def read_devices_of_scan(folder: Path, sources: Mapping[str, str]) -> tuple[tuple[DeviceRecord, ...], int]:
+    """Read the measurements in `folder` of packages of the scans `sources`, digests by channel, for any profile.
+
+    Also return the number of measurements of other scans. Raises VP7036 as `read_devices` does, VP7045 if none is of
+    the scan.
+    """
+    records = [record for _, record in _all_in(folder)]
+    of_scan = tuple(record for record in records if _digests(record) == dict(sources))
+    if not of_scan:
+        scans = ", ".join(f"{channel} {sha256[:12]}" for channel, sha256 in sorted(sources.items()))
+        raise VolprepError("VP7045", path=folder, count=len(records), scans=scans)
+    return of_scan, len(records) - len(of_scan)
+
+
+def _all_in(folder: Path) -> list[tuple[Path, DeviceRecord]]:
+    try:
+        paths = sorted(path for path in folder.iterdir() if path.name.endswith(ENDING))
+    except OSError as error:
+        raise VolprepError("VP7036", path=folder, problem=error.strerror or error) from error
+    return [(path, read_device(path)) for path in paths]
+
+
+def _digests(record: DeviceRecord) -> dict[str, str]:
+    return {each.channel: each.sha256 for each in record.package.sources}
+
+
 def require_same_scan(path: Path, record: DeviceRecord, profile: str, sources: Mapping[str, str]) -> None:
     """Raise VP7037 unless a package of the scans `sources`, digests by channel, for `profile` was measured."""
-    found = _told(record.package.profile, {each.channel: each.sha256 for each in record.package.sources})
+    found = _told(record.package.profile, _digests(record))
     expected = _told(profile, sources)
     if found != expected:
         raise VolprepError("VP7037", path=path, name=record.package.name, found=found, expected=expected)

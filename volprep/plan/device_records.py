@@ -1,17 +1,18 @@
-"""What a device says of a package: how wrong and how slow it draws it, and how well it could be measured.
+"""Records of measurements on a device: the error and the speed of a package, and how well they could be measured.
 
 The page of `volprep view` writes such a file. Each text and each list has a limit, because the file comes from outside.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from volprep_formats.grid import Count
-from volprep_formats.package.values import Sha256
+from volprep_formats.package.values import ByteCount, Sha256
 from volprep_formats.record import Record
 
-# No control characters, and none that turn the direction of text: these words come from outside and stand in pages.
+# No control characters, and no characters that change the direction of text: the strings are untrusted and appear in
+# pages.
 _PLAIN = r"^[^\u0000-\u001f\u007f-\u009f\u200e\u200f\u2028-\u202e\u2066-\u2069]*$"
 Text = Annotated[str, Field(max_length=300, pattern=_PLAIN)]
 Name = Annotated[str, Field(max_length=120, pattern=_PLAIN)]
@@ -24,12 +25,12 @@ STEADY = 0.10
 
 
 class Device(Record):
-    """Who drew."""
+    """The device that drew."""
 
     gpu: Text
     """Name of the GPU, as the browser gives it."""
     vendor: Text
-    """Who made the GPU or its driver, as the browser gives it."""
+    """Manufacturer of the GPU or its driver, as the browser reports it."""
     api: Literal["webgl1", "webgl2"]
     """Interface that drew."""
     browser: Text
@@ -44,11 +45,11 @@ class Probe(Record):
     """A capability that was tried by drawing a few texels."""
 
     name: Name
-    """What was tried."""
+    """The capability."""
     passed: bool
     """Whether the texels came out right."""
     note: Text = ""
-    """What was found, in words."""
+    """Result, in words."""
 
 
 class MeasuredSource(Record):
@@ -61,7 +62,7 @@ class MeasuredSource(Record):
 
 
 class MeasuredPackage(Record):
-    """What was drawn."""
+    """The package that was drawn."""
 
     name: Name
     """Name of the scene."""
@@ -82,6 +83,8 @@ class DeviceView(Record):
     """Name of the standard view."""
     rmse: NonNegative
     """Root mean square error over all pixels and channels, premultiplied linear."""
+    seen_rmse: NonNegative
+    """The same over seen pixels, as a tolerance limits it."""
     maximum: NonNegative
     """Largest difference of one channel of one pixel, premultiplied linear."""
 
@@ -94,7 +97,9 @@ class DevicePoint(Record):
     step_mm: Positive
     """Distance of the samples."""
     rmse: NonNegative
-    """Root mean square error against truth, premultiplied linear."""
+    """Root mean square error against truth over all pixels and channels, premultiplied linear."""
+    seen_rmse: NonNegative
+    """The same over seen pixels, as a tolerance limits it."""
     maximum: NonNegative
     """Largest difference of one channel of one pixel, premultiplied linear."""
     draw_ms: NonNegative
@@ -117,8 +122,36 @@ class DevicePoint(Record):
         return self.spread <= STEADY
 
 
+class DeviceLevel(Record):
+    """How the package holds one level, for one transfer function."""
+
+    level: Level
+    """Level."""
+    form: Text
+    """Technique, and format of the textures with the voxels, for example "ray-casting, R8 3D texture"."""
+    upload_bytes: ByteCount
+    """Bytes that an app uploads to draw the level."""
+    gpu_bytes: ByteCount
+    """Memory that they take on the GPU."""
+
+
+class DeviceSize(Record):
+    """Time of the nominal draw in a picture of one size: how the time grows with the number of pixels."""
+
+    size: Count
+    """Width and height of the picture, in pixels."""
+    draw_ms: NonNegative
+    """Median of the times of a draw, in milliseconds."""
+    fastest_ms: NonNegative
+    """Smallest of these times."""
+    slowest_ms: NonNegative
+    """Largest of these times."""
+    draws: Count
+    """Draws that were timed."""
+
+
 class DeviceProgram(Record):
-    """What was measured of one transfer function."""
+    """Measurements of one transfer function."""
 
     program: Name
     """Name of the program that draws it at the finest level."""
@@ -132,6 +165,19 @@ class DeviceProgram(Record):
     """View of the points."""
     points: Annotated[tuple[DevicePoint, ...], Field(max_length=256)]
     """Step and level against error and time."""
+    levels: Annotated[tuple[DeviceLevel, ...], Field(min_length=1, max_length=64)]
+    """How the package holds the levels of the points."""
+    sizes: Annotated[tuple[DeviceSize, ...], Field(max_length=8)] = ()
+    """Times of the level of the standard views with the nominal step in the view of the points, for growing sizes of
+    the picture; fewer than two where there was no time."""
+
+    @model_validator(mode="after")
+    def _levels_of_points_are_listed(self) -> Self:
+        missing = {point.level for point in self.points} - {each.level for each in self.levels}
+        if missing:
+            msg = f"level {min(missing)} was timed, and levels does not list it"
+            raise ValueError(msg)
+        return self
 
 
 class Throttling(Record):
@@ -144,7 +190,7 @@ class Throttling(Record):
 
     @property
     def slower(self) -> float:
-        """Share by which the device has become slower; negative where it has become faster."""
+        """Slowdown of the device, as a fraction of its first time; negative if it has become faster."""
         return self.last_ms / self.first_ms - 1 if self.first_ms else 0.0
 
     @property
@@ -158,25 +204,25 @@ class DeviceRecord(Record):
 
     format: Literal["volprep-device"] = "volprep-device"
     """Marks the file."""
-    version: Literal["1.0"] = "1.0"
+    version: Literal["1.1"] = "1.1"
     """Version of the format: major.minor."""
     generator: Name
     """Program and version that measured."""
     package: MeasuredPackage
-    """What was drawn."""
+    """The package that was drawn."""
     device: Device
-    """Who drew."""
+    """The device that drew."""
     probes: Annotated[tuple[Probe, ...], Field(max_length=64)]
-    """What was tried before anything was uploaded."""
+    """Trials that ran before anything was uploaded."""
     picture_size: Count
     """Width and height of the pictures, in pixels."""
     timing: Literal["timer-query", "fence"]
     """How draws were timed: by the GPU's own clock, or by waiting for many draws."""
     programs: Annotated[tuple[DeviceProgram, ...], Field(min_length=1, max_length=64)]
-    """What was measured."""
+    """Measurements of each transfer function."""
     throttling: Throttling
     """Whether the device became slower."""
     left_out: Annotated[tuple[Text, ...], Field(max_length=64)] = ()
-    """What was not measured, and why."""
+    """Measurements that were skipped, and why."""
     seconds: NonNegative
     """Wall time of the measurement."""

@@ -12,11 +12,11 @@ class FormTrial(CompressedForm):
     """A compressed form of the finest level that was tried."""
 
     seconds: Annotated[float, Field(ge=0.0)] | None = None
-    """What encoding the level took; none where a sample was enough."""
+    """Time for encoding the level; None if a sample was enough."""
     key: Sha256 | None = None
     """Digest of all that it depends on; none where a sample was enough, which is as quickly done again."""
 
     @property
     def as_record(self) -> CompressedForm:
-        """What a manifest says of it, whose bytes hang on no clock."""
+        """The record for a manifest, whose bytes must not depend on a clock."""
         return CompressedForm.model_validate(self.model_dump(exclude={"seconds", "key"}))

@@ -1,4 +1,4 @@
-"""Transfer functions over the physical values of one scan, and how they differ from what the scene says."""
+"""Transfer functions over the physical values of one scan, and their differences from the scene."""
 
 import math
 from collections.abc import Iterator
@@ -14,7 +14,8 @@ from volprep_formats.package.transfer_function import MOST_OPAQUE, TransferFunct
 from volprep_formats.source import SourceInfo
 
 _OUTLIERS = 0.1
-"""Per cent of the sample of rays below the range of a scan, and as much above it: noise, and single hot voxels."""
+"""Per cent of the sample of rays below the range of a scan, and the same per cent above it: noise, and single hot
+voxels."""
 
 
 def resolved_functions(scene: Scene, info: SourceInfo, measured: Measured) -> tuple[TransferFunction, ...]:
@@ -24,13 +25,17 @@ def resolved_functions(scene: Scene, info: SourceInfo, measured: Measured) -> tu
 
 
 def describe_functions(scene: Scene, functions: tuple[TransferFunction, ...]) -> Iterator[PlanItem]:
-    """Return where a transfer function comes from, where that is not the scene itself, and what was changed of it."""
-    for transfer, function in zip(scene.transfer, functions, strict=True):
+    """List the presets that transfer functions come from, and the points that were changed."""
+    wishes = {transfer.name: transfer for transfer in scene.transfer}
+    for function in functions:
+        transfer = wishes[function.name]
         wish = transfer.wish
         if transfer.preset is not None:
             low, high = function.points[0].value, function.points[-1].value
             yield PlanItem(
                 name=f"preset {transfer.name}",
+                kind="preset",
+                transfer=transfer.name,
                 kept=True,
                 reason=f"{transfer.preset}: {load_preset(transfer.preset).shows}; here from {low:.4g} to {high:.4g}",
             )
@@ -38,6 +43,8 @@ def describe_functions(scene: Scene, functions: tuple[TransferFunction, ...]) ->
             points = ", ".join(f"points.{index}" for index in wish.opaque_points)
             yield PlanItem(
                 name=f"full opacity in {transfer.name}",
+                kind="full-opacity",
+                transfer=transfer.name,
                 kept=False,
                 reason=f"{points}: opacity 1 has no finite extinction, so it became {MOST_OPAQUE:.6f}",
             )
@@ -48,6 +55,6 @@ def _measure(info: SourceInfo, measured: Measured) -> Measure:
     if low == high:
         low, high = measured.statistics.minimum, measured.statistics.maximum
     if low == high:
-        # A scan of one value: all of it is at the place 0, and what is above does not matter.
+        # A scan of one value: all of it is at the place 0, and the upper end does not matter.
         high = low + max(1.0, abs(low))
     return Measure(low=low, high=high, diagonal_mm=math.hypot(*info.grid.extent_mm_zyx))

@@ -1,8 +1,8 @@
-"""What a choice of codes and of a lookup table costs in a picture, measured on a sample of rays.
+"""Picture error of a choice of codes and of a lookup table, measured on a sample of rays.
 
-The rays run along the axes through voxel centres, because the standard views do: what is thin along one of them may be
-wide along another. Between two voxels the field is linear, so that a voxel that the
-window clips moves the surfaces beside it here as it does in the renderer; labels fill their voxels.
+The rays run along the axes through voxel centres, because the standard views do: a structure that is thin along one of
+them may be wide along another. Between two voxels the field is linear, so that a voxel that the window clips moves the
+surfaces beside it here as it does in the renderer; labels fill their voxels.
 """
 
 from collections.abc import Sequence
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from volprep.truth.seen import seen_pixels
 from volprep_formats.arrays import Float64Array
 
 _NOTHING = 1e-12
@@ -27,7 +28,7 @@ class Quantizer:
     """Whether codes of 16 bits become half floats."""
 
     def texels(self, values: Float64Array) -> Float64Array:
-        """Round physical values to what the texture holds, from 0 to 1."""
+        """Round physical values to the values of the texture, from 0 to 1."""
         low, high = self.window
         largest = 2**self.bits - 1
         codes: Float64Array = np.rint((np.clip(values, low, high) - low) / (high - low) * largest) / largest
@@ -44,7 +45,7 @@ class PictureDifference:
     """Difference of two pictures, premultiplied linear values from 0 to 1."""
 
     rmse: float
-    """Root mean square over all rays and channels."""
+    """Root mean square over seen rays and channels."""
     maximum: float
     """Largest difference of one channel of one ray."""
 
@@ -58,8 +59,11 @@ class PictureDifference:
 
 
 def difference(one: Float64Array, other: Float64Array) -> PictureDifference:
-    """Compare two pictures."""
-    error = one - other
+    """Compare two pictures [..., 4] over seen rays. Others are no evidence: they would make any error look small."""
+    seen = seen_pixels(one, other)
+    error = one[seen] - other[seen]
+    if not error.size:
+        return PictureDifference(0.0, 0.0)
     return PictureDifference(rmse=float(np.sqrt(np.mean(error**2))), maximum=float(np.abs(error).max()))
 
 

@@ -1,13 +1,16 @@
-"""What the plan decides about what a package holds beside levels and tables, as records that the stages read."""
+"""Planned contents of a package besides levels and tables, as records that the stages read."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from volprep.scene.scene import DracoWish
 from volprep_formats.grid import Count
 from volprep_formats.package.parts.editing.record import Editing
-from volprep_formats.package.parts.normals.record import NormalMeaning
+from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.parts.normals.record import GradientKernel, NormalMeaning
 from volprep_formats.package.parts.proxy.record import ProxyForm
+from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.parts.together.record import Together
@@ -39,7 +42,7 @@ class SkipTablePlan(BlockTexturePlan):
     transfer: str
     """Name of the transfer function."""
     kind: SkipKind
-    """What an entry means."""
+    """Meaning of an entry."""
 
 
 class BlockRangesPlan(BlockTexturePlan):
@@ -59,6 +62,15 @@ class SkipPlan(Record):
     """One for each level, where apps are to make tables."""
 
 
+class FlattenedPlan(Record):
+    """One value for voxels that no picture can show."""
+
+    reach: Count
+    """Voxels on each side of a voxel that must be hidden, too."""
+    share: Annotated[float, Field(ge=0.0, le=1.0)]
+    """Share of the volume that is empty in blocks of 16³ voxels."""
+
+
 class NormalTexturePlan(TextureContent):
     """The normals of one level: its texture, or the textures of its mosaic."""
 
@@ -73,6 +85,8 @@ class NormalTexturePlan(TextureContent):
 class NormalsPlan(NormalMeaning):
     """Normals of every level that the package holds."""
 
+    kernel: GradientKernel
+    """How the gradient is measured at level 0. A voxel of a coarser level has the mean over its voxels of level 0."""
     magnitude: bool
     """Whether the last channel holds the length of the gradient."""
     format: TextureFormat
@@ -81,6 +95,32 @@ class NormalsPlan(NormalMeaning):
     """How the textures are sampled."""
     textures: tuple[NormalTexturePlan, ...]
     """One for each level."""
+
+
+class LightTexturePlan(Record):
+    """The light of one transfer function."""
+
+    transfer: str
+    """Name of the transfer function."""
+    name: str
+    """Name of the texture."""
+    file: PackagePath
+    """Its KTX 2 file."""
+
+
+class LightPlan(Record):
+    """Light that is computed once."""
+
+    model: LightModel
+    """The light around the volume, and how it travels."""
+    factor: Literal[2, 4]
+    """Voxels along the edge of a texel."""
+    shape_zyx: tuple[Count, Count, Count]
+    """Texels along each axis."""
+    samples: Count
+    """Approximate number of places where light is computed."""
+    textures: tuple[LightTexturePlan, ...]
+    """One for each transfer function."""
 
 
 class SliceTexturePlan(Record):
@@ -118,10 +158,12 @@ class SlicesPlan(Record):
     """Colours of a palette, where there is one."""
     stacks: tuple[SliceStackPlan, ...]
     """Stacks of each transfer function."""
+    editable: bool = False
+    """Whether apps replace palettes: texels are then codes, and entry j of a palette is the colour of code j."""
 
 
 class EditingPlan(Editing):
-    """What users need who edit transfer functions."""
+    """Data for users who edit transfer functions."""
 
     headroom_per_mm: Annotated[float, Field(gt=0.0)]
     """Extinction that tables of 8 bits can hold at least, whatever the transfer functions are now."""
@@ -159,12 +201,12 @@ class ProxyPlan(Record):
     """Proxy geometry."""
 
     form: ProxyForm
-    """What meshes follow."""
+    """Shape of the meshes."""
     block: Count
     """Cells along an edge of a block."""
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)]
     """Largest opacity that it may take from a ray."""
-    draco: Literal["auto", "none"]
+    draco: DracoWish
     """Whether meshes may be compressed."""
     shares: tuple[float, ...]
     """Part of the samples that it saves each transfer function, from blocks of 16³ voxels."""
@@ -175,9 +217,37 @@ class ProxyPlan(Record):
 
 
 class TogetherPlan(Together):
-    """One picture of several channels: those that show something."""
+    """One picture of several channels, without the channels that show nothing."""
 
     programs: tuple[ProgramDesign, ...]
     """Programs that draw it."""
     skip_tables: tuple[SkipTablePlan, ...] = ()
     """For each level what all channels leave empty, where enough is."""
+
+
+class LabelTexturePlan(TextureContent):
+    """The labels of one level: its texture, or the textures of its mosaic."""
+
+    level: int
+    """Level."""
+    names: tuple[str, ...]
+    """Name of each texture: one, unless a mosaic takes several."""
+    files: tuple[PackagePath, ...]
+    """The KTX 2 file of each."""
+
+
+class SegmentsPlan(Segments):
+    """One picture of a scan with its segments."""
+
+    order: tuple[int, ...]
+    """For each label of the import its number in the package."""
+    format: TextureFormat
+    """Format of labels."""
+    textures: tuple[LabelTexturePlan, ...]
+    """One for each level."""
+    looks: PackagePath
+    """KTX 2 file of the table of looks."""
+    programs: tuple[ProgramDesign, ...]
+    """Programs that draw it."""
+    skip_tables: tuple[SkipTablePlan, ...] = ()
+    """For each level what no style shows, where enough is empty."""

@@ -1,19 +1,13 @@
-"""What the plan decides, as records that the stages read."""
+"""Records of the plan, which the stages read."""
 
-from typing import Annotated, Literal
+from collections.abc import Iterable
+from typing import Annotated, Literal, TypeVar
 
-from pydantic import Field
+from pydantic import Field, SerializeAsAny
 
 from volprep.plan.form_trial import FormTrial
-from volprep.plan.products import (
-    EditingPlan,
-    NormalsPlan,
-    ProxyPlan,
-    SkipPlan,
-    SlicesPlan,
-    SubvolumesPlan,
-    TogetherPlan,
-)
+from volprep.plan.products import SegmentsPlan, TogetherPlan
+from volprep.scene.scene import Refinement
 from volprep_formats.grid import Count, Grid
 from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
@@ -27,6 +21,7 @@ from volprep_formats.record import Record
 from volprep_formats.source import ChannelName
 
 Index = Annotated[int, Field(ge=0)]
+PartPlan = TypeVar("PartPlan", bound=Record)
 PREVIEW = "preview.png"
 """File of the preview picture."""
 
@@ -60,13 +55,15 @@ class LevelPlan(Resolution):
     shape_zyx: tuple[Count, Count, Count]
     """Number of voxels along each axis."""
     padded_zyx: tuple[Count, Count, Count] | None = None
-    """Texels along each axis where the level is a mipmap: what is beyond its voxels repeats the last of them."""
+    """Texels along each axis if the level is a mipmap; texels beyond its voxels repeat the last voxel."""
     filter: Literal["none", "auto"] | LevelFilter
     """Filter that makes the level from level 0, none for level 0; "auto": pictures decide when it is made."""
+    refine: Refinement = "auto"
+    """Whether "auto" also refines the level through the renderer, and within which budget."""
 
     @property
     def name(self) -> str:
-        """What names of textures of this level end with: its channel and its number."""
+        """End of the names of its textures: channel and number."""
         return f"{self.channel}-{self.index}"
 
     @property
@@ -131,12 +128,15 @@ class PreintegratedPlan(Record):
     """Name of the texture."""
     file: PackagePath
     """Its KTX 2 file."""
-    format: LookupFormat
-    """RGBA8 (mean extinction as a square root, scaled by its maximum) or RGBA16F (mean extinction per millimetre)."""
     entries: Count
-    """Texels of a row and of a column: front values along a row, back values along a column."""
-    segment_mm: Annotated[float, Field(gt=0.0)]
-    """Length of the segments whose colours it holds."""
+    """Texels of a row: column j holds the sums up to the normalised stored value j / (entries - 1)."""
+    format: Literal["RGBA8"] = "RGBA8"
+    """Sums are whole numbers of 32 bits, each in the four bytes of a texel."""
+
+    @property
+    def shape_zyx(self) -> tuple[int, int, int]:
+        """Shape of the texture: a row each for red, green, blue and extinction."""
+        return 1, 4, self.entries
 
 
 class PalettePlan(Record):
@@ -148,8 +148,13 @@ class PalettePlan(Record):
     """Number of entries."""
 
 
+def part_of(parts: Iterable[Record], kind: type[PartPlan]) -> PartPlan | None:
+    """Return the first of `parts` that is of this kind; None if no part is."""
+    return next((part for part in parts if isinstance(part, kind)), None)
+
+
 class Shared(Record):
-    """What all channels of a package have in common."""
+    """Settings that all channels of a package share."""
 
     profile: DeviceProfile
     """Class of devices."""
@@ -160,16 +165,18 @@ class Shared(Record):
     render: RenderSettings
     """How the package wants to be drawn; `opacity_cutoff` is absent where rays run to their end."""
     compositing: CompositingName = "emission-absorption"
-    """What rays make of what they meet."""
+    """How rays combine their samples."""
+    measure_steps: bool = False
+    """Whether the steps of coarser levels are measured on the levels, when these are made."""
 
 
 class ChannelPlan(Record):
-    """What is decided about one channel. Stages run with it, and never ask how many channels there are."""
+    """The plan of one channel. Stages run with it and do not depend on the number of channels."""
 
     channel: ChannelName
     """Name of the channel."""
     shared: Shared
-    """What it has in common with the other channels."""
+    """Settings that it shares with the other channels."""
     transfer_functions: tuple[TransferFunction, ...]
     """Transfer functions of its values, the default one first."""
     quantize: QuantizePlan
@@ -178,24 +185,14 @@ class ChannelPlan(Record):
     """Levels that the package holds, finest first."""
     volumes: tuple[VolumePlan, ...]
     """The texture of each level, in the order of `levels`."""
-    subvolumes: SubvolumesPlan | None = None
-    """Level 0 in pieces, where the scene wants it."""
     lookups: tuple[LookupPlan, ...]
     """The lookup table of each transfer function, in their order; none where samples are classified otherwise."""
     preintegrated: tuple[PreintegratedPlan, ...] = ()
     """The pre-integrated table of each transfer function, where segments are classified by one."""
     palettes: tuple[PalettePlan, ...] = ()
     """The palette of each transfer function, where samples are classified by one."""
-    editing: EditingPlan | None = None
-    """What editing takes, where users may edit transfer functions."""
-    proxy: ProxyPlan | None = None
-    """Proxy geometry, where the scene wants it."""
-    slices: SlicesPlan | None = None
-    """Stacks of slices, on devices without shaders."""
-    skip: SkipPlan | None = None
-    """How empty space is skipped, where it is."""
-    normals: NormalsPlan | None = None
-    """Normals, where the scene wants them or its lighting needs them."""
+    parts: tuple[SerializeAsAny[Record], ...] = ()
+    """Plans of the parts that the package has beside levels and tables, in the order of the registry."""
     forms: tuple[FormTrial, ...] = ()
     """Compressed forms that were tried on the whole level or on a sample, where the scene wants one."""
     programs: tuple[ProgramDesign, ...]
@@ -238,7 +235,7 @@ class ChannelPlan(Record):
 
     @property
     def tables(self) -> tuple[LookupPlan | PreintegratedPlan | PalettePlan, ...]:
-        """What classifies, of each transfer function: a table of one kind, or none where voxels are classified."""
+        """The table of each transfer function; empty if voxels are classified."""
         return (*self.lookups, *self.preintegrated, *self.palettes)
 
     @property
@@ -247,6 +244,10 @@ class ChannelPlan(Record):
         low, high = self.quantize.window
         entries = [table.entries for table in self.tables]
         return (high - low) / (min(entries) - 1) if entries else 0.0
+
+    def part(self, kind: type[PartPlan]) -> PartPlan | None:
+        """Return the plan of a part, for example `SkipPlan`; None if the package does not have it."""
+        return part_of(self.parts, kind)
 
     def level(self, index: int) -> LevelPlan:
         """Return the level of this number."""
@@ -257,11 +258,11 @@ class Plan(Record):
     """All that the stages of a package need to know, and the reasons."""
 
     shared: Shared
-    """What all channels have in common."""
+    """Settings that all channels share."""
     channels: Annotated[tuple[ChannelPlan, ...], Field(min_length=1)]
-    """What is decided about each channel, the default one first."""
+    """The plan of each channel, the default one first."""
     together: TogetherPlan | None = None
-    """What is drawn of several channels together."""
+    """The picture of several channels."""
     fidelity: bool = False
     """Whether the manifest states how near pictures are to the scan."""
     stages: tuple[str, ...]
@@ -269,7 +270,7 @@ class Plan(Record):
     items: tuple[PlanItem, ...]
     """Every decision with its reason, cost and files."""
     costs: tuple[DrawCost, ...] = ()
-    """What drawing each level with each transfer function will cost a device, without meshes."""
+    """Cost of drawing each level with each transfer function, without meshes."""
 
     @property
     def forms(self) -> tuple[FormTrial, ...]:
@@ -277,7 +278,25 @@ class Plan(Record):
         return tuple(form for channel in self.channels for form in channel.forms)
 
     @property
+    def segments(self) -> SegmentsPlan | None:
+        """The scan with its segments in one picture; None if it has none."""
+        return self.channels[0].part(SegmentsPlan)
+
+    @property
+    def joint(self) -> TogetherPlan | SegmentsPlan | None:
+        """The picture of several transfer functions: of channels drawn together, or of a scan with its segments."""
+        return self.together or self.segments
+
+    @property
     def drawn_together(self) -> tuple[ChannelPlan, ...]:
-        """Channels of the picture of several, in the order of its transfer functions."""
-        wanted = self.together.transfers if self.together else ()
+        """Channels of the picture of several transfer functions, in their order."""
+        wanted = self.joint.transfers if self.joint else ()
         return tuple(next(each for each in self.channels if name in each.transfers) for name in wanted)
+
+    def __repr__(self) -> str:
+        """Return one line; `items` has the decisions."""
+        kept = sum(item.kept for item in self.items)
+        names = ", ".join(channel.channel for channel in self.channels)
+        return f"<Plan for {self.shared.profile.name}: channels {names}, {kept} of {len(self.items)} items kept>"
+
+    __str__ = __repr__

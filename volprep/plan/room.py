@@ -1,4 +1,4 @@
-"""What fits into a class of devices: formats of texels, textures, and why a level does not fit."""
+"""Limits of a class of devices: texel formats, textures, and why a level does not fit."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.textures.gl_formats import size_bytes
 
 _ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",), 32: ("RGBA8",)}
-"""Formats of one code in a texel, by the bits of a code; 32 are those of a classified voxel."""
+"""Formats of one code in a texel, by the bits of a code; 32 bits hold a classified voxel."""
 FOUR_CHANNELS: dict[int, tuple[TextureFormat, ...]] = {8: ("RGBA8",), 16: ("RGBA16F",)}
 """Formats of four channels, by the bits of a code."""
 
@@ -22,7 +22,7 @@ class Misfit:
 
 @dataclass(frozen=True)
 class Beside:
-    """What a program samples beside the volume."""
+    """Textures that a program samples beside the volume."""
 
     units: int
     """Texture units that it takes."""
@@ -51,7 +51,7 @@ def texture_bytes(volume: VolumePlan) -> int:
 
 
 def too_large(volume: VolumePlan, profile: DeviceProfile, beside: Beside) -> Misfit | None:
-    """Return why a level and what is sampled beside it take more memory than there is; None if they do not."""
+    """Return why a level and its other textures exceed the memory; None if they fit."""
     size = texture_bytes(volume)
     if size + beside.bytes <= profile.max_texture_bytes:
         return None

@@ -1,7 +1,7 @@
-"""What the program of sub-volumes is given: the pieces around one point of the grid, and where they begin.
+"""Inputs of the program of sub-volumes: the pieces around one point of the grid, and where they begin.
 
-Nothing outside the block of these pieces is drawn. Its faces lie in the shared layers of voxels; where the volume ends,
-half a voxel further out, at the end of its box.
+Nothing outside the block of these pieces is drawn. Its faces lie in the shared layers of voxels; at the border of the
+volume, half a voxel further out, at the end of its box.
 """
 
 from itertools import product
@@ -21,7 +21,7 @@ from volprep_formats.package.texture import Texture
 
 
 def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
-    """Choose the pieces around the point of this number. Raises VP5018 where the package cannot draw them."""
+    """Choose the pieces around the point of this number. Raises VP5018 if the package cannot draw them."""
     files, level_grid = package.manifest.subvolumes, package.manifest.grid
     if files is None or level_grid is None or not files.programs:
         known = "nothing around a point: the package has no sub-volumes as files"
@@ -59,7 +59,7 @@ def block_values(sides_xyz: tuple[Side, Side, Side], spacing_mm_xyz: Float64Arra
 
 
 def _pieces(grid: SubvolumeGrid, place: tuple[int, int, int]) -> tuple[list[Texture], dict[str, NDArray[np.generic]]]:
-    """Eight textures in the order of the samplers; a constant voxel for one that is empty or not there."""
+    """Eight textures in the order of the samplers; a constant voxel for an empty or missing piece."""
     _, ny, nx = grid.counts_zyx
     textures = []
     texels: dict[str, NDArray[Any]] = {}

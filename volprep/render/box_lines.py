@@ -40,7 +40,7 @@ def mark_lines(
     high_mm_xyz: Float64Array,
     colour: tuple[float, float, float],
 ) -> BoxLines:
-    """Return the edges of a part of the volume: those that face the viewer are drawn over all, the others behind it."""
+    """Return the edges of a part of the volume: edges that face the viewer are drawn on top, others behind."""
     moved = np.eye(4)
     moved[:3, 3] = -low_mm_xyz
     size_mm = high_mm_xyz - low_mm_xyz

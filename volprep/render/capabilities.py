@@ -1,18 +1,19 @@
-"""What the packages of a profile need of a driver, as small textures, and what each of them must look like.
+"""Driver capabilities that the packages of a profile need, as small textures with their expected pictures.
 
-A driver may offer a format, a filter or a size and then draw black, so that only a picture tells. Each texture has two
+A driver may offer a format, a filter or a size and then draw black, so only a picture proves it. Each texture has two
 values along one axis. It is drawn as a row of four pixels, from the centre of its first texel to that of its last one:
 a linear filter gives four values, no filter two.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.arrays import Float64Array, UInt8Array
-from volprep_formats.package.profile import Api, DeviceProfile, TextureFormat
+from volprep_formats.package.api import Api
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.texture import COMPONENTS, SampleFilter, Texture
 from volprep_formats.textures import paletted
 from volprep_formats.textures.block_formats import BLOCKS
@@ -25,9 +26,10 @@ Axis = Literal["depth", "height", "width"]
 _AXES: tuple[Axis, ...] = ("depth", "height", "width")
 _LOW, _HIGH = 0.2, 0.8
 # Formats that packages for OpenGL ES 1.1 have: their textures are slices.
+_FORMATS: tuple[TextureFormat, ...] = get_args(TextureFormat)
 _SLICE_FORMATS: tuple[TextureFormat, ...] = ("RGBA8", "PALETTE8_RGBA8")
 # Middle and span of the values in a texture, by the type of its pixels. Those of 16 bits are so close together that 8
-# bits in their place would be 0.06 off in the picture, and what rounding to half floats does is 0.005.
+# bits in their place would be 0.06 off in the picture, and rounding to half floats changes it by 0.005.
 _SPREADS: dict[str | None, tuple[float, float]] = {
     "BYTE": (0.0, 2.0),
     "UNSIGNED_SHORT": (0.3, 1 / 40),
@@ -55,11 +57,11 @@ class Capability:
     axis: Axis = "width"
     """Axis along which the values change."""
     size: int | None = None
-    """Texels along `axis`, if the size is what is tried; otherwise there are two, or two blocks."""
+    """Texels along `axis`, if the size is tested; otherwise there are two, or two blocks."""
 
     @property
     def name(self) -> str:
-        """What it is, in words."""
+        """Description of the capability."""
         how = self.filter if self.size is None else f"{self.axis} {self.size}"
         return f"{self.format} {self.target[-2:]} {how}"
 
@@ -71,11 +73,11 @@ class ProbeTexture:
     texture: Texture
     """The texture."""
     texels: NDArray[np.generic]
-    """What is uploaded, [z, y, x] or [z, y, x, channel]; blocks of a compressed format; of a paletted one its file."""
+    """Data to upload, [z, y, x] or [z, y, x, channel]; blocks of a compressed format; the file of a paletted one."""
     first: Float64Array
     """Texture coordinates x, y, z in the left pixel."""
     step: Float64Array
-    """What is added from each pixel to the next one."""
+    """Step from each pixel to the next one."""
     middle: float
     """Value of a texel that is drawn as 0.5."""
     span: float
@@ -85,12 +87,12 @@ class ProbeTexture:
 
 
 def capabilities_of(profile: DeviceProfile) -> tuple[Capability, ...]:
-    """Return all that packages for a profile may need of textures, each once and always in the same order."""
+    """Return all texture capabilities that packages for a profile may need, each once and always in the same order."""
     if not profile.has_shaders:
-        formats = [name for name in profile.texture_formats if name in _SLICE_FORMATS]
+        formats = [name for name in _FORMATS if name in profile.texture_formats and name in _SLICE_FORMATS]
         targets: tuple[Target, ...] = ("TEXTURE_2D",)
     else:
-        formats = [name for name in profile.texture_formats if name != "PALETTE8_RGBA8"]
+        formats = [name for name in _FORMATS if name in profile.texture_formats and name != "PALETTE8_RGBA8"]
         targets = ("TEXTURE_2D", "TEXTURE_3D") if profile.max_3d_texture_size else ("TEXTURE_2D",)
     filters: tuple[SampleFilter, ...] = ("linear", "nearest")
     found = [
@@ -164,7 +166,7 @@ def _expected(capability: Capability, ends: Float64Array, middle: float, span: f
 
 
 def _plain(pixels: str | None, kind: str | None, shape: list[int]) -> tuple[NDArray[np.generic], Float64Array]:
-    """Give texels of which the last one differs, and both colours as a shader reads them [2, RGBA]."""
+    """Return texels that are equal except for the last one, and both colours as a shader reads them [2, RGBA]."""
     components = COMPONENTS[pixels]
     middle, span = _SPREADS.get(kind, _WHOLE)
     dtype, one = _CODES[kind]
@@ -184,7 +186,7 @@ def _plain(pixels: str | None, kind: str | None, shape: list[int]) -> tuple[NDAr
 
 
 def _two_values(components: int) -> Float64Array:
-    """Colours [2, component], so that one which comes in the place of another is seen."""
+    """Colours [2, component], chosen so that swapped components are visible."""
     rising = np.arange(components) % 2 == 0
     return np.stack([np.where(rising, _LOW, _HIGH), np.where(rising, _HIGH, _LOW)])
 
@@ -199,7 +201,7 @@ def _paletted(shape: list[int]) -> tuple[UInt8Array, Float64Array]:
 
 
 def _blocks(name: TextureFormat) -> tuple[UInt8Array, Float64Array]:
-    """Give two blocks [1, 1, 2, byte] of one colour each, and what they hold [2, RGBA]."""
+    """Return two blocks [1, 1, 2, byte] of one colour each, and their colours [2, RGBA]."""
     if name == "EAC_R11":
         # Eight times the first byte, and 4, of 2047.
         pair = [bytes([base, *[0] * 7]) for base in (51, 204)]

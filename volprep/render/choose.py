@@ -1,6 +1,5 @@
-"""The renderer that a package is for: shaders, at proxy geometry where there is some, or slices without shaders."""
+"""Choose the renderer of a package: with shaders, with shaders and proxy geometry, or slices without shaders."""
 
-from volprep.render.inputs import Edit
 from volprep.render.proxy_renderer import ProxyRenderer, has_mesh
 from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
@@ -14,12 +13,8 @@ def renderer_of(
     level: int | None = None,
     transfer: str | None = None,
     point: int | None = None,
-    edit: Edit | None = None,
 ) -> Renderer | SliceRenderer:
     """Return the renderer of a package, into 8 bits. Errors as `Renderer` and `SliceRenderer`."""
-    if edit is not None:
-        # Without shaders nothing can be edited, nor where there are meshes.
-        return Renderer(package, level=level, transfer=transfer, point=point, edit=edit)
     if package.manifest.profile.has_shaders:
         if point is not None:
             return Renderer(package, level=level, transfer=transfer, point=point)

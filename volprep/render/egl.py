@@ -13,31 +13,31 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from types import TracebackType
-from typing import Literal, Self
+from typing import Self
 
 from volprep.render.bindings import EGL, GLES1, GLES3, USER_PLATFORM
+from volprep.render.room import require_room
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.api import ContextApi, graphics_api
 
-ContextApi = Literal["es1.1", "es2.0", "es3.0", "es3.1"]
-
-_RENDERABLE = {"1": EGL.EGL_OPENGL_ES_BIT, "2": EGL.EGL_OPENGL_ES2_BIT, "3": 0x40}  # 0x40: EGL_OPENGL_ES3_BIT
+_RENDERABLE = {1: EGL.EGL_OPENGL_ES_BIT, 2: EGL.EGL_OPENGL_ES2_BIT, 3: 0x40}  # 0x40: EGL_OPENGL_ES3_BIT
 _CONTEXT_MAJOR_VERSION, _CONTEXT_MINOR_VERSION = 0x3098, 0x30FB
 _TELLS_OF_RESETS = (0x3138, 0x31BF)
-"""The driver tells when it has lost a context: EGL_EXT_create_context_robustness."""
+"""The driver reports a lost context: EGL_EXT_create_context_robustness."""
 _PLATFORM_DEVICE = 0x313F
 _MAX_DEVICES = 16
 
 
 @dataclass(frozen=True)
 class GlDriver:
-    """What a driver says about itself."""
+    """Identity of a driver, as it reports it."""
 
     vendor: str
     """GL_VENDOR."""
     renderer: str
     """GL_RENDERER."""
     version: str
-    """GL_VERSION, "OpenGL ES 3.2 Mesa 22.3.6" for example: it may be later than what was asked for."""
+    """GL_VERSION, "OpenGL ES 3.2 Mesa 22.3.6" for example: it may be later than the requested version."""
     extensions: frozenset[str]
     """GL_EXTENSIONS."""
 
@@ -55,13 +55,14 @@ class GlDriver:
 class Context:
     """One context of OpenGL ES. It belongs to the thread that makes it current; use it as a context manager.
 
-    Several may be open at once: call `make_current` before GL calls that are meant for this one.
+    Several may be open at once: call `make_current` before GL calls for this one.
     """
 
     def __init__(self, api: ContextApi) -> None:
         """Make the context.
 
-        Raises VP5001 (no library), VP5002 (no display), VP5003 (no such version), VP5004 (after a fork).
+        Raises VP5001 (no library), VP5002 (no display), VP5003 (no such version), VP5004 (after a fork), VP7004 (a
+        limit of memory that is too low).
         """
         require_library(api)
         self.api: ContextApi = api
@@ -86,13 +87,14 @@ class Context:
         try:
             EGL.eglMakeCurrent(self._display, self._surface, self._surface, self._handle)
         except EGL.EGLError as error:
-            raise VolprepError("VP5003", driver="EGL", api=self.api[2:], error=_reason(error)) from error
+            number = graphics_api(self.api).number
+            raise VolprepError("VP5003", driver="EGL", api=number, error=_reason(error)) from error
 
     @property
     def is_lost(self) -> bool:
-        """Whether the driver has given the context up, as after a reset of the GPU, as far as it can tell.
+        """Whether the driver has lost the context, as after a reset of the GPU, as far as it can report it.
 
-        What is drawn after that is nothing, without an error.
+        After that, drawing does nothing, without an error.
         """
         if not self._lost and self._reset_status is not None:
             self._lost = self._reset_status() != 0
@@ -115,7 +117,7 @@ class Context:
 
 
 def require_library(api: ContextApi) -> None:
-    """Raise VP5001 if the library of this version is missing: OpenGL ES 1.1 has one of its own."""
+    """Raise VP5001 if the library of this version is missing: OpenGL ES 1.1 has its own."""
     if api == "es1.1" and not GLES1.glTexEnvf:
         raise VolprepError("VP5001", error="libGLESv1_CM is missing")
 
@@ -137,6 +139,7 @@ def _display() -> ctypes.c_void_p:
 @cache
 def _opened() -> tuple[ctypes.c_void_p, int]:
     """Open one display for the life of the process: EGL counts no openings, so closing it would close it for all."""
+    require_room()
     problems = []
     for candidate in _candidates():
         try:
@@ -186,19 +189,22 @@ def _extensions(display: ctypes.c_void_p) -> list[str]:
 
 
 def _config(display: ctypes.c_void_p, api: ContextApi) -> ctypes.c_void_p:
+    graphics = graphics_api(api)
+    renderable = _RENDERABLE[graphics.version[0]]
     wanted = (EGL.EGLint * 5)(
-        EGL.EGL_SURFACE_TYPE, EGL.EGL_PBUFFER_BIT, EGL.EGL_RENDERABLE_TYPE, _RENDERABLE[api[2]], EGL.EGL_NONE
+        EGL.EGL_SURFACE_TYPE, EGL.EGL_PBUFFER_BIT, EGL.EGL_RENDERABLE_TYPE, renderable, EGL.EGL_NONE
     )
     configs, count = (EGL.EGLConfig * 1)(), EGL.EGLint()
     EGL.eglChooseConfig(display, wanted, configs, 1, count)
     if count.value < 1:
-        raise VolprepError("VP5003", driver=_vendor(display), api=api[2:], error="no configuration has it")
+        raise VolprepError("VP5003", driver=_vendor(display), api=graphics.number, error="no configuration has it")
     config: ctypes.c_void_p = configs[0]
     return config
 
 
 def _create(display: ctypes.c_void_p, config: ctypes.c_void_p, api: ContextApi) -> ctypes.c_void_p:
-    major, minor = (int(part) for part in api[2:].split("."))
+    graphics = graphics_api(api)
+    major, minor = graphics.version
     attributes = [_CONTEXT_MAJOR_VERSION, major, _CONTEXT_MINOR_VERSION, minor]
     if major > 1 and "EGL_EXT_create_context_robustness" in _extensions(display):
         attributes += _TELLS_OF_RESETS
@@ -207,12 +213,12 @@ def _create(display: ctypes.c_void_p, config: ctypes.c_void_p, api: ContextApi) 
     try:
         handle: ctypes.c_void_p = EGL.eglCreateContext(display, config, EGL.EGL_NO_CONTEXT, wanted)
     except EGL.EGLError as error:
-        raise VolprepError("VP5003", driver=_vendor(display), api=api[2:], error=_reason(error)) from error
+        raise VolprepError("VP5003", driver=_vendor(display), api=graphics.number, error=_reason(error)) from error
     return handle
 
 
 def _reset_status(driver: GlDriver) -> Callable[[], int] | None:
-    """Return what tells whether a context is lost; None if the driver cannot tell."""
+    """Return a function that reports a lost context; None if the driver has none."""
     for extension, suffix in (("GL_KHR_robustness", b"KHR"), ("GL_EXT_robustness", b"EXT")):
         address = ctypes.cast(EGL.eglGetProcAddress(b"glGetGraphicsResetStatus" + suffix), ctypes.c_void_p).value
         if extension in driver.extensions and address:

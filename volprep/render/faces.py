@@ -1,4 +1,4 @@
-"""Faces of the volume's box: those that look at the viewer, and the others."""
+"""Faces of the volume's box: the ones that face the viewer, and the others."""
 
 import numpy as np
 
@@ -22,11 +22,11 @@ def face_corners(box_from_clip: Float64Array, extent_mm_xyz: Float64Array, *, fr
 
 
 def faces_from(box_from_clip: Float64Array, extent_mm_xyz: Float64Array) -> dict[tuple[int, int], bool]:
-    """Return of each face, by its axis (xyz) and side (0 or 1), whether it looks at the viewer.
+    """Return for each face, by its axis (xyz) and side (0 or 1), whether it faces the viewer.
 
-    It does if the eye, or the origin of parallel rays, is on its outer side; those seen from their edge are left out.
+    It does if the eye, or the origin of parallel rays, is on its outer side; faces seen edge-on are left out.
     """
-    # Where the matrix of a perspective has its eye; with parallel rays a point at infinity, w = 0.
+    # The eye of a perspective matrix; with parallel rays a point at infinity, w = 0.
     eye = box_from_clip @ np.array([0.0, 0.0, -1.0, 0.0])
     if eye[3] != 0.0 and abs(eye[3]) * np.abs(extent_mm_xyz).max() > 1e-9 * np.linalg.norm(eye[:3]):
         eye = eye / eye[3]
@@ -37,7 +37,7 @@ def faces_from(box_from_clip: Float64Array, extent_mm_xyz: Float64Array) -> dict
     for axis in range(3):
         for side in (0, 1):
             outside = (eye[axis] - side * extent_mm_xyz[axis] * eye[3]) * (1 if side else -1)
-            # A face that is seen from its edge has no pixels but those of rounding.
+            # A face seen edge-on covers only pixels that are due to rounding.
             if abs(outside) > _EDGE * np.linalg.norm(eye[:3]):
                 looks[axis, side] = bool(outside > 0)
     return looks

@@ -43,7 +43,7 @@ TRIANGLE = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]], dtype=np.float32)
 
 @dataclass(frozen=True)
 class ShaderText:
-    """A shader, and the name of the file that it comes from."""
+    """A shader, and the name of its file."""
 
     path: str
     text: str
@@ -51,7 +51,7 @@ class ShaderText:
 
 @dataclass(frozen=True)
 class LinkedProgram:
-    """A program, and what is active in it after linking."""
+    """A program, and its active uniforms after linking."""
 
     handle: int
     uniforms: dict[str, str]
@@ -64,7 +64,7 @@ class LinkedProgram:
 
 @dataclass(frozen=True)
 class Bindings:
-    """What a program reads."""
+    """Inputs of a program."""
 
     textures: Mapping[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]
     """Kind and handle of the texture of each sampler, in the order of texture units."""
@@ -78,18 +78,18 @@ class Bindings:
 
 @dataclass(frozen=True)
 class PictureTarget:
-    """What is drawn into."""
+    """Framebuffer to draw into."""
 
     handle: int
     texture: int
-    """What is drawn, as a texture."""
+    """The picture, as a texture."""
     format: TargetFormat
     shape_hw: tuple[int, int]
 
 
 @dataclass(frozen=True)
 class MeshPart:
-    """What is drawn by one call: buffers, and the number of indices."""
+    """Geometry of one draw call: buffers, and the number of indices."""
 
     vertices: int
     indices: int
@@ -103,7 +103,7 @@ class Corners:
     places: Float32Array
     """[n, 2, 3 or 4], three corners or two ends for each, in the order in which they are drawn."""
     blend: Blend | None = None
-    """How fragments are blended; if None, they replace what was there."""
+    """Blending of fragments; if None, they replace the picture."""
     clears: bool = True
     """Whether the picture is emptied first."""
     lines: bool = False
@@ -125,9 +125,9 @@ class Gl(GlObjects):
 
     @contextmanager
     def program(self, name: str, vertex: ShaderText, fragment: ShaderText) -> Iterator[LinkedProgram]:
-        """Compile and link a program whose attribute 0 is `a_ndc` or stands in its place.
+        """Compile and link a program whose attribute 0 is `a_ndc` or its replacement.
 
-        Raises VP5005 or VP5006 with the driver's log where it does not compile or link.
+        Raises VP5005 or VP5006 with the driver's log if it does not compile or link.
         """
         with (
             self._checked(f"linking program {name}"),
@@ -182,11 +182,11 @@ class Gl(GlObjects):
     def target(
         self, target_format: TargetFormat, shape_hw: tuple[int, int], *, depth: bool = False, linear: bool = False
     ) -> Iterator[PictureTarget]:
-        """Make what a picture of this size is drawn into, with a depth buffer of 16 bits if it is to have one.
+        """Make a target for a picture of this size, with a depth buffer of 16 bits if requested.
 
-        If `linear`, what reads it as a texture mixes neighbours.
+        If `linear`, reading it as a texture mixes neighbours.
 
-        Raises VP5008 where the driver cannot draw into this format, VP5009 for a size beyond its limits.
+        Raises VP5008 if the driver cannot draw into this format, VP5009 for a size beyond its limits.
         """
         internal, kind, extensions = _TARGETS[target_format]
         if extensions and (self.driver.version_number < (3, 0) or self.driver.extensions.isdisjoint(extensions)):
@@ -333,7 +333,7 @@ class Gl(GlObjects):
             yield handle
 
     def dispatch(self, program: LinkedProgram, bindings: Bindings, buffers: Sequence[int], groups: int) -> None:
-        """Run a compute shader in so many groups; buffers are bound from 0 on. What comes later sees what it writes."""
+        """Run a compute shader in so many groups; buffers are bound from 0 on. Later commands see its writes."""
         with self._checked("computing"):
             _use(program, bindings)
             for place, handle in enumerate(buffers):
@@ -342,7 +342,7 @@ class Gl(GlObjects):
             GLES3.glMemoryBarrier(GLES3.GL_SHADER_STORAGE_BARRIER_BIT | GLES3.GL_BUFFER_UPDATE_BARRIER_BIT)
 
     def read_numbers(self, buffer: int, count: int) -> NDArray[np.uint32]:
-        """Return what a storage buffer holds."""
+        """Return the contents of a storage buffer."""
         found = np.empty(count, np.uint32)
         with self._checked("reading a buffer"):
             GLES3.glBindBuffer(GLES3.GL_SHADER_STORAGE_BUFFER, buffer)
@@ -380,7 +380,7 @@ class Gl(GlObjects):
     ) -> None:
         """Fill `target`, which has a depth buffer, with nothing, then with `program` on the nearest faces of a mesh.
 
-        The first pass draws depth alone, the second one only what has that depth: once for a pixel.
+        The first pass draws depth alone, the second one only fragments with that depth: once per pixel.
         """
         with self._checked(f"drawing a mesh into {target.shape_hw[1]}×{target.shape_hw[0]}"):
             _begin(target)
@@ -401,7 +401,7 @@ class Gl(GlObjects):
             GLES3.glDepthMask(True)
 
     def finish(self) -> None:
-        """Wait until all that was asked for is drawn."""
+        """Wait until all drawing is finished."""
         with self._checked("drawing"):
             GLES3.glFinish()
             self._require_context("drawing")
@@ -535,7 +535,7 @@ def _restrict(part: PicturePart) -> None:
 
 
 def _use(program: LinkedProgram, bindings: Bindings) -> None:
-    """Make a program current with its textures and uniforms; those that it does not have are left out."""
+    """Make a program current with its textures and uniforms; names that it does not have are skipped."""
     GLES3.glUseProgram(program.handle)
     for unit, (name, (dimensions, texture)) in enumerate(bindings.textures.items()):
         if name in program.uniforms:

@@ -29,7 +29,7 @@ _UINTS = ctypes.POINTER(ctypes.c_uint)
 
 
 def _extension(name: str, *arguments: type, result: type | None = None) -> Callable[..., int]:
-    """Return a function of an extension. PyOpenGL does not find those of OpenGL ES 1.1 (3.1.10)."""
+    """Return a function of an extension. PyOpenGL 3.1.10 does not find extension functions of OpenGL ES 1.1."""
     address = EGL.eglGetProcAddress(name.encode("ascii"))
     kind = ctypes.CFUNCTYPE(result, *arguments)
     function: Callable[..., int] = kind(ctypes.cast(address, ctypes.c_void_p).value or 0)
@@ -56,7 +56,7 @@ class Gl1(GlObjects):
     """OpenGL ES 1.1 in one context. All methods make it current first."""
 
     def __init__(self, context: Context) -> None:
-        """Raise VP5008 where the driver cannot draw into a picture of its own."""
+        """Raise VP5008 if the driver cannot draw into a picture of its own."""
         super().__init__(context)
         if not self.driver.extensions.issuperset(_NEEDED):
             raise VolprepError("VP5008", driver=self.driver, target="rgba8", needs=" and ".join(_NEEDED))
@@ -168,7 +168,7 @@ class Gl1(GlObjects):
             GLES1.glEnableClientState(GLES1.GL_VERTEX_ARRAY)
 
     def lines(self, ends: Float32Array, colour: tuple[float, float, float], clip_from_box: Float64Array) -> None:
-        """Draw lines between pairs of ends [n, 3], box millimetres, over what is there."""
+        """Draw lines between pairs of ends [n, 3], box millimetres, on top of the picture."""
         with self._checked("drawing lines"):
             GLES1.glDisable(GLES1.GL_TEXTURE_2D)
             GLES1.glDisable(GLES1.GL_BLEND)
@@ -179,7 +179,7 @@ class Gl1(GlObjects):
             GLES1.glDrawArrays(GLES1.GL_LINES, 0, len(ends))
 
     def picture(self, rgba: NDArray[np.uint8]) -> None:
-        """Blend a picture [H, W, 4], row 0 on top, premultiplied, over what is there, filtered to the size of that."""
+        """Blend a picture [H, W, 4], row 0 on top, premultiplied, over the current one, filtered to its size."""
         height, width = rgba.shape[:2]
         # Textures of OpenGL ES 1.1 have sizes that are powers of two; the edge is repeated for the filter.
         texels = np.pad(rgba[::-1], ((0, _rounded(height) - height), (0, _rounded(width) - width), (0, 0)), "edge")
@@ -226,7 +226,7 @@ class Gl1(GlObjects):
             GLES1.glDrawElements(GLES1.GL_TRIANGLES, triangles.size, GLES1.GL_UNSIGNED_SHORT, pointer)
 
     def finish(self) -> None:
-        """Wait until all that was asked for is drawn."""
+        """Wait until all drawing is finished."""
         with self._checked("drawing"):
             GLES1.glFinish()
 
@@ -255,7 +255,7 @@ def _rounded(size: int) -> int:
 
 
 def _one(create_many: _Allocate, delete_many: _Allocate) -> tuple[Callable[[], int], Callable[[int], object]]:
-    """Return what makes and deletes one object, of functions that do so for an array of them."""
+    """Return functions that make and delete one object, from functions for an array of objects."""
     handles = ctypes.c_uint * 1
 
     def create() -> int:

@@ -1,7 +1,7 @@
-"""What all versions of OpenGL ES have in common: a context, errors as diagnostics, and every object counted.
+"""Common parts of all versions of OpenGL ES: a context, errors as diagnostics, and a count of every object.
 
-Objects live as long as the block that asked for them. A context that is closed while one is left raises, so that a
-leak is found by whoever makes it.
+Objects live as long as the block that created them. Closing a context with a live object raises, so that the code with
+the leak is found.
 """
 
 from collections import Counter
@@ -34,7 +34,7 @@ class GlObjects:
 
     @contextmanager
     def _checked(self, operation: str) -> Iterator[None]:
-        """Make the context current; an error of OpenGL becomes VP5007, or VP5042 where the driver lost the context."""
+        """Make the context current; an error of OpenGL becomes VP5007, or VP5042 if the driver lost the context."""
         self._context.make_current()
         try:
             yield
@@ -61,6 +61,6 @@ class GlObjects:
             self.live[kind] -= 1
 
     def _require_context(self, operation: str) -> None:
-        """Raise VP5042 where the driver lost the context, so that what it has drawn is nothing."""
+        """Raise VP5042 if the driver lost the context, because its picture is then invalid."""
         if self._context.is_lost:
             raise VolprepError("VP5042", operation=operation, driver=self.driver)

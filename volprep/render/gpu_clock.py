@@ -12,7 +12,7 @@ _TIME_ELAPSED, _QUERY_RESULT, _DISJOINT = 0x88BF, 0x8866, 0x8FBB
 
 
 class GpuClock:
-    """Times what is drawn in the current context. Use `gpu_clock`."""
+    """Times drawing in the current context. Use `gpu_clock`."""
 
     def __init__(self) -> None:
         """Take the functions of the extension from the driver: PyOpenGL does not find them in all contexts of ES."""
@@ -23,7 +23,7 @@ class GpuClock:
         self._result = _function("glGetQueryObjectui64vEXT", c_uint, c_uint, POINTER(c_uint64))
 
     def measure_ms(self, draw: Callable[[], object]) -> float | None:
-        """Return the milliseconds that the driver took for what `draw` asks for; None if it was interrupted."""
+        """Return the driver's milliseconds for the commands of `draw`; None if it was interrupted."""
         query, elapsed_ns = c_uint(), c_uint64()
         GLES3.glGetIntegerv(_DISJOINT)  # reading it forgets interruptions before this picture
         self._make(1, byref(query))

@@ -13,8 +13,8 @@ def half_angle_layers(
 ) -> tuple[Layers, bool]:
     """Return the stack, its third axis away from the light, and whether the light comes from behind the volume.
 
-    Of a layer neither the viewer's ray in the middle nor the light's has more than `step_mm`. Where the light comes
-    from behind, the viewer's rays run against the stack.
+    A layer is at most `step_mm` long along the middle rays of both the viewer and the light. If the light comes from
+    behind, the viewer's rays run against the stack.
     """
     *_, view = view_axes(box_from_clip)
     to_light = light_mm - extent_mm_xyz / 2

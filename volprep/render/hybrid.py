@@ -28,18 +28,18 @@ _LUMINANCE: dict[OpacitySource, tuple[float, float, float]] = {
 
 @dataclass(frozen=True)
 class HybridWish:
-    """How the picture of a volume and the lines around it are put together."""
+    """Settings for combining the picture of a volume with the lines around it."""
 
     small_hw: tuple[int, int] | None = None
-    """Height and width of the picture of the volume; those of the whole picture if absent."""
+    """Height and width of the picture of the volume; equal to the whole picture's if absent."""
     lines: bool = True
     """Whether the box of the volume and its middle axes are drawn."""
     opacity: OpacitySource = "alpha"
-    """Where the opacity of the volume comes from."""
+    """Source of the volume's opacity."""
 
     @classmethod
     def of_package(cls, hybrid: Hybrid, shape_hw: tuple[int, int]) -> Self:
-        """Return what a package asks for, for a picture of this size."""
+        """Return the settings of a package, for a picture of this size."""
         return cls(hybrid.small_hw(shape_hw), hybrid.has_lines, hybrid.opacity)
 
 
@@ -50,9 +50,9 @@ def hybrid_picture(
     shape_hw: tuple[int, int],
     step_mm: float | None = None,
 ) -> Float32Array:
-    """Return a picture [H, W, 4], premultiplied linear: lines with all pixels, the volume with those that are wanted.
+    """Return a picture [H, W, 4], premultiplied linear: lines at full size, the volume at the requested size.
 
-    Raises what `render` raises, and VP5050 for an estimate of the opacity where the picture of the volume has alpha.
+    Raises the errors of `render`, and VP5050 for an estimate of the opacity if the picture of the volume has alpha.
     """
     small_hw = wanted.small_hw or shape_hw
     extent_mm_xyz = np.array(renderer.level.grid.extent_mm_zyx[::-1])

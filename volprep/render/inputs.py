@@ -1,4 +1,4 @@
-"""What a program is given: its textures, and the values of its uniforms that do not change from picture to picture."""
+"""Inputs of a program: its textures, and the values of its uniforms that do not change from picture to picture."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ from volprep_formats.package.texture import Texture
 
 @dataclass(frozen=True)
 class Inputs:
-    """A program with all that it reads."""
+    """A program with all of its inputs."""
 
     program: Program
     """The program."""
@@ -28,17 +28,17 @@ class Inputs:
     values: Mapping[str, ArrayLike]
     """Values by the `source` of a uniform."""
     texels: Mapping[str, NDArray[np.generic]] = field(default_factory=dict)
-    """Texels by the name of a texture, of those that are not read from the package."""
+    """Texels by the name of a texture, for textures that are not read from the package."""
 
 
 Edit = Callable[[Package, Inputs], Inputs]
-"""What a user's edit of a transfer function makes of the inputs of a program."""
+"""Changes the inputs of a program for a user's edit of a transfer function."""
 
 
 def level_inputs(package: Package, level: int | None, transfer: str | None) -> Inputs:
     """Choose what to draw: the finest level and the first transfer function unless others are named.
 
-    Raises VP5018 where the package cannot draw that.
+    Raises VP5018 if the package cannot draw that.
     """
     program = _find_program(package, level, transfer)
     found = _find_level(package, program, level)
@@ -65,7 +65,7 @@ def light_values(program: Program, level: Level) -> dict[str, ArrayLike]:
 
 
 def find_textures(package: Package, program: Program, level: int) -> list[Texture]:
-    """Textures in the order of the program's samplers. Raises VP5018 where one is missing."""
+    """Textures in the order of the program's samplers. Raises VP5018 if one is missing."""
     found = [texture for texture in sampled_textures(package.manifest, program, level) if texture is not None]
     if len(found) < len(program.samplers):
         fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
@@ -98,5 +98,5 @@ def _find_level(package: Package, program: Program, level: int | None) -> Level:
 def _blocks_from_box(package: Package, program: Program, level: int) -> tuple[float, float, float]:
     tables = package.manifest.skipping.tables if package.manifest.skipping else ()
     table = next((each for each in tables if (each.transfer, each.level) == (program.transfer, level)), None)
-    # Only a program that skips asks for it, and check_uniforms has seen whether it does.
+    # Only a program that skips asks for it, and check_uniforms has checked whether it does.
     return (0.0, 0.0, 0.0) if table is None else table.blocks_from_box_per_mm_xyz

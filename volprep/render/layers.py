@@ -1,4 +1,4 @@
-"""The stack of layers that a program draws: where it stands in a view, and the corners of its squares."""
+"""The stack of layers that a program draws: its place in a view, and the corners of its squares."""
 
 import math
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.package.program import Geometry
 
 RIM = 6.0
-"""Layers by which a stack is wider than the volume, as its vertex shader has it."""
+"""Extra width of a stack on each side of the volume, in layers, as in its vertex shader."""
 _FAR = 1e6
 """Half depths of the stack."""
 _CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]], np.float32)
@@ -27,7 +27,7 @@ class Layers:
 
 
 def layers_of(geometry: Geometry, extent_mm_xyz: Float64Array, box_from_clip: Float64Array, step_mm: float) -> Layers:
-    """Return the stack of a view, with layers of which the ray in the middle has `step_mm` at most."""
+    """Return the stack of a view, with layers at most `step_mm` apart along the ray in the middle."""
     across, view = view_axes(box_from_clip)
     if geometry == "view-slices":
         axes = np.column_stack([across, np.cross(view, across), view]) * (np.linalg.norm(extent_mm_xyz) / 2)

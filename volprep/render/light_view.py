@@ -1,4 +1,4 @@
-"""What a light with a place sees: the view that a shadow map is drawn in."""
+"""View from a light with a place, in which its shadow map is drawn."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 
 _WIDER = 1.01
-"""So much wider than the volume: what its border touches is in it."""
+"""Width of the view over the width of the volume, so that everything at the volume's border is in it."""
 
 
 def light_from_box(light_mm: Float64Array, extent_mm_xyz: Float64Array) -> Float64Array:

@@ -1,4 +1,4 @@
-"""The profile's limits, enforced whatever the driver at hand allows: what is drawn here can be drawn there."""
+"""The profile's limits, enforced even if the driver at hand allows more: target devices can then draw it, too."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ _ES3_HEAD = "#version 300 es"
 def check_program(program: Program, textures: Sequence[Texture], manifest: Manifest) -> None:
     """Check the textures that `program` reads, one for each of its samplers, and all with mipmaps together.
 
-    Raises VP5010 for one that is too large, VP5011 for its format, VP5012 for 3D where there is none, VP5013 if there
+    Raises VP5010 for one that is too large, VP5011 for its format, VP5012 for 3D without 3D textures, VP5013 if there
     are more than units, VP5014 if they take too much memory together.
     """
     profile = manifest.profile
@@ -28,9 +28,9 @@ def check_program(program: Program, textures: Sequence[Texture], manifest: Manif
 
 
 def check_textures(name: str, textures: Sequence[Texture], profile: DeviceProfile) -> None:
-    """Check textures that are in use at one time by what is called `name`.
+    """Check the textures that `name` uses at one time.
 
-    Raises VP5010 for one that is too large, VP5011 for its format, VP5012 for 3D where there is none, VP5014 if they
+    Raises VP5010 for one that is too large, VP5011 for its format, VP5012 for 3D without 3D textures, VP5014 if they
     take too much memory together.
     """
     formats = [_checked_format(texture, profile) for texture in textures]
@@ -41,8 +41,8 @@ def check_textures(name: str, textures: Sequence[Texture], profile: DeviceProfil
 
 def check_shader(path: str, text: str, profile: DeviceProfile) -> None:
     """Raise VP5015 for a shader in a language that the profile's API does not have: drivers often accept it."""
-    if profile.api == "es2.0" and text.lstrip().startswith(_ES3_HEAD):
-        raise VolprepError("VP5015", path=path, api=profile.api[2:], profile=profile.name)
+    if profile.dialect == "es100" and text.lstrip().startswith(_ES3_HEAD):
+        raise VolprepError("VP5015", path=path, api=profile.graphics.number, profile=profile.name)
 
 
 def _checked_format(texture: Texture, profile: DeviceProfile) -> TextureFormat:

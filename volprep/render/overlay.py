@@ -45,7 +45,7 @@ class Overlay:
         *,
         clears: bool,
     ) -> None:
-        # Emptied even where there are no lines.
+        # Emptied even without lines.
         nothing = (np.empty((0, 3), np.float32), (0.0, 0.0, 0.0))
         for number, (ends, colour) in enumerate(lines or [nothing]):
             values = {"u_clip_from_box": clip_from_box, "u_colour": np.array(colour, np.float32)}
@@ -55,7 +55,7 @@ class Overlay:
 
 @contextmanager
 def overlay(gl: Gl, package: Package) -> Iterator[Overlay]:
-    """Compile the programs: those of the package, and where it has none, the ones that it would have."""
+    """Compile the programs of the package, or the ones it would have if it has none."""
     with (
         gl.program("lines", *_shaders(package, "lines")) as lines,
         gl.program("enlarged", *_shaders(package, "enlarged")) as enlarged,

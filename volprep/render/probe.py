@@ -1,4 +1,4 @@
-"""What the driver of this machine really does with the textures that a profile allows: each is drawn and read back."""
+"""Test how this machine's driver handles the textures that a profile allows: each is drawn and read back."""
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -16,14 +16,15 @@ from volprep.render.gl1 import Gl1
 from volprep.render.probe_results import Colour, ProbeResult, ProfileProbes
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.profile import Api, DeviceProfile
+from volprep_formats.package.api import Api
+from volprep_formats.package.profile import DeviceProfile
 
 TOLERANCE = 4 / 255
-"""How far a pixel may be off: pictures and the weights of filters have 8 bits."""
+"""Largest error of a pixel: pictures and the weights of filters have 8 bits."""
 _FOLDER = Path(__file__).parent / "glsl"
 _SHAPE_HW = (1, PIXELS)
 MOST_FILTER_STEPS = 4095
-"""As many are told apart."""
+"""Number of steps that the probe distinguishes."""
 _FILTERED = Capability(format="R8", target="TEXTURE_2D", filter="linear")
 _SHADERS = {
     "TEXTURE_2D": ("probe_vertex.glsl", "probe_2d.glsl"),
@@ -33,9 +34,9 @@ _Draw = Callable[[ProbeTexture], Float32Array]
 
 
 def probe_profile(profile: DeviceProfile) -> ProfileProbes:
-    """Draw each capability of a profile. Raises VP5002 to VP5004 where there is no context of its API at all.
+    """Draw each capability of a profile. Raises VP5002 to VP5004 if there is no context of its API at all.
 
-    What the driver draws wrong, or refuses, is a result.
+    A wrong picture, or a refusal by the driver, is a result.
     """
     start = perf_counter()
     with context(profile.api) as opened:
@@ -47,10 +48,10 @@ def probe_profile(profile: DeviceProfile) -> ProfileProbes:
 
 
 def filter_steps() -> int | None:
-    """Return in how many steps the filter of OpenGL ES 3.0 goes from one texel to the next, MOST_FILTER_STEPS at most.
+    """Return the number of steps of the OpenGL ES 3.0 filter from one texel to the next, MOST_FILTER_STEPS at most.
 
-    A GPU has few, 256 for most; what is drawn between two voxels is rounded so. None where the driver does not draw
-    floats. Raises VP5002 to VP5004 as `probe_profile` does.
+    A GPU has few, usually 256; values between two voxels are rounded to them. None if the driver does not draw floats.
+    Raises VP5002 to VP5004 as `probe_profile` does.
     """
     pixels = MOST_FILTER_STEPS + 1
     probe = probe_of(_FILTERED, "es3.0")
@@ -113,7 +114,7 @@ def _colours(picture: Float32Array | Float64Array) -> tuple[Colour, ...]:
 
 @contextmanager
 def _drawing(opened: Context, profile: DeviceProfile) -> Iterator[_Draw]:
-    """Give what draws a probe in an open context, as a row of pixels [pixel, RGBA]."""
+    """Give a function that draws a probe in an open context, as a row of pixels [pixel, RGBA]."""
     if profile.has_shaders:
         with _drawing_by_shaders(opened, volumes=profile.max_3d_texture_size > 0) as draw:
             yield draw
@@ -151,7 +152,7 @@ def _shader(name: str) -> ShaderText:
 
 @contextmanager
 def _drawing_without(opened: Context) -> Iterator[_Draw]:
-    """Give what draws by the fixed functions of OpenGL ES 1.1: one polygon, its texture over nothing."""
+    """Give a function that draws with the fixed functions of OpenGL ES 1.1: one polygon, its texture over nothing."""
     gl = Gl1(opened)
     positions = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
     triangles = np.array([0, 1, 2, 0, 2, 3], np.uint16)

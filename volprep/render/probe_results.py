@@ -1,6 +1,6 @@
-"""What came of drawing what a profile allows, as `volprep doctor --json` prints it."""
+"""Results of drawing the textures that a profile allows, as `volprep doctor --json` prints them."""
 
-from volprep_formats.package.profile import Api
+from volprep_formats.package.api import Api
 from volprep_formats.record import Record
 
 Colour = tuple[float, float, float, float]
@@ -8,41 +8,41 @@ Colour = tuple[float, float, float, float]
 
 
 class ProbeResult(Record):
-    """What came of one capability."""
+    """Result of one capability."""
 
     api: Api
-    """Version of OpenGL ES with which it was drawn."""
+    """Version of OpenGL ES that drew it."""
     capability: str
     """Format, 2D or 3D, and the filter or the size."""
     size: int | None = None
-    """Texels along an axis, if the size is what was tried."""
+    """Texels along an axis, if the size was tested."""
     works: bool
     """Whether the picture is right."""
     code: str | None = None
-    """VP7060 for a wrong picture, VP7061 for what the driver refuses; absent if it works."""
+    """VP7060 for a wrong picture, VP7061 for a refusal by the driver; absent if it works."""
     words: str
-    """What happened."""
+    """Outcome."""
     remedy: str = ""
-    """What to do; empty if it works."""
+    """How to fix it; empty if it works."""
     expected: tuple[Colour, ...]
-    """Colours of the pixels as they must be."""
+    """Expected colours of the pixels."""
     drawn: tuple[Colour, ...] = ()
-    """Colours of the pixels as the driver has drawn them; none if it has not."""
+    """Colours of the pixels as the driver has drawn them; empty if it has drawn nothing."""
 
 
 class ProfileProbes(Record):
-    """What came of all that the packages of a profile may need."""
+    """Results of everything that the packages of a profile may need."""
 
     profile: str
     """Name of the profile."""
     driver: str
     """Driver that has drawn."""
     milliseconds: float
-    """How long all took, with the context."""
+    """Duration of all probes, including the context."""
     results: tuple[ProbeResult, ...]
     """One for each capability."""
 
     @property
     def wrong(self) -> tuple[ProbeResult, ...]:
-        """What does not work."""
+        """Results that failed."""
         return tuple(each for each in self.results if not each.works)

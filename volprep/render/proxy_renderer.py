@@ -20,7 +20,7 @@ from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 _MARGIN = float(UNITS)
-"""Units, a voxel, by which the vertex shader moves what lies on the volume's border."""
+"""Distance, one voxel in units, that the vertex shader moves vertices on the volume's border."""
 
 
 class ProxyRenderer(Renderer):
@@ -39,7 +39,7 @@ class ProxyRenderer(Renderer):
         transfer: str | None = None,
         target: TargetFormat = "rgba8",
     ) -> None:
-        """Choose what to draw, as `Renderer` does. Raises VP5018, too, where the package has no mesh for that."""
+        """Choose what to draw, as `Renderer` does. Also raises VP5018 if the package has no mesh for it."""
         super().__init__(package, level=level, transfer=transfer, target=target)
         found = _found(self._package.manifest, self._program.transfer, self._level.index)
         if found is None:
@@ -50,7 +50,7 @@ class ProxyRenderer(Renderer):
         check_program(self._from_mesh, textures, self._package.manifest)
 
     def __enter__(self) -> Self:
-        """Open a context and upload everything; raises what `Renderer` does, and VP4039 for a broken mesh."""
+        """Open a context and upload everything; raises the errors of `Renderer`, and VP4039 for a broken mesh."""
         super().__enter__()
         with ExitStack() as undo:
             undo.callback(self._stack.close)
@@ -72,7 +72,7 @@ class ProxyRenderer(Renderer):
 
     @property
     def name(self) -> str:
-        """What draws, in words."""
+        """Description of the renderer."""
         return f"program {self._from_mesh.name}"
 
     @property
@@ -111,7 +111,7 @@ def _near_plane_cuts(
 
 
 def has_mesh(package: Package, level: int | None, transfer: str | None) -> bool:
-    """Return whether rays of what `Renderer` would draw may begin at a mesh. Raises VP5018 where it draws nothing."""
+    """Return whether the rays of `Renderer` may begin at a mesh. Raises VP5018 if it draws nothing."""
     package = package_of_transfer(package, transfer)
     inputs = level_inputs(package, level, transfer)
     return _found(package.manifest, inputs.program.transfer, inputs.level.index) is not None

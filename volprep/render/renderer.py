@@ -1,7 +1,7 @@
 """The reference renderer: draws a package with OpenGL ES, and reads nothing but the package.
 
-What it runs is the text of the package's shaders, so that what is validated is what ships. It obeys the profile of the
-package, whatever the driver at hand allows.
+It runs the text of the package's shaders, so that exactly the shipped shaders are validated. It obeys the profile of
+the package, even if the driver at hand allows more.
 """
 
 import math
@@ -35,7 +35,7 @@ from volprep.render.inputs import Edit, level_inputs
 from volprep.render.layers import clip_from_box_of, layer_corners, layers_of
 from volprep.render.limits import check_program, check_shader
 from volprep.render.overlay import Overlay, overlay
-from volprep.render.timing import Clock, DrawTimes, draw_times, median_ms
+from volprep.render.timing import Clock, Spread, gpu_times, median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
@@ -51,7 +51,7 @@ _DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
 _STEP_CODES = ("VP5019", "VP5024")
 _FINER: tuple[TargetFormat, ...] = ("rgba8", "rgba16f", "rgba32f")
 _INVOCATIONS = 64
-"""Of a group of a compute shader."""
+"""Invocations in a group of a compute shader."""
 _SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
 
 
@@ -74,7 +74,7 @@ class Renderer:
 
         `target` is the format of the picture, unless that of the program is finer.
         `point` draws the sub-volumes around this point of the grid; `edit` changes the inputs as a user's edit does.
-        Raises VP5018 where the package cannot draw that, VP5023 where it cannot be edited, VP5010 to VP5015 where it
+        Raises VP5018 if the package cannot draw that, VP5023 if it cannot be edited, VP5010 to VP5015 if it
         breaks a limit of its profile.
         """
         package = package_of_transfer(package, transfer)
@@ -93,7 +93,7 @@ class Renderer:
     def __enter__(self) -> Self:
         """Open a context and upload everything.
 
-        Raises VP5001 to VP5008 where the driver cannot do it, VP5016 and VP5017 for a package that contradicts itself.
+        Raises VP5001 to VP5008 if the driver cannot do it, VP5016 and VP5017 for a package that contradicts itself.
         """
         with ExitStack() as stack:
             context = stack.enter_context(Context(self._package.manifest.profile.api))
@@ -133,13 +133,18 @@ class Renderer:
         return self._gl.driver
 
     @property
+    def package(self) -> Package:
+        """The package, as one channel sees it."""
+        return self._package
+
+    @property
     def level(self) -> Level:
         """The level that is drawn."""
         return self._level
 
     @property
     def name(self) -> str:
-        """What draws, in words."""
+        """Description of the renderer."""
         return f"program {self._program.name}"
 
     @property
@@ -172,9 +177,9 @@ class Renderer:
         lines: Sequence[BoxLines],
         step_mm: float | None = None,
     ) -> Float32Array:
-        """Draw lines with all pixels, and between those behind the volume and those before it a picture with fewer.
+        """Draw lines at full size around a smaller picture: some lines behind the volume, others in front of it.
 
-        Errors are those of `render`.
+        Raises the errors of `render`.
         """
         small = self._draw(box_from_clip, small_hw, step_mm)
         if self._overlay is None:
@@ -190,14 +195,16 @@ class Renderer:
         step_mm: float | None = None,
         repeats: int = 5,
         clock: Clock = time.perf_counter,
+        *,
+        warm: bool = True,
     ) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
 
-        If the same picture was drawn last, that was the one. `clock` tells the time in seconds.
+        None is left out if the same picture was drawn last, or without `warm`. `clock` returns the time in seconds.
 
         Drawing only: no upload, no reading back.
         """
-        has_drawn = self._last == (box_from_clip.tobytes(), shape_hw, step_mm)
+        has_drawn = not warm or self._last == (box_from_clip.tobytes(), shape_hw, step_mm)
         return median_ms(
             lambda: self._draw(box_from_clip, shape_hw, step_mm),
             self._gl.finish,
@@ -206,17 +213,12 @@ class Renderer:
             clock=clock,
         )
 
-    def draw_times(
-        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float, *, least: int, seconds: float
-    ) -> DrawTimes:
-        """Return how long drawing takes, at least so often and until so many seconds have passed."""
-        return draw_times(
-            lambda: self._draw(box_from_clip, shape_hw, step_mm),
-            self._gl.finish,
-            gpu_clock(self.driver),
-            least=least,
-            seconds=seconds,
-        )
+    def gpu_times(
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float, count: int
+    ) -> Spread | None:
+        """Return a timer that uses the driver's clock; None if it has none."""
+        self._gl.finish()  # the clock belongs to this context, and another one may be current
+        return gpu_times(lambda: self._draw(box_from_clip, shape_hw, step_mm), gpu_clock(self.driver), count)
 
     def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> PictureTarget:
         step = self._step(step_mm)
@@ -273,7 +275,7 @@ class Renderer:
         values = {**values, "box_from_slices": layers.box_from_slices, "slices": layers.count}
         drawn = self._targets_before[-1]
         bindings = self._bindings(self._program.uniforms, values)
-        # What is drawn into is not read.
+        # A pass must not read its own target.
         from_light = self._bindings(light_pass.uniforms, values).without(light_pass.sampler)
         blend = light_pass.behind if behind else self._program.blend
         for number in range(layers.count):
@@ -286,13 +288,13 @@ class Renderer:
             self._gl.draw_corners(self._linked_before[-1], from_light, drawn, self._corners, towards)
 
     def draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None) -> None:
-        """Ask for a picture, which `drawn` gives. Errors as `render`."""
+        """Start drawing a picture, which `drawn` returns. Errors as `render`."""
         self._draw(box_from_clip, shape_hw, step_mm)
 
     def draw_part(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None, part: PicturePart
     ) -> None:
-        """Draw a part of a picture, and keep the rest. Errors as `render`; VP5041 for what is no single draw."""
+        """Draw a part of a picture, and keep the rest. Errors as `render`; VP5041 for a program with several draws."""
         program = self._program
         if program.geometry != "triangle" or program.slab_samples is not None or program.before:
             raise VolprepError("VP5041", technique=program.technique)
@@ -303,24 +305,24 @@ class Renderer:
         self._gl.draw(self._linked, bindings, self._target_of(shape_hw), self._triangle, part)
 
     def drawn(self, shape_hw: tuple[int, int]) -> Float32Array:
-        """Return the picture of this size as it is so far."""
+        """Return the current state of the picture of this size."""
         return self._gl.read(self._target_of(shape_hw))
 
     def finish(self) -> None:
-        """Wait until all that was asked for is drawn."""
+        """Wait until all drawing is finished."""
         self._gl.finish()
 
     @contextmanager
     def in_order(self, share: Float32Array) -> Iterator[None]:
-        """Let parts of a picture be those pixels of which `share` [H, W] has one number, from 0 to 1."""
+        """Define the parts of a picture: the pixels of `share` [H, W] with the same number, from 0 to 1."""
         height, width = share.shape
         with self._gl.orders(self._target_of((height, width)), share):
             yield
 
     def sorted_tiles(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> list[int]:
-        """Return the numbers of the tiles of a picture, those that cost least first; in rows from the lower left.
+        """Return the numbers of the tiles of a picture, cheapest first; tiles are numbered in rows from the lower left.
 
-        As they come, without what sorts them or without OpenGL ES 3.1.
+        In the order of their numbers without OpenGL ES 3.1.
         """
         tiles = self._program.tiles
         if tiles is None:
@@ -354,11 +356,17 @@ class Renderer:
         return self._sorters[path]
 
     def draw_slabs(
-        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
+        self,
+        box_from_clip: Float64Array,
+        shape_hw: tuple[int, int],
+        step_mm: float | None = None,
+        *,
+        first_sample: float = 0.0,
     ) -> Iterator[float]:
-        """Draw a picture slab by slab; gives after each how much of it is drawn, 1 at the end. `drawn` has the picture.
+        """Draw a picture slab by slab; yield the finished part after each, 1 at the end. `drawn` has the picture.
 
-        Errors as `render`; VP5041 for a program without slabs.
+        Rays begin `first_sample` steps behind the face of the box that they enter. Errors as `render`; VP5041 for a
+        program without slabs.
         """
         slab = self._program.slab_samples
         if slab is None:
@@ -366,18 +374,27 @@ class Renderer:
         step = self._step(step_mm)
         target = self._target_of(shape_hw)
         values = {"box_from_clip": box_from_clip, "step_mm": step, **self._inputs.values}
-        yield from self._slabs(target, values, step, slab)
+        yield from self._slabs(target, values, step, slab, first_sample)
 
     def _slabs(
-        self, target: PictureTarget, values: Mapping[str, ArrayLike], step_mm: float, slab: int
+        self,
+        target: PictureTarget,
+        values: Mapping[str, ArrayLike],
+        step_mm: float,
+        slab: int,
+        first_sample: float = 0.0,
     ) -> Iterator[float]:
-        """Draw one slab after the other; gives how much of all is drawn."""
-        samples = math.ceil(float(np.linalg.norm(self._extent_mm_xyz)) / step_mm)
+        """Draw one slab after the other; yield the finished part of the whole."""
+        samples = max(1, math.ceil(self.samples(step_mm) - first_sample))
         for first in range(0, samples, slab):
-            bindings = self._bindings(self._program.uniforms, {**values, "first_sample": first})
+            bindings = self._bindings(self._program.uniforms, {**values, "first_sample": first_sample + first})
             corners = Corners(TRIANGLE, self._program.blend, clears=first == 0)
             self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
             yield min(1.0, (first + slab) / samples)
+
+    def samples(self, step_mm: float) -> int:
+        """Return the number of samples along the diagonal of the box: no ray takes more."""
+        return math.ceil(float(np.linalg.norm(self._extent_mm_xyz)) / step_mm)
 
     def _faces(self, geometry: Geometry, box_from_clip: Float64Array) -> Corners:
         return Corners(face_corners(box_from_clip, self._extent_mm_xyz, front=geometry == "front-faces"))
@@ -442,7 +459,7 @@ class Renderer:
 
     @contextmanager
     def _linked_pass(self, drawn: Pass) -> Iterator[LinkedProgram]:
-        """Compile a pass that comes first. Raises VP5017 where its uniforms are not those that it names."""
+        """Compile a pass that comes first. Raises VP5017 if its uniforms differ from the ones that it names."""
         with self._gl.program(drawn.fragment, *self._shaders(drawn)) as linked:
             named: dict[str, str] = {each.name: each.type for each in drawn.uniforms}
             read = zip(self._program.samplers, self._textures, strict=True)
@@ -474,12 +491,12 @@ class Renderer:
 
 
 def _shape_of(drawn: Pass, shape_hw: tuple[int, int]) -> tuple[int, int]:
-    """Return the height and the width of what a pass draws into, before a picture of this shape."""
+    """Return the height and the width of a pass's target, before a picture of this shape."""
     return shape_hw if drawn.size is None else (drawn.size, drawn.size)
 
 
 def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:
-    """Raise VP5017 unless the manifest names exactly what is active in the program, with its types."""
+    """Raise VP5017 unless the manifest names exactly the program's active uniforms, with their types."""
     named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
     for sampler, texture in zip(program.samplers, textures, strict=True):
         named[sampler.name] = _SAMPLERS[texture.gl.target]

@@ -25,15 +25,17 @@ from volprep.render.egl import Context, GlDriver
 from volprep.render.gl1 import Gl1
 from volprep.render.limits import check_textures
 from volprep.render.timing import Clock, median_ms
-from volprep_formats.arrays import Float32Array, Float64Array
+from volprep.transfer.preclassified import code_colours, largest_opacity
+from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.slices.record import SliceLayout, StackAxis
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
+from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.paletted import INTERNAL_FORMAT
+from volprep_formats.textures.paletted import INTERNAL_FORMAT, PALETTE_BYTES
 
 _XYZ: dict[StackAxis, int] = {"x": 0, "y": 1, "z": 2}
 _ACROSS: dict[StackAxis, tuple[int, int]] = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
@@ -70,12 +72,19 @@ class SliceRenderer:
     """Draws the slices of one transfer function of a package. Use it as a context manager."""
 
     def __init__(
-        self, package: Package, *, level: int | None = None, transfer: str | None = None, lengthen: bool = True
+        self,
+        package: Package,
+        *,
+        level: int | None = None,
+        transfer: str | None = None,
+        lengthen: bool = True,
+        edit: TransferFunction | None = None,
     ) -> None:
         """Choose what to draw: the first transfer function unless another is named.
 
-        With `lengthen`, texels count 1 / cos of the angle between axis and view. Raises VP5018 where the package
-        cannot draw that, VP5010, VP5011 and VP5014 where it breaks a limit of its profile.
+        With `lengthen`, texels count 1 / cos of the angle between axis and view. `edit` replaces the transfer function.
+        Raises VP5018 if the package cannot draw that, VP5010, VP5011 and VP5014 if it breaks a limit of its profile,
+        VP5023 for an edit of functions that are not editable.
         """
         manifest = package.manifest
         self.transfer = transfer or (manifest.transfer_functions[0].name if manifest.transfer_functions else "")
@@ -96,11 +105,12 @@ class SliceRenderer:
         self.level: Level = found
         """The level that is drawn."""
         self._package = package
+        self._palettes = {} if edit is None else self._edited(edit)
         self._lengthen = lengthen
         self._stack = ExitStack()
 
     def __enter__(self) -> Self:
-        """Open a context and upload everything. Raises VP5001 to VP5009 where the driver cannot do it."""
+        """Open a context and upload everything. Raises VP5001 to VP5009 if the driver cannot do it."""
         with ExitStack() as stack:
             context = stack.enter_context(Context("es1.1"))
             self._gl = Gl1(context)
@@ -109,7 +119,7 @@ class SliceRenderer:
             for texture in sorted(self._textures, key=lambda each: each.part):
                 if texture.slices is not None:
                     handle = stack.enter_context(self._gl.texture(texture, self._read(texture)))
-                    part = _part(handle, texture, texture.slices, self.level.grid)
+                    part = _part(handle, texture, self._layout(texture, texture.slices), self.level.grid)
                     self._parts.setdefault(texture.slices.axis, []).append(part)
             self._target_stack = stack.enter_context(ExitStack())
             self._target: tuple[int, tuple[int, int]] | None = None
@@ -134,7 +144,7 @@ class SliceRenderer:
 
     @property
     def name(self) -> str:
-        """What draws, in words."""
+        """Description of the renderer."""
         return f"slices of {self.transfer}"
 
     def facing(self, box_from_clip: Float64Array) -> tuple[StackAxis, float]:
@@ -183,7 +193,7 @@ class SliceRenderer:
     ) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
 
-        `clock` tells the time in seconds.
+        `clock` returns the time in seconds.
         """
         return median_ms(lambda: self._draw(box_from_clip, shape_hw), self._gl.finish, repeats, clock=clock)
 
@@ -229,10 +239,29 @@ class SliceRenderer:
             self._target = (self._target_stack.enter_context(self._gl.target(shape_hw)), shape_hw)
         return self._target[0]
 
+    def _edited(self, function: TransferFunction) -> dict[str, UInt8Array]:
+        """Return the palettes of an edited transfer function, by the name of their texture."""
+        manifest = self._package.manifest
+        if manifest.editing is None or manifest.quantization is None:
+            raise VolprepError("VP5023", path=self._package.path)
+        window = manifest.quantization.window
+        return {
+            each.name: code_colours(function, window, each.reference_mm)
+            for each in self._textures
+            if each.reference_mm is not None
+        }
+
+    def _layout(self, texture: Texture, layout: SliceLayout) -> SliceLayout:
+        palette = self._palettes.get(texture.name)
+        if palette is None:
+            return layout
+        return layout.model_copy(update={"largest_opacity": largest_opacity(palette)})
+
     def _read(self, texture: Texture) -> bytes:
         data = self._package.read_bytes(texture.file)
         if texture.gl.internal_format == INTERNAL_FORMAT:
-            return data
+            palette = self._palettes.get(texture.name)
+            return data if palette is None else palette.tobytes() + data[PALETTE_BYTES:]
         image = ktx2.decode(data, texture.file)
         found = (image.format, image.shape_zyx, image.dimensions)
         named = ("RGBA8", texture.shape_zyx, 2)

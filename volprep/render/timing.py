@@ -1,7 +1,7 @@
-"""How long a renderer takes for a picture: by the clock on the wall, and by the driver's own where it has one.
+"""Times of a picture: by the wall clock, and by the driver's own clock if it has one.
 
-The driver's clock is GL_EXT_disjoint_timer_query: it leaves out what the processor does before and after, and it tells
-when it was interrupted, by a change of frequency for example; such a picture does not count.
+The driver's clock is GL_EXT_disjoint_timer_query: it excludes the processor's work before and after, and reports
+interruptions, by a change of frequency for example; such a picture does not count.
 """
 
 import statistics
@@ -15,7 +15,7 @@ class GpuTimer(Protocol):
     """The clock of a driver."""
 
     def measure_ms(self, draw: Callable[[], object]) -> float | None:
-        """Return the milliseconds that the driver took for what `draw` asks for; None if it was interrupted."""
+        """Return the driver's milliseconds for the commands of `draw`; None if it was interrupted."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Spread:
     high: float
     """Third quartile."""
     count: int
-    """How many there are."""
+    """Number of times."""
 
     @classmethod
     def of(cls, times_ms: Sequence[float]) -> "Spread":
@@ -40,19 +40,9 @@ class Spread:
         return cls(median, low, high, len(times_ms))
 
 
-@dataclass(frozen=True)
-class DrawTimes:
-    """How long pictures took."""
-
-    wall: Spread
-    """By the clock on the wall, until the driver had finished."""
-    gpu: Spread | None
-    """By the driver's own clock; None where it has none, or was always interrupted."""
-
-
 Clock = Callable[[], float]
-"""Seconds: of the clock on the wall, or of the processor. Where a driver draws with the processor, that one is hardly
-disturbed by what else the machine does."""
+"""Seconds: of the wall clock, or of the processor. If a driver draws with the processor, processor time is hardly
+disturbed by other programs."""
 
 
 def median_ms(
@@ -65,25 +55,16 @@ def median_ms(
 ) -> float:
     """Median of the milliseconds that `draw` takes, over `repeats` pictures after one that is not counted.
 
-    `finish` waits until all that was asked for is drawn. That one has been drawn before if `has_drawn`.
+    `finish` waits until all drawing is finished. If `has_drawn`, the uncounted picture has been drawn before.
     """
     return statistics.median(_times_ms(draw, finish, repeats, warm=not has_drawn, clock=clock))
 
 
-def draw_times(
-    draw: Callable[[], object], finish: Callable[[], None], gpu: GpuTimer | None, *, least: int, seconds: float
-) -> DrawTimes:
-    """Time `draw` at least so often, and until so many seconds have passed; one picture before them is not counted.
-
-    The driver's clock runs in pictures of its own, half as many: reading it takes time.
-    """
-    began = time.perf_counter()
-    wall = _times_ms(draw, finish, least)
-    while time.perf_counter() - began < seconds:
-        wall.append(_times_ms(draw, finish, 1, warm=False)[0])
-    found = [] if gpu is None else [gpu.measure_ms(draw) for _ in range(-(-len(wall) // 2))]
+def gpu_times(draw: Callable[[], object], gpu: GpuTimer | None, count: int) -> Spread | None:
+    """Time `draw` so often by the driver's clock; None if there is no clock, or if it was always interrupted."""
+    found = [] if gpu is None else [gpu.measure_ms(draw) for _ in range(count)]
     times = [each for each in found if each is not None]
-    return DrawTimes(Spread.of(wall), Spread.of(times) if times else None)
+    return Spread.of(times) if times else None
 
 
 def _times_ms(
@@ -107,10 +88,10 @@ def _times_ms(
 def paired_ms(
     one: Callable[[], float], other: Callable[[], float], *, least: int, seconds: float
 ) -> tuple[list[float], list[float]]:
-    """Time two things in turns, so that what else the machine does disturbs both alike; every other turn backwards.
+    """Time two calls in turns, so that other load disturbs both equally; every other turn in reverse order.
 
-    Each returns its milliseconds. There are at least so many turns, and turns until so many seconds have passed; none
-    is left out and none added because of what it says.
+    Each returns its milliseconds. Turns are made until there are at least `least` and `seconds` have passed; none is
+    left out or added because of its result.
     """
     began = time.perf_counter()
     first: list[float] = []

@@ -1,8 +1,8 @@
-"""Loops that a driver ends: some drivers end a shader's loops after a number of turns, and report no error.
+"""Limits of drivers on loops: some drivers end a shader's loops after a number of turns, and report no error.
 
-llvmpipe makes 65,535 turns in one run of a shader, those of all its loops together (LP_MAX_TGSI_LOOP_ITERATIONS), so
-that splitting a ray's loop into several gains nothing. What lies behind is missing from the picture, which gets darker
-and at last black. How many turns a driver makes is counted by a shader.
+llvmpipe makes 65,535 turns in one run of a shader, summed over all its loops (LP_MAX_TGSI_LOOP_ITERATIONS), so
+splitting a ray's loop into several gains nothing. The rest of the ray is missing from the picture, which gets darker
+and at last black. A shader counts the turns that a driver makes.
 """
 
 import math
@@ -12,21 +12,22 @@ import numpy as np
 
 from volprep.render.gl import Bindings, Gl, ShaderText
 from volprep.shading.compose import compose
-from volprep.shading.compositing import SURFACES
+from volprep.shading.compositing import CELL_BY_CELL, SURFACES
+from volprep.shading.raycast import most_faces
 from volprep.shading.skipping import SKIP_RUN, skip_table
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import Program
 
 CERTAIN_TURNS = 2**14
-"""Every driver makes so many turns, so nobody counts up to here. It saves compiling a shader, 0.1 s."""
+"""Every driver makes at least this many turns: a picture with fewer needs no count, which saves 0.1 s."""
 _COUNTED_TO = 2.0**23
 """float32 counts on up to here."""
 _APART = 2.0
-"""Rays that are drawn side by side, of which one skips and one does not, take more turns together than each alone."""
+"""Two rays that are drawn side by side, one skipping and one not, take more turns together than each alone."""
 
 
 class LoopLimit:
-    """How many turns of a loop the driver of a context makes; counted once, when a picture needs many."""
+    """Number of loop turns that the driver of a context makes; counted once, when a picture needs many."""
 
     def __init__(self, gl: Gl) -> None:
         self._gl = gl
@@ -65,14 +66,14 @@ _OF_SEARCH = 7.0
 
 @dataclass(frozen=True)
 class _Turns:
-    """Turns of a program's loops along the longest ray, by the samples that it has."""
+    """Turns of a program's loops along the longest ray, as a function of the number of samples."""
 
     squared: float
-    """For each pair of samples: where a sample has a ray of its own, to the light."""
+    """Per pair of samples: if each sample has a ray of its own to the light."""
     each: float
     """For each sample."""
     others: float
-    """Those beside."""
+    """Turns independent of the samples."""
 
 
 def turns_of_rays(manifest: Manifest, program: Program, level: int, step_mm: float) -> float:
@@ -83,7 +84,7 @@ def turns_of_rays(manifest: Manifest, program: Program, level: int, step_mm: flo
 
 
 def step_mm_of_turns(manifest: Manifest, program: Program, level: int, made: int) -> float:
-    """Return the finest step at which no ray takes more turns; infinity if there is none."""
+    """Return the finest step that keeps all rays within the turns; infinity if no step does."""
     turns = _loop(manifest, program, level)
     left = made - turns.others
     if left <= 0.0:
@@ -109,7 +110,9 @@ def _loop(manifest: Manifest, program: Program, level: int) -> _Turns:
 
 
 def _unlit(manifest: Manifest, program: Program, level: int, *, squared: float = 0.0, each: float = 0.0) -> _Turns:
-    """Return the turns of the loop through the volume, added to those of the loops to the light."""
+    """Return the turns of the loop through the volume, added to the turns of the loops to the light."""
+    if program.compositing in CELL_BY_CELL:
+        return _in_cells(manifest, program, level)
     if all(sampler.role != "skip" for sampler in program.samplers):
         return _Turns(squared, each + 1.0, 1.0)
     table = skip_table(manifest, program.transfer, level)
@@ -117,6 +120,17 @@ def _unlit(manifest: Manifest, program: Program, level: int, *, squared: float =
     # A run of samples takes a turn of the outer loop and of the one that looks, and one in which its own ends. A jump
     # takes a turn of each loop; of a block that a ray leaves by rounding it may take two.
     return _Turns(squared, each + _APART * (SKIP_RUN + 3) / SKIP_RUN, _APART * 6 * blocks + 1.0)
+
+
+def _in_cells(manifest: Manifest, program: Program, level: int) -> _Turns:
+    """Return the turns of a loop from cell to cell: no step makes them more."""
+    grid = next((each.grid for each in manifest.levels if each.index == level), manifest.grid)
+    faces = most_faces(grid or manifest.source.info.grid)
+    table = skip_table(manifest, program.transfer, level)
+    if table is None or all(sampler.role != "skip" for sampler in program.samplers):
+        return _Turns(0.0, 0.0, faces + 1.0)
+    # As below; behind a jump a cell that begins before its end is taken whole.
+    return _Turns(0.0, 0.0, _APART * (faces * (SKIP_RUN + 3) / SKIP_RUN + 7 * sum(table.blocks_zyx)) + 1.0)
 
 
 def _longest_mm(manifest: Manifest) -> float:

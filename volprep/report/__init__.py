@@ -1,1 +1,1 @@
-"""What validation found: the data first, then the page and its plots."""
+"""Reports of validations: the data first, then the page and its plots."""

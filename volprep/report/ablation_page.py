@@ -1,10 +1,10 @@
-"""ablation.html: what each item of a package is worth, made from the measurement alone."""
+"""Page ablation.html: the value of each item of a package, made from the measurement alone."""
 
 from volprep.report.environment import environment
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.ablation.records import FAULTS, Ablation, name_of
 from volprep.validation.folder import DATA_FILE
-from volprep.validation.records import Report
+from volprep.validation.report_record import Report
 
 _CLOCKS = {"wall": "the clock on the wall", "processor": "the processor's time, because the driver draws with it"}
 
@@ -29,7 +29,7 @@ def ablation_page(report: Report, found: Ablation) -> str:
 
 
 def _summary(found: Ablation) -> str:
-    """Say in a sentence or two what follows."""
+    """Describe the outcome in a sentence or two."""
     wrong = found.faults
     judged = [row for row in found.rows if row.other is not None or row.kept]
     verdict = (

@@ -1,4 +1,4 @@
-"""curves.html: what each choice costs and how wrong it is, made from the curves' data alone."""
+"""Page curves.html: the cost and the error of each choice, made from the curves' data alone."""
 
 from volprep.report.environment import environment
 from volprep.report.plots import curve_plot
@@ -29,7 +29,7 @@ def curves_page(report: CurvesReport) -> str:
 
 
 def _finding(curve: Curve) -> str:
-    """Say whether what the package has is on the front, and what beats it if it is not."""
+    """Say whether the package's variant is on the front, and which variant beats it if not."""
     chosen = next((point for point in curve.points if point.chosen), None)
     if chosen is None:
         return "What the package has is none of the variants that were drawn."

@@ -1,11 +1,12 @@
-"""What devices have measured of a package, for the report: one curve for each device, and a table."""
+"""Measurements of a package on devices, for the report: one curve for each device, and a table."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.plan.device_records import DevicePoint, DeviceProgram, DeviceRecord
 from volprep.report.plots import DeviceCurve, Plot, curves_against_time
-from volprep.validation.records import ProgramResult, Report
+from volprep.validation.records import ProgramResult
+from volprep.validation.report_record import Report
 from volprep_formats.shown import shown
 
 _LONGEST_LABEL = 30
@@ -17,20 +18,20 @@ class DeviceRow:
     """One device with one transfer function."""
 
     record: DeviceRecord
-    """What it measured."""
+    """Measured value."""
     nominal: DevicePoint | None
-    """The finest level with the step that is nearest to the nominal one; None where nothing was timed."""
+    """The finest level with the step that is nearest to the nominal one; None if nothing was timed."""
     worst_view: str
     """Standard view with the largest error."""
     worst_rmse: float | None
-    """Its error; None where no view was drawn."""
+    """Its error; None if no view was drawn."""
     unsteady: int
     """Number of points whose times vary too much to be shown without a mark."""
 
 
 @dataclass(frozen=True)
 class DevicePart:
-    """What devices have measured of one program."""
+    """Measurements of one program on devices."""
 
     transfer: str
     """Name of the transfer function."""
@@ -41,7 +42,7 @@ class DevicePart:
 
 
 def device_parts(report: Report) -> tuple[DevicePart, ...]:
-    """Return what stands in the report for each program that a device has measured."""
+    """Return the report's section for each program that a device has measured."""
     parts = []
     for program in report.programs:
         found = [(record, each) for record in report.devices for each in record.programs if _same(each, program)]
@@ -64,7 +65,7 @@ def _label(record: DeviceRecord) -> str:
 
 
 def _curve(label: str, points: Sequence[DevicePoint]) -> DeviceCurve:
-    """Return the points that no other beats in time and in error, as a curve, and the others beside it."""
+    """Return the points that no other beats in time and in error, as a curve, and the other points."""
     front: list[DevicePoint] = []
     for point in sorted(points, key=lambda each: (each.draw_ms, each.rmse)):
         if not front or point.rmse < front[-1].rmse:

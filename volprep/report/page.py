@@ -17,9 +17,10 @@ from volprep.report.plots import (
 )
 from volprep.validation.folder import ABLATION_PAGE, CURVES_PAGE
 from volprep.validation.pictures import colours, css_bytes
-from volprep.validation.records import ProgramResult, Report, SweepPoint, ViewResult, WayName
+from volprep.validation.records import ProgramResult, SweepPoint, ViewResult, WayName
+from volprep.validation.report_record import Report
 from volprep_formats.package.channels import channel_views
-from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest import Manifest, Tolerance
 
 _WAYS: dict[WayName, str] = {
     "neither": "neither",
@@ -33,6 +34,8 @@ _KINDS = {
     "dicom": "a DICOM series",
     "metaimage": "a MetaImage volume",
     "mgh": "a FreeSurfer volume",
+    "minc": "a MINC volume",
+    "mrc": "an MRC volume",
     "mosaic": "a mosaic of slices",
     "nifti": "a NIfTI volume",
     "npy": "a NumPy array",
@@ -69,9 +72,9 @@ class ProgramPlots:
 
 
 def page(report: Report, *, with_curves: bool = False) -> str:
-    """Write the page of `report` as HTML. The pictures that it shows lie beside it under the names in the report.
+    """Write the page of `report` as HTML. Its pictures lie beside it under the names in the report.
 
-    `with_curves` says whether the page of the curves lies beside it, too.
+    `with_curves` says whether the page of the curves also lies beside it.
     """
     manifest = report.package.manifest
     return (
@@ -97,6 +100,7 @@ def page(report: Report, *, with_curves: bool = False) -> str:
             hero=_hero(report),
             kind=_kind(manifest),
             truth=_truth(manifest),
+            in_words=_in_words(report.tolerance),
             nominal=[_nominal(program) for program in report.programs],
             legend=_legend(report.difference_gain),
             beside=_beside(report),
@@ -140,7 +144,7 @@ def _hero(report: Report) -> ViewResult:
 
 
 def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]]:
-    """Return the picture of several channels and those of its channels, in the view of the sweep; none without it."""
+    """Return the picture of several channels and one of each channel, in the view of the sweep; may be empty."""
     together = report.package.manifest.together
     wanted = () if together is None else (together.name, *together.transfers)
     by_transfer = {program.transfer: program for program in report.programs}
@@ -161,9 +165,21 @@ def _kind(manifest: Manifest) -> str:
 
 
 def _truth(manifest: Manifest) -> str:
-    """Return what pictures are compared with."""
+    """Return the name of the reference that pictures are compared with."""
     drawn = [COMPOSITINGS[program.compositing] for program in manifest.programs]
     return (drawn or [COMPOSITINGS["emission-absorption"]])[0].truth
+
+
+def _in_words(tolerance: Tolerance) -> str:
+    """Return the visible error that the tolerance allows."""
+    if tolerance.flip <= 0.03:
+        told = "An attentive person who flips between a picture within this tolerance and the truth sees no difference"
+    elif tolerance.flip <= 0.1:
+        told = "A person who flips between a picture within this tolerance and the truth may see differences"
+    else:
+        told = "A picture within this tolerance may differ plainly from the truth"
+    kept = f"and no thin thing loses more than {1 - tolerance.kept_light:.0%} of its light"
+    return f"{told} (FLIP {tolerance.flip:g}, RMSE {tolerance.rmse:g} over seen pixels), {kept}."
 
 
 def _legend(gain: float) -> list[tuple[str, str]]:

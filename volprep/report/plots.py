@@ -23,8 +23,10 @@ from volprep.plan.form_trial import FormTrial
 from volprep.report.text import plain, ratio
 from volprep.validation.curves.records import COST_NAMES, Curve, plotted_cost
 from volprep.validation.pictures import css_colour
-from volprep.validation.records import LevelFloor, ProgramResult, Report, Sweep, SweepPoint
-from volprep.validation.verdict import share_of
+from volprep.validation.records import LevelFloor, ProgramResult, Sweep, SweepPoint
+from volprep.validation.report_record import Report
+from volprep.validation.times import Milliseconds
+from volprep.validation.verdict import share_of_errors
 from volprep_formats.package.transfer_function import TransferFunction
 
 _INK, _MUTED, _LINE, _PAGE, _LIMIT = "#101112", "#202122", "#303132", "#404142", "#505152"
@@ -38,7 +40,7 @@ _VARIABLES = {
     **{marker: f"var(--series-{number})" for number, marker in enumerate(_SERIES, 1)},
 }
 _MOST_LABELS = 10
-"""Points that can all have a label; of more only those that matter have one."""
+"""Largest number of points that are all labelled; above it only the important ones have a label."""
 _MARKERS = ("o", "s", "D", "^", "v", "P")
 _LEFT_INCHES, _RIGHT_INCHES, _ABOVE_INCHES, _BELOW_INCHES = 0.75, 0.15, 0.1, 0.55
 """Room around the axes, for tick labels and axis labels."""
@@ -62,11 +64,11 @@ class DeviceCurve:
     """Error against time of one device."""
 
     label: str
-    """What the legend calls it."""
+    """Name in the legend."""
     front: tuple[tuple[float, float], ...]
     """Milliseconds and RMSE of the points that are joined, fastest first."""
     beside: tuple[tuple[float, float], ...]
-    """The same of points that stand alone."""
+    """The same values for unconnected points."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ class Line:
     """Points that are joined."""
 
     label: str
-    """What the legend calls it."""
+    """Name in the legend."""
     points: tuple[tuple[float, float], ...]
     """Horizontal and vertical place of each."""
 
@@ -100,16 +102,16 @@ def error_against_step(program: ProgramResult, report: Report) -> Plot:
 
 
 def error_against_size(report: Report) -> Plot | None:
-    """Share of the tolerance against the size of the finest level, of all compressed forms; None if there are none.
+    """Share of the tolerance against the size of the finest level, of all compressed forms; None without such forms.
 
-    The share is the larger one of RMSE and largest error, as the verdict has it. What loses nothing has none.
+    The share is the larger one of RMSE and largest error, as in the verdict. A lossless form has none.
     """
     forms = [form for form in report.forms if form.maximum > 0]
     return _plot(lambda axes: _draw_error_against_size(axes, forms, report), "forms-size", 2.4) if forms else None
 
 
 def curve_plot(curve: Curve, allowed_rmse: float) -> Plot:
-    """RMSE against what a choice costs, with the Pareto front, and a ring around what the package has."""
+    """RMSE against the cost of a choice, with the Pareto front, and a ring around the package's variant."""
     return _plot(lambda axes: _draw_curve(axes, curve, allowed_rmse), f"curve-{curve.name.replace(' ', '-')}")
 
 
@@ -119,32 +121,33 @@ def transfer_plot(function: TransferFunction, window: tuple[float, float], unit:
 
 
 def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
-    _logarithmic(axes, "median milliseconds per draw", "RMSE")
+    _logarithmic(axes, "median milliseconds per draw", "RMSE over seen pixels")
     levels = [floor.level for floor in sweep.floors]
     for position, level in enumerate(levels):
-        points = _of_level(sweep, level)
-        axes.plot(
-            [point.draw_ms for point in points],
-            [point.total.rmse for point in points],
+        points = _timed(sweep, level)
+        axes.errorbar(
+            [time.median for _, time in points],
+            [point.total.seen_rmse for point, _ in points],
+            xerr=_quartiles([time for _, time in points]),
             color=_SERIES[position % len(_SERIES)],
             marker=_MARKERS[position % len(_MARKERS)],
             label=f"level {level}: against truth",
             linewidth=2.2 if position == 0 else 1.6,
         )
-    finest = _of_level(sweep, levels[0])
+    finest = _timed(sweep, levels[0])
     axes.plot(
-        [point.draw_ms for point in finest],
-        [point.drawing.rmse for point in finest],
+        [time.median for _, time in finest],
+        [point.drawing.seen_rmse for point, _ in finest],
         color=_SERIES[0],
         marker="o",
         markerfacecolor=_PAGE,
         linestyle=(0, (4, 2)),
         label=f"level {levels[0]}: drawing error alone",
     )
-    for point in finest:
+    for point, time in finest:
         axes.annotate(
             ratio(point.step_ratio),
-            (point.draw_ms, point.drawing.rmse),
+            (time.median, point.drawing.seen_rmse),
             xytext=(0, -13),
             textcoords="offset points",
             ha="center",
@@ -152,7 +155,7 @@ def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
             fontsize=8.5,
         )
     _floor(axes, sweep.floors[0], report)
-    axes.axhline(report.tolerance.rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
+    _across(axes, report.tolerance.rmse, _LIMIT, (1, 2), "tolerance")
 
 
 def _draw_curves(axes: Axes, curves: Sequence[DeviceCurve], tolerance_rmse: float) -> None:
@@ -181,20 +184,20 @@ def _draw_lines(axes: Axes, lines: Sequence[Line], x: str, y: str) -> None:
 
 
 def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:
-    _logarithmic(axes, "step in millimetres", "RMSE")
+    _logarithmic(axes, "step in millimetres", "RMSE over seen pixels")
     points = _of_level(sweep, sweep.floors[0].level)
     steps = [point.step_mm for point in points]
-    axes.plot(steps, [point.total.rmse for point in points], color=_SERIES[0], marker="o", label="against truth")
+    axes.plot(steps, [point.total.seen_rmse for point in points], color=_SERIES[0], marker="o", label="against truth")
     axes.plot(
         steps,
-        [point.drawing.rmse for point in points],
+        [point.drawing.seen_rmse for point in points],
         color=_SERIES[0],
         marker="o",
         markerfacecolor=_PAGE,
         linestyle=(0, (4, 2)),
         label="drawing error alone",
     )
-    measured = [(point.step_mm, point.quadrature.rmse) for point in points if point.quadrature is not None]
+    measured = [(point.step_mm, point.quadrature.seen_rmse) for point in points if point.quadrature is not None]
     if measured:
         axes.plot(*zip(*measured, strict=True), color=_SERIES[1], marker="s", label="step and arithmetic alone")
         # The line of the expected order must not stretch the axis.
@@ -219,17 +222,18 @@ def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Rep
         if found:
             axes.plot(
                 [form.size_bytes / 1e6 for form in found],
-                [share_of(form, report.tolerance) for form in found],
+                [share_of_errors(form.rmse, form.maximum, report.tolerance) for form in found],
                 color=_SERIES[series],
                 marker=_MARKERS[series],
                 linestyle="none",
                 label=label,
             )
-    for number, form in enumerate(sorted(forms, key=lambda each: share_of(each, report.tolerance))):
+    shares = {form: share_of_errors(form.rmse, form.maximum, report.tolerance) for form in forms}
+    for number, form in enumerate(sorted(forms, key=shares.__getitem__)):
         # Beside each other, names of forms of one size would lie on each other.
         axes.annotate(
             form.format if form.channel is None else f"{form.channel}: {form.format}",
-            (form.size_bytes / 1e6, share_of(form, report.tolerance)),
+            (form.size_bytes / 1e6, share_of_errors(form.rmse, form.maximum, report.tolerance)),
             xytext=(7, 5 if number % 2 else -5),
             textcoords="offset points",
             va="center",
@@ -244,7 +248,7 @@ def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Rep
 
 
 def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
-    _logarithmic(axes, COST_NAMES[curve.cost], "RMSE")
+    _logarithmic(axes, COST_NAMES[curve.cost], "RMSE over seen pixels")
     series = list(dict.fromkeys(point.series for point in curve.points))
     one_each = len(series) == len(curve.points)
     for number, name in enumerate(series):
@@ -254,7 +258,7 @@ def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
             costs,
             [point.errors.rmse for point in points],
             color=_SERIES[0 if one_each else number % len(_SERIES)],
-            # Of more series than there are colours, those of one colour have other markers.
+            # With more series than colours, series of one colour get different markers.
             marker=_MARKERS[0 if one_each else (number + number // len(_SERIES)) % len(_MARKERS)],
             linewidth=1.2,
             label=None if one_each else name,
@@ -310,15 +314,31 @@ def _draw_transfer(axes: Axes, function: TransferFunction, window: tuple[float, 
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
+def _timed(sweep: Sweep, level: int) -> list[tuple[SweepPoint, Milliseconds]]:
+    """Return the points of a level that were timed, with their times."""
+    return [(point, point.draw) for point in _of_level(sweep, level) if point.draw is not None]
+
+
+def _quartiles(times: Sequence[Milliseconds]) -> tuple[list[float], list[float]]:
+    """Return the distances of the quartiles from the medians, below and above."""
+    return [time.median - time.low for time in times], [time.high - time.median for time in times]
+
+
 def _of_level(sweep: Sweep, level: int) -> Sequence[SweepPoint]:
     return [point for point in sweep.points if point.level == level]
 
 
 def _floor(axes: Axes, floor: LevelFloor, report: Report) -> None:
-    """Draw the data error as a line, where there is more than the oracle's own error."""
-    if floor.data.rmse >= report.oracle_tolerance:
+    """Draw the data error as a line, if it exceeds the oracle's own error."""
+    if floor.data.seen_rmse >= report.oracle_tolerance:
         label = f"data error of level {floor.level}"
-        axes.axhline(floor.data.rmse, color=_MUTED, linewidth=1.6, linestyle=(0, (6, 3)), zorder=1, label=label)
+        _across(axes, floor.data.seen_rmse, _MUTED, (6, 3), label)
+
+
+def _across(axes: Axes, y: float, colour: str, dashes: tuple[int, int], label: str) -> None:
+    """Draw a line over the whole width. Unlike axhline, this does not first fix the limits of a single point."""
+    across = axes.get_yaxis_transform()
+    axes.plot([0.0, 1.0], [y, y], transform=across, color=colour, linewidth=1.5, linestyle=(0, dashes), label=label)
 
 
 def _logarithmic(axes: Axes, x_label: str, y_label: str) -> None:
@@ -384,7 +404,7 @@ def _svg(draw: Callable[[Axes], None], *, name: str, axes_inches: tuple[float, f
 
 
 def _for_page(svg: str, name: str) -> str:
-    """Strip what only a file of its own needs, make ids unique in the page, and put the page's colours in."""
+    """Remove the parts that only a stand-alone file needs, make ids unique in the page, and use the page's colours."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     body = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", body)

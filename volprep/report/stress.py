@@ -23,8 +23,8 @@ def stress(
 ) -> StressReport:
     """Build, draw and judge `cases` for a class of devices, and write the report to the folder `report_path`.
 
-    Raises VP6017 for a profile without shaders, VP6020 and VP6021 when the report cannot be written, and what the
-    renderer raises.
+    Raises VP6017 for a profile without shaders, VP6020 and VP6021 when the report cannot be written, and the errors of
+    the renderer.
     """
     if not profile.has_shaders:
         raise VolprepError("VP6017", profile=profile.name)

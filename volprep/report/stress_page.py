@@ -12,6 +12,7 @@ def stress_page(report: StressReport) -> str:
         report=report,
         drawn=drawn,
         refused=[result for result in report.results if not result.drawings],
+        faults=[(result.case, drawing) for result in drawn for drawing in result.drawings if not drawing.passed],
         failed=[result.case for result in report.results if not result.passed],
         ratios=[point.step_ratio for point in drawn[0].drawings[0].points] if drawn else [],
     )

@@ -1,4 +1,4 @@
-"""How the report writes numbers: three significant digits, units, no exponents that a reader has to decode."""
+"""Number formatting in reports: three significant digits, units, no exponents that a reader has to decode."""
 
 from math import floor, log10
 
@@ -20,7 +20,7 @@ def error(value: float, bound: float) -> str:
 
 
 def plain(value: float) -> str:
-    """Write a number that somebody chose, such as a tolerance, without digits that nobody gave."""
+    """Write a number that the user chose, such as a tolerance, with no more digits than the user typed."""
     digits = f"{value:g}"
     if "e" not in digits:
         return digits

@@ -12,7 +12,7 @@ from volprep.report.page import page
 from volprep.validation.ablation.measure import measure_ablation
 from volprep.validation.curves.measure import measure_curves
 from volprep.validation.folder import ABLATION_PAGE, report_folder
-from volprep.validation.records import Report
+from volprep.validation.report_record import Report
 from volprep.validation.run import measure_package
 from volprep.validation.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
@@ -41,27 +41,26 @@ def validate(
     report_path
         Folder of the report. An older report there is replaced when the new one is whole.
     source
-        The scan, or a scene that names it; without it the origin beside the package tells.
+        The scan, or a scene that names it; if absent, the origin beside the package names it.
     picture_size
-        Width and height of the pictures, at least 16; without it the scene tells.
+        Width and height of the pictures, at least 16; if absent, as the scene says.
     witness
-        Whether VTK draws the scan, too, as a second opinion.
+        Whether VTK also draws the scan, as a second opinion.
     devices
-        Folder of what devices have measured of this package, for the report.
+        Folder of measurements of this package on devices, for the report.
     curves
-        Whether to measure all choices, too: curves.json and curves.html in the same folder.
+        Whether to also measure all choices: curves.json and curves.html in the same folder.
     ablate
-        Whether to measure what each item of the package is worth, too: `ablation` of the report, and ablation.html.
+        Whether to also measure the value of each item of the package: `ablation` of the report, ablation.html.
 
     Raises
     ------
     VolprepError
-        VP4001 to VP4005 and VP6010 for what is no whole package, VP6014 for one of lit labels, VP6012 and VP6013 when
-        the scan is not known or another, VP6020 and VP6021 when the report cannot be written, VP6040 and VP6041 when
-        VTK cannot be asked, VP6050 for curves and VP6080 for
-        leaving out without shaders, VP7036 and VP7037 for a measurement that is none or of
-        another package, and what reader and renderer raise. A package beyond the tolerance is no error here: the
-        verdict says so.
+        VP4001 to VP4005, VP6010 if the package is not whole, VP6014 for one of lit labels, VP6012 and VP6013 when the
+        scan is unknown or another one, VP6020 and VP6021 when the report cannot be written, VP6040 and VP6041 when VTK
+        cannot be used, VP6050 for curves and VP6080 for ablation without shaders, VP7036 and VP7037 for a file that is
+        not a measurement or is one of another package, and the errors of reader and renderer. A package beyond the
+        tolerance raises no error: the verdict reports it.
     """
     if report_path.resolve().is_relative_to(path.resolve()):
         raise VolprepError("VP6020", path=report_path, problem="it lies in the package, which never changes")
@@ -90,7 +89,7 @@ def validate(
 def _scratch(report_path: Path) -> Iterator[Path]:
     """Return an empty folder beside the report for the scan and its codes, which is removed in the end.
 
-    One that a killed validation left is removed first. Nobody else may read it: it holds a scan.
+    A folder left by a killed validation is removed first. Only the owner may read it: it holds a scan.
     """
     target = report_path.resolve()
     folder = target.with_name(f".{target.name}.scratch")

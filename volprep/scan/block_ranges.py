@@ -1,4 +1,4 @@
-"""Smallest and largest value in each block of a level: what empty-space skipping asks of a volume.
+"""Smallest and largest value in each block of a level, for empty-space skipping.
 
 Independent of the transfer function, so that a device that has them can find the empty blocks again after an edit.
 A block of B cells along an axis holds B + 1 voxels, the last shared with the next block: every voxel that trilinear
@@ -105,3 +105,16 @@ class BlockGauge:
         else:
             before = self._layers[layer]
             self._layers[layer] = np.minimum(before[0], low), np.maximum(before[1], high)
+
+
+def blocks_with(voxels: NDArray[np.bool_], block: int) -> NDArray[np.bool_]:
+    """Say of each block of so many cells, [z, y, x], whether a voxel at a corner of one of its cells is among `voxels`.
+
+    A weight of a voxel beyond the face of a block is a rounding.
+    """
+    found = voxels
+    for axis, length in enumerate(voxels.shape):
+        starts = np.arange(blocks_along(length, block)) * block
+        behind = np.take(found, np.minimum(starts + block, length - 1), axis)
+        found = np.logical_or.reduceat(found, starts, axis) | behind
+    return found

@@ -1,4 +1,4 @@
-"""Channels of a scan: opened one by one, and refused if their voxels lie in other places than those of the first."""
+"""Channels of a scan: opened one by one, and refused if their grid differs from that of the first."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -27,7 +27,7 @@ def opened_channel(
 ) -> Iterator[VolumeSource]:
     """Open a channel; `first` is the name and grid of the one that it must be registered with.
 
-    Raises VP1240 when its voxels lie elsewhere, and what the reader raises.
+    Raises VP1240 when its voxels lie elsewhere, and the errors of the reader.
     """
     with _meant(spec, progress) as source:
         if first is not None:
@@ -36,7 +36,7 @@ def opened_channel(
 
 
 def _meant(spec: SourceSpec, progress: Progress) -> VolumeSource:
-    """Open a source, with its mask, and with what its scene says of labels and of voxels that are no numbers.
+    """Open a source with its mask and with the scene's settings for labels and for NaN or infinite voxels.
 
     Raises VP1287 for a mask whose voxels lie elsewhere, VP3026 for more labels than there are codes.
     """

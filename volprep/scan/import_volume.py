@@ -1,6 +1,6 @@
 """A source becomes one volume with exact geometry and full precision, and is measured in the same pass.
 
-Import comes before the plan, which needs what it measures; so it is no `Stage`.
+Import comes before the plan, which needs its measurements, so it is not a `Stage`.
 """
 
 import hashlib
@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from volprep.scan.import_segments import SegmentSource
 from volprep.scan.slabs import bytes_of
 from volprep.scan.statistics import Gauge, Measured, source_slabs
 from volprep_formats.package.storage.draft import Draft
@@ -22,20 +23,25 @@ NAME = "import"
 """Name of the stage."""
 
 
-def import_key(specs: Sequence[SourceSpec], version: str) -> str:
-    """Digest of what the source is: where, and of which files with their sizes and times of change, for each channel.
+def import_key(specs: Sequence[SourceSpec], version: str, segments: SegmentSource | None = None) -> str:
+    """Digest of the source: settings and files of each channel, with the files' sizes and times of change.
+
+    It includes the files of segments, if there are any.
 
     Only drafts hold it. The digest of the values themselves would cost a whole reading.
     """
     states = [state for spec in specs for place in spec.places() for state in _states(place)]
-    text = json.dumps([version, [spec.model_dump(mode="json") for spec in specs], states])
+    described: list[object] = [version, [spec.model_dump(mode="json") for spec in specs], states]
+    if segments is not None:
+        described.append([segments.table, [[os.fspath(file), _states(file)] for file in segments.files]])
+    text = json.dumps(described)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _states(source: Path) -> list[tuple[str, int, int]]:
     """Path, size and time of change of a file, or of all files below a folder."""
     states: list[tuple[str, int, int]] = []
-    with suppress(OSError):  # whoever reads the source says what is wrong with it
+    with suppress(OSError):  # the reader of the source reports the error
         for file in files_below(source) if source.is_dir() else [source]:
             found = file.stat()
             states.append((os.fspath(file), found.st_size, found.st_mtime_ns))
@@ -43,9 +49,9 @@ def _states(source: Path) -> list[tuple[str, int, int]]:
 
 
 def import_volume(draft: Draft, source: VolumeSource, progress: Progress, channel: str) -> Measured:
-    """Write the stored values of a source to the draft, as those of a channel; return what was measured.
+    """Write the stored values of a source to the draft, as a channel; return the measurements.
 
-    Raises what the reader raises, VP1090 for voxels that are no numbers, VP4020 where the draft cannot be written.
+    Raises the errors of the reader, VP1090 for NaN or infinite voxels, VP4020 where the draft cannot be written.
     """
     gauge = Gauge(source.info)
     progress.start("import", source.info.grid.shape_zyx[0])

@@ -1,6 +1,7 @@
-"""Voxels that a scan does not mean: those that a mask leaves out, and those that are no numbers, get one value.
+"""Replace excluded voxels by one value: voxels outside the mask, and NaN or infinite ones.
 
-They get it before anything is made of the scan, so that no level, normal, table, mesh or picture knows what was there.
+They are replaced before anything is made from the scan, so that no level, normal, table, mesh or picture depends on
+their old values.
 """
 
 from math import prod
@@ -16,13 +17,29 @@ from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
 
 
+def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float]:
+    """Return the least and the greatest finite stored value, 0 for a scan without one; one reading of the scan."""
+    info = source.info
+    depth = info.grid.shape_zyx[0]
+    progress.start("finding the range of values", depth)
+    least, greatest = np.inf, -np.inf
+    slice_bytes = prod(info.grid.shape_zyx[1:]) * np.dtype(info.stored_type).itemsize
+    for z0, z1 in slab_ranges(depth, slice_bytes):
+        slab = source.read_slab(z0, z1)
+        finite = slab[np.isfinite(slab)]
+        if finite.size:
+            least, greatest = min(least, float(finite.min())), max(greatest, float(finite.max()))
+        progress.advance(z1 - z0)
+    return (least, greatest) if np.isfinite(least) else (0.0, 0.0)
+
+
 class MeantSource:
-    """A source in which voxels outside the mask, and those that are NaN, have values that the scene names."""
+    """A source in which voxels outside the mask, and NaN or infinite ones, have the values that the scene names."""
 
     def __init__(self, spec: SourceSpec, source: VolumeSource, mask: VolumeSource | None, progress: Progress) -> None:
         """Take a source and, if there is one, its mask on the same voxels; find the least value if that is wanted.
 
-        Raises VP1286 for a value that the type of the voxels cannot hold, and what the readers raise.
+        Raises VP1286 for a value that the type of the voxels cannot hold, and the errors of the readers.
         """
         self._source = source
         self._mask = mask
@@ -62,24 +79,14 @@ class MeantSource:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """Close what is open."""
+        """Close the source and the mask."""
         if self._mask is not None:
             self._mask.__exit__(*exception)
         self._source.__exit__(*exception)
 
     def _least(self, progress: Progress) -> float:
         """Return the least finite stored value, which takes one reading of the scan."""
-        info = self._source.info
-        depth = info.grid.shape_zyx[0]
-        progress.start("finding the least value", depth)
-        least = np.inf
-        slice_bytes = prod(info.grid.shape_zyx[1:]) * np.dtype(info.stored_type).itemsize
-        for z0, z1 in slab_ranges(depth, slice_bytes):
-            slab = self._source.read_slab(z0, z1)
-            finite = slab[np.isfinite(slab)]
-            least = min(least, float(finite.min())) if finite.size else least
-            progress.advance(z1 - z0)
-        return least if np.isfinite(least) else 0.0
+        return finite_range(self._source, progress)[0]
 
     def _stored(self, spec: SourceSpec, physical: float) -> float:
         """Return the stored value of a physical one. Raises VP1286 if the type of the voxels has none."""

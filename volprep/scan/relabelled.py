@@ -1,6 +1,7 @@
 """Labels with numbers above 255: each number that occurs gets a code, in ascending order, and 0 stays 0.
 
-Codes of labels have 8 bits, and atlases number their things by thousands (FreeSurfer: up to 14175) but use few at once.
+Atlases number their things by thousands (FreeSurfer: up to 14175) but use few at once. Up to 255 labels have codes of 8
+bits, more of them codes of 16 bits.
 """
 
 from math import prod
@@ -15,7 +16,9 @@ from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
 
 LARGEST_LABEL = 255
-"""Labels are codes of 8 bits."""
+"""Largest label whose code has 8 bits."""
+MOST_LABELS = 1023
+"""Largest label at all: a lookup table of 4096 entries then has four for each, so that filtering mixes no two."""
 _REMARK = (
     "labels have numbers up to {highest:g}: they got the codes 0 to {last}, over which transfer functions are; "
     "label_numbers in the manifest has the number of each"
@@ -23,10 +26,10 @@ _REMARK = (
 
 
 def with_small_labels(source: VolumeSource, progress: Progress) -> VolumeSource:
-    """Return a source of labels whose numbers are codes from 0 to 255: the same one, if they are already.
+    """Return a source of labels whose numbers are codes from 0 to 1023: the same one, if they are up to 255 already.
 
     It reads the scan once where the type of its voxels can hold other numbers. A source with numbers that are no labels
-    stays as it is, and is refused later. Raises VP3026 for more than 255 labels.
+    stays as it is, and is refused later. Raises VP3026 for more than 1023 labels.
     """
     info = source.info
     if info.stored_type == "uint8" and (info.slope, info.intercept) == (1.0, 0.0):
@@ -35,8 +38,10 @@ def with_small_labels(source: VolumeSource, progress: Progress) -> VolumeSource:
     if numbers is None or numbers[0] < 0 or numbers[-1] <= LARGEST_LABEL:
         return source
     numbers = np.union1d([0.0], numbers)
-    if len(numbers) > LARGEST_LABEL + 1:
-        raise VolprepError("VP3026", count=len(numbers) - 1, low=f"{numbers[1]:g}", high=f"{numbers[-1]:g}")
+    if len(numbers) > MOST_LABELS + 1:
+        ends = {"low": f"{numbers[1]:g}", "high": f"{numbers[-1]:g}"}
+        how = "Leave out labels in the source, or split it into several files of labels."
+        raise VolprepError("VP3026", count=len(numbers) - 1, **ends, profile="of any kind", most=MOST_LABELS, how=how)
     return RelabelledSource(source, numbers)
 
 
@@ -63,10 +68,11 @@ class RelabelledSource:
         """Take the physical value of each code, ascending from 0."""
         self._source = source
         self._numbers = numbers
+        self._code_type = np.uint8 if len(numbers) <= LARGEST_LABEL + 1 else np.uint16
         info = source.info
         self._info = info.model_copy(
             update={
-                "stored_type": "uint8",
+                "stored_type": self._code_type.__name__,
                 "slope": 1.0,
                 "intercept": 0.0,
                 "label_numbers": tuple(int(number) for number in numbers),
@@ -83,12 +89,12 @@ class RelabelledSource:
         """Codes of slices z0 to z1 - 1 as [z, y, x]."""
         info = self._source.info
         values = info.slope * self._source.read_slab(z0, z1).astype(np.float64) + info.intercept
-        return np.searchsorted(self._numbers, values).astype(np.uint8)
+        return np.searchsorted(self._numbers, values).astype(self._code_type)
 
     def __enter__(self) -> Self:
         """Return the source itself."""
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """Close what is open."""
+        """Close the source."""
         self._source.__exit__(*exception)

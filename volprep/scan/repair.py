@@ -1,8 +1,8 @@
 """Scans whose slices form no grid, made into volumes on request: uneven gaps resampled, gantry tilt sheared away.
 
 Slices stay whole and parallel: each is moved sideways by linear interpolation within it (tilt), and new ones are made
-by linear interpolation between neighbours (gaps). The plane grows so that nothing is cut off; what no slice covers
-gets the lowest value of the scan. Integers are rounded to the nearest. What was done stands in `SourceInfo.repairs`.
+by linear interpolation between neighbours (gaps). The plane grows so that nothing is cut off; what no slice covers gets
+the lowest value of the scan. Integers are rounded to the nearest. The repairs are listed in `SourceInfo.repairs`.
 """
 
 from collections.abc import Callable
@@ -37,7 +37,7 @@ _STRAIGHT_PIXELS = 0.1
 def open_scan(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSource:
     """Open the source that `spec` describes, with the repairs that it allows; a relative path starts at `base`.
 
-    Raises what `open_source` raises, and VP2016 for slices that no repair makes a volume of.
+    Raises the errors of `open_source`, and VP2016 for slices that no repair makes a volume of.
     """
     if not spec.repair:
         return open_source(spec, base, progress)
@@ -84,11 +84,11 @@ class RepairedSource:
 
     @property
     def info(self) -> SourceInfo:
-        """Geometry, type, photometry, and what was repaired."""
+        """Geometry, type, photometry, and repairs."""
         return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Stored values of slices z0 to z1 - 1 as [z, y, x]. Raises what the reader raises."""
+        """Stored values of slices z0 to z1 - 1 as [z, y, x]. Raises the errors of the reader."""
         between = self._between[z0:z1]
         slab = np.empty((len(between), *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
         if not len(between):

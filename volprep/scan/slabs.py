@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SLAB_BYTES = 32 * 1024 * 1024
-"""Size that a slab aims at. Twice as much made no stage faster; a slab always holds at least one slice."""
+"""Size that a slab aims at. Doubling it made no stage faster; a slab always holds at least one slice."""
 
 
 def slab_ranges(
@@ -43,8 +43,8 @@ class RawVolume:
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Read slices z0 to z1 - 1 as [z, y, x].
 
-        With plain reads: pages of a memory map would count as the process's own memory. The disk goes on to as many
-        slices after these, while these are used: a pass over a volume that is not in memory takes half of the time.
+        With plain reads: pages of a memory map would count as the process's own memory. The disk reads the same number
+        of slices ahead while these are used: a pass over a volume that is not in memory takes half of the time.
         """
         shape = (z1 - z0, *self.shape_zyx[1:])
         stored = self.dtype.newbyteorder("<")

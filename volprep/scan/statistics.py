@@ -34,13 +34,15 @@ _THIN_BYTES = 4 * 1024 * 1024
 """Size of slabs that are still in the processor's own memory when they have been read and are measured and hashed."""
 _PROBES = 24
 """Rays in z direction along y and along x that the sample holds at most: 576 rays, 1.2 kB of int16 for each slice."""
+_PAIRS = 12
+"""Pairs of neighbouring rays in z direction along y and along x that it holds at most."""
 _CROSS_PROBES = 16
 """Rays in y and in x direction that it holds at most, along the two other axes."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What the pass found."""
+    """Results of the pass."""
 
     statistics: Statistics
     """Range of the physical values."""
@@ -48,6 +50,9 @@ class Measured:
     """Digest of geometry, photometry and stored values: two sources have the same one only if they are one scan."""
     rays_zyx: Rays
     """Physical values along samples of rays in z, in y and in x direction, each [voxel, ray]."""
+    pairs_zyx: Rays
+    """Physical values along pairs of neighbouring rays in z, in y and in x direction, each [2, voxel, pair]. Between
+    two rays the field mixes both; on a face of the box this is all that a picture shows."""
     ranges_zyx: tuple[Ranges, Ranges, Ranges]
     """For each axis the smallest and largest physical value of each plane across it."""
     blocks: BlockRanges
@@ -82,7 +87,7 @@ class Gauge:
         self._slices += len(slab)
 
     def result(self, values_sha256: str) -> Measured:
-        """Return what was found; `values_sha256` is the SHA-256 of all stored values in C order, little-endian.
+        """Return the results; `values_sha256` is the SHA-256 of all stored values in C order, little-endian.
 
         Raises VP1090 if a voxel is NaN or infinite: no colour and no code belongs to it.
         """
@@ -94,6 +99,7 @@ class Gauge:
             statistics=Statistics(minimum=low, maximum=high, non_finite=0),
             sha256=_digest(self._info, values_sha256),
             rays_zyx=self._sampler.rays_zyx(self._info.slope, self._info.intercept),
+            pairs_zyx=self._sampler.pairs_zyx(self._info.slope, self._info.intercept),
             ranges_zyx=ranges_zyx,
             blocks=self._sampler.blocks(self._info.slope, self._info.intercept),
             stored_patches=self._sampler.patches(),
@@ -125,7 +131,7 @@ def source_slabs(source: VolumeSource, gauge: Gauge, progress: Progress) -> Iter
 
 
 def measure(source: VolumeSource, progress: Progress) -> Measured:
-    """Measure a whole source. Raises what the reader raises, and VP1090 for voxels that are no numbers."""
+    """Measure a whole source. Raises the errors of the reader, and VP1090 for NaN or infinite voxels."""
     gauge = Gauge(source.info)
     progress.start("measure", source.info.grid.shape_zyx[0])
     digest = hashlib.sha256()
@@ -144,6 +150,7 @@ def measure_again(source: SourceRecord, statistics: Statistics, volume: RawVolum
         statistics=statistics,
         sha256=source.sha256,
         rays_zyx=sampler.rays_zyx(slope, intercept),
+        pairs_zyx=sampler.pairs_zyx(slope, intercept),
         ranges_zyx=sampler.ranges_zyx(slope, intercept),
         blocks=sampler.blocks(slope, intercept),
         stored_patches=sampler.patches(),
@@ -187,6 +194,9 @@ class _Sampler:
         self._probed = set(_spread(depth, _CROSS_PROBES).tolist())
         self._along_y: list[NDArray[np.generic]] = []
         self._along_x: list[NDArray[np.generic]] = []
+        self._pairs_z: list[NDArray[np.generic]] = []
+        self._pairs_y: list[NDArray[np.generic]] = []
+        self._pairs_x: list[NDArray[np.generic]] = []
         self._patches: NDArray[np.generic] = np.empty(0)
         self._z: list[_Ends] = []
         self._y: _Ends | None = None
@@ -194,7 +204,7 @@ class _Sampler:
         self._blocks = BlockGauge(MEASURED_BLOCK)
 
     def add(self, slab: NDArray[np.generic]) -> NDArray[np.bool_]:
-        """Take the next slab; say of each slice whether all its voxels are finite numbers."""
+        """Take the next slab; return for each slice whether all its voxels are finite."""
         columns_of, patches_of = _sample(slab), _patches(slab)
         if not self._slices:
             patches, _, height, width = patches_of.shape
@@ -204,6 +214,10 @@ class _Sampler:
         for plane in (slab[z - slices.start] for z in range(slices.start, slices.stop) if z in self._probed):
             self._along_y.append(plane[:, _spread(plane.shape[1], _CROSS_PROBES)])
             self._along_x.append(plane[_spread(plane.shape[0], _CROSS_PROBES)].T.copy())
+            self._pairs_y.append(np.moveaxis(plane[:, _neighbours(plane.shape[1], _CROSS_PROBES)], 1, 0))
+            self._pairs_x.append(np.moveaxis(plane[_neighbours(plane.shape[0], _CROSS_PROBES)], 2, 1).copy())
+        pairs = slab[:, _spread(slab.shape[1], _PAIRS)][:, :, _neighbours(slab.shape[2], _PAIRS)]
+        self._pairs_z.append(np.moveaxis(pairs, 2, 0).reshape(2, len(slab), -1))
         self._columns[slices], self._patches[:, slices] = columns_of, patches_of
         self._slices = slices.stop
         self._blocks.add(slab)
@@ -224,6 +238,11 @@ class _Sampler:
         values += intercept
         along_y, along_x = (np.hstack(each).astype(np.float64, order="C") for each in (self._along_y, self._along_x))
         return values, slope * along_y + intercept, slope * along_x + intercept
+
+    def pairs_zyx(self, slope: float, intercept: float) -> Rays:
+        axes = ((self._pairs_z, 1), (self._pairs_y, 2), (self._pairs_x, 2))
+        z, y, x = (slope * np.concatenate(each, axis=axis).astype(np.float64) + intercept for each, axis in axes)
+        return z, y, x
 
     def patches(self) -> NDArray[np.generic]:
         return self._patches
@@ -254,6 +273,12 @@ def _patch_ranges(length: int) -> list[slice]:
     count = min(_PATCHES, length // size)
     starts = [(2 * part + 1) * length // (2 * count) - size // 2 for part in range(count)]
     return [slice(start, start + size) for start in starts]
+
+
+def _neighbours(length: int, most: int) -> NDArray[np.intp]:
+    """Up to `most` indices, evenly spread over `length`, and the next ones, [2, index]; the last has no next one."""
+    first = _spread(length, most)
+    return np.stack([first, np.minimum(first + 1, length - 1)])
 
 
 def _spread(length: int, most: int) -> NDArray[np.intp]:

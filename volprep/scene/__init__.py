@@ -1,1 +1,1 @@
-"""What a user asks for: a scene, the class of devices, transfer functions and their presets."""
+"""The user's request: a scene, the class of devices, transfer functions and their presets."""

@@ -10,6 +10,8 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers import list_channels
 from volprep_formats.source import ChannelSpec, SourceSpec
 
+LABELS = "labels"
+"""The preset whose values are labels."""
 ONLY_CHANNEL = "scan"
 """Name of the channel of a source that has one."""
 
@@ -30,11 +32,11 @@ def with_listed_channels(scene: Scene) -> Scene:
     """Return the scene with "all" channels of a file replaced by their list; its path is absolute.
 
     A name becomes lower case, other characters than letters, digits, - and _ become -, equal ones get a number. Raises
-    VP1004, VP1241 for a transfer function of a channel that is not there, VP1242, and what the reader raises.
+    VP1004, VP1241 for a transfer function of a channel that is not there, VP1242, and the errors of the reader.
     """
     source = scene.source
     if source.channels != "all":
-        return scene
+        return _with_labels_of_presets(scene)
     names: list[str] = []
     key, labels = list_channels(source, Path("/"))
     if key == "volume" and source.volume is not None:
@@ -47,7 +49,26 @@ def with_listed_channels(scene: Scene) -> Scene:
             raise VolprepError("VP1241", path=source.path, wanted=transfer.channel, found=", ".join(names))
     shared = source.model_dump(exclude={"channels"})
     listed = tuple(ChannelSpec(**{**shared, "name": name, key: number}) for number, name in enumerate(names, 1))
-    return scene.with_source(SourceSpec(channels=listed))
+    return _with_labels_of_presets(scene.with_source(SourceSpec(channels=listed)))
+
+
+def _with_labels_of_presets(scene: Scene) -> Scene:
+    """Return the scene in which the channels that are drawn with the preset "labels" are labels.
+
+    That holds unless the scene says that they are not.
+    """
+    source = scene.source
+    of_labels = {transfer.channel for transfer in scene.transfer if transfer.preset == LABELS}
+    if not of_labels:
+        return scene
+    if isinstance(source.channels, tuple) and source.channels:
+        named = {each or source.channels[0].name for each in of_labels}
+        channels = tuple(
+            each.model_copy(update={"labels": True}) if each.name in named and each.labels is None else each
+            for each in source.channels
+        )
+        return scene.with_source(source.model_copy(update={"channels": channels}))
+    return scene if source.labels is not None else scene.with_source(source.model_copy(update={"labels": True}))
 
 
 def drawn_channels(scene: Scene) -> tuple[SceneChannel, ...]:

@@ -1,37 +1,157 @@
-"""What a scan looks like of which nobody has said anything: a transfer function made from its values."""
+"""Default look of a scan without a scene file: a transfer function made from its values, lit where devices can.
+
+Labels get a colour each. CT in Hounsfield units, or in values that are offset from them, gets its bones, or its soft
+tissue if it has no bone. A level set gets its surface. Values on both sides of 0, as maps of differences have, become
+denser with their distance from 0: blue below, red above. All others (MR, ultrasound, microscopy, micro-CT) get what
+surrounds the object transparent and the object in warm grey; bright vessels stay visible in a veil of the rest.
+"""
 
 import math
+from dataclasses import dataclass
 
+from volprep.scene.label_look import label_transfer
 from volprep.scene.points import ScenePoint
-from volprep.scene.scene import RenderWishes, Scene
+from volprep.scene.presets import PRESET_LABELS, load_preset
+from volprep.scene.scene import LightingSettings, RenderWishes, Scene
 from volprep.scene.transfer import SceneTransfer
+from volprep.scene.values import BONE_HU, Values, hounsfield_offset, values_of
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import Statistics
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.source import SourceInfo
 
-_BONE_HU = 300.0
-"""A CT that reaches this has bone in it, or contrast medium, and the preset shows it."""
 _DENSE_SHARE = 50.0
-"""Extinction of the densest value: opaque (1 - exp(-5)) after a tenth of the diagonal."""
+"""Extinction of the densest value of a signed map: opaque (1 - exp(-5)) after a tenth of the diagonal."""
+_INSIDE_SHARE = 0.4
+"""Extinction inside segments, as part of that: a segment of a twentieth of the diagonal hides two thirds."""
+_VEIL = 0.12
+"""Factor of the extinction of what belongs to no segment."""
+_BOTH_SIDES = 0.2
+"""Part of the farther side of 0 that the nearer one must reach, so that the ringing of a filter makes no signed map."""
+_FEW_SLICES = 12
+"""Slices up to which a flat volume is looked at as pictures are: a lit surface of so few says nothing."""
+_SHARE = 0.01
+"""Part of the diagonal that opacities of surfaces are for."""
+_CT_SLICES = ((-200.0, "#000000", 0.0), (-150.0, "#1a1a1a", 0.6), (300.0, "#ffffff", 0.99))
+"""Value in HU, colour and opacity of slices of a CT: the usual window of soft tissue, in which bone is white."""
+_CT = frozenset(("", "CT"))
+"""Modalities whose values may be Hounsfield units although no unit is stated."""
 
 
-def with_first_look(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics) -> Scene:
-    """Return the scene with a transfer function that shows something of any scan.
+@dataclass(frozen=True)
+class FirstLook:
+    """The kind of scan that was recognised, and its look."""
 
-    Labels get a colour each. CT in Hounsfield units gets its bones, lit where the devices can. A level set gets its
-    surface, lit, from devices with shaders. Other values on both sides of 0, as maps of differences have, become denser
-    with their distance from 0: blue below, red above. All others get a grey ramp, from nothing and black to dense and
-    white.
+    said: str
+    """For people."""
+    scene: Scene
+    """The scene with its transfer function."""
+
+
+def with_first_look(
+    scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, sample: Float64Array
+) -> Scene:
+    """Return the scene with a transfer function that shows something of any scan, and the kind that was recognised.
+
+    `sample` holds physical values of the scan. The module docstring describes the look of each kind of scan.
     """
+    look = _look(scene, profile, info, statistics, sample)
+    said = look.scene.recognised or f"recognised as {look.said}; --preset NAME, or a scene, draws it in another way"
+    return look.scene.model_copy(update={"recognised": said})
+
+
+def _look(
+    scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, sample: Float64Array
+) -> FirstLook:
     if scene.source.labels:
-        return scene.with_preset("labels", profile)
+        return FirstLook("labels", _with_labels(scene, profile, info, statistics))
     if info.level_set and profile.has_shaders and statistics.minimum < 0.0 < statistics.maximum:
-        return _with_surface(scene, statistics)
-    if info.unit == "HU" and statistics.maximum >= _BONE_HU:
-        return scene.with_preset("ct-bone", profile)
-    if statistics.minimum < 0.0 < statistics.maximum and info.unit != "HU":
-        return scene.with_transfer((_signed(info, statistics),))
-    return scene.with_transfer((_grey(info, statistics),))
+        return FirstLook("a level set, whose surface is drawn", _with_surface(scene, statistics))
+    offset = 0.0 if info.unit == "HU" else None
+    if offset is None and not info.unit and info.modality in _CT:
+        offset = hounsfield_offset(sample)
+    if offset is not None and _is_thin(info):
+        said = "a thin stack of a CT, drawn as its slices look between -200 and 300 HU"
+        return FirstLook(said, scene.with_transfer((_ramp(_CT_SLICES, -offset),)))
+    if offset is not None:
+        return _of_ct(scene, profile, statistics, offset)
+    return _of_values(scene, profile, info, statistics, values_of(sample))
+
+
+def _of_values(
+    scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, values: Values
+) -> FirstLook:
+    """Return the look of a scan when only its values are known."""
+    if min(-values.low, values.high) > _BOTH_SIDES * max(-values.low, values.high):
+        return FirstLook("a map with values on both sides of 0", scene.with_transfer((_signed(info, statistics),)))
+    if not values.low < values.high:
+        return FirstLook("a scan of nearly one value", scene.with_transfer((_grey(info, statistics),)))
+    if _is_thin(info):
+        return FirstLook("a thin stack, drawn as its slices look", scene.with_transfer((_slices(values),)))
+    kind = "bright vessels in tissue" if values.vessels is not None else "an object in a dark field"
+    background = f"{kind}, whose values up to {values.background:.4g} are background"
+    return FirstLook(background, _lit(scene.with_transfer((_object(statistics, values),)), profile))
+
+
+def _is_thin(info: SourceInfo) -> bool:
+    """Return whether the scan is flat and has few slices."""
+    thin = info.grid.thin_axis
+    return thin is not None and info.grid.shape_zyx[2 - thin] <= _FEW_SLICES
+
+
+def _with_labels(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics) -> Scene:
+    table = scene.source.label_table
+    if table is None and statistics.maximum <= PRESET_LABELS:
+        return scene.with_preset("labels", profile)
+    return scene.with_transfer((label_transfer(info, table, int(statistics.maximum)),))
+
+
+def _of_ct(scene: Scene, profile: DeviceProfile, statistics: Statistics, offset: float) -> FirstLook:
+    """Return the look of a CT whose values are `offset` below Hounsfield units."""
+    name = "ct-bone" if statistics.maximum + offset >= BONE_HU else "ct-soft-tissue"
+    said = "a CT" if offset == 0.0 else f"a CT whose values are {-offset:g} above Hounsfield units"
+    if offset == 0.0:
+        return FirstLook(f"{said}, preset {name}", _lit(scene.with_preset(name, profile), profile))
+    preset = load_preset(name)
+    points = tuple(point.model_copy(update={"value": point.value - offset}) for point in preset.points)
+    shifted = SceneTransfer(name=name, points=points, reference_mm=preset.reference_mm)
+    return FirstLook(f"{said}, preset {name}", _lit(scene.with_transfer((shifted,)), profile))
+
+
+def _lit(scene: Scene, profile: DeviceProfile) -> Scene:
+    """Return the scene lit from the viewer, where the devices can and the scene says nothing else."""
+    if not profile.has_shaders or {"lighting", "compositing"} & scene.render.model_fields_set:
+        return scene
+    render = scene.render.model_copy(update={"lighting": "headlight"})
+    lighting = scene.lighting
+    if "normals" not in lighting.model_fields_set:
+        lighting = LightingSettings.model_validate(lighting.model_dump(exclude_unset=True) | {"normals": "central"})
+    return scene.model_copy(update={"render": render, "lighting": lighting})
+
+
+def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics) -> Scene:
+    """Return a scene without a scene file, with a second transfer function for the inside of its segments.
+
+    The first function becomes a veil around them: a ramp, or soft tissue of a CT.
+    """
+    if scene.segments is None:
+        return scene
+    veiled = scene.segments.model_copy(update={"outside_opacity": _VEIL})
+    if info.unit == "HU":
+        scene = scene.with_preset("ct-soft-tissue", profile)
+    else:
+        scene = scene.with_transfer((_grey(info, statistics),))
+    dense_per_mm = _dense_per_mm(info) * _INSIDE_SHARE
+    low = statistics.minimum
+    high = max(statistics.maximum, low + 1e-6)
+    points = (
+        ScenePoint(value=low, colour="#8c8c8c", extinction_per_mm=dense_per_mm),
+        ScenePoint(value=high, colour="#ffffff", extinction_per_mm=dense_per_mm),
+    )
+    said = "recognised as a scan with segments; a scene with [segments] and [[segments.style]] draws it in another way"
+    scene = scene.with_segments(veiled).with_transfer((*scene.transfer, SceneTransfer(name="inside", points=points)))
+    unlit = scene.render.model_copy(update={"lighting": "none"})
+    return scene.model_copy(update={"render": unlit, "recognised": said})
 
 
 def _with_surface(scene: Scene, statistics: Statistics) -> Scene:
@@ -44,6 +164,56 @@ def _with_surface(scene: Scene, statistics: Statistics) -> Scene:
     tolerance = scene.tolerance.model_copy(update={"maximum": 1.0})
     update = {"render": RenderWishes.model_validate(wishes), "tolerance": tolerance}
     return scene.with_transfer((surface,)).model_copy(update=update)
+
+
+def _object(statistics: Statistics, values: Values) -> SceneTransfer:
+    """Return a function that leaves out the background and draws the object in warm grey, brighter where it is dense.
+
+    With vessels, all below them is a veil.
+    """
+    start = values.low + 0.7 * (values.background - values.low)
+    full = values.background + 0.5 * (values.median - values.background)
+    top = max(statistics.maximum, values.high)
+    if values.vessels is None:
+        steps = (
+            (start, "#7d6a5a", 0.0),
+            (values.background, "#a08a76", 0.25),
+            (full, "#c9b49e", 0.9),
+            (values.high, "#fff3e4", 0.99),
+            (top, "#ffffff", 0.99),
+        )
+    else:
+        steps = (
+            (start, "#7d6a5a", 0.0),
+            (full, "#a08a76", 0.02),
+            (values.vessels, "#b5654a", 0.05),
+            (values.vessels + 0.25 * (values.high - values.vessels), "#d8503a", 0.95),
+            (top, "#ffd9b0", 0.99),
+        )
+    points = [ScenePoint(value=value, colour=colour, opacity=opacity) for value, colour, opacity in _ascending(steps)]
+    return SceneTransfer(name="object", points=tuple(points), reference_share=_SHARE)
+
+
+def _slices(values: Values) -> SceneTransfer:
+    """Return a grey ramp over the values without outliers, dense enough that the nearest slice is seen."""
+    return _ramp(((values.low, "#000000", 0.0), (values.background, "#404040", 0.6), (values.high, "#ffffff", 0.99)))
+
+
+def _ramp(steps: tuple[tuple[float, str, float], ...], offset: float = 0.0) -> SceneTransfer:
+    """Return a function through (value, colour, opacity), with `offset` added to each value."""
+    points = tuple(
+        ScenePoint(value=value + offset, colour=colour, opacity=opacity) for value, colour, opacity in _ascending(steps)
+    )
+    return SceneTransfer(name="slices", points=points, reference_share=_SHARE)
+
+
+def _ascending(steps: tuple[tuple[float, str, float], ...]) -> list[tuple[float, str, float]]:
+    """Return the steps, leaving out each that is not greater than the one before."""
+    kept = [steps[0]]
+    for step in steps[1:]:
+        if step[0] > kept[-1][0]:
+            kept.append(step)
+    return kept
 
 
 def _dense_per_mm(info: SourceInfo) -> float:

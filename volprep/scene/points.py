@@ -1,4 +1,4 @@
-"""Control points of a transfer function as a scene or a preset writes them, and what their numbers mean."""
+"""Control points of a transfer function as a scene or a preset writes them, and the meaning of their numbers."""
 
 import math
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from volprep_formats.package.transfer_function import MOST_OPAQUE, Fraction, TransferFunction, TransferPoint
 from volprep_formats.record import Record
+from volprep_formats.srgb import linear_of_srgb
 from volprep_formats.transfer_files.points import MOST_POINTS
 
 Colour = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | tuple[Fraction, Fraction, Fraction]
@@ -19,7 +20,7 @@ PhysicalValue = Annotated[float, Field(ge=-1e38, le=1e38)]
 
 @dataclass(frozen=True)
 class Measure:
-    """What a scan gives to a transfer function that is written for any scan."""
+    """Measures of a scan that a transfer function written for any scan needs."""
 
     low: float
     """Physical value of the place 0 in the range."""
@@ -42,11 +43,11 @@ class ScenePoint(Record):
     extinction_per_mm: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
     """Extinction coefficient: a path of d millimetres has opacity 1 - exp(-extinction · d)."""
     opacity: Fraction | None = None
-    """Opacity of a path of the reference length. 1 is taken for 1 - 2^-16, and the plan says so."""
+    """Opacity of a path of the reference length. 1 is taken for 1 - 2^-16, and the plan reports it."""
 
 
 class TransferWish(Record):
-    """Points, and what their numbers mean."""
+    """Points, and the meaning of their numbers."""
 
     colour_space: Literal["srgb", "linear"] = "srgb"
     """Meaning of colours that are given as three numbers. "#rrggbb" is always sRGB."""
@@ -119,8 +120,4 @@ class TransferWish(Record):
             red, green, blue = colour
             if self.colour_space == "linear":
                 return red, green, blue
-        return _linear_from_srgb(red), _linear_from_srgb(green), _linear_from_srgb(blue)
-
-
-def _linear_from_srgb(value: float) -> float:
-    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+        return linear_of_srgb(red), linear_of_srgb(green), linear_of_srgb(blue)

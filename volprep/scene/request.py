@@ -1,4 +1,4 @@
-"""What a user asks for on the command line: a scene whose paths are resolved, and the profile it names."""
+"""The user's request on the command line: a scene with resolved paths, and the profile it names."""
 
 import math
 from dataclasses import dataclass, replace
@@ -11,18 +11,20 @@ from volprep.scene.points import Measure, ScenePoint
 from volprep.scene.presets import preset_names
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import GridSettings, Scene, load_scene, read_toml
+from volprep.scene.segments import SegmentsSettings
 from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.label_tables.table import LABEL_TABLES
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.path_text import path_text
+from volprep_formats.path_text import path_of_text, path_text
 from volprep_formats.record import problems
 from volprep_formats.source import SourceSpec
 from volprep_formats.transfer_files import read_transfer_file
 
 UNNAMED = "scan"
-"""Name of what is made of a scan without a scene."""
+"""Name of the package of a scan without a scene."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +38,20 @@ class Request:
     scene_path: Path | None
     """The scene file, absolute; None for a source without a scene."""
     first_look: bool = False
-    """Whether nobody gave a transfer function. One is then made when the source has been measured."""
+    """Whether no transfer function was given. One is then made when the source has been measured."""
 
     def with_preset(self, name: str) -> Self:
         """Return the same request with a preset as its transfer function. Raises VP3005 for an unknown one."""
         if name not in preset_names():
             raise VolprepError("VP3005", name=name, names=", ".join(preset_names()))
         return replace(self, scene=self.scene.with_preset(name, self.profile), first_look=False)
+
+    def with_segments(self, source: Path) -> Self:
+        """Return the same request with segments from a file or folder; the scene's styles stay."""
+        place = path_text(source.absolute())
+        wanted = self.scene.segments
+        wanted = SegmentsSettings(source=place) if wanted is None else wanted.model_copy(update={"source": place})
+        return replace(self, scene=self.scene.with_segments(wanted))
 
     def with_grid(self, size: Literal["auto"] | int) -> Self:
         """Return the same request with sub-volumes of another size."""
@@ -58,7 +67,7 @@ class Request:
 
 
 def load_request(scene_path: Path, profile: str | None = None, source: Path | None = None) -> Request:
-    """Read a scene and its profile. `profile` and `source`, if given, replace what the scene says.
+    """Read a scene and its profile. `profile` and `source`, if given, replace the scene's.
 
     A relative path in the scene starts at the scene's folder, one given here at the current folder. Raises VP3001 to
     VP3003 for the scene, VP3042 for a file of a transfer function, VP3010 to VP3012 for the profile, VP1243 for a
@@ -68,8 +77,19 @@ def load_request(scene_path: Path, profile: str | None = None, source: Path | No
     base = scene_path.absolute().parent
     functions = tuple(_without_file(transfer, base) for transfer in scene.transfer)
     resolved = scene.with_source(at_place(scene.source, base, source)).with_transfer(functions)
+    if scene.segments is not None:
+        resolved = resolved.with_segments(at_absolute(scene.segments, base))
     device = load_profile(profile, Path()) if profile is not None else load_profile(scene.profile, base)
-    return Request(scene=resolved, profile=device, scene_path=scene_path.absolute())
+    device = resolved.on_device(device)
+    return Request(scene=resolved.lit(device), profile=device, scene_path=scene_path.absolute())
+
+
+def at_absolute(segments: SegmentsSettings, base: Path) -> SegmentsSettings:
+    """Return segments with an absolute path; a relative one starts at `base`."""
+    changes = {"source": path_text(base / path_of_text(segments.source))}
+    if segments.table is not None and segments.table not in LABEL_TABLES:
+        changes["table"] = path_text(base / path_of_text(segments.table))
+    return segments.model_copy(update=changes)
 
 
 def load_edit(path: Path, grid: Grid) -> TransferFunction:
@@ -109,7 +129,7 @@ def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
 
 
 def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
-    """Return a source with absolute paths: those of the scene start at `base`, and `instead` replaces the only one.
+    """Return a source with absolute paths: paths of the scene start at `base`, and `instead` replaces the only one.
 
     Raises VP1243 where there are several.
     """
@@ -123,7 +143,7 @@ def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
 def request_of(path: Path, profile: str | None = None, source: Path | None = None) -> Request:
     """Read a scene as `load_request` does, or, where `path` is no TOML file, make one for the scan that it is.
 
-    Raises what `load_request` raises, and VP3004 for a `source` in place of that of a scan without a scene.
+    Raises the errors of `load_request`, and VP3004 for a `source` in place of that of a scan without a scene.
     """
     if path.suffix == ".toml":
         return load_request(path, profile, source)

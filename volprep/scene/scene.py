@@ -1,4 +1,4 @@
-"""A scene: what the user wants, as one short TOML file."""
+"""A scene: the user's settings, as one short TOML file."""
 
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -7,11 +7,13 @@ from pydantic import Field, ValidationError, model_validator
 
 from volprep.scene.points import PhysicalValue
 from volprep.scene.presets import load_preset
+from volprep.scene.segments import SegmentsSettings
 from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import Projection, Tolerance
 from volprep_formats.package.parts.hybrid.record import OpacitySource
+from volprep_formats.package.parts.light.model import BakedKind, LightColour, Sun
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
@@ -43,14 +45,22 @@ class QuantizeSettings(Record):
     functions tell apart."""
 
 
+Refinement = Literal["none", "auto", "thorough"]
+
+
 class PyramidSettings(Record):
     """Coarser levels."""
 
     coarsest_longest_axis: Annotated[int, Field(ge=1)] = 64
-    """Levels are added until the longest axis has at most this many voxels, or a voxel stands for 2^21 of level 0."""
+    """Levels are added until the longest axis has at most this many voxels, or one voxel covers 2^21 voxels of level
+    0."""
     filter: Literal["auto"] | LevelFilter = "auto"
-    """Filter that makes a level from level 0. "auto" tries several for each level and keeps the one whose pictures come
-    nearest to those of level 0; for labels it takes "mode"."""
+    """Filter that makes a level from level 0. "auto" tries several for each level and keeps the one whose pictures are
+    closest to level 0; for labels it takes "mode"."""
+    refine: Refinement = "auto"
+    """Whether "auto" also refines levels through the renderer: voxels and lookup table are improved together, until
+    rays through the level match those through level 0. "auto" does so within a budget of a few seconds, "thorough" of
+    minutes, "none" never."""
 
 
 class MosaicSettings(Record):
@@ -76,9 +86,16 @@ class TextureSettings(Record):
     changes pictures by more than half of the tolerance is left out. "auto" takes the smallest form that does not.
     "none" is the default because a device that has the memory draws 3D textures faster and exactly."""
     channels: Literal["auto", "packed", "apart"] = "auto"
-    """Which channels share texels, as red, green, blue and alpha, so that one fetch gives the values of all. "auto":
-    those that are drawn together. "packed": all, for an app with its own shaders. "apart": none, so that a device
+    """Which channels share texels, as red, green, blue and alpha, so that one fetch returns the values of all. "auto":
+    channels that are drawn together. "packed": all, for an app with its own shaders. "apart": none, so that a device
     holds only the channel that it draws."""
+    flatten: Literal["auto", "none"] = "none"
+    """Whether voxels that no picture can show get one value, so that textures compress better on the network.
+    "auto": if functions are not editable and enough of the volume is empty. "none": textures hold the values of the
+    scan everywhere, for apps and exports that read them."""
+    memory_bytes: Annotated[int, Field(ge=1)] | None = None
+    """Memory of the devices for textures, in place of the profile's: profiles of a class promise what each of its
+    devices has, and an app may know more."""
     mipmaps: bool = False
     """Whether the levels are mipmaps of one 3D texture. An app can then choose the level for each draw or each sample,
     also between two levels, without binding another texture. Every level then halves all axes; without mipmaps, thick
@@ -86,39 +103,40 @@ class TextureSettings(Record):
 
 
 class NormalSettings(Record):
-    """Directions of gradients, for shaders that light what they draw."""
+    """Gradient directions, for shaders that light the volume."""
 
     kernel: GradientKernel = "thesis"
     """How differences are taken. "thesis" and "sobel" smooth most and suit noisy scans: on a shell with 2 % noise they
     are off by 1.9° and 1.8°, "central" by 4.7°. On clean data "isotropic" is the most accurate, and "thesis" is more
     accurate than "sobel"."""
     code: NormalCode = "biased8"
-    """What the bytes mean. "biased8": three bytes, which every device can filter. "snorm8": three signed bytes, OpenGL
-    ES 3.0. "oct8" and "oct12": two and three bytes, which must not be filtered; "oct12" is eight times more exact."""
+    """Encoding of the normals. "biased8": three bytes, which every device can filter. "snorm8": three signed bytes,
+    OpenGL ES 3.0. "oct8" and "oct12": two and three bytes, which must not be filtered; "oct12" is eight times more
+    exact."""
     magnitude: bool = False
     """Whether one more byte holds the length of the gradient."""
     space: NormalSpace = "box"
-    """Axes of the vectors. "box": the volume's, in which shaders have rays and positions, so that none needs a matrix.
-    "patient": those of the patient (LPS), for an app that lights several volumes in one space."""
+    """Coordinate system of the vectors. "box": the volume's, in which shaders have rays and positions, so that none
+    needs a matrix. "patient": patient axes (LPS), for an app that lights several volumes in one space."""
 
 
 class RenderWishes(Record):
     """How the scene is to be drawn."""
 
     compositing: CompositingName = "emission-absorption"
-    """What a ray makes of what it meets. "emission-absorption": each sample gives light and absorbs what is behind
-    it. "back-to-front": the same picture, composited from the far end of the ray on, without early ray termination.
-    "maximum" (maximum intensity projection): only the greatest value on the ray counts, and the transfer function
-    says what it looks like; its opacity is the one stated, whatever the depth. "minimum": the same with the least
-    value. "average": the same with the mean value, as in an X-ray picture. "mida": a value that exceeds those in front
-    of it hides them in part (maximum intensity difference accumulation). "first-hit": the first value that is the
-    `isovalue` of the transfer function or more, as of a solid. "isosurface": the first place where the value passes the
-    `isovalue`, from either side."""
+    """How the samples of a ray are combined into a pixel. "emission-absorption": each sample emits light and absorbs
+    the light from behind it. "back-to-front": the same picture, composited from the far end of the ray on, without
+    early ray termination. "maximum" (maximum intensity projection): only the greatest value on the ray counts, and the
+    transfer function gives its colour and opacity; this opacity is used as stated, whatever the depth. "minimum": the
+    same with the least value. "average": the same with the mean value, as in an X-ray picture. "mida": a value that
+    exceeds those in front of it hides them in part (maximum intensity difference accumulation). "first-hit": the first
+    value that is the `isovalue` of the transfer function or more, as of a solid. "isosurface": the first place where
+    the value passes the `isovalue`, from either side."""
     technique: TechniqueName = "ray-casting"
     """How the volume is gone through. "ray-casting": a ray for each pixel, in one pass. "two-pass": the same, where a
     first pass over the faces of the box says where rays enter. "two-pass-as-published": the same with positions of 8
     bits, as Congote et al. (2011) have them, to compare with: they are off by up to 1/510 of the box. "slabs": ray
-    casting in several draws, each of the next 40 samples of all rays, so that an app may show what is there already.
+    casting in several draws, each of the next 40 samples of all rays, so that an app can show the unfinished picture.
     "tiles": ray casting in tiles of 8×8 pixels, which compute shaders of OpenGL ES 3.1 sort by their cost.
     "view-slices": layers across the view are blended, which some devices draw faster; each is rounded to the 8 bits of
     the picture. "axis-slices": the same with layers across an axis of the volume. "view-slices-as-published": as
@@ -126,20 +144,21 @@ class RenderWishes(Record):
     converge to the right picture."""
     classification: ClassificationName = "lookup"
     """How values become colours. "lookup": each sample, by a lookup table. "preintegrated": each segment between two
-    samples, by a table of segments; far fewer samples are needed. "palette": each sample, by a few constants in the
-    shader, without a texture. "control-points": each sample, by arithmetic from the control points of the transfer
-    function, exactly and without a texture. "preclassified": the voxels of the package are colours already."""
+    samples, by the integral of the transfer function; far fewer samples are needed. "palette": each sample, by a few
+    constants in the shader, without a texture. "control-points": each sample, by arithmetic from the control points of
+    the transfer function, exactly and without a texture. "preclassified": the voxels of the package are colours
+    already."""
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
     """Entries of a palette."""
     step_voxels: Literal["auto"] | Annotated[float, Field(ge=1e-3, le=1e3)] = "auto"
     """Distance of the samples along a ray, in units of the smallest spacing of the level that is drawn. "auto": for
-    each level the longest one, from 0.25 to 2, whose error, measured on a sample of rays, is within a quarter of the
-    tolerance; where users may edit transfer functions 0.5, or 0.25 with compositing maximum or minimum; with slices
-    1."""
+    each level the longest one, from 0.125 to 2, whose error, measured on a sample of rays, is within a quarter of the
+    tolerance; where users may edit transfer functions 0.5; with slices 1. With compositing maximum and minimum 1: rays
+    go from cell to cell, and steps of up to 1.5 voxels draw the same picture."""
     opacity_cutoff: Literal["auto"] | Fraction = "auto"
-    """A ray ends when its opacity passes this (early ray termination). What lies behind counts as being like what is in
-    front; no pixel is off by more than 1 minus this. "auto": 0.998, where enough samples of rays lie behind it to save
-    time. 1: rays run to their end."""
+    """A ray ends when its opacity passes this (early ray termination). The rest of the ray is taken to look like the
+    part in front; no pixel is off by more than 1 minus this. "auto": 0.998, where enough samples of rays lie behind it
+    to save time. 1: rays run to their end."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     lighting: Lighting = "none"
@@ -150,8 +169,27 @@ class RenderWishes(Record):
 
 
 class LightingSettings(Record):
-    """How `render.lighting` lights. It does nothing where that is "none"."""
+    """Light: how `render.lighting` lights, and light that is computed once."""
 
+    baked: Literal["none"] | BakedKind = "none"
+    """Light that is computed once, for a volume and a transfer function that stay as they are, and stored as one more
+    small texture. It multiplies the colour of each sample, whatever `render.lighting` is. "occlusion": the part of the
+    sky that a place sees through the volume. "scattering": the volume also scatters light, as clouds and skin do; the
+    colours of the transfer function say how much. "shadow": the shadow of one light at `light_mm`. OpenGL ES 3.0."""
+    radius_mm: Annotated[float, Field(gt=0.0)] | None = None
+    """With `baked`, objects farther away than this cast no shadow. If absent, the whole volume casts shadows."""
+    sky: LightColour = (1.0, 1.0, 1.0)
+    """With `baked`, light from above the patient's head, as linear RGB. A place that sees only such a sky has this
+    light; 1 leaves colours as they are. Only its luminance counts."""
+    ground: LightColour = (1.0, 1.0, 1.0)
+    """With `baked`, light from below. In between, light changes with the cosine of the angle."""
+    suns: tuple[Sun, ...] = ()
+    """With `baked`, lights that are far away."""
+    resolution: Literal["auto", 2, 4] = "auto"
+    """With `baked`, voxels along the edge of a texel of light: 2 for half the resolution, 4 for a quarter. "auto":
+    the build compares both with path tracing in small pictures, and takes a quarter if half is hardly better; more
+    than 4 million texels are never taken. If pictures without the light are within half of the tolerance, "auto"
+    leaves it out."""
     normals: NormalsFrom = "volume"
     """Where normals come from. "volume": from a volume of normals in the package. "forward", "central": the shader
     takes differences of the values one voxel apart, with four and six fetches more for each sample that is seen, and
@@ -167,11 +205,11 @@ class LightingSettings(Record):
     shininess: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
     """Exponent of a highlight: the larger, the smaller the highlight."""
     shadows: Shadows = "none"
-    """Whether what lies between the light of "phong" or "blinn-phong" and a sample takes light away; OpenGL ES 3.0.
-    "rays": the shader follows a ray from each lit sample to the light, with as many steps as the pixel's own ray has.
-    Technique "slabs" keeps such draws short. "map", for surfaces and a light outside the volume: a pass draws how far
-    the light goes, and samples look it up. "half-angle", with technique "view-slices" and a light outside the volume:
-    each slice is drawn for the viewer and for the light."""
+    """Whether the volume between a sample and the light of "phong" or "blinn-phong" casts a shadow on the sample;
+    OpenGL ES 3.0. "rays": the shader follows a ray from each lit sample to the light, with the same number of steps as
+    the pixel's own ray. Technique "slabs" keeps such draws short. "map", for surfaces and a light outside the volume: a
+    pass draws how far the light goes, and samples look it up. "half-angle", with technique "view-slices" and a light
+    outside the volume: each slice is drawn for the viewer and for the light."""
 
 
 class GridSettings(Record):
@@ -181,8 +219,8 @@ class GridSettings(Record):
     """Largest number of voxels of a sub-volume along an axis; neighbours share one layer. "auto": there are sub-volumes
     only where the whole volume does not fit into the profile's textures, of the size that `volprep plan` proposes."""
     layout: Literal["files", "single", "both"] = "files"
-    """"files": a file for each sub-volume. "single": the whole level in one file, of which any box can be read by
-    seeking. "both": both."""
+    """"files": a file for each sub-volume. "single": the whole level in one file; any box can be read by seeking.
+    "both": both."""
 
 
 class BrickSettings(Record):
@@ -216,37 +254,42 @@ class SkipSettings(Record):
     """Empty-space skipping: rays jump over blocks in which the transfer function shows nothing."""
 
     kind: Literal["auto", "none"] | SkipKind = "auto"
-    """What a table says of each block. "auto" takes the kind that was measured to be fastest, and only for transfer
-    functions that leave enough empty. "blocks": whether it is empty. "table16": the same, with 16 blocks along the
-    longest axis, and only if the 26 neighbours are empty, too. "distance": how many blocks around it are empty.
-    "octants": the same for each of eight directions. "pyramid": the largest empty cell of a pyramid that holds it.
-    "euclidean": the radius of the largest empty sphere. "none": no table."""
+    """Contents of the skip table, for each block. "auto" takes the kind that was measured to be fastest, and only for
+    transfer functions that leave enough empty. "blocks": whether the block is empty. "table16": the same, with 16
+    blocks along the longest axis, and only if the 26 neighbours are empty, too. "distance": how many blocks around it
+    are empty. "octants": the same for each of eight directions. "pyramid": the largest empty cell of a pyramid that
+    holds it. "euclidean": the radius of the largest empty sphere. "none": no table."""
     block: Literal["auto"] | Annotated[int, Field(ge=1, le=256)] = "auto"
     """Cells along an edge of a block; 1 gives distances at full resolution. Not for "table16"."""
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Largest opacity that a ray may lose by skipping: what is fainter counts as empty."""
+    """Largest opacity that a ray may lose by skipping: fainter blocks count as empty."""
     ranges: bool = False
     """Whether the package also holds the least and the greatest value of each block. An app whose users change the
     transfer function makes new tables from them."""
 
 
+DracoWish = Literal["auto", "always", "none"]
+"""Whether meshes are compressed with Draco."""
+
+
 class ProxySettings(Record):
-    """Proxy geometry: closed meshes around what transfer functions show. Rays begin at their faces."""
+    """Proxy geometry: closed meshes around the visible voxels of transfer functions. Rays begin at their faces."""
 
     form: ProxyForm = "merged"
-    """What a mesh follows. "blocks": the outer faces of all blocks that are not empty, two triangles for each.
-    "merged": the same faces, merged into rectangles. "convex": their convex hull, and "box" their bounding box, which
-    have few triangles and no hollows."""
+    """Shape of the mesh. "blocks": the outer faces of all blocks that are not empty, two triangles for each. "merged":
+    the same faces, merged into rectangles. "convex": their convex hull, and "box" their bounding box, which have few
+    triangles and no hollows."""
     block: Annotated[int, Field(ge=1, le=256)] = 8
     """Cells along an edge of a block."""
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Largest opacity that a ray may lose because it begins at the mesh: what is fainter counts as empty."""
+    """Largest opacity that a ray may lose because it begins at the mesh: fainter blocks count as empty."""
     transfers: tuple[str, ...] = ()
     """Transfer functions that get meshes; all if absent."""
     levels: tuple[Annotated[int, Field(ge=0)], ...] = ()
     """Levels that get meshes; all if absent."""
-    draco: Literal["auto", "none"] = "auto"
-    """"auto": Draco compression if it saves more bytes than the decoder takes. "none": for readers without Draco."""
+    draco: DracoWish = "auto"
+    """"auto": Draco compression if all files together save more bytes than the decoder, which a reader loads once.
+    "always": for apps that have a decoder anyway. "none": for readers without Draco."""
 
 
 class HybridSettings(Record):
@@ -257,7 +300,7 @@ class HybridSettings(Record):
     lines: bool = True
     """Whether there are lines: the edges of the box, and its middle axes."""
     opacity: OpacitySource = "alpha"
-    """Where the opacity of the volume comes from, by which it covers lines. "alpha": the buffer has it, as always where
+    """Source of the volume's opacity, which decides how it covers lines. "alpha": the buffer has it, as always where
     there are shaders. For OpenGL ES 1.1, where it may have none: "black-and-white": pictures before black and before
     white. "white-volume": a picture of a white volume. "luminance-average", "luminance-perceived": the luminance of the
     picture, which takes dark parts for transparent ones."""
@@ -272,8 +315,11 @@ class TogetherSettings(Record):
     """Transfer functions that are drawn together, each of another channel. If absent: the first one of each channel."""
 
 
+_LIT_BY_PRESETS = ("emission-absorption", "back-to-front")
+
+
 class Scene(Record):
-    """What to make of which scan."""
+    """Settings that turn a scan into a package."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
     """Name of the package; lower-case letters, digits, - and _."""
@@ -287,9 +333,9 @@ class Scene(Record):
     """"auto" leaves out the border that no transfer function shows; "none" keeps the whole scan, for an app in which
     users change the transfer function."""
     editable: bool = False
-    """Whether users of the app may edit transfer functions. Then only the lookup tables and the tables of empty space
-    depend on the current transfer functions: the whole scan is kept, all its values have codes, and the package holds
-    what an app needs to make these tables again."""
+    """Whether users of the app may edit transfer functions. Then only the lookup tables, the tables of empty space and
+    the palettes of slices depend on the current transfer functions: the whole scan is kept, all its values have codes,
+    and the package holds what an app needs to make these tables again."""
     fidelity: bool = False
     """Whether the manifest states how near pictures of each level are to the scan: RMSE, largest error and FLIP. The
     build then draws 16 views of the scan and of each level for each transfer function."""
@@ -311,6 +357,8 @@ class Scene(Record):
     """Proxy geometry; none if absent."""
     together: TogetherSettings | None = None
     """One picture of several channels. If absent, each channel is drawn alone."""
+    segments: SegmentsSettings | None = None
+    """Segments of the scan, drawn with it into one picture; none if absent."""
     hybrid: HybridSettings | None = None
     """The volume with few pixels, lines with all; neither if absent."""
     slices: SliceSettings | None = None
@@ -323,6 +371,9 @@ class Scene(Record):
     """How the scene is to be drawn."""
     tolerance: Tolerance = Tolerance()
     """Largest error of a standard view against the oracle."""
+    recognised: str = ""
+    """The kind of scan that was recognised when there is no scene, and how to undo it. A build writes it, and the plan
+    reports it."""
 
     @model_validator(mode="after")
     def _lighting_has_normals_along_the_box(self) -> Self:
@@ -381,17 +432,46 @@ class Scene(Record):
         """Whether sub-volumes are wanted in any case, and not only where they are needed."""
         return self.grid is not None and self.grid.size != "auto"
 
+    def with_segments(self, segments: SegmentsSettings | None) -> Self:
+        """Return the scene with other segments."""
+        return self.model_copy(update={"segments": segments})
+
     def with_source(self, source: SourceSpec) -> Self:
         """Return the scene for another source."""
         return self.model_copy(update={"source": source})
 
     def with_preset(self, name: str, profile: DeviceProfile) -> Self:
         """Return the scene with a preset as its transfer function, lit if it needs light and the scene says nothing."""
-        scene = self.with_transfer((SceneTransfer.model_validate({"preset": name}),))
+        return self.with_transfer((SceneTransfer.model_validate({"preset": name}),)).lit(profile)
+
+    def lit(self, profile: DeviceProfile) -> Self:
+        """Return the scene lit, if its default transfer function is a preset that needs light and none forbids it."""
+        return self._with_baked_light(profile)._with_headlight(profile)
+
+    def _with_baked_light(self, profile: DeviceProfile) -> Self:
+        """Return the scene with the light of its preset that is computed once, if the profile can hold it."""
+        preset = self.transfer[0].preset
+        wanted = {} if preset is None else load_preset(preset).lighting
+        possible = profile.max_3d_texture_size > 0 and "RG8" in profile.texture_formats
+        if not wanted or not possible or "baked" in self.lighting.model_fields_set:
+            return self
+        stated = self.lighting.model_dump(exclude_unset=True)
+        return self.model_copy(update={"lighting": LightingSettings.model_validate({**wanted, **stated})})
+
+    def _with_headlight(self, profile: DeviceProfile) -> Self:
+        preset = self.transfer[0].preset
+        normals = self.normals is not None and self.normals.space != "box"
+        plain = self.render.compositing in _LIT_BY_PRESETS and self.render.classification != "preclassified"
         stays = "lighting" in self.render.model_fields_set or self.bricks is not None or self.textures.mipmaps
-        if stays or not load_preset(name).lit or not profile.has_shaders:
-            return scene
-        return scene.model_copy(update={"render": self.render.model_copy(update={"lighting": "headlight"})})
+        stays = stays or self.lighting.baked != "none"
+        if preset is None or not load_preset(preset).lit or stays or normals or not plain or not profile.has_shaders:
+            return self
+        return self.model_copy(update={"render": self.render.model_copy(update={"lighting": "headlight"})})
+
+    def on_device(self, profile: DeviceProfile) -> DeviceProfile:
+        """Return the profile with the memory that the scene states, if it states one."""
+        memory = self.textures.memory_bytes
+        return profile if memory is None else profile.model_copy(update={"max_texture_bytes": memory})
 
     def with_transfer(self, transfer: tuple[SceneTransfer, ...]) -> Self:
         """Return the scene with other transfer functions."""
@@ -437,11 +517,11 @@ def load_scene(path: Path) -> Scene:
     try:
         return Scene.model_validate(table)
     except ValidationError as error:
-        raise VolprepError("VP3003", path=path, problems=problems(error)) from error
+        raise VolprepError("VP3003", path=path, problems=problems(error, Scene)) from error
 
 
 def read_toml(path: Path) -> dict[str, object]:
-    """Read a TOML file. Raises VP3001 if it is missing, VP3002 if it is none."""
+    """Read a TOML file. Raises VP3001 if it is missing, VP3002 if it is not TOML."""
     try:
         return read_toml_file(path)
     except OSError as error:

@@ -28,8 +28,8 @@ class SceneTransfer(TransferWish):
     """Value of the surface that the compositings isosurface and first-hit show, in the unit of the points' values."""
 
     intensities: tuple[PhysicalValue, PhysicalValue] | None = None
-    """Values that count as the intensities 0 and 1 with the compositing mida, in the unit of the points' values; if
-    absent, those of the first and the last point."""
+    """Values that map to the intensities 0 and 1 with the compositing mida, in the unit of the points' values; if
+    absent, the values of the first and the last point."""
 
     @model_validator(mode="before")
     @classmethod
@@ -53,7 +53,7 @@ class SceneTransfer(TransferWish):
 
     @property
     def wish(self) -> TransferWish:
-        """The points and what their numbers mean, from wherever they come. Raises ValueError for an unknown preset."""
+        """The points and the meaning of their numbers, from any source. Raises ValueError for an unknown preset."""
         if self.preset is None:
             return self
         return load_preset(self.preset)

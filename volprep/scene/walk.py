@@ -16,7 +16,7 @@ from volprep_formats.record import Record, problems
 
 
 class ShownValues(Record):
-    """Which values are shown, and how opaque: the variables of the Big Volume Renderer (Schultz and Bailey, 7.2.3)."""
+    """Shown values and their opacity: the variables of the Beaver Volume Renderer (Schultz and Bailey, 7.2.3)."""
 
     alpha: Fraction | None = None
     """Opacity of all values that are shown, for the reference length of the transfer function; if absent, each has that
@@ -60,7 +60,7 @@ class ShownValues(Record):
 
 
 def _at(value: float, values: list[float], columns: Float64Array, *, upper: bool) -> Float64Array:
-    """Return colour and extinction at a value; at a jump those of one of its sides."""
+    """Return colour and extinction at a value; at a jump, one of the two sides."""
     for (low, high), (before, after) in zip(pairwise(values), pairwise(columns), strict=True):
         if low == high == value:
             return np.array(after if upper else before)
@@ -68,13 +68,13 @@ def _at(value: float, values: list[float], columns: Float64Array, *, upper: bool
 
 
 class WalkStep(ShownValues):
-    """What changes before the next picture. What it does not name stays; `alpha`, `minimum` and `maximum` do, too."""
+    """Changes before the next picture. Absent fields keep their value, even `alpha`, `minimum` and `maximum`."""
 
     view: str | None = None
     """Look from a standard view: anterior, posterior, left, right, superior, inferior, anterior-left, anterior-right
     or posterior-left."""
     turn: tuple[float, float] | None = None
-    """Degrees by which the viewer goes around what he looks at: to his right, then up."""
+    """Degrees that the viewer goes around the object: to his right, then up."""
     zoom: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
     """How many times larger the volume is than where its diagonal fills the picture. The level follows."""
     move: Literal["forward", "back"] | None = None
@@ -82,7 +82,7 @@ class WalkStep(ShownValues):
     cut: tuple[float, float, float] | None = None
     """Take a box of the full resolution around this voxel of level 0, x, y and z, and show it."""
     tap: tuple[Fraction, Fraction, Fraction] | None = None
-    """The same around a place of what is shown, in its overall coordinates: 0 to 1 along x, y and z."""
+    """The same around a place of the volume shown, in its overall coordinates: 0 to 1 along x, y and z."""
     cut_size: Annotated[int, Field(ge=1, le=2048)] = 64
     """Voxels of the box along each axis."""
     show: Literal["grid", "cut", "place"] = "grid"
@@ -103,7 +103,7 @@ class WalkStep(ShownValues):
 
     @property
     def show_of(self) -> Literal["grid", "cut", "place"]:
-        """What the picture shows."""
+        """Description of the picture."""
         return "cut" if self.cuts and self.show == "grid" else self.show
 
 

@@ -1,4 +1,4 @@
-"""How a shader turns what it samples into colour and extinction: one way for each kind of classification.
+"""How a shader turns samples into colour and extinction: one way for each kind of classification.
 
 All give the loop of the ray caster one expression, so that any of them goes with any way of sampling.
 """
@@ -10,12 +10,42 @@ import numpy as np
 
 from volprep.shading.compose import Dialect, Instance, literal
 from volprep.shading.feature import Feature
+from volprep_formats.package.integral_table import LEAST_ENTRIES
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
-from volprep_formats.package.program import ClassificationName, Sampler
+from volprep_formats.package.program import ClassificationName, CompositingName, Sampler, TechniqueName
 from volprep_formats.package.texture import Texture
 
 _IN_THE_MIDDLE = "start + stride * i"
+
+
+_THROUGH_VOXELS = {False: "start + stride * (i - 0.5), stride", True: "start + stride * (i + 0.5), -stride"}
+"""Segment of the ray from the viewer's side on, by whether the ray runs towards the viewer."""
+
+
+def splits_voxels(technique: TechniqueName, compositing: CompositingName, classification: ClassificationName) -> bool:
+    """Return whether programs split the segments of a ray through labels at the faces of voxels."""
+    sums = compositing in {"emission-absorption", "back-to-front"}
+    return sums and classification in _OF_SAMPLES and not technique.endswith("as-published")
+
+
+def voxel_classification(
+    manifest: Manifest, name: ClassificationName, transfer: str, dialect: Dialect, *, backwards: bool
+) -> Feature:
+    """Return how a program classifies labels, which are constant in their voxels: each segment is split at faces.
+
+    The classification is one that classifies sample by sample.
+    """
+    function = sample_classification(manifest, name, transfer, "", dialect)
+    return Feature(
+        slots={
+            "classification": "classification/voxels",
+            "samples": function.slots["classification"],
+            "classification_start": None,
+        },
+        offers={"MEDIUM": f"classify_voxels({_THROUGH_VOXELS[backwards]})"},
+        samplers=function.samplers,
+    )
 
 
 def classification(manifest: Manifest, name: ClassificationName, transfer: str, dialect: Dialect) -> Feature:
@@ -71,8 +101,8 @@ def _control_points(manifest: Manifest, transfer: str, suffix: str, _dialect: Di
     media = [np.array([*point.colour, point.extinction_per_mm], np.float32) for point in function.points]
     reached, lines = media[0], []
     for (below, at), medium in zip(pairwise(places), media[1:], strict=True):
-        # From what rounded sums have reached, so that what is 0 again is 0 and not nearly so. A sum takes less time
-        # than mixing: 7 to 10 % of a picture of a head (tests/benchmarks/bench_vtk.py).
+        # From the totals of rounded sums, so that a weight that returns to 0 is exactly 0. A sum takes less time than
+        # mixing: 7 to 10 % of a picture of a head (tests/benchmarks/bench_vtk.py).
         change = medium - reached
         reached = reached + change
         lines.append(f"medium += {literal(*change.tolist())} * {_share(below, at)};")
@@ -103,11 +133,22 @@ _OF_SAMPLES: dict[ClassificationName, Callable[[Manifest, str, str, Dialect], Fe
 
 
 def _preintegrated(table: Texture) -> Feature:
-    part = f"classification/preintegrated_{_form(table)}"
+    part = "classification/preintegrated"
+    entries = table.shape_zyx[2]
+    low, high = table.stored_range or (0.0, 1.0)
+    words = {
+        # A sum that grows by its highest byte, by 2^-8 of the whole.
+        "EXTINCTION_PER_MM": literal((table.max_extinction_per_mm or 0.0) * (entries - 1) / 256),
+        "PER_ENTRY": literal(1 / entries),
+        "ENTRIES_PER_VALUE": literal((entries - 1) / (high - low)),
+        "FIRST_VALUE": literal(low),
+        "LAST_SEGMENT": literal(entries - 2),
+        "LEAST_ENTRIES": literal(LEAST_ENTRIES),
+    }
     return Feature(
         slots={"classification": part, "classification_start": f"{part}:start"},
-        words=_words(table),
-        offers={"MEDIUM": "classify(front, stored_value(start + stride * (i + 0.5)))"},
+        words=words,
+        offers={"MEDIUM": "classify(front, end_at(start + stride * (i + 0.5)))", "FRONT": "End", "FRONT_AT": "end_at"},
         samplers=(Sampler(name="u_preintegrated", role="preintegrated"),),
     )
 

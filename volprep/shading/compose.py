@@ -4,8 +4,8 @@ A part is a file without its ending, "skip/look"; or a section of a file, "light
 line `//#section start` and ends at the next one or with the file. A line `//#part slot` in a part gives way to the part
 that the slot names, indented as the line is, or to nothing where the slot names none; or to several instances of parts,
 one after the other. `$WORD` gives way to a constant or to a keyword of the dialect, in an instance first to its own
-words. The lines between `//#each WORD` and `//#end` stand once for each of the words that the constant WORD lists, with
-$WORD for it. Lines that begin with `//:` tell who works on the parts what goes in and out; they do not ship.
+words. The lines between `//#each WORD` and `//#end` are repeated for each of the words that the constant WORD lists,
+with $WORD for it. Lines that begin with `//:` document a part's inputs and outputs for developers; they do not ship.
 """
 
 import re
@@ -51,7 +51,7 @@ _KEYWORDS: dict[Dialect, dict[str, str]] = {
 
 @dataclass(frozen=True)
 class Instance:
-    """A part that may stand in a shader more than once, each time with words and slots of its own."""
+    """A part that a shader may contain more than once, each time with its own words and slots."""
 
     part: str
     """The part."""
@@ -62,7 +62,7 @@ class Instance:
 
 
 Slot = str | None | tuple[Instance, ...]
-"""What fills a slot: a part, nothing, or instances."""
+"""Content of a slot: a part, nothing, or instances."""
 
 
 def compose(
@@ -74,8 +74,7 @@ def compose(
 ) -> str:
     """Return the text of a shader: a part, or several instances; their slots filled, their words replaced.
 
-    Words of `constants` must be used, those that are `offered` may be. Raises VP9001 for a constant that no part uses:
-    it would be dead.
+    Words of `constants` must be used, words of `offered` may be. Raises VP9001 for an unused constant.
     """
     text = _filled(parts, slots, between="\n")
     _require_used(constants, _words(text))

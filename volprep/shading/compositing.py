@@ -1,4 +1,4 @@
-"""What a ray makes of its samples: the file glsl/compositing/NAME.glsl of each compositing, and what it needs."""
+"""Compositing in shaders: the file glsl/compositing/NAME.glsl of each compositing, and its constants."""
 
 from volprep.shading.compose import Slot, literal
 from volprep.shading.feature import Feature
@@ -9,6 +9,8 @@ from volprep_formats.package.transfer_function import TransferFunction
 
 SURFACES: frozenset[CompositingName] = frozenset(("first-hit", "isosurface"))
 """Both ends of each segment are sampled, and rays end at the surface."""
+CELL_BY_CELL: frozenset[CompositingName] = frozenset(("maximum", "minimum"))
+"""Rays go from one face of a cell between eight voxels to the next, and know the field in between."""
 _SAMPLE = "start + stride * i"
 _GOING = {"ray": " && transmittance >= least_transmittance", "surface": " && passed <= 0.0"}
 """How long a loop goes on, where rays may end early, and where they end at a surface: until what `stop` says."""
@@ -48,6 +50,16 @@ def compositing(
         return Feature(
             slots, words, {**offers, "LIT_AT": "hit", "SIDE": _SIDES[program.compositing], "GOING": _GOING["surface"]}
         )
+    if program.compositing in CELL_BY_CELL:
+        slots |= {
+            "cells": "ray/cells:declared",
+            "classification_start": "ray/cells:start",
+            "face": "ray/cells:face",
+            "passed": "ray/cells:passed",
+            "enter": "ray/cells:enter",
+            "cubic": "compositing/cubic:greatest",
+            "sampled": "compositing/cubic:sampled",
+        }
     if program.compositing == "mida":
         return Feature(slots, _intensity_words(manifest, function), offers)
     if render.opacity_cutoff is None or not ends_early or not walk.loops:
@@ -61,7 +73,7 @@ def compositing(
 
 
 def _intensity_words(manifest: Manifest, function: TransferFunction | None) -> dict[str, str]:
-    """Return what turns normalised stored values into intensities."""
+    """Return the feature that turns normalised stored values into intensities."""
     if manifest.quantization is None or function is None:
         msg = "intensities need codes"
         raise ValueError(msg)

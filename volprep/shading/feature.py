@@ -1,4 +1,4 @@
-"""What a program consists of: features, each with the parts that fill its slots and what these declare."""
+"""Features, the building blocks of a program: each has the parts that fill its slots and their declarations."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

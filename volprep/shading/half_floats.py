@@ -27,7 +27,7 @@ _FUNCTIONS = frozenset(
 _FETCHES = frozenset(("texture", "textureLod", "texture2D"))
 _TYPES = frozenset(("float", "vec2", "vec3", "vec4"))
 _WHOLE = ("int", "ivec2", "ivec3", "ivec4")
-"""Rounded are expressions of any type, because the reader knows none; whole numbers stay what they are."""
+"""Types whose values are not rounded; all others are, because the reader does not know types."""
 _ASSIGNMENTS = frozenset(("=", "+=", "-=", "*=", "/="))
 _HEAD = "precision highp float;\n"
 _HALF = "half_float"
@@ -114,7 +114,7 @@ class _Reader:
         return kind + place + sign + value
 
     def _expression(self, level: int = -1) -> str:
-        """Read an expression whose signs bind more tightly than those of `level`."""
+        """Read an expression whose operators bind more tightly than `level`."""
         if level == -1:
             value = self._expression(0)
             if self._peek_beyond() == "?":
@@ -167,7 +167,7 @@ class _Reader:
         return value
 
     def _parenthesised(self) -> str:
-        """Take what is in parentheses as it is."""
+        """Copy the contents of parentheses unchanged."""
         written, depth = self._space(), 0
         while True:
             word = self._take()

@@ -1,7 +1,7 @@
 """Light on samples: diffuse light from where the viewer is (Lambert 1760), or a light with a place.
 
-Normals are those that the package holds, or differences of values that the shader takes. What has no normal, because
-the gradient is nearly zero or codes around it cancel, keeps its own colour: it is no surface.
+Normals are read from the package, or computed by the shader as differences of values. A sample without a normal,
+because the gradient is nearly zero or codes around it cancel, keeps its own colour: it is not a surface.
 """
 
 from volprep.shading.compose import Instance, Slot, literal
@@ -65,7 +65,7 @@ def _light_words(light: Light) -> dict[str, str]:
 
 
 def normals_of(texture: Texture) -> Feature:
-    """Return what gives the normal at a position."""
+    """Return the feature that gives the normal at a position."""
     if texture.normals is None:
         msg = f"texture {texture.name} holds no normals"
         raise ValueError(msg)

@@ -22,17 +22,17 @@ class Mosaic:
     """Something that lies in the tiles of a mosaic, and the names that its GLSL has."""
 
     about: str
-    """What it is, as a comment of the shader says it."""
+    """Description, for a comment in the shader."""
     layout: MosaicLayout
     """Where the tiles lie."""
     sampler: str
-    """Sampler of its texture; of several, what their names begin with."""
-    role: Literal["volume", "normals", "skip"]
+    """Sampler of its texture; of several, the prefix of their names."""
+    role: Literal["volume", "normals", "skip", "labels"]
     """Which textures these are."""
     texel: str
     """Function that gives a texel of a tile."""
     prefix: str = ""
-    """What the names of its constants begin with."""
+    """Prefix of the names of its constants."""
     centres: bool = False
     """Whether only centres of texels are read."""
 

@@ -1,4 +1,4 @@
-"""Positions in voxels, for what is read voxel by voxel: mosaics, bricks and sub-volumes."""
+"""Positions in voxels, for volumes that are read voxel by voxel: mosaics, bricks and sub-volumes."""
 
 from volprep.shading.compose import Instance, literal
 

@@ -1,4 +1,4 @@
-"""Programs: from a package and the record of a program to the text of its shaders, and what they are given.
+"""Programs: turn a package and the record of a program into the text of its shaders and their inputs.
 
 Each feature of the program fills its slots, whatever its technique is and whatever the volume is sampled from; what the
 package does not need leaves no trace in the text.
@@ -8,13 +8,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.shading import raycast_bricks, raycast_mosaic, raycast_subvolumes, raycast_texture3d
-from volprep.shading.classification import classification
+from volprep.shading.baked import with_baked_light
+from volprep.shading.classification import classification, splits_voxels, voxel_classification
 from volprep.shading.components import component_letter
 from volprep.shading.compose import Dialect, Slot, compose, literal
 from volprep.shading.compositing import compositing
-from volprep.shading.dialects import DIALECTS
 from volprep.shading.feature import Feature
 from volprep.shading.lighting import lighting
+from volprep.shading.raycast import BACKWARDS
+from volprep.shading.segments import drawn_with_segments
 from volprep.shading.shadows import SHADOW_MAP, layer_feature, light_texels, map_feature
 from volprep.shading.skipping import skipping_of
 from volprep.shading.tiles import TileTexts, cost_feature, tile_texts
@@ -24,7 +26,15 @@ from volprep.shading.walks import WALKS
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.program import Blend, Geometry, PassTarget, ProgramDesign, Sampler, Uniform, UniformSource
+from volprep_formats.package.program import (
+    Blend,
+    Geometry,
+    PassTarget,
+    ProgramDesign,
+    Sampler,
+    Uniform,
+    UniformSource,
+)
 from volprep_formats.package.reader import Package
 
 _OPTIONAL = (
@@ -47,7 +57,7 @@ _BOX = {"box": "ray/box", "inside": "ray/box:inside"}
 
 @dataclass(frozen=True)
 class Shaders:
-    """The shaders of a program, and what they read."""
+    """The shaders of a program, and their inputs."""
 
     vertex: str
     """Text of the vertex shader."""
@@ -60,13 +70,13 @@ class Shaders:
     step_mm_min: float
     """Finest step that the program can draw."""
     geometry: Geometry
-    """What the vertex shader draws."""
+    """The geometry that the vertex shader draws."""
     before: tuple[PassText, ...]
     """Passes that come first, with the vertex shader of the program."""
     light_pass: PassText | None
-    """What is drawn after each layer, from the light."""
+    """The pass that is drawn after each layer, from the light."""
     tiles: TileTexts | None
-    """What sorts the tiles of the picture."""
+    """The shaders that sort the tiles of the picture."""
     blend: Blend | None
     """How fragments are blended."""
     target: PassTarget
@@ -86,7 +96,7 @@ def compose_program(
     if grid is None:
         msg = "a package without a grid has no programs"
         raise ValueError(msg)
-    dialect = DIALECTS[program.sampling]
+    dialect = package.manifest.profile.dialect
     walk = WALKS[program.technique](Wanted(program, grid, dialect, render.step_of(min(program.levels))))
     own = package_of_transfer(package, program.transfer)
     features = [
@@ -119,6 +129,9 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
     offered = {
         "LAST": "count",
         "NEAR": "stored_value",
+        # The front of a segment is a value, unless the classification needs more of it.
+        "FRONT": "float",
+        "FRONT_AT": "stored_value",
         "GOING": "",
         "OF": "",
         "FROM_VIEWER": "ray",
@@ -135,8 +148,8 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
 def _shadow_map(
     package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool
 ) -> PassText:
-    """Return the pass that draws the surface of a program as its light sees it: rays through what it samples."""
-    unlit = program.model_copy(update={"lighting": "none", "light": None})
+    """Return the pass that draws the surface of a program from its light: rays through the same volume."""
+    unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
     walk = WALKS["ray-casting"](Wanted(unlit, grid, "es300", render.step_of(min(program.levels))))
     sampling, _, *skipping = _features(package, unlit, grid, skips=skips)
     sampled = (sampling, *skipping)
@@ -156,7 +169,7 @@ def _shadow_map(
 
 def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Walk) -> PassText:
     """Return the pass that draws the layers of a program for its light."""
-    unlit = program.model_copy(update={"lighting": "none", "light": None})
+    unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
     sampled = _features(package, unlit, grid, skips=False)
     features = [walk.feature, *sampled, layer_feature()]
     return PassText(
@@ -171,8 +184,8 @@ def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Wa
 
 
 def _tiles(package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool) -> TileTexts:
-    """Return what sorts the tiles of a picture: rays that count their samples. What lights them does not count."""
-    unlit = program.model_copy(update={"lighting": "none", "light": None})
+    """Return the shaders that sort the tiles of a picture: rays that count their samples. Lighting does not count."""
+    unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
     walk = WALKS[program.technique](Wanted(unlit, grid, "es300", render.step_of(min(program.levels))))
     taken = compositing(package.manifest, unlit, render, walk, ends_early=True)
     features = [
@@ -196,17 +209,32 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
     manifest = package.manifest
     if manifest.together is not None and program.transfer == manifest.together.name:
         features = [*drawn_together(manifest, program)]
+    elif manifest.segments is not None and program.transfer == manifest.segments.name:
+        features = [*drawn_with_segments(manifest, manifest.segments, program, _sampling(package, program, grid))]
     else:
-        classified = classification(manifest, program.classification, program.transfer, DIALECTS[program.sampling])
-        features = [_sampling(package, program, grid), classified]
-    skipping = skipping_of(manifest, program, DIALECTS[program.sampling]) if skips else None
+        features = [_sampling(package, program, grid), _classification(package, program)]
+    skipping = skipping_of(manifest, program, manifest.profile.dialect) if skips else None
     if skipping is not None:
         features.append(skipping)
+    lit = None
     if program.lighting != "none":
         level = min(program.levels)
         normals = (each for each in manifest.textures if (each.role, each.level) == ("normals", level))
-        features.append(lighting(program, next(normals, None), grid))
-    return features
+        lit = lighting(program, next(normals, None), grid)
+    if program.baked:
+        texture = next(each for each in manifest.textures if (each.role, each.transfer) == ("light", program.transfer))
+        features[1], lit = with_baked_light(features[1], lit, texture)
+    return features if lit is None else [*features, lit]
+
+
+def _classification(package: Package, program: ProgramDesign) -> Feature:
+    manifest = package.manifest
+    choice = (manifest, program.classification, program.transfer, manifest.profile.dialect)
+    level = min(program.levels)
+    filters = {each.filter for each in manifest.textures if (each.role, each.level) == ("volume", level)}
+    if "nearest" in filters and splits_voxels(program.technique, program.compositing, program.classification):
+        return voxel_classification(*choice, backwards=program.compositing in BACKWARDS)
+    return classification(*choice)
 
 
 def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:

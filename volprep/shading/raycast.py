@@ -3,9 +3,11 @@
 import math
 
 from volprep.shading.compose import literal
+from volprep.shading.compositing import CELL_BY_CELL
 from volprep.shading.feature import Feature
 from volprep.shading.rays import ray_feature, vertex_shader
 from volprep.shading.walk import Walk, Wanted
+from volprep_formats.grid import Grid
 from volprep_formats.package.program import CompositingName, Uniform
 
 BACKWARDS: frozenset[CompositingName] = frozenset(("back-to-front",))
@@ -38,13 +40,24 @@ def samples_along(wanted: Wanted) -> tuple[Feature, float]:
     longest_mm = math.hypot(*wanted.grid.extent_mm_zyx)
     step_mm_min = longest_mm / MOST_STEPS
     words: dict[str, str] = {}
-    if wanted.dialect == "es100":
+    in_cells = wanted.program.compositing in CELL_BY_CELL
+    if in_cells and wanted.dialect == "es100":
+        words["MAX_FACES"] = literal(most_faces(wanted.grid))
+    elif wanted.dialect == "es100":
         step_mm_min = max(step_mm_min, wanted.step_mm / _FINER)
         # One more, because float32 may find a ray a rounding longer than the diagonal.
         words["MAX_STEPS"] = literal(math.ceil(longest_mm / step_mm_min) + 1)
+    loop = f"ray/loop_cells:{wanted.dialect}" if in_cells else f"ray/loop_{wanted.dialect}"
     feature = Feature(
-        slots={"steps": "ray/steps", "count": "ray/steps:count", "loop": f"ray/loop_{wanted.dialect}"},
+        slots={"steps": "ray/steps", "count": "ray/steps:count", "loop": loop},
         words=words,
         uniforms=(Uniform(name="u_step_mm", type="float", source="step_mm"),),
     )
     return feature, step_mm_min
+
+
+def most_faces(grid: Grid) -> int:
+    """Return how many pieces a ray may have from cell to cell, whatever its step is."""
+    # Through the centres of n voxels are n faces. One more for each axis, because float32 may find a ray that begins on
+    # a face just before it; and the end of the ray.
+    return sum(n + 1 for n in grid.shape_zyx) + 1

@@ -17,7 +17,7 @@ def sampling(
     component: str | None = "r",
     between: SampleFilter = "linear",
 ) -> Feature:
-    """Return how a level of this spacing is read, and what is between its voxels.
+    """Return how a level of this spacing is read, and the interpolation between its voxels.
 
     Values are in a component of the texels where these hold one slice; if None, all components are read.
     """
@@ -38,7 +38,7 @@ def sampling(
 
 
 def _of_four(layout: MosaicLayout, between: SampleFilter) -> Instance:
-    """Return what reads values of which four share a texel."""
+    """Return the feature that reads values with four to a texel."""
     words = {"LAST_SLICE": literal(layout.slices - 1)}
     slots: dict[str, Slot] = {}
     if layout.order == "overlapping":

@@ -1,7 +1,7 @@
 """Ray casting through the eight sub-volumes around a point of the grid, OpenGL ES 3.0.
 
-In the Big Volume Renderer (Schultz and Bailey, 7.3.3) the eight pieces share no voxels, and each is stretched over half
-of the texture coordinates, so that the outer half voxels of neighbours clamp against each other: a seam. Here a
+In the Beaver Volume Renderer (Schultz and Bailey, 7.3.3) the eight pieces share no voxels, and each is stretched over
+half of the texture coordinates, so that the outer half voxels of neighbours clamp against each other: a seam. Here a
 position lies between voxels that one piece holds.
 """
 

@@ -29,7 +29,8 @@ def ray_feature(rays: Rays, grid: Grid, *, backwards: bool = False) -> Feature:
                 "rays_start": None,
             },
             words={"NEAR_END": first, "FAR_END": last},
-            offers={"FIRST": "0.5", "FIRST_FRONT": "start"} | ({"FROM_VIEWER": "-ray"} if backwards else {}),
+            offers={"FIRST": "0.5", "FIRST_CELL": "cell_start", "FIRST_FRONT": "start"}
+            | ({"FROM_VIEWER": "-ray"} if backwards else {}),
         )
     return Feature(
         slots={"rays": "ray/from_mesh", "rays_ends": "ray/from_mesh:ends", "rays_start": "ray/from_mesh:start"},
@@ -40,6 +41,7 @@ def ray_feature(rays: Rays, grid: Grid, *, backwards: bool = False) -> Feature:
         },
         offers={
             "FIRST": "entered",
+            "FIRST_CELL": "cell_start + cell_stride * (entered - 0.5)",
             "FIRST_FRONT": "start + stride * (entered - 0.5)",
         },
         uniforms=(

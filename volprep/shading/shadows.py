@@ -1,10 +1,10 @@
 """Shadows of a light with a place (mobile volume rendering thesis, section 4).
 
-Shadow rays go from each lit sample to the light: through what absorbs, the rest of the light arrives; at a surface all
-of it or nothing. That takes as many steps for each sample as a ray has. A shadow map is a pass of rays from the light,
-which holds one distance for each: enough for a surface, and as exact as its texels are small. Half-angle slicing
-(Kniss et al. 2002) draws each layer of a stack for the viewer and then for the light: what absorbs throws shadows at
-twice the cost of slices.
+Shadow rays go from each lit sample to the light: through an absorbing medium, the rest of the light arrives; at a
+surface all of it or nothing. That takes the same number of steps for each sample as a ray has. A shadow map is a pass
+of rays from the light, which holds one distance for each: enough for a surface, and as exact as its texels are small.
+Half-angle slicing (Kniss et al. 2002) draws each layer of a stack for the viewer and then for the light: what absorbs
+throws shadows at twice the cost of slices.
 """
 
 import math
@@ -18,7 +18,7 @@ from volprep_formats.package.program import ProgramDesign, Uniform
 SHADOW_MAP = "u_shadow"
 """Sampler of a shadow map."""
 _LEAST, _MOST = 256, {"map": 1024, "half-angle": 512}
-"""Texels along an edge of what a light sees. Each layer of half-angle slices is drawn into it."""
+"""Texels along an edge of the light's view. Each layer of half-angle slices is drawn into it."""
 _LIGHT = Uniform(name="u_light_mm", type="vec3", source="light_mm")
 
 

@@ -5,7 +5,7 @@ this ray leaves it. A table is read once for each block that a ray meets.
 """
 
 from volprep.shading.compose import Dialect, Slot, literal
-from volprep.shading.compositing import SURFACES
+from volprep.shading.compositing import CELL_BY_CELL, SURFACES
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
 from volprep_formats.package.manifest import Manifest
@@ -36,15 +36,17 @@ def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) ->
     if table is None or program.sampling == "subvolumes":
         return None
     texture = next(each for each in manifest.textures if each.name == table.texture)
-    segments = program.classification == "preintegrated" or program.compositing in SURFACES
+    in_cells = program.compositing in CELL_BY_CELL
+    # Of a segment both ends are sampled, or all between them, instead of its middle.
+    segments = in_cells or program.classification == "preintegrated" or program.compositing in SURFACES
     feature = _table_in_texture3d(table) if texture.mosaic is None else _table_in_mosaic(table, texture.mosaic)
     slots: dict[str, Slot] = {
         "skipping": "skip/skip",
         "skip_reach": _REACH[table.kind],
         "skipping_start": "skip/skip:start",
-        # Of a segment both ends are sampled instead of its middle.
         "look": "skip/look_segment" if segments else "skip/look",
-        "loop": f"ray/loop_{dialect}_skip",
+        "jumped": None if in_cells else "skip/look_segment:front",
+        "loop": f"ray/loop_cells:{dialect}_skip" if in_cells else f"ray/loop_{dialect}_skip",
         **feature.slots,
     }
     words = {"RUN": literal(SKIP_RUN), "HALF_VOXEL": literal(0.5 / table.block), **feature.words}

@@ -1,8 +1,8 @@
 """Ray casting slab by slab: a picture is several draws, each of the next samples of all rays, blended front to back.
 
 An app may show the picture after each slab (Díaz-García et al. 2018, section 4, have 40 samples in a frame). Samples
-are those of ray casting in one draw. No draw takes long, which keeps a watchdog quiet, and the loops of OpenGL ES 2.0,
-whose bounds are constants, are no longer than a slab.
+are the same as for ray casting in one draw. No draw takes long, which keeps a watchdog quiet, and the loops of OpenGL
+ES 2.0, whose bounds are constants, are no longer than a slab.
 """
 
 import math
@@ -20,7 +20,7 @@ SLAB_SAMPLES = 40
 
 
 def slabs(wanted: Wanted) -> Walk:
-    """Return rays of which each draw takes a slab of samples."""
+    """Return rays that are drawn a slab of samples at a time."""
     rays = ray_feature("box", wanted.grid)
     slots: dict[str, Slot] = {
         "steps": "ray/slab:uniform",

@@ -20,9 +20,9 @@ from volprep_formats.package.program import Blend, Geometry, Uniform
 MOST_LAYERS = 2**14
 """More layers than that are more than any framebuffer can tell apart."""
 UNDER = Blend(order="front-to-back", colour=("ONE_MINUS_DST_ALPHA", "ONE"), alpha=("ONE_MINUS_DST_ALPHA", "ONE"))
-"""What is behind counts as far as what is in front lets it through; fragments are premultiplied."""
+"""The background counts as far as the foreground lets it through; fragments are premultiplied."""
 OVER = Blend(order="back-to-front", colour=("ONE", "ONE_MINUS_SRC_ALPHA"), alpha=("ONE", "ONE_MINUS_SRC_ALPHA"))
-"""What is in front hides what is behind. Fragments are premultiplied."""
+"""The foreground hides the background. Fragments are premultiplied."""
 TOWARDS = Blend(order="front-to-back", colour=OVER.colour, alpha=OVER.alpha)
 """Opacities of layers together, from the light on: in which order they come does not matter."""
 AS_PUBLISHED = Blend(order="front-to-back", colour=("ONE_MINUS_DST_ALPHA", "ONE"), alpha=("ONE", "ONE"))

@@ -1,8 +1,8 @@
-"""Tiles of the picture, sorted by what they cost (Díaz-García et al. 2018, section 4.2): compute shaders.
+"""Tiles of the picture, sorted by their cost (Díaz-García et al. 2018, section 4.2): compute shaders.
 
-The picture is that of ray casting, tile by tile: an app draws as many in a frame as its time allows. Those that cost
-least come first. The cost of a tile is the number of samples of the ray in its middle, counted by the loop of the
-program itself; 256 groups of costs are sorted by counting.
+The picture is that of ray casting, tile by tile: an app draws the number of tiles in a frame that its time allows. The
+cheapest tiles come first. The cost of a tile is the number of samples of the ray in its middle, counted by the loop of
+the program itself; 256 groups of costs are sorted by counting.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Several channels in one picture: how each is read and classified, and how what they give adds up.
+"""Several channels in one picture: how each is read and classified, and how their samples add up.
 
 Channels that share texels take one fetch; else each takes one of its own, from a 3D texture of its own.
 """
@@ -10,7 +10,6 @@ from volprep.shading import raycast_mosaic, raycast_texture3d
 from volprep.shading.classification import sample_classification
 from volprep.shading.components import component_letter
 from volprep.shading.compose import Instance
-from volprep.shading.dialects import DIALECTS
 from volprep.shading.feature import Feature
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import ProgramDesign, Sampler
@@ -57,13 +56,13 @@ def _of_transfer(samplers: Iterable[Sampler], transfer: str) -> tuple[Sampler, .
 
 
 def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str], *, packed: bool) -> Feature:
-    """Classify the value of each transfer function, and add what they give."""
+    """Classify the value of each transfer function, and add the results."""
     classify: list[Instance] = []
     add: list[Instance] = []
     samplers: list[Sampler] = []
     for index, (transfer, value) in enumerate(values.items()):
         suffix = f"_{index}"
-        dialect = DIALECTS[program.sampling]
+        dialect = manifest.profile.dialect
         own = sample_classification(manifest, program.classification, transfer, suffix, dialect)
         part = own.slots["classification"]
         assert isinstance(part, tuple)  # noqa: S101 - the function of one channel is an instance

@@ -39,7 +39,7 @@ def two_pass(wanted: Wanted) -> Walk:
 
 
 def published_two_pass(wanted: Wanted) -> Walk:
-    """Return rays between a front face and a colour that stands for a position on a back face."""
+    """Return rays between a front face and a colour that encodes a position on a back face."""
     slots: dict[str, Slot] = {
         "rays": "passes/published",
         "rays_ends": "passes/published:ends",
@@ -63,7 +63,8 @@ def _walk(wanted: Wanted, own: Feature, first: PassText, place: str) -> Walk:
             "cut": "ray/backwards" if backwards else None,
         },
         words={**samples.words, "NEAR_END": "near_end", "FAR_END": "far_end", "BOX_MM": box_mm},
-        offers={"FIRST": "0.5", "FIRST_FRONT": "start"} | ({"FROM_VIEWER": "-ray"} if backwards else {}),
+        offers={"FIRST": "0.5", "FIRST_CELL": "cell_start", "FIRST_FRONT": "start"}
+        | ({"FROM_VIEWER": "-ray"} if backwards else {}),
         uniforms=(_CLIP_FROM_BOX, *own.uniforms, *samples.uniforms),
     )
     return Walk(

@@ -1,4 +1,4 @@
-"""What a technique makes of a program: its own shader parts, and what an app draws."""
+"""The shader parts of a technique, and the draws of an app."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ class PassText:
     fragment: str
     """Text of its fragment shader."""
     geometry: Geometry
-    """What is drawn."""
+    """The geometry that is drawn."""
     sampler: str
-    """Sampler by which the program reads its target."""
+    """Sampler that reads the program's target."""
     target: PassTarget
     """Format of its target."""
     uniforms: tuple[Uniform, ...]
@@ -28,7 +28,7 @@ class PassText:
     reads: tuple[str, ...] = ()
     """Samplers of the program that it reads, too."""
     size: int | None = None
-    """Width and height of its target; those of the picture if None."""
+    """Width and height of its target; None means the size of the picture."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +38,15 @@ class Walk:
     vertex: str
     """Text of the vertex shader."""
     feature: Feature
-    """What its fragment shader has of its own."""
+    """Words that only its fragment shader has."""
     step_mm_min: float
     """Finest step that it can draw."""
     geometry: Geometry = "triangle"
-    """What is drawn."""
+    """The geometry that is drawn."""
     blend: Blend | None = None
     """How fragments are blended."""
     target: PassTarget = "rgba8"
-    """What they are blended in."""
+    """Space in which they are blended."""
     slab_samples: int | None = None
     """Samples of a ray in each draw, where several draws make the picture."""
     before: tuple[PassText, ...] = ()
@@ -59,7 +59,7 @@ class Walk:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a walk is made for."""
+    """Inputs of a technique."""
 
     program: ProgramDesign
     """Program."""

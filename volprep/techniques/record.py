@@ -30,11 +30,11 @@ class Technique:
     name: TechniqueName
     """Name in scenes and programs."""
     text: str
-    """What it is, in a few words."""
+    """Short description."""
     samplings: frozenset[Sampling]
-    """What it can read the volume from."""
+    """Sources of the volume that it can read."""
     compositings: frozenset[CompositingName]
-    """What it can make of the samples."""
+    """Compositings that it supports."""
     classifications: frozenset[ClassificationName]
     """How it can classify them."""
     loops: bool
@@ -42,9 +42,9 @@ class Technique:
     passes_before: int = 0
     """Passes that come before the picture, each of whose targets takes a texture unit."""
     order: float | None = None
-    """Order with which the error falls as steps get finer; if None, that of the compositing."""
+    """Order of convergence as steps get finer; if None, that of the compositing."""
     order_limit: str | None = None
-    """Why the order is what it is, for people."""
+    """Reason for the order, for people."""
     step_voxels: float | None = None
     """Distance of samples, in voxels, where the scene names none; if None, that of the compositing."""
     twin: Twin | None = None

@@ -1,4 +1,4 @@
-"""Ray casting tile by tile, those that cost least first (Díaz-García et al. 2018, section 4.2)."""
+"""Ray casting tile by tile, the cheapest first (Díaz-García et al. 2018, section 4.2)."""
 
 from dataclasses import replace
 
@@ -8,6 +8,6 @@ TILES = replace(
     RAY_CASTING,
     name="tiles",
     text="ray casting tile by tile",
-    # What sorts them is in the language of OpenGL ES 3.1.
+    # The sorting shaders are in the language of OpenGL ES 3.1.
     samplings=frozenset(("texture3d", "bricks")),
 )

@@ -4,7 +4,7 @@ Devices with shader constants but no room for more took 60 entries (mobile volum
 appendix: `uniform vec4 paletteLUT[60]`, because few GPUs of its time had 256 constants); those with the fixed-function
 pipeline take 16 or 256 for GL_PALETTE4_RGBA8_OES and GL_PALETTE8_RGBA8_OES (Moser and Weiskopf 2008, section 4).
 
-`even_palette` is the first: entries at equal distances, of which a shader takes the nearest (the thesis takes the one
+`even_palette` is the first: equidistant entries; a shader takes the nearest (the thesis takes the one
 below, half an entry off). `best_palette` is the second: each code names its entry, so that entries lie where colours
 change.
 """
@@ -39,6 +39,11 @@ def even_palette(
     return Table.exact(function).at(np.linspace(*window, entries))
 
 
+def palette_of_codes(rgba: UInt8Array) -> IndexedColours:
+    """Return the palette whose entry j is the colour of code j, so that another function needs no other texels."""
+    return IndexedColours(colours=rgba, indices=np.arange(len(rgba), dtype=np.uint8), rmse=0.0, maximum=0.0)
+
+
 def best_palette(rgba: UInt8Array, entries: int, weights: Float64Array | None = None) -> IndexedColours:
     """Choose the best `entries` colours for the colours of codes.
 
@@ -53,7 +58,7 @@ def best_palette(rgba: UInt8Array, entries: int, weights: Float64Array | None = 
     entries
         Most colours, 1 to 256.
     weights
-        How often each code occurs; alike if absent. Codes with weight 0 get a colour all the same.
+        Number of times each code occurs; equal for all if absent. Codes with weight 0 get a colour all the same.
     """
     count = len(rgba)
     if not 1 <= entries <= 256 or not 1 <= count <= 256:

@@ -1,9 +1,9 @@
 """Pre-classified voxels: colour and opacity in the texels, in place of values (mobile volume rendering thesis, 7.3).
 
-Texels are premultiplied: colours are multiplied by the opacity before the filter mixes them. Mixed without it, the
-colour of what is transparent bleeds into every edge (Wittenbrink, Malzbender and Goss 1998). The opacity is that of a
-path of a reference length, 1 - exp(-extinction · length), which the package says; a step of any other length has
-1 - (1 - opacity)^(step / length). A length of a few steps makes faint matter more than a few of the 255 levels.
+Texels are premultiplied: colours are multiplied by the opacity before the filter mixes them. Without it, the colour of
+transparent texels bleeds into every edge (Wittenbrink, Malzbender and Goss 1998). The opacity is that of a path of a
+reference length, 1 - exp(-extinction · length), which the package says; a step of any other length has 1 - (1 -
+opacity)^(step / length). A length of a few steps makes faint matter more than a few of the 255 levels.
 
 Classifying before the filter is another picture than classifying after it: a thin layer between two voxels is lost.
 """
@@ -17,7 +17,7 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction
 
 MOST_OPAQUE_TEXEL = 1.0 - 1 / 512
-"""A texel of 255 stands for every opacity above 254.5 / 255: this is the middle of what it may be."""
+"""A texel of 255 represents every opacity above 254.5 / 255: this is the middle of that range."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,16 @@ def classified_texels(table: Table, values: Float64Array, reference_mm: float) -
     opacity = -np.expm1(-extinction * reference_mm)[:, None]
     texels: UInt8Array = np.rint(np.concatenate([colour * opacity, opacity], axis=1) * 255).astype(np.uint8)
     return texels
+
+
+def code_colours(function: TransferFunction, window: tuple[float, float], distance_mm: float) -> UInt8Array:
+    """Return the colour of each of the 256 codes, premultiplied, with the opacity of `distance_mm`: [256, RGBA]."""
+    return classified_texels(Table.exact(function), np.linspace(*window, 256), distance_mm)
+
+
+def largest_opacity(colours: UInt8Array) -> float:
+    """Return the largest opacity of the colours [256, RGBA] of a stack; 1 if nothing is seen: any bound will do."""
+    return float(colours[:, 3].max()) / 255 or 1.0
 
 
 def medium_of_texels(texels: Float64Array, reference_mm: float) -> tuple[Float64Array, Float64Array]:

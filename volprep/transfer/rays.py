@@ -20,9 +20,10 @@ Spacing = float | Float64Array
 def segments(
     columns: Float64Array, spacing_mm: Spacing, between: SampleFilter
 ) -> Iterator[tuple[Float64Array, Spacing]]:
-    """Return samples along rays, front to back, [sample, ray], with the length that each stands for.
+    """Return samples along rays, front to back, [sample, ray], with the length of each.
 
-    `columns` are values at voxels, [voxel, ray]; `between` says what is between two voxels: labels are not mixed.
+    `columns` are values at voxels, [voxel, ray]; `between` is the interpolation between two voxels: labels are not
+    mixed.
     """
     if between == "nearest":
         yield from ((columns[z0 : z0 + _CHUNK], spacing_mm) for z0 in range(0, len(columns), _CHUNK))

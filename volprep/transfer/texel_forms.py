@@ -25,9 +25,9 @@ class MediumTexels:
 
 
 def opaque_per_mm(step_mm: float) -> float:
-    """Extinction from which on a quarter of a step lets no more than 2^-16 through: any above it looks the same.
+    """Extinction where a quarter of a step lets no more than 2^-16 through: greater values look the same.
 
-    A quarter, because rays also graze what is opaque, and are drawn with shorter steps than the nominal one.
+    A quarter, because rays also graze opaque surfaces, and are drawn with shorter steps than the nominal one.
     """
     return -4 * math.log1p(-MOST_OPAQUE) / step_mm
 
@@ -43,8 +43,8 @@ def medium_texels(
     RGBA16F holds both as they are. RGBA8 holds the square root of extinction over its maximum: as a linear byte the
     faintest extinction would be 1/255 of the largest, which makes fog either vanish or come in two or three layers
     where bone is opaque; as a root it is 1/65025. Tables that one shader reads share their maximum, `largest_per_mm`;
-    what is above it is clamped. Above `opaque_per_mm` a maximum would only take bits from what is faint, and, as
-    filters mix entries, make what lies beside a wall a part of it.
+    greater values are clamped. A maximum above `opaque_per_mm` would only take bits from faint entries and, as filters
+    mix entries, make the surroundings of a wall a part of it.
     """
     if largest_per_mm is not None:
         extinction_per_mm = np.minimum(extinction_per_mm, largest_per_mm)
@@ -59,7 +59,7 @@ def medium_texels(
 
 
 def decoded_texels(medium: MediumTexels) -> tuple[Float64Array, Float64Array]:
-    """Return the colours and extinctions that texels stand for."""
+    """Return the colours and extinctions that texels encode."""
     if medium.max_extinction_per_mm is None:
         values = medium.texels.astype(np.float64)
         return values[..., :3], values[..., 3]

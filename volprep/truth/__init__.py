@@ -1,1 +1,1 @@
-"""Ground truth: the oracle, fields with known answers, how far pictures are apart, orders of convergence."""
+"""Ground truth: the oracle, fields with known answers, differences of pictures, orders of convergence."""

@@ -12,8 +12,8 @@ from volprep_formats.package.manifest import Projection
 _HEAD: Vector = (0.0, 0.0, 1.0)
 _FRONT: Vector = (0.0, -1.0, 0.0)
 
-# Name, direction in which the viewer looks, and what is up in the picture, in the patient's space (LPS).
-# As in radiology the viewer faces the patient: in the anterior view the patient's left is on the picture's right.
+# Name, direction in which the viewer looks, and up direction of the picture, in the patient's space (LPS). As in
+# radiology the viewer faces the patient: in the anterior view the patient's left is on the picture's right.
 _VIEWS: tuple[tuple[str, Vector, Vector], ...] = (
     ("anterior", (0.0, 1.0, 0.0), _HEAD),
     ("posterior", (0.0, -1.0, 0.0), _HEAD),
@@ -25,18 +25,20 @@ _VIEWS: tuple[tuple[str, Vector, Vector], ...] = (
     ("anterior-right", (1.0, 1.3, -0.7), _HEAD),
     ("posterior-left", (-0.8, -1.0, 0.6), _HEAD),
 )
+STANDARD_VIEWS = tuple(name for name, _, _ in _VIEWS)
+"""Names of the standard views."""
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Where the viewer is. All positions are world millimetres (LPS)."""
+    """Position of the viewer. All positions are world millimetres (LPS)."""
 
     eye_mm_xyz: Vector
     """Position of the eye; with an orthographic projection a point of the plane where rays begin."""
     forward: Vector
     """Direction in which the viewer looks; any length but zero."""
     up: Vector
-    """What is up in the picture; not parallel to `forward`."""
+    """Up direction of the picture; not parallel to `forward`."""
     height_mm: float
     """Height of the picture's field at the distance `focus_mm`; the width follows from the picture's shape."""
     focus_mm: float
@@ -94,6 +96,14 @@ def standard_views(grid: Grid, projection: Projection = "orthographic") -> dict[
         )
         for name, forward, up in _VIEWS
     }
+
+
+def widest_view(grid: Grid) -> str:
+    """Return the standard view that shows most of a volume: along its thin axis if it is flat, else an oblique one."""
+    if grid.thin_axis is None:
+        return "anterior-left"
+    normal = np.abs(np.array(grid.direction)[:, grid.thin_axis])
+    return ("left", "anterior", "inferior")[int(np.argmax(normal))]
 
 
 def view_from(grid: Grid, eye_mm_xyz: Vector, projection: Projection = "orthographic") -> Camera:

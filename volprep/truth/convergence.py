@@ -1,9 +1,9 @@
-"""The order with which an error falls as steps get smaller, measured where it is settled.
+"""Order of convergence of an error as steps get smaller, measured where it is settled.
 
-An error e = C h^p shows as a straight line in logarithms. Coarse steps may not be on that line yet: where one step
-already hides everything behind it, the error hardly changes (a plateau). Fine steps leave it again where the truth or
-the arithmetic end. So the order is fitted on the finest run of refinements whose slopes agree, and what came before is
-reported.
+An error e = C h^p shows as a straight line in logarithms. Coarse steps may not be on that line yet: if one step already
+hides everything behind it, the error hardly changes (a plateau). Fine steps leave it again when the error of the truth
+or of the arithmetic dominates. So the order is fitted on the finest run of refinements whose slopes agree, and the
+steps before it are reported.
 """
 
 from collections.abc import Sequence
@@ -14,10 +14,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class OrderFit:
-    """Fit of the order with which an error falls."""
+    """Fit of the order of convergence of an error."""
 
     order: float | None
-    """Slope of log error over log step in the settled window; None where no window settles."""
+    """Slope of log error over log step in the settled window; None if no window settles."""
     first: int
     """Index of the coarsest step in the window: that many steps before it are not settled yet."""
     last: int

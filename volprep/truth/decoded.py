@@ -1,27 +1,29 @@
-"""What a package itself says: the values of a level and the transfer function of a lookup table, as an app gets them.
+"""Decode a package as an app does: the values of a level, and the transfer function of a lookup table.
 
-Everything comes from the texture files, nothing from the scan, so that the oracle can tell the error of the data and
-of the table from the renderer's.
+Everything comes from the texture files, nothing from the scan, so that the oracle can separate the error of the data
+and of the table from the renderer's.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.truth.lit import Lit, Normals, ShaderSlopes
+from volprep.truth.lit import BakedField, Lit, Normals, ShaderSlopes
 from volprep.truth.normal_codes import interpolated
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
-from volprep_formats.package.function_table import Table, colour_of_entries
+from volprep_formats.package.integral_table import IntegralTable
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.parts.light.record import StoredLight
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE, GradientKernel
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
@@ -47,7 +49,7 @@ class Volume:
     nearest: bool = False
     """Whether the field is constant in each voxel, as labels are."""
     normals: Normals = None
-    """What lights it, where it is lit."""
+    """Lighting, if the volume is lit."""
 
 
 def holds_labels(manifest: Manifest) -> bool:
@@ -56,17 +58,27 @@ def holds_labels(manifest: Manifest) -> bool:
 
 
 def light_of_scan(manifest: Manifest) -> Normals:
-    """Return what lights the scan as programs light what they draw: unquantised gradients; None where they do not."""
+    """Return the scan's lighting to match the programs: unquantised gradients; None if they are unlit."""
     lit = next((program for program in manifest.programs if program.lighting != "none"), None)
     return None if lit is None else light_of_program(manifest, lit)
 
 
 def light_of_program(manifest: Manifest, lit: Program) -> Normals:
-    """Return what lights the scan as one program lights what it draws."""
+    """Return the scan's lighting to match one program."""
     if lit.normals_from == "volume":
-        kernel = next(texture.normals.kernel for texture in manifest.textures if texture.normals is not None)
+        kernel = _kernel(manifest)
         return kernel if lit.light is None else Lit(kernel, lit.light, lit.lighting == "blinn-phong")
     return _slopes(manifest, lit)
+
+
+def _kernel(manifest: Manifest) -> GradientKernel:
+    """Return the gradient kernel of the normals. Raises VP4072 for one that this volprep does not know."""
+    word = next(texture.normals.kernel for texture in manifest.textures if texture.normals is not None)
+    known: tuple[GradientKernel, ...] = get_args(GradientKernel)
+    found = next((kernel for kernel in known if kernel == word), None)
+    if found is None:
+        raise VolprepError("VP4072", path=manifest.name, what="gradient kernel", word=word, known=", ".join(known))
+    return found
 
 
 def _slopes(manifest: Manifest, lit: Program) -> Lit:
@@ -98,7 +110,7 @@ def level_volume(package: Package, level: int) -> Volume:
 
 
 def _light_of_level(package: Package, level: int) -> Normals:
-    """Return what lights a level: the normals that it holds, or what lights the scan, where the shader takes them."""
+    """Return the lighting of a level: its own normals, or the scan's lighting if the shader computes normals."""
     scan = light_of_scan(package.manifest)
     if scan is None or (isinstance(scan, Lit) and isinstance(scan.normals, ShaderSlopes)):
         return scan
@@ -114,6 +126,31 @@ def _level_normals(package: Package, level: int) -> Float32Array:
     return np.ascontiguousarray(interpolated(octets, code))
 
 
+def baked_fields(package: Package) -> dict[str, BakedField]:
+    """Decode the precomputed light, by the name of its transfer function."""
+    return {
+        texture.transfer: _baked_field(package, texture, texture.light)
+        for texture in package.manifest.textures
+        if texture.light is not None and texture.transfer is not None
+    }
+
+
+def _baked_field(package: Package, texture: Texture, light: StoredLight) -> BakedField:
+    codes = ktx2.decode(package.read_bytes(texture.file), texture.file).data.reshape(*texture.shape_zyx, 2)
+    ends = light.largest * codes.astype(np.float64) / 255.0
+    texels = np.stack([ends[..., 0], ends[..., 1] - ends[..., 0]], axis=-1)[..., None]
+    quantization = _quantization(package)
+    scale = quantization.slope * _largest_code(quantization)
+    values = [scale * value + quantization.intercept for value in light.stored_values]
+    x, y, z = (per * n for per, n in zip(light.texture_from_box_per_mm_xyz, texture.shape_zyx[::-1], strict=True))
+    grid = package.manifest.grid
+    if grid is None:
+        raise VolprepError("VP4011", path=package.path, problem="a sealed package without a grid")
+    left, back, head = grid.corner_mm_xyz.tolist()
+    curve = np.array([values, [0.0, 1.0]])
+    return BakedField(np.ascontiguousarray(texels, np.float32), curve, (x, y, z), (left, back, head))
+
+
 def own_table(package: Package, transfer: str, level: int) -> bool:
     """Return whether `level` has a table of its own for `transfer`."""
     return any(
@@ -126,11 +163,11 @@ def own_table(package: Package, transfer: str, level: int) -> bool:
 def table_function(
     package: Package, transfer: str, level: int = 0, edited: Mapping[str, NDArray[np.generic]] | None = None
 ) -> TransferFunction:
-    """Return the transfer function that the lookup table or palette of `transfer` stands for, tables filtered linearly.
+    """Return the transfer function that the lookup table or palette of `transfer` represents, tables filtered linearly.
 
-    `level` may have a table of its own. Texels of an `edited` table, by its name, replace those of the package. A
-    pre-integrated table stands for the function itself; one of a level's own for what it says of segments of one value,
-    and between these for the function as they change it: there may be more than one feature between two entries.
+    `level` may have a table of its own. Texels of an `edited` table, by its name, replace the package's. A
+    pre-integrated table represents the function itself; a level's own one represents the means between its entries,
+    with a jump at each.
 
     8-bit tables hold the square root of the extinction, so that it is a parabola between two entries. Here it is cut
     into straight pieces that miss it by at most a millionth of the largest extinction.
@@ -149,23 +186,31 @@ def table_function(
     texels = (edited or {}).get(texture.name)
     if texels is None:
         texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
-    entries = texels.reshape(*texture.shape_zyx[1:], 4)
-    entries = entries[0] if texture.role == "transfer" else entries[range(len(entries)), range(len(entries))]
     quantization = _quantization(package)
+    if texture.role == "preintegrated":
+        scale = quantization.slope * _largest_code(quantization)
+        low, high = (scale * value + quantization.intercept for value in texture.stored_range or (0.0, 1.0))
+        table = IntegralTable.of_texels(texels, (low, high), texture.max_extinction_per_mm or 0.0)
+        return _function(function, *table.steps)
+    entries = texels.reshape(texture.shape_zyx[2], 4)
     if entries.dtype.kind != "f":
         values, colours, extinctions = _from_roots(entries, texture)
     else:
         media = entries.astype(np.float64)
+        _check_entries(package, texture, media)
         values = np.linspace(0.0, 1.0, len(entries))
-        colours, extinctions = colour_of_entries(media, emits=texture.role == "preintegrated"), media[:, 3]
+        colours, extinctions = media[:, :3], media[:, 3]
     physical = quantization.slope * values * _largest_code(quantization) + quantization.intercept
-    if texture.role == "preintegrated":
-        # Between its entries it was made from the function itself, with jumps that no filter of a lookup table leaves.
-        decoded = Table.exact(function).with_entries(physical, np.column_stack([colours, extinctions]))
-        physical, colours, extinctions = decoded.values, decoded.colour, decoded.extinction_per_mm
-    points = zip(physical.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
+    return _function(function, physical, colours, extinctions)
+
+
+def _function(
+    function: TransferFunction, values: Float64Array, colours: Float64Array, extinctions: Float64Array
+) -> TransferFunction:
+    """Return a transfer function with other points."""
+    points = zip(values.tolist(), colours.tolist(), extinctions.tolist(), strict=True)
     return TransferFunction(
-        name=transfer,
+        name=function.name,
         reference_mm=function.reference_mm,
         isovalue=function.isovalue,
         intensities=function.intensity_range,
@@ -174,6 +219,17 @@ def table_function(
             for value, (red, green, blue), extinction in points
         ),
     )
+
+
+def _check_entries(package: Package, texture: Texture, media: Float64Array) -> None:
+    """Raise VP4011 for entries of a table of floats that are no colour and no extinction."""
+    wrong = ~np.isfinite(media) | (media < 0.0)
+    wrong[..., :3] |= media[..., :3] > 1.0
+    if wrong.any():
+        entry = int(np.argwhere(wrong)[0][0])
+        shown = ", ".join(f"{number:.6g}" for number in media[entry])
+        problem = f"entry {entry} of {texture.file} is {shown}: no colour from 0 to 1, or no extinction"
+        raise VolprepError("VP4011", path=package.path, problem=problem)
 
 
 def _palette_function(palette: Palette, window: tuple[float, float], whole: TransferFunction) -> TransferFunction:

@@ -1,4 +1,4 @@
-"""Colour and extinction at single positions, in double precision: for twins of what shaders sample."""
+"""Colour and extinction at single positions, in double precision: for slow twins of the shaders."""
 
 import numpy as np
 from numpy.typing import NDArray

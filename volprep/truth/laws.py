@@ -10,10 +10,10 @@ from volprep_formats.arrays import FloatArray
 def broken_laws(
     picture: FloatArray, rounding: float, fainter: FloatArray | None = None, left_out: float = 0.0
 ) -> Iterator[str]:
-    """Say in words which laws a premultiplied linear `picture` [..., H, W, 4] breaks by more than `rounding`.
+    """Describe the laws that a premultiplied linear `picture` [..., H, W, 4] breaks by more than `rounding`.
 
     `fainter` is the same scene with less extinction. `left_out` is the opacity that rays may leave out when they stop
-    early: one that goes on for a little less opacity may end with more.
+    early: a ray that continues at a slightly lower opacity may end with a higher one.
     """
     if not np.isfinite(picture).all():
         yield "a pixel is no finite number"

@@ -1,17 +1,18 @@
-"""What lights a volume, as the oracles take it: normals of voxels, or slopes as a shader takes them; and a light."""
+"""Lighting of a volume for the oracles: normals of voxels, or slopes as a shader takes them; and a light."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from volprep_formats.arrays import Float32Array, Float64Array
-from volprep_formats.grid import Grid
+from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.parts.normals.record import GradientKernel
 from volprep_formats.package.program import Light
 
 _LEAST_LENGTH = 0.01
-"""What the oracles take for no surface."""
+"""Gradients up to this length are not a surface for the oracles."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class ShaderSlopes:
     """Differences of values one voxel apart, between voxels interpolated as they are, not as unit vectors."""
 
     kernel: Literal["forward", "central"]
-    """Which differences."""
+    """Kernel of the differences."""
     least_per_mm: float
     """Slope, physical per millimetre, that is no surface any more."""
 
@@ -34,28 +35,58 @@ VoxelNormals = GradientKernel | Float32Array
 
 @dataclass(frozen=True)
 class Lit:
-    """What lights, where it is not normals of voxels and the viewer."""
+    """Lighting other than by normals of voxels and a headlight."""
 
     normals: VoxelNormals | ShaderSlopes
-    """Where normals come from."""
+    """Source of the normals."""
     light: Light | None = None
-    """The light with a place; none where light comes from the viewer."""
+    """The light with a place; None for a headlight."""
     halfway: bool = False
     """Whether highlights are after Blinn, not after Phong."""
 
     @property
     def throws_shadows(self) -> bool:
-        """Whether what lies between the light and a sample takes light away."""
+        """Whether matter between the light and a sample absorbs light."""
         return self.light is not None and self.light.shadows != "none"
 
 
-Normals = VoxelNormals | Lit | None
-"""What lights a volume: from the viewer, where it is no `Lit`; nothing, where it is none."""
+@dataclass(frozen=True)
+class BakedField:
+    """Precomputed light, decoded: first + share · second, both trilinear."""
+
+    texels: Float32Array
+    """[z, y, x, 2, channels]: the two numbers of each node; 1 or 3 channels."""
+    curve: Float64Array
+    """[2, n]: ascending physical values, and the share of the second number at each."""
+    nodes_per_mm_xyz: tuple[float, float, float]
+    """Nodes for each millimetre along the axes of the box; node k lies (k + 1/2) / this from the corner."""
+    corner_mm_xyz: Vector
+    """Corner of its box in the patient's space (LPS); a volume with a border around it begins elsewhere."""
+
+    def start_mm(self, grid: Grid) -> Vector:
+        """Return where its box begins in the box space of a grid with the same axes."""
+        x, y, z = (np.linalg.inv(grid.world_from_box) @ [*self.corner_mm_xyz, 1.0])[:3].tolist()
+        return x, y, z
+
+
+@dataclass(frozen=True)
+class Baked:
+    """Precomputed light, which multiplies colours before any other lighting."""
+
+    fields: Mapping[str, BakedField]
+    """Light by the name of its transfer function; without an entry a function has no such light."""
+    other: "VoxelNormals | Lit | None"
+    """Lighting besides the precomputed one."""
+
+
+Normals = VoxelNormals | Lit | Baked | None
+"""Lighting of a volume; bare normals mean a headlight, None means unlit."""
 
 
 def native_normals(normals: Normals, slope: float) -> tuple[str, Float32Array | None, float]:
     """Return the arguments `kernel`, `normals` and `slope_scale` of the native oracles."""
-    source = normals.normals if isinstance(normals, Lit) else normals
+    other = normals.other if isinstance(normals, Baked) else normals
+    source = other.normals if isinstance(other, Lit) else other
     if isinstance(source, ShaderSlopes):
         return source.kernel, None, source.scale(slope)
     if isinstance(source, str):
@@ -64,7 +95,7 @@ def native_normals(normals: Normals, slope: float) -> tuple[str, Float32Array | 
 
 
 def shadow_light(normals: Normals) -> Light | None:
-    """Return the light that throws shadows; none where none does."""
+    """Return the light that casts shadows, or None."""
     return normals.light if isinstance(normals, Lit) and normals.throws_shadows else None
 
 
@@ -72,3 +103,9 @@ def place_in_box(light: Light, grid: Grid) -> Float64Array:
     """Return where a light is in the box space of a grid, (x, y, z) in millimetres."""
     place: Float64Array = (np.linalg.inv(grid.world_from_box) @ [*light.place_mm_xyz, 1.0])[:3]
     return place
+
+
+def with_baked(normals: Normals, fields: Mapping[str, BakedField]) -> Normals:
+    """Return the lighting, with precomputed light if there is any."""
+    other = normals.other if isinstance(normals, Baked) else normals
+    return Baked(fields, other) if fields else other

@@ -1,9 +1,9 @@
-"""How far one picture is from another: numbers for proof, and numbers that say what a person sees.
+"""Measure the difference of two pictures: numbers for proof, and perceptual numbers.
 
 Proof is in premultiplied linear values. A person sees a picture over some background, encoded as sRGB, and there the
 empty surroundings must not make a bad picture look good: PSNR and SSIM count the foreground only, over black and over
 white, because an error of alpha shows over one of them and not over the other. So does FLIP (Andersson et al. 2020),
-which says how large a difference seems to somebody who flips between two pictures.
+which estimates the difference that a viewer perceives when flipping between two pictures.
 """
 
 from dataclasses import dataclass
@@ -12,12 +12,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.kernels.waiting import asleep
 from volprep_formats.arrays import Float64Array, FloatArray
+from volprep_formats.srgb import srgb_of_linear
 
 _BACKGROUNDS = {"black": 0.0, "white": 1.0}
 
 _WINDOW = 11
 """Pixels across the window of SSIM."""
+_FLIP_REACH_DEGREES = 0.35
+"""Twice as far as the filters of FLIP reach."""
 PIXELS_PER_DEGREE = 67.0
 """A screen of 0.7 m width and 3840 pixels, seen from 0.7 m: the default of FLIP. A phone in the hand has about 95."""
 
@@ -31,11 +35,11 @@ class PictureError:
     maximum: float
     """Largest difference of one channel of one pixel, premultiplied linear."""
     psnr_black_db: float | None
-    """Peak signal to noise over black, sRGB, on the foreground; None where there is no difference."""
+    """Peak signal to noise over black, sRGB, on the foreground; None without any difference."""
     psnr_white_db: float | None
     """The same over white."""
     ssim_black: float
-    """Structural similarity over black, sRGB, on the foreground; 1 where there is none."""
+    """Structural similarity over black, sRGB, on the foreground; 1 without foreground."""
     ssim_white: float
     """The same over white."""
 
@@ -44,14 +48,12 @@ def over(rgba: FloatArray, background: Literal["black", "white"]) -> Float64Arra
     """Composite a premultiplied linear picture [H, W, 4] and encode it as sRGB [H, W, 3], clipped to 0..1."""
     picture = np.asarray(rgba, dtype=np.float64)
     linear = picture[..., :3] + (1.0 - picture[..., 3:]) * _BACKGROUNDS[background]
-    linear = np.clip(linear, 0.0, 1.0)
-    encoded: Float64Array = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return encoded
+    return srgb_of_linear(np.clip(linear, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
 class FlipError:
-    """How large a difference seems, from 0 to 1: the mean of FLIP's map over the foreground."""
+    """Perceived difference, from 0 to 1: the mean of FLIP's map over the foreground."""
 
     black: float
     """Over black."""
@@ -65,13 +67,22 @@ def flip_error(picture: FloatArray, truth: FloatArray, pixels_per_degree: float 
     The foreground is that of `picture_error`. `pixels_per_degree` is how many pixels fill a degree of the field of
     view. Raises ValueError if the shapes differ.
     """
-    _require_same_shape(picture, truth)
-    foreground = _foreground(picture, truth)
+    require_same_shape(picture, truth)
+    return flip_error_of(picture, truth, _foreground(picture, truth), pixels_per_degree)
+
+
+def flip_error_of(
+    picture: FloatArray, truth: FloatArray, foreground: NDArray[np.bool_], pixels_per_degree: float
+) -> FlipError:
+    """Return the mean of FLIP's map over the pixels of the mask `foreground` [H, W]; 0 if it is empty."""
     if not foreground.any():
         return FlipError(black=0.0, white=0.0)
+    # Pixels far from the foreground change nothing: the widest filter of FLIP reaches 0.15 degrees.
+    part = _around(foreground, max(_WINDOW, round(_FLIP_REACH_DEGREES * pixels_per_degree)))
+    one, other, counted = picture[part], truth[part], foreground[part]
     return FlipError(
-        black=float(_flip_map(picture, truth, "black", pixels_per_degree)[foreground].mean()),
-        white=float(_flip_map(picture, truth, "white", pixels_per_degree)[foreground].mean()),
+        black=float(_flip_map(one, other, "black", pixels_per_degree)[counted].mean()),
+        white=float(_flip_map(one, other, "white", pixels_per_degree)[counted].mean()),
     )
 
 
@@ -87,7 +98,9 @@ def picture_error(picture: FloatArray, truth: FloatArray) -> PictureError:
     ValueError
         If the shapes differ, or a picture is smaller than the window of SSIM.
     """
-    _require_same_shape(picture, truth)
+    require_same_shape(picture, truth)
+    if np.array_equal(picture, truth):
+        return PictureError(0.0, 0.0, None, None, 1.0, 1.0)
     difference = np.asarray(picture, dtype=np.float64) - np.asarray(truth, dtype=np.float64)
     foreground = _foreground(picture, truth)
     psnr: dict[str, float | None] = {}
@@ -106,7 +119,8 @@ def picture_error(picture: FloatArray, truth: FloatArray) -> PictureError:
     )
 
 
-def _require_same_shape(picture: FloatArray, truth: FloatArray) -> None:
+def require_same_shape(picture: FloatArray, truth: FloatArray) -> None:
+    """Raise ValueError if two pictures differ in shape."""
     if picture.shape != truth.shape:
         msg = f"pictures of shape {picture.shape} and {truth.shape} cannot be compared"
         raise ValueError(msg)
@@ -120,7 +134,8 @@ def _foreground(picture: FloatArray, truth: FloatArray) -> NDArray[np.bool_]:
 def _flip_map(
     picture: FloatArray, truth: FloatArray, background: Literal["black", "white"], pixels_per_degree: float
 ) -> Float64Array:
-    from flip_evaluator import evaluate  # noqa: PLC0415 - heavy
+    with asleep():
+        from flip_evaluator import evaluate  # noqa: PLC0415 - heavy
 
     one, other = (over(each, background).astype(np.float32) for each in (truth, picture))
     found, _, _ = evaluate(
@@ -140,7 +155,7 @@ def _ssim(one: Float64Array, other: Float64Array, foreground: NDArray[np.bool_])
 
     if not foreground.any():
         return 1.0
-    part = _around(foreground)
+    part = _around(foreground, _WINDOW)
     _, similarity = structural_similarity(  # type: ignore[no-untyped-call]  # scikit-image is not annotated
         one[part],
         other[part],
@@ -156,8 +171,8 @@ def _ssim(one: Float64Array, other: Float64Array, foreground: NDArray[np.bool_])
     return float(similarity[foreground[part]].mean())
 
 
-def _around(foreground: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return the rectangle of the foreground with a margin of a window: no pixel further away counts."""
+def _around(foreground: NDArray[np.bool_], margin: int) -> tuple[slice, slice]:
+    """Return the rectangle of the foreground with a margin: no pixel further away counts."""
     ends = [np.flatnonzero(foreground.any(axis=axis))[[0, -1]] for axis in (1, 0)]
-    (top, bottom), (left, right) = ((max(0, low - _WINDOW), high + _WINDOW + 1) for low, high in ends)
+    (top, bottom), (left, right) = ((max(0, low - margin), high + margin + 1) for low, high in ends)
     return slice(top, bottom), slice(left, right)

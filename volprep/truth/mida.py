@@ -1,7 +1,7 @@
 """The picture that maximum intensity difference accumulation should give, by refinement in float64.
 
 Bruckner and Groeller (Instant Volume Visualization using Maximum Intensity Difference Accumulation, 2009): where a
-sample's intensity exceeds the greatest one so far by d, what has been accumulated in front of it is multiplied by
+sample's intensity exceeds the greatest one so far by d, the colour accumulated in front of it is multiplied by
 1 - d. With fine steps that tends to an integral, which has no closed form where the transfer function is not constant:
 each ray is refined until two halvings of its steps in a row change no channel by more than the tolerance
 (native/src/oracle_refined.cpp). So the bound of a pixel is an estimate, the larger of these two changes.
@@ -24,7 +24,7 @@ def mida_picture(  # noqa: PLR0917 - as oracle_picture
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> OraclePicture:
-    """Draw a volume; parameters and errors are those of `oracle_picture`."""
+    """Draw a volume; parameters and errors as in `oracle_picture`."""
     return refined_picture(
         volume,
         grid,

@@ -1,7 +1,7 @@
-"""What the bytes of normals mean: the decoder that shaders have, in NumPy.
+"""Decode the bytes of normals as shaders do, in NumPy.
 
 Codes of two numbers are the octahedron unfolded into a square (Meyer et al. 2010, Cigolle et al. 2014). Byte 0 of them
-is free for "no gradient", because a number from -1 to 1 goes to 1 to 255.
+is free for "no gradient", because a number from -1 to 1 is encoded as 1 to 255.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def interpolated(octets: UInt8Array, code: NormalCode) -> Float32Array:
 
 
 def decoded(octets: UInt8Array, code: NormalCode) -> Float64Array:
-    """Return the unit vectors [..., 3] of codes [..., bytes]; the zero vector where there is no gradient."""
+    """Return the unit vectors [..., 3] of codes [..., bytes]; the zero vector if there is no gradient."""
     numbers = octets.astype(np.int64)
     if code == "biased8":
         return _unit((numbers[..., :3] - 128) / 127)

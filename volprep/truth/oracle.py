@@ -26,7 +26,7 @@ DEFAULT_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class OraclePicture:
-    """A picture and how far it may be from the truth."""
+    """A picture, with a bound on its error."""
 
     rgba: Float64Array
     """[height, width, 4], row 0 on top: premultiplied linear RGB, and 1 - exp(-optical depth)."""
@@ -143,7 +143,7 @@ def oracle_of_media(
         volumes,
         [medium.slope for medium in media],
         [medium.intercept for medium in media],
-        [_rows(medium.transfer_function) for medium in media],
+        [function_rows(medium.transfer_function) for medium in media],
         grid.spacing_mm_zyx[::-1],
         grid.extent_mm_zyx[::-1],
         np.ascontiguousarray(box_from_clip, dtype=np.float64),
@@ -154,12 +154,13 @@ def oracle_of_media(
     return picture
 
 
-def _rows(function: TransferFunction) -> Float64Array:
+def function_rows(function: TransferFunction) -> Float64Array:
+    """Return the control points as rows [n, 5]: value, linear RGB, extinction per millimetre."""
     return np.array([[point.value, *point.colour, point.extinction_per_mm] for point in function.points])
 
 
 def require_field(volume: NDArray[np.generic], grid: Grid) -> None:
-    """Raise ValueError if the volume does not have the grid's shape, and what `require_finite` raises."""
+    """Raise ValueError if the volume does not have the grid's shape, and the errors of `require_finite`."""
     if volume.shape != grid.shape_zyx:
         msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
         raise ValueError(msg)

@@ -1,10 +1,10 @@
 """The true picture of a part of a volume: a box within it, whose faces may lie anywhere.
 
-An oracle integrates over the whole box of a volume, whose upper end along an axis is where its extent says, and whose
+An oracle integrates over the whole box of a volume, whose upper end along an axis is given by its extent, and whose
 lower end is half a voxel outside the first centre. So the volume is turned until a ray leaves the part through an upper
-face, and the near plane of the camera is laid into the lower face by which the ray enters. Rays that run along the axes
-in other directions, or enter by other faces, have pictures of their own: each pixel is taken from the one that is
-right for it, with its bound. Nothing is interpolated anew.
+face, and the near plane of the camera is laid into the lower face through which the ray enters. Rays with other
+directions along the axes, or with other entry faces, have pictures of their own: each pixel is taken from the picture
+that is right for it, with its bound. Nothing is interpolated again.
 """
 
 from collections.abc import Callable
@@ -24,19 +24,19 @@ Draw = Callable[[NDArray[np.generic], Grid, Float64Array, tuple[int, int]], Orac
 _FAR = 10.0
 """A depth far behind every volume that lies between the planes of a camera with parallel rays."""
 _MARGIN = 1.001
-"""How far behind the part the far plane lies."""
+"""Distance of the far plane, as a multiple of the part's."""
 
 
 @dataclass(frozen=True)
 class Inside:
-    """Where the rays of pixels run within a box; arrays [pixel, xyz] or [pixel]."""
+    """Ranges of the rays of pixels within a box; arrays [pixel, xyz] or [pixel]."""
 
     directions: Float64Array
     """From the near to the far plane, as long as between them."""
     enters: Float64Array
-    """Where each ray passes the face of the box on its side, along each axis, as a part of its way."""
+    """Depth where each ray crosses the nearer face of the box, along each axis, as a part of its way."""
     leaves: Float64Array
-    """Where it passes the other face."""
+    """Depth where it crosses the other face."""
 
     @property
     def hits(self) -> NDArray[np.bool_]:

@@ -56,7 +56,7 @@ def sampled(field: Field, grid: Grid) -> Float32Array:
 def layers_light(colours: ArrayLike, extinctions_per_mm: Sequence[float], lengths_mm: Sequence[float]) -> Float64Array:
     """Return the light [4] (premultiplied linear RGB and alpha) of homogeneous layers, the nearest one first.
 
-    Layer i absorbs 1 - exp(-extinction · length) of what comes from behind, and sends as much of its colour [n, 3].
+    Layer i absorbs 1 - exp(-extinction · length) of the light from behind, and emits that share of its colour [n, 3].
     """
     depths = np.array(extinctions_per_mm) * np.array(lengths_mm)
     in_front = np.concatenate([[0.0], np.cumsum(depths)[:-1]])

@@ -1,12 +1,12 @@
 """The picture that a projection should give, in float64, with a bound on its own error.
 
-A projection shows one value for each ray: the greatest, the least, or the mean. What is said here of the greatest holds
-of the others, too. What the picture shows is what VTK, 3D Slicer and DICOM workstations show:
+A projection shows one value for each ray: the greatest, the least, or the mean. The rules for the greatest
+also hold for the others. The picture is the same as in VTK, 3D Slicer and DICOM workstations:
 
 1. M is the greatest *physical* value of the trilinear field along the part of the pixel's ray that lies in the box.
    With a positive slope it is also the greatest stored value. With a negative slope it is the *least* stored value: a
    shader that reads stored values must take their minimum then.
-2. The pixel is what the transfer function says of M, and of M alone. This is not the most opaque value on the ray: if
+2. The pixel is the transfer function's value at M, and at M alone. This is not the most opaque value on the ray: if
    the function hides the greatest values, they still win, and the pixel is transparent.
 3. A maximum has no path length, so its opacity is that of a fixed length: alpha = 1 - exp(-extinction(M) · reference).
    The length belongs to the scene. It depends neither on the step nor on the level nor on the direction of the ray.
@@ -37,7 +37,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction
 
 Projection = Literal["maximum", "minimum", "average"]
-"""Which value of a ray counts."""
+"""Value of a ray that is shown."""
 
 REFERENCE_MM = 1.0
 """The path whose opacity a value has where the scene states no length."""
@@ -57,9 +57,9 @@ def projected_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
 ) -> OraclePicture:
     """Draw one value along each pixel's ray, with a bound on the error of each pixel.
 
-    The value is known up to some 1e-12 of the range of the voxels around it. What the transfer function can change
+    The value is known up to some 1e-12 of the range of the voxels around it. The change of the transfer function
     over that interval is the pixel's bound: some 1e-12 for a smooth function. If a jump lies within the interval, the
-    bound has the whole jump, because nobody can tell on which side the value is. Where all voxels around the ray are
+    bound includes the whole jump, because the side of the value is unknown. Where all voxels around the ray are
     equal, it is exact, and a jump at this very value costs nothing.
 
     The bound does not cover the silhouette: whether a ray that touches the box within rounding hits it is decided in
@@ -102,9 +102,9 @@ def projected_values(  # noqa: PLR0917 - as projected_picture
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
 ) -> tuple[Float64Array, Float64Array]:
-    """Return one physical value for each ray, NaN where it misses the box, and a bound on its error.
+    """Return one physical value for each ray, NaN if it misses the box, and a bound on its error.
 
-    Both are [height, width]. Errors are those of `projected_picture`.
+    Both are [height, width]. Errors as in `projected_picture`.
     """
     require_field(volume, grid)
     sign = -1.0 if projection == "minimum" else 1.0

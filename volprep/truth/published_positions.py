@@ -1,7 +1,7 @@
 """Ray casting between positions of 8 bits, as Congote et al. (2011) published it, in double precision.
 
-A ray runs from where it meets a front face of the box to a colour that stands for where it leaves through a back face:
-each coordinate is rounded to 1/255 of the box. The samples are those of any other ray: the middles of equal segments.
+A ray runs from its entry at a front face of the box to a colour that encodes its exit at a back face: each coordinate
+is rounded to 1/255 of the box. The samples are placed as on any other ray: the middles of equal segments.
 """
 
 import numpy as np

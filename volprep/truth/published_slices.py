@@ -1,7 +1,7 @@
 """Slices across the view as Noguera and Jiménez (2012) published them, in double precision.
 
 As published, the opacity of a slice is that of the transfer function divided by the number of slices, and opacities are
-added: light is weighted by 1 - the sum of what is in front, in place of the product of what each slice lets through.
+added: light is weighted by 1 - the sum of the opacities in front, not by the product of the slices' transparencies.
 Finer slices converge with order 1 to the integral of c τ (1 - ∫τ), which is not that of emission and absorption: a box
 of optical depth 1 gets opacity 1 and half of its colour, where the truth is 0.632 of both. Against the oracle the order
 is 0.

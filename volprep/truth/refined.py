@@ -1,4 +1,4 @@
-"""Pictures by refinement in float64, for what has no proven bound.
+"""Pictures by refinement in float64, for lighting and compositing without a proven bound.
 
 Each ray is refined until two halvings of its steps in a row change no channel by more than the tolerance
 (native/src/oracle_refined.cpp). So the bound of a pixel is an estimate, the larger of these two changes.
@@ -7,7 +7,7 @@ Each ray is refined until two halvings of its steps in a row change no channel b
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.truth.lit import Lit, Normals, native_normals, place_in_box, shadow_light
+from volprep.truth.lit import BakedField, Lit, Normals, native_normals, place_in_box, shadow_light
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, require_field
 from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.grid import Grid
@@ -26,11 +26,12 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
     *,
     normals: Normals = None,
     intensities: tuple[float, float] | None = None,
+    baked: BakedField | None = None,
 ) -> OraclePicture:
     """Draw a volume, lit by a light with a place where `normals` has one; parameters and errors as `oracle_picture`.
 
-    With `intensities`, the values of the intensities 0 and 1, the picture is of maximum intensity difference
-    accumulation.
+    `baked` light multiplies the colours of the transfer function. With `intensities`, the values of the intensities 0
+    and 1, the picture is of maximum intensity difference accumulation.
     """
     require_field(volume, grid)
     points = transfer_function.points
@@ -56,6 +57,10 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
         kernel,
         vectors,
         slope_scale,
+        None if baked is None else baked.texels,
+        None if baked is None else baked.curve,
+        None if baked is None else baked.nodes_per_mm_xyz,
+        (0.0, 0.0, 0.0) if baked is None else baked.start_mm(grid),
     )
     return picture
 

@@ -1,4 +1,4 @@
-"""What a transfer function shows of one value for each pixel: what projections of all kinds end with.
+"""Apply a transfer function to one value per pixel: the last step of all projections.
 
 A projection has no path length, so the opacity of its value is that of a fixed length, the reference length of the
 transfer function: alpha = 1 - exp(-extinction · reference).
@@ -22,7 +22,7 @@ def shown_picture(
 ) -> OraclePicture:
     """Return the picture of values [height, width] that are known up to `error`; NaN is a ray that misses the box.
 
-    The bound of a pixel is what the transfer function can change between value - error and value + error. Raises
+    The bound of a pixel is the change of the transfer function between value - error and value + error. Raises
     ValueError if the reference length is not above 0.
     """
     if not reference_mm > 0.0:
@@ -37,7 +37,7 @@ def shown_picture(
 
 
 class _Shown:
-    """What a transfer function shows of a value, as premultiplied colour and the opacity of the reference length."""
+    """Colour of a value in a transfer function, premultiplied, with the opacity of the reference length."""
 
     def __init__(self, function: TransferFunction, reference_mm: float) -> None:
         self._values = np.array([point.value for point in function.points])
@@ -53,7 +53,7 @@ class _Shown:
         return np.concatenate([colour * alpha[:, None], alpha[:, None]], axis=-1)
 
     def change(self, low: Float64Array, high: Float64Array) -> Float64Array:
-        """Bound how far any two values from `low` [n] to `high` [n] are apart in any channel.
+        """Bound the difference of any two values from `low` [n] to `high` [n] in any channel.
 
         Between two control points the opacity rises or falls, and the colour changes evenly: a premultiplied colour
         changes by at most the change of the colour times the greatest opacity, plus the change of the opacity.
@@ -71,7 +71,7 @@ class _Shown:
         return total
 
     def rounding(self, values: Float64Array) -> Float64Array:
-        """Bound what rounding does to `at`: depths are interpolated up to some units in the last place of the most."""
+        """Bound the rounding error of `at`: depths are interpolated up to some units in the last place of the most."""
         transmittance = 1.0 - self.at(values)[:, 3]
         rounding: Float64Array = 16.0 * _EPSILON * (1.0 + self._depths.max() * transmittance)
         return rounding

@@ -1,6 +1,6 @@
-"""What a stack of slices shows in double precision: it tells the error of the texels from that of drawing them.
+"""Draw a stack of slices in double precision, to separate the error of the texels from that of drawing them.
 
-The same polygons as `volprep.render.slices`, blended back to front, each pixel's ray for itself.
+It blends the same polygons as `volprep.render.slices` back to front, for each pixel's ray.
 """
 
 from typing import Literal
@@ -22,7 +22,7 @@ def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing t
 ) -> Float64Array:
     """Composite slices [slice, row, column, RGBA] of a level with this grid, as [H, W, 4], premultiplied linear.
 
-    `longer` is what a texel counts: the opacity of the path between two slices along its pixel's ray, or a factor for
+    `longer` is the weight of a texel: the opacity of the path between two slices along its pixel's ray, or a factor for
     all, which ends at 1.
     """
     place = "xyz".index(axis)

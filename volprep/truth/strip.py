@@ -1,4 +1,4 @@
-"""What a transfer function looks like: its colours in a row, from the first point to the last."""
+"""Colour strip of a transfer function: its colours in a row, from the first point to the last."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction
 
 _DEPTH_MM = 10.0
-"""Length of the path on which a value stands over black where the function has no reference length of its own."""
+"""Path length for drawing a value over black if the function has no reference length of its own."""
 
 
 def strip(function: TransferFunction, cells: int) -> list[tuple[int, int, int]]:

@@ -1,14 +1,14 @@
 """The picture that an isosurface should give, in float64, with a bound on its own error.
 
-1. The surface is where the trilinear field passes the isovalue. A ray meets it at the first such place in the box,
-   from either side; or, where what is above the isovalue is solid, where the ray enters the box at it or above.
-2. The pixel is what the transfer function says of the value there: of the isovalue, or of the value where the ray
-   enters the solid. A surface has no path length, so its opacity is that of the reference length, as of a maximum.
-3. Where it is lit from where the viewer is, the colour is multiplied by the absolute cosine between the ray and the
-   normal, the trilinear interpolation of the normals of voxels, unless that is 0.01 or shorter: no surface then. A
-   light with a place lights as it does in `volprep.truth.refined`.
-4. With shadows, light reaches a place if the field on the way to the light, from half of the smallest spacing off the
-   place on, is all on the viewer's side of the surface.
+1. The surface is where the trilinear field crosses the isovalue. A ray meets it at the first crossing in the box, from
+   either side; or, if values above the isovalue are solid, at its entry if the field there is the isovalue or above.
+2. The pixel is the transfer function's value for the field there: the isovalue, or the value where the ray enters the
+   solid. A surface has no path length, so its opacity is that of the reference length, as for a maximum.
+3. Under a headlight, the colour is multiplied by the absolute cosine between the ray and the normal, which is the
+   trilinear interpolation of the normals of voxels; at a length of 0.01 or less there is no surface. A light with a
+   place lights as it does in `volprep.truth.refined`.
+4. With shadows, light reaches a place if the whole way to the light, from half of the smallest spacing off the place
+   on, is on the viewer's side of the surface.
 
 In each cell the field along a ray is a cubic: the place is its exact root (native/src/oracle_surface.cpp).
 """
@@ -33,12 +33,13 @@ _ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True)
 class Hits:
-    """Where each ray of a picture first meets a surface."""
+    """First hit of each ray of a picture on a surface."""
 
     t_mm: Float64Array
     """[height, width], distance from the near plane; NaN where the ray meets none."""
     error_mm: Float64Array
-    """[height, width], how far rounding may move it; infinite where it may decide whether there is a surface."""
+    """[height, width], bound on the rounding error of the place; infinite if rounding may decide whether there is a
+    surface."""
     value: Float64Array
     """[height, width], physical value there; NaN where the ray meets none."""
     normal: Float64Array
@@ -61,7 +62,7 @@ def surface_hits(  # noqa: PLR0917 - the source's four, then the view's, in the 
     solid: bool,
     normals: Normals = None,
 ) -> Hits:
-    """Return where rays meet the surface. Errors are those of `surface_picture`."""
+    """Return the points where rays meet the surface. Errors as in `surface_picture`."""
     require_field(volume, grid)
     t_mm, error_mm, value, change = (np.empty(shape_hw) for _ in range(4))
     normal = np.empty((*shape_hw, 3))
@@ -103,7 +104,7 @@ def surface_picture(  # noqa: PLR0917 - as surface_hits
 ) -> OraclePicture:
     """Draw the surface of the transfer function's isovalue, with a bound on the error of each pixel.
 
-    Parameters are those of `oracle_picture`. A ray that touches the surface within rounding has the bound 1.
+    Parameters as in `oracle_picture`. A ray that touches the surface within rounding has the bound 1.
 
     Raises
     ------
@@ -181,14 +182,14 @@ def _placed(rgba: Float64Array, hits: Hits, along: Float64Array, to_light: Float
 
 
 def _moved(hits: Hits) -> Float64Array:
-    """Return how far the places of the hits may turn their normals."""
+    """Return bounds on how much the uncertainty of the hits may turn their normals."""
     length = np.maximum(np.linalg.norm(hits.normal, axis=-1), _LEAST_LENGTH)
     moved: Float64Array = np.where(np.isfinite(hits.error_mm), hits.error_mm, 0.0) * hits.normal_per_mm / length
     return 2.0 * moved
 
 
 def headlight(hits: Hits, directions: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return the light from the viewer at the hits, and how far the places of the hits may change it."""
+    """Return the light from the viewer at the hits, with a bound on its change by the uncertainty of the hits."""
     length = np.linalg.norm(hits.normal, axis=-1)
     is_lit = length > _LEAST_LENGTH
     safe = np.where(is_lit, length, 1.0)

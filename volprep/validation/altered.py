@@ -13,7 +13,7 @@ class Altered(Package):
     """A package whose other files are its own."""
 
     def __init__(self, package: Package, texts: Mapping[str, str], program: Program | None = None) -> None:
-        """Put `texts` in the place of the files of their names, and `program` in the place of the one of its name."""
+        """Replace the files named in `texts` by the texts, and the program of the same name by `program`."""
         manifest = package.manifest if program is None else _with_program(package.manifest, program)
         super().__init__(package.path, manifest, package.channel)
         self._package = package

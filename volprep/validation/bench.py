@@ -1,4 +1,4 @@
-"""What all measurements of one validation share."""
+"""Objects that all measurements of one validation share."""
 
 from dataclasses import dataclass
 
@@ -17,6 +17,6 @@ class Bench:
     folder: ReportFolder
     """Takes the pictures."""
     clock: Clock
-    """Counts where the time goes."""
+    """Records the time of each part."""
     progress: Progress
-    """Is told how far the work is."""
+    """Progress callback."""

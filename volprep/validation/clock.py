@@ -1,4 +1,4 @@
-"""Where the time of a validation goes."""
+"""Time spent in each part of a validation."""
 
 import time
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ class Clock:
             del self._running[name]
 
     def so_far(self) -> dict[str, float]:
-        """Return the seconds of each part, in order of name, with what the running ones have taken so far."""
+        """Return the seconds of each part, in order of name, including the elapsed time of running parts."""
         return {name: self._so_far(name) for name in sorted(self._seconds.keys() | self._running.keys())}
 
     def _so_far(self, name: str) -> float:

@@ -1,4 +1,4 @@
-"""How many samples each pixel takes, counted by the package's own shader: its text, with counters for a picture."""
+"""Samples per pixel, counted by the package's own shader, modified to output counters instead of a picture."""
 
 import re
 from collections.abc import Sequence
@@ -12,8 +12,8 @@ from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 _MAIN = "void main() {\n"
-_SAMPLE = re.compile(r"^( *)(?!//)\S.*\bstride \* \(?i\b", re.MULTILINE)
-"""The first line that reads the volume at sample i."""
+_SAMPLE = re.compile(r"^( *)(?!//)\S.*\bstride \* (?:\(?i|reached)\b", re.MULTILINE)
+"""The first line that reads the volume at sample i, or at the end of a piece of the ray in one cell."""
 _LOOK = re.compile(r"^( *)float entry = skip_entry\(", re.MULTILINE)
 _PICTURE = re.compile(r"^( *(?:picture|gl_FragColor) = )(.*);$", re.MULTILINE)
 
@@ -24,7 +24,7 @@ def counting(package: Package, program: Program) -> Package:
     head, main, rest = text.partition(_MAIN)
     rest = _SAMPLE.sub(r"\1taken++;\n\g<0>", rest, count=1)
     rest = _LOOK.sub(r"\1looked++;\n\g<0>", rest)
-    # The picture stays in the sum, so that no uniform of the program becomes idle.
+    # The picture stays in the sum, so that no uniform of the program becomes inactive.
     rest = _PICTURE.sub(r"\1vec4(taken, looked, 0.0, 1.0) + 1e-9 * \2;", rest)
     text = f"{head}{main}  float taken = 0.0;\n  float looked = 0.0;\n{rest}"
     return Altered(package, {program.fragment: text})
@@ -39,10 +39,10 @@ def samples_per_pixel(
     *,
     kind: type[Renderer] = Renderer,
 ) -> tuple[Float64Array, Float64Array]:
-    """Samples taken, and entries of the skip table read, for each pixel [H, W]. Raises what `Renderer` raises.
+    """Return the samples taken, and the entries of the skip table read, for each pixel [H, W].
 
-    `kind` is the renderer that draws with `program`: another one for those that begin at proxy geometry. Needs a
-    float32 target.
+    Raises the errors of `Renderer`. `kind` is the renderer that draws with `program`: programs that begin at proxy
+    geometry need another one. Needs a float32 target.
     """
     ((taken, looked),) = samples_of_views(package, program, level, [box_from_clip], shape_hw, kind=kind)
     return taken, looked
@@ -57,7 +57,7 @@ def samples_of_views(
     *,
     kind: type[Renderer],
 ) -> list[tuple[Float64Array, Float64Array]]:
-    """As `samples_per_pixel`, of each view."""
+    """Same as `samples_per_pixel`, for each view."""
     counted = counting(package, program)
     with kind(counted, level=level, transfer=program.transfer, target="rgba32f") as renderer:
         pictures = [np.rint(renderer.render(view, shape_hw)).astype(np.float64) for view in views]

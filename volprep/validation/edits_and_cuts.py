@@ -1,32 +1,32 @@
-"""What users make of a package: tables of an edited transfer function, and a box cut out of level 0; judged as well.
+"""Judge what users make of a package: tables of an edited transfer function, and a box cut out of level 0.
 
-Both are drawn by chance: from the digest of the scan, so that two validations of one package judge the same.
+Both are drawn at random with the digest of the scan as seed, so that two validations of one package judge the same.
 
-An editable package holds what makes new tables: for lookup, of each level its own, and of what is empty. The edited
-function keeps the shape of the scene's: its values are shifted, its colours exchanged, its extinctions lowered, so that
-the scene's tolerance is fair. It is drawn at all levels in the three oblique views.
+An editable package holds the inputs for new tables: the lookup table of each level, and the table of empty space. The
+edited function keeps the shape of the scene's: its values are shifted, its colours exchanged, its extinctions lowered,
+so that the scene's tolerance is fair. It is drawn at all levels in the three oblique views.
 
-A cut is read from pieces or from the whole file. An app draws it like any volume, which needs no program of the
-package; so the oracle draws its texels and the same box of the scan, in nine views.
+A cut is read from pieces or from the whole file. An app draws it like any volume, without a program of the package; so
+the oracle draws its texels and the same box of the scan, in nine views.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.editing.inputs import edit_with
+from volprep.parts.editing.renderer import edited_renderer
 from volprep.parts.subvolumes.cut import Cut, cut
 from volprep.render.renderer import Renderer
-from volprep.truth.averaged import averaged
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume
 from volprep.validation.bench import Bench
-from volprep.validation.pixels import judged, pixels_of
-from volprep.validation.records import OtherDrawing, OtherView
+from volprep.validation.pixels import judged, judged_level, pixels_of
+from volprep.validation.seen import width_pixels
+from volprep.validation.seen_records import OtherDrawing, OtherView
 from volprep.validation.subject import Subject
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.program import Program
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -36,8 +36,8 @@ _SHIFT = 0.03
 _CUT_VOXELS = 64
 
 
-def judge_edit(bench: Bench, program: Program) -> Iterator[OtherDrawing]:
-    """Draw an edited transfer function at all levels, if users may edit it."""
+def judge_edit(bench: Bench, program: Program, previews: Collection[int]) -> Iterator[OtherDrawing]:
+    """Draw an edited transfer function at all levels, if users may edit it; `previews` are levels for previews only."""
     subject = bench.subject
     if subject.package.manifest.editing is None or subject.is_of_several:
         return
@@ -48,10 +48,7 @@ def judge_edit(bench: Bench, program: Program) -> Iterator[OtherDrawing]:
     bench.progress.start(f"edited tables of {program.transfer}", len(levels))
     for level in levels:
         finest = level.index == min(program.levels)
-        pixels = subject.shape_hw[0] if finest else pixels_of(subject, level)
-        allowed = subject.render.tolerance
-        if not finest:
-            allowed = Tolerance(rmse=allowed.rmse, maximum=1.0)
+        width = width_pixels(subject.cameras.values(), level.grid, subject.shape_hw[0])
         views: list[OtherView] = []
         with Renderer(
             subject.package, level=level.index, transfer=program.transfer, edit=edit_with(function)
@@ -59,16 +56,43 @@ def judge_edit(bench: Bench, program: Program) -> Iterator[OtherDrawing]:
             for name, truth in truths.items():
                 with bench.clock.part("drawing"):
                     drawn = renderer.render(subject.views[name], subject.shape_hw)
-                views.append(judged(name, averaged(drawn, pixels), averaged(truth, pixels), allowed))
+                tolerance = subject.render.tolerance
+                views.append(
+                    judged(name, drawn, truth, tolerance, width)
+                    if finest
+                    else judged_level(name, drawn, truth, tolerance, subject, level)
+                )
         yield OtherDrawing(
             item=f"level {level.index} with an edited {program.transfer}",
             program=renderer.program.name,
             level=level.index,
-            preview_only=bool(level.preview_only),
-            pixels=pixels,
+            preview_only=level.index in previews,
+            pixels=subject.shape_hw[0] if finest else pixels_of(subject, level),
             views=tuple(views),
         )
         bench.progress.advance()
+
+
+def judge_edited_slices(bench: Bench, transfer: str, name: str) -> Iterator[OtherDrawing]:
+    """Draw the slices of `transfer` with the palettes of an edited function, if users may edit it."""
+    subject = bench.subject
+    if subject.package.manifest.editing is None:
+        return
+    function = edited(subject.function(transfer), _chance(subject))
+    with bench.clock.part("oracle"):
+        truths = {view: subject.of_function(function, view).rgba.astype(np.float32) for view in OBLIQUE}
+    with edited_renderer(subject.package, function, transfer=transfer) as renderer:
+        level = renderer.level
+        width = width_pixels(subject.cameras.values(), level.grid, subject.shape_hw[0])
+        with bench.clock.part("drawing"):
+            drawn = {view: renderer.render(subject.views[view], subject.shape_hw) for view in OBLIQUE}
+    yield OtherDrawing(
+        item=f"slices with the palettes of an edited {transfer}",
+        program=name,
+        level=level.index,
+        pixels=subject.shape_hw[0],
+        views=tuple(judged(view, drawn[view], truths[view], subject.render.tolerance, width) for view in OBLIQUE),
+    )
 
 
 def edited(function: TransferFunction, chance: np.random.Generator) -> TransferFunction:
@@ -100,10 +124,12 @@ def judge_cut(bench: Bench, transfer: str) -> Iterator[OtherDrawing]:
     with bench.clock.part("oracle"):
         truth, taken = part_of_scan(subject, record.grid), found.volume
         views = []
-        for name, camera in standard_views(record.grid, subject.render.projection).items():
+        cameras = standard_views(record.grid, subject.render.projection)
+        width = width_pixels(cameras.values(), record.grid, subject.shape_hw[0])
+        for name, camera in cameras.items():
             pictures = [subject.of_volume(each, transfer, camera).rgba for each in (taken, truth)]
             one, other = (picture.astype(np.float32) for picture in pictures)
-            views.append(judged(name, one, other, subject.render.tolerance))
+            views.append(judged(name, one, other, subject.render.tolerance, width))
     at = ", ".join(str(start) for start in record.start_zyx[::-1])
     size = "×".join(str(n) for n in record.grid.shape_zyx[::-1])
     yield OtherDrawing(

@@ -1,15 +1,16 @@
-"""What skip tables and proxy geometry save: the same views without both, with each alone, and as the package draws.
+"""Measure the savings of skip tables and proxy geometry: the same views with neither, with each alone, and as shipped.
 
-Both leave out samples that show nothing and move no other, so that the pictures must be the same. A table is left out
+Both leave out samples that show nothing and move no other sample, so the pictures must be the same. A table is left out
 by composing the shader without it; a mesh, by drawing with the program that begins at the volume's box.
 
-A ray that begins at a mesh is the same but for rounding. That is nothing where the driver mixes texels with float
-weights. A GPU has few weights, 256 for most: a sample that rounding moves to the next one changes by a step. Where
-pictures differ by more than a step of the target, it is measured what rays moved by as much do to a picture there.
+A ray that begins at a mesh differs only by rounding. That has no effect if the driver filters texels with float
+weights. A GPU has few weights, usually 256: a sample that rounding moves to the next weight changes by a step. Where
+pictures differ by more than a step of the target, validation measures how much rays moved by that rounding change a
+picture on this driver.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 
@@ -26,6 +27,7 @@ from volprep.validation.rays import chords_mm, settled
 from volprep.validation.records import EmptySpace, SavingView, SavingWay, WayName
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.times import Milliseconds
 from volprep.validation.uncut import unskipped
 from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -34,44 +36,68 @@ from volprep_formats.meshes import read_glb
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
-_DRAWS = 3
+_READS = 3
 _STEP_OF_TARGET = 1 / 255
 _NOISE = 1e-6
 """Pictures in 8 bits are whole steps apart, but are read as float32."""
 _MOVED = 2.0**-17
-"""Of the volume's longest side: what interpolation between the corners of a mesh may move a ray by. On an NVIDIA H100
-meshes of a shell change pixels by 0.03 at most (RMSE 0.0001 to 0.0002), rays moved so far by 0.04 (0.0002)."""
+"""Shift of a ray by interpolation between the corners of a mesh, as a part of the volume's longest side. On an NVIDIA
+H100 meshes of a shell change pixels by 0.03 at most (RMSE 0.0001 to 0.0002), rays moved by this much by 0.04
+(0.0002)."""
 _DIRECTIONS_XYZ = ((1.0, 1.0, 1.0), (-1.0, 1.0, -1.0), (1.0, -1.0, -1.0), (-1.0, -1.0, 1.0))
 
 Counts = list[tuple[Float64Array, Float64Array]]
 
 
 @dataclass(frozen=True)
-class _Way:
+class SkippingWay:
+    """One way to draw a program: with or without skip table and proxy mesh."""
+
     name: WayName
+    """Empty-space technique in use."""
     kind: type[Renderer]
+    """Description of the renderer."""
     package: Package
+    """The package, or the same with another shader."""
     program: Program
+    """The program."""
+
+    def open(self, level: int) -> Renderer:
+        """Return the renderer of a level."""
+        return self.kind(self.package, level=level, transfer=self.program.transfer)
 
 
 @dataclass(frozen=True)
 class _Drawn:
     pictures: list[Float32Array]
-    draw_ms: float
     counts: Counts | None
     """Samples and looks of each view, in half the width and height; None without a float target."""
 
 
-def measure_empty_space(bench: Bench, program: Program, viewed: ViewedProgram) -> EmptySpace | None:
-    """Draw the finest level of a program in every way that its package has.
+def ways_of(subject: Subject, program: Program) -> tuple[SkippingWay, ...]:
+    """Return the ways to draw with a program, the plainest first; the last one is how the package is drawn.
 
-    None where it has neither table nor mesh, or where its shader is not the one that this version of volprep composes,
-    so that nobody can tell what it would be without. The last way is how the package is `viewed`.
+    None if the package has neither table nor mesh, or if its shader is not the one that this version of volprep
+    composes: then the shader without them is unknown.
+    """
+    ways = tuple(_ways(subject, program, min(program.levels)))
+    return ways if len(ways) > 1 else ()
+
+
+def measure_empty_space(
+    bench: Bench,
+    program: Program,
+    viewed: ViewedProgram,
+    ways: Sequence[SkippingWay],
+    times: Mapping[WayName, Milliseconds],
+) -> EmptySpace | None:
+    """Draw the finest level of a program in every way that its package has; None if it has none.
+
+    The last way is how the package is `viewed`, with the `times` of its draws.
     """
     subject = bench.subject
     level = min(program.levels)
-    ways = list(_ways(subject, program, level))
-    if len(ways) < 2:
+    if not ways:
         return None
     bench.progress.start(f"empty space, {program.name}", len(ways))
     found = []
@@ -80,7 +106,7 @@ def measure_empty_space(bench: Bench, program: Program, viewed: ViewedProgram) -
         found.append(_drawn(bench, way, level, pictures))
         bench.progress.advance()
     results = tuple(
-        SavingWay(way=way.name, draw_ms=drawn.draw_ms, draws=_DRAWS, views=_views(subject, drawn, found[0]))
+        SavingWay(way=way.name, draw=times[way.name], views=_views(subject, drawn, found[0]))
         for way, drawn in zip(ways, found, strict=True)
     )
     limit, rounding = _limit(subject), 0.0
@@ -98,7 +124,7 @@ def measure_empty_space(bench: Bench, program: Program, viewed: ViewedProgram) -
     )
 
 
-def _ways(subject: Subject, program: Program, level: int) -> Iterator[_Way]:
+def _ways(subject: Subject, program: Program, level: int) -> Iterator[SkippingWay]:
     """Return the ways, the plainest first, as the package draws last; fewer than two where nothing can be compared."""
     package, transfer = subject.package, program.transfer
     skips = any(sampler.role == "skip" for sampler in program.samplers)
@@ -111,29 +137,28 @@ def _ways(subject: Subject, program: Program, level: int) -> Iterator[_Way]:
         without = unskipped(package, own, subject.render)
         if without is None:
             return
-        yield _Way(alone, kind, without, kind(without, level=level, transfer=transfer).program)
+        yield SkippingWay(alone, kind, without, kind(without, level=level, transfer=transfer).program)
         if skips:
-            yield _Way(with_table, kind, package, own)
+            yield SkippingWay(with_table, kind, package, own)
 
 
-def _drawn(bench: Bench, way: _Way, level: int, drawn: list[Float32Array] | None) -> _Drawn:
+def _drawn(bench: Bench, way: SkippingWay, level: int, drawn: list[Float32Array] | None) -> _Drawn:
     subject = bench.subject
     cameras = list(subject.views.values())
-    with way.kind(way.package, level=level, transfer=way.program.transfer) as renderer:
-        with bench.clock.part("drawing"):
-            pictures = drawn or [renderer.render(camera, subject.shape_hw) for camera in cameras]
-        with bench.clock.part("timing"):
-            draw_ms = renderer.time_ms(subject.views[SWEEP_VIEW], subject.shape_hw, repeats=_DRAWS)
+    pictures = drawn or []
+    if not pictures:
+        with way.open(level) as renderer, bench.clock.part("drawing"):
+            pictures = [renderer.render(camera, subject.shape_hw) for camera in cameras]
     with bench.clock.part("counting"):
-        return _Drawn(pictures, draw_ms, _counts(way, level, cameras, _half(subject)))
+        return _Drawn(pictures, _counts(way, level, cameras, _half(subject)))
 
 
-def _rounding(bench: Bench, way: _Way, level: int, pictures: list[Float32Array]) -> float:
-    """Return what rays that are moved by rounding change at most, in any view."""
+def _rounding(bench: Bench, way: SkippingWay, level: int, pictures: list[Float32Array]) -> float:
+    """Return the largest change, in any view, of a picture whose rays are moved by rounding."""
     subject = bench.subject
     moved_mm = _MOVED * max(subject.grid.extent_mm_zyx)
     largest = 0.0
-    with bench.clock.part("drawing"), way.kind(way.package, level=level, transfer=way.program.transfer) as renderer:
+    with bench.clock.part("drawing"), way.open(level) as renderer:
         for camera, picture in zip(subject.views.values(), pictures, strict=True):
             for direction_xyz in _DIRECTIONS_XYZ:
                 moved = camera.copy()
@@ -143,7 +168,7 @@ def _rounding(bench: Bench, way: _Way, level: int, pictures: list[Float32Array])
     return largest
 
 
-def _counts(way: _Way, level: int, cameras: list[Float64Array], shape_hw: tuple[int, int]) -> Counts | None:
+def _counts(way: SkippingWay, level: int, cameras: list[Float64Array], shape_hw: tuple[int, int]) -> Counts | None:
     try:
         return samples_of_views(way.package, way.program, level, cameras, shape_hw, kind=way.kind)
     except VolprepError as error:
@@ -178,14 +203,14 @@ def _difference(subject: Subject, camera: Float64Array, one: Float32Array, other
 
 
 def _limit(subject: Subject) -> float:
-    """One step of the target, with what float32 rounds of it, and what the scene lets both take from a ray."""
+    """One step of the target, its float32 rounding, and the opacity that the scene lets both leave out of a ray."""
     manifest = subject.package.manifest
     epsilons = [part.epsilon for part in (manifest.skipping, manifest.proxy) if part is not None]
     return _STEP_OF_TARGET + _NOISE + sum(epsilons)
 
 
 def _half(subject: Subject) -> tuple[int, int]:
-    """A quarter of the pixels tells the samples of a picture to a percent, in a quarter of the time."""
+    """A quarter of the pixels gives the samples of a picture to a percent, in a quarter of the time."""
     height, width = subject.shape_hw
     return -(-height // 2), -(-width // 2)
 
@@ -197,7 +222,7 @@ def _mesh_read_ms(package: Package, transfer: str, level: int) -> float | None:
         return None
     data = package.read_bytes(file)
     times = []
-    for _ in range(_DRAWS):
+    for _ in range(_READS):
         start = time.perf_counter()
         read_glb(data, file)
         times.append((time.perf_counter() - start) * 1000)

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from volprep.parts.fidelity.measure import VIEWS as STATED_VIEWS
 from volprep.parts.fidelity.measure import MeasuredFidelity, by_chance, cameras_from, measure
 from volprep.truth.decoded import Volume
 from volprep.validation.records import Deviation
@@ -14,15 +15,17 @@ from volprep_formats.package.reader import Package
 
 VIEWS = 20
 SHARE = 0.2
-"""Part of the stated RMSE by which that of other views may differ."""
+"""Largest difference between the RMSE of other views and the stated one, as a part of it."""
 _NOISE = 0.0005
 """RMSE that two drivers may differ by, in targets of 8 bits."""
+_FLIP_NOISE = 0.005
+"""FLIP that two drivers may differ by."""
 
 
 def fidelity_findings(package: Package, scans: Mapping[str, Volume], *, wanted: bool) -> Iterator[Deviation]:
-    """Measure in 20 other views what the manifest states, and return what does not hold.
+    """Measure the values that the manifest states in 20 other views, and return the wrong ones.
 
-    `wanted` is whether the scene asks for the record. Raises what drawing raises.
+    `wanted` is whether the scene asks for the record. Raises the errors of drawing.
     """
     manifest = package.manifest
     if wanted != bool(manifest.fidelity):
@@ -61,6 +64,11 @@ def _problem(stated: Fidelity, found: MeasuredFidelity) -> str | None:
         return f"is stated for {stated.pixels} pixels, and measured for {found.pixels}"
     if abs(found.rmse - stated.rmse) > SHARE * stated.rmse + _NOISE:
         return f"RMSE {stated.rmse:g} is stated, {len(found.views)} other views have {found.rmse:.3g}"
+    flip = sum(view.flip for view in found.views) / len(found.views)
+    if abs(flip - stated.flip) > SHARE * stated.flip + _FLIP_NOISE:
+        return f"FLIP {stated.flip:g} is stated, {len(found.views)} other views have {flip:.3g}"
+    if stated.views != STATED_VIEWS:
+        return f"is stated for {stated.views} views; volprep measures {STATED_VIEWS}"
     if found.maximum > stated.maximum:
         return f"a largest error of {stated.maximum:g} is stated, another view has {found.maximum:.3g}"
     return None

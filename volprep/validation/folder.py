@@ -20,7 +20,7 @@ CURVES_FILE = "curves.json"
 CURVES_PAGE = "curves.html"
 """Name of their page."""
 ABLATION_PAGE = "ablation.html"
-"""Name of the page of what each item is worth, where that was measured; its data are in those of the report."""
+"""Name of the page with the value of each item, where that was measured; its data are part of the report's."""
 PICTURES = "pictures"
 """Name of the folder of pictures in the folder of a report."""
 TRUTH = "truth"
@@ -63,7 +63,7 @@ class ReportFolder:
         self._write(CURVES_FILE, data, CURVES_PAGE, page)
 
     def write_page(self, name: str, page: str) -> None:
-        """Write a page whose data are those of the report."""
+        """Write a page whose data are part of the report's."""
         with output_errors(self._partial, _FAILED):
             (self._partial / name).write_text(page, encoding="utf-8")
 
@@ -102,7 +102,7 @@ def report_folder(target: Path) -> Iterator[ReportFolder]:
 
 
 def _require_replaceable(target: Path) -> None:
-    """Refuse to remove what is no report: somebody may have named a folder of their own."""
+    """Refuse to remove a folder that is not a report: the user may have named one of their own folders."""
     if target.exists() and not target.is_dir():
         raise VolprepError("VP6020", path=target, problem="it is no folder")
     names = {path.name for path in target.iterdir()} if target.is_dir() else set()

@@ -1,4 +1,4 @@
-"""The order with which the quadrature error falls, and what may keep it from what theory expects."""
+"""Measure the order of the quadrature error, and name possible reasons why it differs from theory."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -13,12 +13,12 @@ from volprep_formats.package.program import ClassificationName, CompositingName,
 from volprep_formats.package.transfer_function import TransferFunction
 
 _NOISE: dict[Target, float] = {"rgba8": 1 / 510, "rgba16f": 2.0**-12, "rgba32f": 2e-6}
-"""Root mean square errors below this are the target's rounding; in float32, that of some hundred samples."""
+"""Root mean square errors below this are rounding of the target; in float32, of some hundred samples."""
 
 _OF_STEPS = 1.0
-"""Order where what is seen jumps: at every face between two labels, at every step of a palette."""
+"""Order for a jump in the classified field: at every face between two labels, at every step of a palette."""
 _TURNING: frozenset[Lighting] = frozenset(("phong", "blinn-phong"))
-"""Lighting by which colours jump: a light with a place lights the side of a surface that faces the viewer."""
+"""Lighting with jumps in colour: a light with a place lights the side of a surface that faces the viewer."""
 _AGREEMENT = 0.25
 """Slopes of one view of a scan scatter by 0.2 even where they are settled."""
 _LEAST_ORDER = 0.5
@@ -33,7 +33,7 @@ def expected_order(
     lighting: Lighting = "none",
     labels: bool = False,
 ) -> float:
-    """Return the order with which the error falls as steps get finer, by all that it depends on."""
+    """Return the expected order of the error under step refinement, from everything that it depends on."""
     of_technique = TECHNIQUES[technique].order
     if of_technique is not None:
         return of_technique
@@ -53,7 +53,7 @@ def convergence(
     lighting: Lighting = "none",
     labels: bool = False,
 ) -> Convergence:
-    """Tell the order from errors into a float target, coarsest step first; `target` is None where there is none."""
+    """Fit the order to errors in a float target, coarsest step first; `target` is None without a float target."""
     record = COMPOSITINGS[compositing]
     walk = TECHNIQUES[technique]
     expected = expected_order(technique, compositing, classification, lighting=lighting, labels=labels)
@@ -61,11 +61,14 @@ def convergence(
     limits = [each.order_limit for each in (record, walk) if each.order_limit is not None]
     if classification == "preintegrated":
         limits.append(
-            "The pre-integrated table is made for the nominal step: with finer ones the colour gains with order 1, and "
-            "no step is better than its entries."
+            "Between two entries of the pre-integrated table the function counts as constant: no step is better than "
+            "its entries."
         )
     elif labels:
-        limits.append("Labels are constant in each voxel: steps see a face between two late or early, with order 1.")
+        limits.append(
+            "Labels are constant in each voxel: segments of up to a voxel are split at its faces, which is exact; "
+            "longer ones see a face between two labels late or early, with order 1."
+        )
     elif classification == "palette":
         limits.append("A palette has steps: whatever does not resolve them sees them late or early, with order 1.")
     elif jumps:

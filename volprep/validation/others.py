@@ -1,17 +1,17 @@
-"""What a package ships beside its finest level: coarse levels and pieces of level 0, drawn and judged in nine views.
+"""Draw and judge coarse levels and pieces of level 0 in nine views.
 
-A coarse level is for pictures in which one of its voxels is about one pixel. There it is compared: both its picture and
-the truth are drawn as large as those of the report, and averaged down to that size, so that neither owes its error to
-which detail a pixel's centre happens to meet. Its rmse is judged, and its largest error only told: that is the error of
-one pixel at an outline, where any smaller picture differs.
+A coarse level is for pictures in which one of its voxels is about one pixel. It is compared at that size: its picture
+and the truth are drawn as large as in the report, and averaged down, so that the error of neither depends on
+which detail a pixel's centre happens to meet. The box reference (references.py) is treated the same way: no level may
+be worse.
 
 Pieces are drawn eight at a time, as a device holds them: blocks around points of the grid that share no cell and
-together are the whole level, put together in the order in which rays meet them, and compared with the truth. Only light
-that is emitted and absorbed can be put together like this. Of other pictures each block is compared with the same part
-of the scan, small and in three views.
+together are the whole level, composited in the order in which rays meet them, and compared with the truth. Only
+emission and absorption can be composited like this. For other pictures each block is compared with the same part of the
+scan, small and in three views.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -20,18 +20,23 @@ from numpy.typing import NDArray
 
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
-from volprep.truth.averaged import averaged
 from volprep.truth.decoded import light_of_program
 from volprep.truth.oracle import OraclePicture
 from volprep.truth.part import picture_of_part
 from volprep.validation.bench import Bench
 from volprep.validation.edits_and_cuts import OBLIQUE, judge_cut, judge_edit, part_of_scan
-from volprep.validation.pixels import Picture, judged, pixels_of
-from volprep.validation.records import OtherDrawing, OtherView, ProgramResult
+from volprep.validation.kept_light import kept_light
+from volprep.validation.pixels import Picture, judged, judged_level, pixels_of
+from volprep.validation.records import ProgramResult
+from volprep.validation.references import Reference, References
+from volprep.validation.seen import width_pixels
+from volprep.validation.seen_records import KeptLight, OtherDrawing, OtherView, SeenNumbers
 from volprep.validation.subject import Subject
+from volprep.validation.verdict import may_be_preview, share_of
 from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.parts.subvolumes.places import ends_mm, sides_of, voxels_of
 from volprep_formats.package.parts.subvolumes.record import Cuts, SubvolumeGrid, decode_grid
@@ -39,7 +44,7 @@ from volprep_formats.package.program import CompositingName, Program
 
 Index = tuple[int, int, int]
 _FAR = 1e6
-"""Diagonals between a volume and where parallel rays come from."""
+"""Distance of the origin of parallel rays from the volume, in diagonals."""
 _LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
 """Compositings whose pictures of blocks behind each other make that of the whole."""
 _PIXELS_APART = 64
@@ -48,46 +53,79 @@ _TILINGS = (1, 0)
 """First points of the blocks along each axis: both together hold points of every kind."""
 
 
-def judge_others(bench: Bench, program: Program, viewed: ViewedProgram) -> tuple[OtherDrawing, ...]:
-    """Draw coarse levels, pieces, edits and a cut with the transfer function of `program`, whose truth is known."""
-    return (
-        *_coarse_levels(bench, program, viewed),
+def judge_others(
+    bench: Bench, program: Program, viewed: ViewedProgram, references: References
+) -> tuple[tuple[OtherDrawing, ...], tuple[KeptLight, ...]]:
+    """Draw coarse levels, pieces, edits and a cut with the transfer function of `program`, whose truth is known.
+
+    Return them, and where each coarse level keeps the least light of a thin thing.
+    """
+    levels = [*_coarse_levels(bench, program, viewed, references)]
+    drawings = [drawing for drawing, _ in levels]
+    previews = {drawing.level for drawing in drawings if drawing.preview_only and drawing.level is not None}
+    others = (
+        *drawings,
         *_pieces(bench, program, viewed),
-        *judge_edit(bench, program),
+        *judge_edit(bench, program, previews),
         *judge_cut(bench, program.transfer),
     )
+    return others, tuple(kept for _, kept in levels if kept is not None)
 
 
-def _coarse_levels(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[OtherDrawing]:
+def _coarse_levels(
+    bench: Bench, program: Program, viewed: ViewedProgram, references: References
+) -> Iterator[tuple[OtherDrawing, KeptLight | None]]:
     subject = bench.subject
     wanted = [index for index in subject.levels(program) if index != viewed.level]
     levels = [level for level in subject.package.manifest.levels if level.index in wanted]
     bench.progress.start(f"coarse levels of {program.transfer}", len(levels))
     for level in levels:
+        reference = references.get((program.transfer, level.index))
+        boxes = {} if reference is None else _boxes(bench, viewed, level, reference)
         kinds: tuple[type[Renderer], ...] = (ray_caster_of(subject.package, level.index, program.transfer), Renderer)
         for kind in dict.fromkeys(kinds):
-            yield _coarse_level(bench, kind(subject.package, level=level.index, transfer=program.transfer), viewed)
+            renderer = kind(subject.package, level=level.index, transfer=program.transfer)
+            yield _coarse_level(bench, renderer, viewed, boxes)
         bench.progress.advance()
 
 
-def _coarse_level(bench: Bench, chosen: Renderer, viewed: ViewedProgram) -> OtherDrawing:
-    subject = bench.subject
-    pixels = pixels_of(subject, chosen.level)
-    allowed = Tolerance(rmse=subject.render.tolerance.rmse, maximum=1.0)
-    views = []
-    with chosen as renderer:
+def _boxes(bench: Bench, viewed: ViewedProgram, level: Level, reference: Reference) -> dict[str, SeenNumbers]:
+    """Compare the box reference of a level with the truth as the level is compared."""
+    with bench.clock.part("comparing"):
+        found = [
+            judged_level(name, box.astype(np.float32), viewed.truths[name], Tolerance(), bench.subject, level)
+            for name, box in reference.views.items()
+        ]
+    return {view.view: view.seen for view in found}
+
+
+def _coarse_level(
+    bench: Bench, chosen: Renderer, viewed: ViewedProgram, boxes: Mapping[str, SeenNumbers]
+) -> tuple[OtherDrawing, KeptLight | None]:
+    subject, level = bench.subject, chosen.level
+    tolerance = subject.render.tolerance
+    pictures: dict[str, Picture] = {}
+    with chosen as renderer, bench.clock.part("drawing"):
         for name, box_from_clip in subject.views.items():
-            with bench.clock.part("drawing"):
-                drawn = renderer.render(box_from_clip, subject.shape_hw)
-            views.append(judged(name, averaged(drawn, pixels), averaged(viewed.truths[name], pixels), allowed))
-    return OtherDrawing(
-        item=f"level {chosen.level.index} with {chosen.program.transfer}",
+            pictures[name] = renderer.render(box_from_clip, subject.shape_hw)
+    with bench.clock.part("comparing"):
+        found = [
+            judged_level(name, drawn, viewed.truths[name], tolerance, subject, level)
+            for name, drawn in pictures.items()
+        ]
+    views = tuple(view.model_copy(update={"box": boxes.get(view.view)}) for view in found)
+    drawing = OtherDrawing(
+        item=f"level {level.index} with {chosen.program.transfer}",
         program=chosen.program.name,
-        level=chosen.level.index,
-        preview_only=bool(chosen.level.preview_only),
-        pixels=pixels,
-        views=tuple(views),
+        level=level.index,
+        preview_only=bool(level.preview_only) and may_be_preview([*boxes.values()], tolerance),
+        pixels=pixels_of(subject, level),
+        views=views,
     )
+    least = min(views, key=lambda view: view.seen.kept_light)
+    shown = (pictures[least.view], viewed.truths[least.view])
+    box = min((each.kept_light for each in boxes.values()), default=None)
+    return drawing, kept_light(bench.folder, chosen.program.name, level.index, least.view, least.seen, shown, box)
 
 
 def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[OtherDrawing]:
@@ -100,6 +138,7 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
     lit = _light_of(program, own)
     truths = viewed.truths if lit == "" else _lit_as(bench, own)
     apart = own.compositing not in _LAID_OVER
+    width = width_pixels(subject.cameras.values(), subject.grid, subject.shape_hw[0])
     for first in _TILINGS:
         blocks = [*_blocks(grid, first)]
         bench.progress.start(f"pieces of {program.transfer}", len(blocks))
@@ -107,7 +146,7 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
             views = _each_apart(bench, own, grid, [point for point, _ in blocks])
         else:
             views = tuple(
-                judged(name, picture, truths[name], subject.render.tolerance)
+                judged(name, picture, truths[name], subject.render.tolerance, width)
                 for name, picture in _put_together(bench, own, grid, first, blocks)
             )
         yield OtherDrawing(
@@ -120,9 +159,10 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
 
 
 def _each_apart(bench: Bench, program: Program, grid: SubvolumeGrid, points: Sequence[int]) -> tuple[OtherView, ...]:
-    """Compare each block with the same part of the scan; each view tells of the block that is farthest off."""
+    """Compare each block with the same part of the scan; each view reports the block with the largest error."""
     subject = bench.subject
     pixels = min(subject.shape_hw[0], _PIXELS_APART)
+    width = width_pixels(subject.cameras.values(), subject.grid, pixels)
     found: dict[str, list[OtherView]] = {name: [] for name in OBLIQUE}
     for point in points:
         with Renderer(subject.package, point=point, transfer=program.transfer) as renderer:
@@ -131,17 +171,9 @@ def _each_apart(bench: Bench, program: Program, grid: SubvolumeGrid, points: Seq
                     truth = _block_of_scan(subject, grid, point, program.transfer, name, pixels)
                 with bench.clock.part("drawing"):
                     drawn = renderer.render(subject.views[name], (pixels, pixels))
-                views.append(judged(name, drawn, truth, subject.render.tolerance))
+                views.append(judged(name, drawn, truth, subject.render.tolerance, width))
         bench.progress.advance()
-    return tuple(
-        OtherView(
-            view=name,
-            passed=all(view.passed for view in views),
-            rmse=max(view.rmse for view in views),
-            maximum=max(view.maximum for view in views),
-        )
-        for name, views in found.items()
-    )
+    return tuple(max(views, key=lambda view: share_of(view.seen, subject.render.tolerance)) for views in found.values())
 
 
 def _block_of_scan(  # noqa: PLR0917 - which block, and how it is seen
@@ -161,7 +193,7 @@ def _block_of_scan(  # noqa: PLR0917 - which block, and how it is seen
 
 
 def _light_of(program: Program, own: Program) -> str:
-    """Return how the light on pieces differs from that on the whole; nothing where it does not."""
+    """Return the difference between the light on pieces and on the whole, or an empty list."""
     if own.lighting != program.lighting:
         return ", without light"
     return "" if own.normals_from == program.normals_from else f", lit by {own.normals_from} differences"
@@ -206,9 +238,9 @@ def _put_together(
 def _front_to_back(
     subject: Subject, box_from_clip: NDArray[np.float64], between_zyx: Sequence[Cuts], places: Sequence[Index]
 ) -> list[Index]:
-    """Return the blocks in the order in which rays meet them: by their steps from the block that the eye is at.
+    """Return the blocks in the order in which rays meet them: by their distance in blocks from the block of the eye.
 
-    `between_zyx` are the voxels at which a block ends and the next begins, along each axis.
+    `between_zyx` are the voxels between one block and the next, along each axis.
     """
     near, far = (box_from_clip @ [0.0, 0.0, depth, 1.0] for depth in (-1.0, 1.0))
     eye, ahead = near[:3] / near[3], far[:3] / far[3] - near[:3] / near[3]
@@ -220,7 +252,7 @@ def _front_to_back(
 
 
 def unproved(manifest: Manifest, results: Sequence[ProgramResult]) -> tuple[str, ...]:
-    """Return what of a package `results` have not drawn: programs with their levels, by their names."""
+    """Return the programs of a package, with levels, that `results` have not drawn, by their names."""
     drawn: set[tuple[str, int | None]] = {(each.program, each.level) for each in results}
     drawn |= {(other.program, other.level) for each in results for other in each.others}
     drawn |= {(each.empty_space.drawn_by, each.level) for each in results if each.empty_space is not None}

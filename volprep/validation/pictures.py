@@ -1,4 +1,4 @@
-"""What a page shows: differences as colours, and colours for a page.
+"""Pictures for a page: differences as colours, and colours for a page.
 
 The colours of differences are matplotlib's magma: lightness rises evenly, so that twice as bright reads as more, also
 for colour-blind people and on paper.
@@ -31,9 +31,9 @@ def largest_difference(first: FloatArray, second: FloatArray) -> Float32Array:
 
 
 def gain_for(differences: FloatArray) -> float:
-    """Return the power of two, at most 256, at which all but one in 200 of `differences` (0 to 1) show unclipped.
+    """Return the power of two, at most 256, that shows all but one in 200 of `differences` (0 to 1) show unclipped.
 
-    The few largest ones sit on silhouettes, and would leave the rest of the picture black.
+    The few largest ones lie on silhouettes, and would leave the rest of the picture black.
     """
     most = float(np.quantile(differences, 0.995))
     return float(2.0 ** np.floor(np.log2(1.0 / np.clip(most, 1 / _LARGEST_GAIN, 1.0))))

@@ -29,7 +29,7 @@ def most_precise(draw: Callable[[Target], Drawn]) -> Drawn | None:
 
 
 def finite(picture: Float32Array, program: str, target: Target) -> Float32Array:
-    """Return a picture. Raises VP6082 if a driver has drawn something into it that is no number, or infinite."""
+    """Return a picture. Raises VP6082 if a driver has drawn NaN or infinite pixels."""
     wrong = int((~np.isfinite(picture).all(axis=-1)).sum())
     if wrong:
         pixels = picture.shape[0] * picture.shape[1]

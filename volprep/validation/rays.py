@@ -1,4 +1,4 @@
-"""How long the rays of a picture are inside the volume, and so how many samples they take."""
+"""Lengths of the rays of a picture inside the volume, and so their numbers of samples."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ def chords_mm(box_from_clip: Float64Array, shape_hw: tuple[int, int], grid: Grid
     near = _unproject(box_from_clip, x, y, -1.0)
     along = _unproject(box_from_clip, x, y, 1.0) - near
     extent_mm_xyz = np.array(grid.extent_mm_zyx[::-1])
-    # A ray parallel to a face divides by zero: the infinities then say whether it lies between the faces. One that
+    # A ray parallel to a face divides by zero: the infinities then show whether it lies between the faces. One that
     # runs within a face gives NaN and counts as a miss.
     with np.errstate(divide="ignore", invalid="ignore"):
         first, second = -near / along, (extent_mm_xyz - near) / along
@@ -34,10 +34,10 @@ def samples(chords: Float64Array, step_mm: float) -> NDArray[np.int64]:
 
 
 def settled(chords: Float64Array, step_mm: float) -> NDArray[np.bool_]:
-    """Say of which rays float32 cannot change the number of segments, however it rounds the ray's ends.
+    """Return the rays whose number of segments float32 rounding of the ends cannot change.
 
-    In perspective the ends come from a division by w, of which a far plane 200 times as far as the near one leaves
-    seven of its 24 bits less: 2^-17 of the length of the ray, and as much at the other end.
+    In perspective the ends come from a division by w. A far plane 200 times as far as the near one costs seven of the
+    24 bits of w: 2^-17 of the length of the ray, at each end.
     """
     steps = chords / step_mm
     certain: NDArray[np.bool_] = np.abs(steps - np.rint(steps)) > _ROUNDING * np.maximum(steps, 1.0)

@@ -1,10 +1,10 @@
-"""report.json: what validation measured, as frozen records. The page shows nothing that is not in here.
+"""Frozen records of report.json, the measurements of validation. The page shows nothing that is not in here.
 
-An error is told apart by its origin. The *data* error is what the package's level and quantisation lost: the oracle
-on the package's decoded data against the oracle on the source. The *drawing* error is what the renderer adds: its
-picture against the oracle on the same data. The drawing error in turn is the lookup table's (oracle with the table
-as transfer function), the quadrature's (float target, rays running to their end), early termination's, and the
-target's (8 bits).
+Errors are separated by origin. The *data* error is lost in the package's level and quantisation: the oracle on the
+package's decoded data against the oracle on the source. The *drawing* error is added by the renderer: its picture
+against the oracle on the same data. The drawing error in turn consists of the lookup table's (oracle with the table as
+transfer function), the quadrature's (float target, rays running to their end), early termination's, and the target's (8
+bits).
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,17 +13,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep.parts.levels.records import LevelChoice
-from volprep.plan.device_records import DeviceRecord
-from volprep.plan.form_trial import FormTrial
-from volprep.validation.ablation.records import Ablation
-from volprep.validation.witness.records import Witness
+from volprep.validation.seen_records import KeptLight, NonNegative, OtherDrawing, SeenNumbers
+from volprep.validation.times import Milliseconds
 from volprep_formats.grid import Count
-from volprep_formats.package.manifest import Manifest, Tolerance
-from volprep_formats.package.values import ByteCount, Sha256
+from volprep_formats.package.values import ByteCount
 from volprep_formats.record import Record
 
-NonNegative = Annotated[float, Field(ge=0.0)]
 Decibel = float | None
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 Target = Literal["rgba8", "rgba16f", "rgba32f"]
@@ -31,16 +26,23 @@ WayName = Literal["neither", "table", "mesh", "both"]
 
 
 class ErrorNumbers(Record):
-    """How far one picture is from another. All pixels of the picture count for `rmse` and `maximum`."""
+    """Errors of one picture against another. All pixels count for `rmse` and `maximum`, seen ones for the rest.
+
+    A pixel is seen if one of the pictures has an opacity or a light of more than half a step of 8 bits there.
+    """
 
     rmse: NonNegative
     """Root mean square over all pixels and the four channels, premultiplied linear values from 0 to 1."""
     maximum: NonNegative
     """Largest difference of one channel of one pixel, premultiplied linear."""
+    seen_rmse: NonNegative
+    """Root mean square over seen pixels and the four channels, premultiplied linear."""
+    off: Fraction
+    """Part of the seen pixels with an sRGB channel off by more than 10 of 255, over black or over white."""
     psnr_black_db: Decibel
-    """Peak signal to noise over black, sRGB, on the foreground; null where the pictures are the same."""
+    """Peak signal to noise over black, sRGB, on the foreground; null if the pictures are the same."""
     psnr_white_db: Decibel
-    """Peak signal to noise over white, sRGB, on the foreground; null where the pictures are the same."""
+    """Peak signal to noise over white, sRGB, on the foreground; null if the pictures are the same."""
     ssim_black: float
     """Structural similarity over black, sRGB, on the foreground; 1 where the pictures are the same."""
     ssim_white: float
@@ -68,15 +70,17 @@ class ViewResult(Record):
     view: str
     """Name of the standard view."""
     passed: bool
-    """Whether the total error is within the tolerance, in rmse and in maximum."""
+    """Whether everything that the tolerance limits is within it."""
     total: ErrorNumbers
     """Rendering against truth."""
+    seen: SeenNumbers
+    """The visible error, which the tolerance limits."""
     data: ErrorNumbers
-    """Oracle on the package's data against truth: what level and quantisation lost."""
+    """Oracle on the package's data against truth: the error of level and quantisation."""
     drawing: ErrorNumbers
     """Rendering against the oracle on the package's data: lookup table, quadrature and arithmetic."""
     truth_bound: NonNegative
-    """Largest bound of the oracle on its own error, truth and package's data alike, over all pixels."""
+    """Largest bound of the oracle on its own error over all pixels, for truth and for the package's data."""
     pictures: ViewPictures
     """Files of the pictures."""
 
@@ -94,10 +98,9 @@ class SweepPoint(Record):
     """Samples per ray that meets the volume, mean; early termination takes fewer."""
     samples_max: Annotated[int, Field(ge=0)]
     """Samples of the longest ray."""
-    draw_ms: NonNegative
-    """Median time of a draw, in milliseconds."""
-    draws: Count
-    """Draws that were timed, after one that was not."""
+    draw: Milliseconds | None
+    """Times of a draw; null for a step finer than half of the nominal one whose draws are too slow to repeat seven
+    times."""
     total: ErrorNumbers
     """Rendering against truth, with the target of the report."""
     drawing: ErrorNumbers
@@ -105,12 +108,12 @@ class SweepPoint(Record):
     quadrature: ErrorNumbers | None = None
     """Rendering into a float target, rays running to their end, against the oracle with the lookup table.
 
-    Absent where it was not measured: at coarse levels, and without a float target.
+    Absent if it was not measured: at coarse levels, and without a float target.
     """
 
 
 class LevelFloor(Record):
-    """What one level can reach at best, in the view of the sweep."""
+    """Lowest error that one level can reach, in the view of the sweep."""
 
     level: Annotated[int, Field(ge=0)]
     """Level."""
@@ -123,7 +126,7 @@ class LevelFloor(Record):
 
 
 class Breakdown(Record):
-    """Where the error of the sweep's view at the nominal step comes from, at the finest level."""
+    """Parts of the error in the sweep's view at the nominal step, at the finest level."""
 
     data: ErrorNumbers
     """Oracle on the level's data against truth: level and quantisation."""
@@ -132,34 +135,34 @@ class Breakdown(Record):
     quadrature: ErrorNumbers | None
     """Rendering into a float target, rays running to their end, against the oracle with the table.
 
-    Null where the driver has no float target, or where the package's shader is not the one that this version of
-    volprep composes, so that termination cannot be told apart.
+    Null if the driver has no float target, or if the package's shader is not the one that this version of volprep
+    composes, so that the error of termination cannot be separated.
     """
     termination: ErrorNumbers | None
-    """What early ray termination changes in the float target; null as above."""
+    """Change by early ray termination in the float target; null as above."""
     target: ErrorNumbers | None
     """Rendering into the 8-bit target against the one into the float target; null as above. Of stacks of slices against
     the same in double precision."""
     texels: ErrorNumbers | None = None
-    """Of stacks of slices: their texels composited in double precision, with the opacity of each ray's path between two
-    slices, against truth: classification before the filter, distance of the slices, palettes and bits."""
+    """For stacks of slices: their texels composited in double precision, with the opacity of each ray's path between
+    two slices, against truth: classification before the filter, distance of the slices, palettes and bits."""
     angle: ErrorNumbers | None = None
-    """Of stacks of slices: what multiplying opacities in place of that changes where rays meet slices at an angle."""
+    """For stacks of slices: the change by multiplying opacities instead, for rays that meet slices at an angle."""
 
 
 class Convergence(Record):
-    """Order with which the quadrature error falls as the step is refined."""
+    """Order of the quadrature error under step refinement."""
 
     expected: float
     """2 for midpoint samples with exponential opacity."""
     slopes: tuple[float, ...]
     """Slope of log error over log step from each step to the next finer one; empty without a float target."""
     observed: float | None
-    """Slope fitted to the finest steps whose slopes agree; null where none do."""
+    """Slope fitted to the finest steps whose slopes agree; null if none do."""
     fitted_steps_mm: tuple[float, ...]
     """Steps that `observed` was fitted to."""
     limits: tuple[str, ...]
-    """What keeps the slope from the expected one, in words."""
+    """Reason why the slope differs from the expected one, in words."""
 
 
 class Sweep(Record):
@@ -167,42 +170,45 @@ class Sweep(Record):
 
     view: str
     """View that was drawn."""
+    timed_size: Count
+    """Width and height of the pictures that were timed: those of the report, or a quarter of their pixels where the
+    driver is slow."""
     float_target: Target | None
-    """Target of the quadrature numbers; null where they were not measured."""
+    """Target of the quadrature numbers; null if they were not measured."""
     points: tuple[SweepPoint, ...]
     """Measured points, level by level, coarsest step first."""
     floors: tuple[LevelFloor, ...]
-    """What each level can reach, finest level first."""
+    """Lowest error of each level, finest level first."""
     breakdown: Breakdown
-    """Where the error at the nominal step comes from."""
+    """Parts of the error at the nominal step."""
     convergence: Convergence
     """Order of convergence at the finest level."""
 
 
 class LevelComparison(Record):
-    """What a coarse level gained by how it was made: the oracle on the data against truth, in the view of the sweep."""
+    """Gain of a coarse level from how it was made: the oracle on the data against truth, in the view of the sweep."""
 
     level: Annotated[int, Field(ge=1)]
     """Level."""
     filter: str
     """Filter that made it."""
     box: ErrorNumbers
-    """The box filter, with the transfer function as it is."""
+    """The box filter, with the unmodified transfer function."""
     common: ErrorNumbers
-    """The filter, with the transfer function as it is."""
+    """The filter, with the unmodified transfer function."""
     own: ErrorNumbers | None
-    """The filter, with the level's own lookup table; null where it has none."""
+    """The filter, with the level's own lookup table; null if it has none."""
     picture: str
     """File of the pictures over black, side by side: box, the filter, with its own table if there is one, truth."""
 
 
 class SavingView(Record):
-    """What one standard view takes, drawn in one way."""
+    """Cost of one standard view, drawn in one way."""
 
     view: str
     """Name of the standard view."""
     samples_mean: NonNegative | None
-    """Samples of a ray that meets the volume, mean; null without a float target, into which they are counted."""
+    """Samples of a ray that meets the volume, mean; null without a float target, because it holds the counts."""
     looks_mean: NonNegative | None
     """Entries of the skip table that such a ray reads, mean; null as above."""
     difference: NonNegative
@@ -213,14 +219,12 @@ class SavingView(Record):
 
 
 class SavingWay(Record):
-    """Drawing with some of what leaves out empty space."""
+    """Drawing with some of the empty-space techniques."""
 
     way: WayName
-    """What leaves out empty space: neither, the skip table, the mesh at which rays begin, or both."""
-    draw_ms: NonNegative
-    """Median time of a draw in the view of the sweep, in milliseconds."""
-    draws: Count
-    """Draws that were timed, after one that was not."""
+    """Empty-space technique: neither, the skip table, the mesh where rays begin, or both."""
+    draw: Milliseconds
+    """Times of a draw in the view of the sweep; for the last way, the times of the nominal step in the sweep."""
     views: Annotated[tuple[SavingView, ...], Field(min_length=1)]
     """Standard views."""
 
@@ -246,72 +250,50 @@ def _mean(each: Sequence[float | None]) -> float | None:
 
 
 class EmptySpace(Record):
-    """What skip tables and proxy geometry save, and that they change no picture."""
+    """Savings of skip tables and proxy geometry, and the proof that they change no picture."""
 
     drawn_by: str
     """Name of the program that draws as the package does."""
     ways: Annotated[tuple[SavingWay, ...], Field(min_length=2)]
     """With neither first, as the package is drawn last."""
     limit: NonNegative
-    """Largest difference that there may be: a step of 8 bits, what the scene lets both take from a ray, rounding."""
+    """Largest allowed difference: a step of 8 bits, the opacity that the scene lets both leave out of a ray, and
+    rounding."""
     rounding: NonNegative
-    """What rays that are moved as little as rounding moves them change at most, on this driver; 0 where no picture
-    differs so much that it was measured."""
+    """Largest change of a picture on this driver when rays are moved by as little as rounding moves them; 0 if no
+    picture differed enough to need this measurement."""
     passed: bool
     """Whether all views of all ways are within that."""
     mesh_read_ms: NonNegative | None
     """Median time of reading the mesh's file, with its decompression, in milliseconds; null without a mesh."""
     picture: str | None
-    """File of the samples of each pixel in the view of the sweep, the ways side by side; null where not counted."""
+    """File of the samples of each pixel in the view of the sweep, the ways side by side; null if not counted."""
 
 
-class OtherView(Record):
-    """One standard view of something that is not drawn at the finest level of the package."""
+class TracedLight(Record):
+    """Precomputed light against path tracing of the scan, over visible pixels."""
 
-    view: str
-    """Name of the standard view."""
-    passed: bool
-    """Whether the error is within the tolerance, in rmse; of pieces also in maximum."""
     rmse: NonNegative
-    """Root mean square error over all pixels and channels, premultiplied linear."""
-    maximum: NonNegative
-    """Largest difference of one channel of one pixel, premultiplied linear."""
-
-
-class OtherDrawing(Record):
-    """A coarse level, the pieces of level 0, an edit or a cut, drawn in standard views and judged."""
-
-    item: str
-    """What is drawn."""
-    program: str
-    """Name of the program that draws it."""
-    level: Annotated[int, Field(ge=0)] | None = None
-    """Level that is drawn; null for a cut, which is part of none."""
-    preview_only: bool = False
-    """Whether it is a level for previews only, whose errors are told and not judged."""
-    pixels: Count
-    """Width and height of the pictures: one pixel for a voxel of a level, or as large as those of the report."""
-    views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
-    """Standard views."""
-
-    @property
-    def passed(self) -> bool:
-        """Whether all views are within the tolerance."""
-        return all(view.passed for view in self.views)
-
-    @property
-    def rmse(self) -> float:
-        """RMSE of the worst view."""
-        return max(view.rmse for view in self.views)
+    """Root mean square error of premultiplied linear colours, without the noise of the paths."""
+    rmse_below: NonNegative
+    """Upper bound of the RMSE, three standard errors above the estimate."""
+    noise_rmse: NonNegative
+    """Root mean square noise of the path traced pictures, which is subtracted."""
+    pixels: Annotated[int, Field(ge=0)]
+    """Pixels that were compared."""
+    paths: Count
+    """Paths of each pixel."""
+    passed: bool
+    """Whether the error is within the tolerance's root mean square, or beyond it by no more than noise can explain."""
 
 
 class ProgramResult(Record):
-    """What one shader program draws."""
+    """Results of one shader program."""
 
     program: str
     """Name of the program in the manifest."""
     technique: str
-    """How it goes through the volume."""
+    """Its rendering technique."""
     transfer: str
     """Name of the transfer function that it draws."""
     level: Annotated[int, Field(ge=0)]
@@ -321,22 +303,26 @@ class ProgramResult(Record):
     sweep: Sweep
     """Error against run time."""
     levels: tuple[LevelComparison, ...] = ()
-    """What the coarse levels gained by how they were made, finest first."""
+    """Gains of the coarse levels from how they were made, finest first."""
     empty_space: EmptySpace | None = None
-    """What its skip table and its mesh save; null where it has neither."""
+    """Savings of its skip table and its mesh; null if it has neither."""
+    light: TracedLight | None = None
+    """Its precomputed light against path tracing; null if it has none."""
     others: tuple[OtherDrawing, ...] = ()
     """Coarse levels, pieces of level 0, an edit and a cut that are drawn with the same transfer function."""
+    kept_light: tuple[KeptLight, ...] = ()
+    """Light that thin things keep at each level, finest first; levels without thin things are left out."""
 
 
 class Deviation(Record):
     """Something in the package that does not follow from scene and scan."""
 
     code: str
-    """Code of the diagnostic that it is told by."""
+    """Code of its diagnostic."""
     item: str
-    """What it is found in."""
+    """Item of the package with the difference."""
     problem: str
-    """What is wrong with it."""
+    """Description of the difference."""
 
 
 class Derivation(Record):
@@ -347,66 +333,16 @@ class Derivation(Record):
     size_bytes: ByteCount
     """Their size."""
     findings: tuple[Deviation, ...] = ()
-    """What differs; nothing in a package that may ship."""
+    """Differences from the derived package; empty for a package that may ship."""
 
     @property
     def items(self) -> tuple[str, ...]:
-        """What differs, each item once."""
+        """Differing items, each once."""
         return tuple(dict.fromkeys(finding.item for finding in self.findings))
 
     def with_findings(self, found: Iterable[Deviation]) -> "Derivation":
-        """Return the record with what else was found."""
+        """Return the record with more findings."""
         return self.model_copy(update={"findings": (*self.findings, *found)})
-
-
-class PreviewOutcome(Record):
-    """A level for previews only, and how far its pictures are from the truth."""
-
-    item: str
-    """What was drawn."""
-    rmse: NonNegative
-    """Root mean square error of the worst view, with one pixel for a voxel of the level."""
-    within: bool
-    """Whether it is within the tolerance all the same."""
-
-
-class Verdict(Record):
-    """Whether the package may ship, and the view that comes closest to its limit or is furthest beyond it."""
-
-    passed: bool
-    """Whether every view of every program is within the tolerance, no skip table and no mesh changes one, everything
-    follows from the scan, and everything was judged."""
-    views: Count
-    """Number of pictures that were judged."""
-    failed: Annotated[int, Field(ge=0)]
-    """Number of pictures beyond the tolerance."""
-    changed: tuple[str, ...] = ()
-    """Programs whose skip table or mesh changes a picture, which is a defect whatever the tolerance."""
-    differing: tuple[str, ...] = ()
-    """Items that do not follow from scene and scan."""
-    beyond: tuple[str, ...] = ()
-    """Coarse levels, pieces of level 0, edits and cuts of which a view is beyond the tolerance; not those for previews
-    only."""
-    previews: tuple[PreviewOutcome, ...] = ()
-    """Levels for previews only, with what their pictures had: they are told, and decide nothing."""
-    unproved: tuple[str, ...] = ()
-    """What the package ships and no picture has judged."""
-    disagreeing: tuple[str, ...] = ()
-    """Programs whose pictures, or whose truth, a second renderer does not agree with."""
-    worst_program: str
-    """Program of the worst view."""
-    worst_view: str
-    """The worst view: the one with the largest share of a tolerance."""
-    worst_rmse: NonNegative
-    """Its root mean square error."""
-    worst_maximum: NonNegative
-    """Its largest error."""
-    worst_data_rmse: NonNegative
-    """Its root mean square error that level and quantisation made."""
-    worst_drawing_rmse: NonNegative
-    """Its root mean square error that the renderer made."""
-    share: NonNegative
-    """Its error over the tolerance, the larger of the two shares; above 1 it fails."""
 
 
 class Driver(Record):
@@ -418,76 +354,3 @@ class Driver(Record):
     """GL_RENDERER."""
     version: str
     """GL_VERSION."""
-
-
-class Cost(Record):
-    """What validation took."""
-
-    seconds: dict[str, float]
-    """Wall time of each part, by name, in seconds."""
-    threads: Count
-    """Threads of the oracle."""
-    peak_memory_bytes: ByteCount
-    """Largest resident memory of the process, with files that the system has mapped, and can let go of."""
-    source_bytes: ByteCount
-    """Size of the source volume, a file that the system maps into memory where rays read it."""
-
-
-class PackageFacts(Record):
-    """What was validated."""
-
-    file_name: str
-    """Name of the package's folder."""
-    manifest_sha256: Sha256
-    """Digest of manifest.json, which names the digests of all other files."""
-    size_bytes: ByteCount
-    """Size of all files of the package with the manifest."""
-    manifest: Manifest
-    """The manifest."""
-
-
-class Report(Record):
-    """One validation of one package."""
-
-    format: Literal["volprep-report"] = "volprep-report"
-    """Marks the file."""
-    version: Literal["1.0"] = "1.0"
-    """Version of the format: major.minor."""
-    generator: str
-    """Program and version that validated."""
-    package: PackageFacts
-    """What was validated."""
-    picture_size: Count
-    """Width and height of the pictures, in pixels."""
-    target: Target
-    """Render target of the pictures that were judged."""
-    step_mm: Annotated[float, Field(gt=0.0)]
-    """Nominal step of the package, with which the views are drawn."""
-    tolerance: Tolerance
-    """Largest error that a view may have."""
-    oracle_tolerance: NonNegative
-    """Bound that the oracle was asked to keep for each channel."""
-    difference_gain: Annotated[float, Field(gt=0.0)]
-    """Factor on the differences in the pictures named `difference`."""
-    verdict: Verdict
-    """Whether the package may ship."""
-    derivation: Derivation | None = None
-    """What was derived again from the scan and compared."""
-    witness: Witness | None = None
-    """What a second renderer says; null where none was asked."""
-    layout_picture: str | None = None
-    """File of a figure of proxy meshes, bricks, sub-volumes or slices; null where there are none, or without VTK."""
-    ablation: Ablation | None = None
-    """What each item of the package is worth; null where it was not measured."""
-    programs: tuple[ProgramResult, ...]
-    """What each program draws."""
-    made: tuple[LevelChoice, ...] = ()
-    """How each coarse level was made and what else was tried, as the build noted it beside the package."""
-    forms: tuple[FormTrial, ...] = ()
-    """Compressed forms that were considered; what encoding took stands beside the package."""
-    devices: tuple[DeviceRecord, ...] = ()
-    """What devices have measured of this package."""
-    driver: Driver
-    """The OpenGL ES that drew the pictures."""
-    cost: Cost
-    """What validation took."""

@@ -1,44 +1,55 @@
-"""What validation measures: draw the package, draw the truth, compare, judge."""
+"""Run a validation: draw the package, draw the truth, compare, judge."""
 
 import hashlib
 import resource
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
 
 from volprep.kernels import _native
 from volprep.parts.levels.records import LevelChoice
 from volprep.pipeline.origin import read_origin
+from volprep.pipeline.remarks import warnings
 from volprep.plan.form_trial import FormTrial
 from volprep.truth.decoded import holds_labels, light_of_scan
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
-from volprep.validation.empty_space import measure_empty_space
-from volprep.validation.exact.derive import derive
+from volprep.validation.empty_space import measure_empty_space, ways_of
+from volprep.validation.exact.derive import Derived, derive
 from volprep.validation.exact.findings import error_of
 from volprep.validation.fidelity import fidelity_findings
 from volprep.validation.folder import PICTURES, ReportFolder
+from volprep.validation.kept_light import kept_light
+from volprep.validation.labelled_subject import LabelledSubject
 from volprep.validation.levels import compare_levels
 from volprep.validation.others import judge_others, unproved
 from volprep.validation.preview import preview_findings
-from volprep.validation.records import Cost, Derivation, PackageFacts, ProgramResult, Report
+from volprep.validation.records import Derivation, ProgramResult
+from volprep.validation.references import References, draw_references
+from volprep.validation.report_record import Cost, PackageFacts, Report
 from volprep.validation.scan import find_scan
+from volprep.validation.seen_records import KeptLight
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
-from volprep.validation.sweep import SWEEP_VIEW, measure_sweep
+from volprep.validation.sweep import SWEEP_VIEW, measure_sweep, nominal_time
+from volprep.validation.traced_light import measure_light
 from volprep.validation.truth_pictures import write_truth
 from volprep.validation.verdict import judge
-from volprep.validation.views import MeasuredPrograms, Statement, draw_differences, measure_views
+from volprep.validation.views import MeasuredPrograms, Statement, ViewedProgram, draw_differences, measure_views
 from volprep.validation.whole import open_whole
 from volprep.validation.witness.judge import ask_witness
+from volprep.validation.witness.records import Witness
+from volprep.validation.witness.second_reading import read_again
 from volprep.vtk.layouts import draw_figure
-from volprep.vtk.process import require_pyvista
+from volprep.vtk.process import has_pyvista
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Channel
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Manifest, Tolerance
+from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents
 from volprep_formats.package.storage.files import MANIFEST
@@ -57,12 +68,10 @@ def measure_package(
 ) -> Report:
     """Measure the sealed package at `path`; pictures go to `folder`, the scan and its codes to the empty `scratch`.
 
-    With `witness`, VTK draws the scan, too.
+    With `witness`, VTK draws the scan, too, and independent libraries read it.
 
-    Raises what `volprep.report.validate` names.
+    Raises the errors of `volprep.report.validate`.
     """
-    if witness:
-        require_pyvista()
     clock = Clock()
     with clock.part("all"):
         with clock.part("checking"):
@@ -81,18 +90,18 @@ def measure_package(
             raise error_of(derivation.findings, path)
         package = _judged(package, derived.manifest, found.scene.tolerance)
         channels = {name: Subject(part, derived.scans[name], size) for name, part in channel_packages(package).items()}
-        subjects = [*_together(package, channels), *channels.values()]
+        subjects = [*_together(package, channels), *_labelled(package, derived, size), *channels.values()]
         subject = subjects[0]
         try:
             measured = _measure([Bench(each, folder, clock, progress) for each in subjects])
         except VolprepError as error:
             if not derivation.findings:
                 raise
-            # What is wrong with the package says more than what a driver makes of it.
+            # A fault in the package explains more than a driver's result for it.
             raise error_of(derivation.findings, path) from error
         programs = measured.programs
-        asked = ask_witness(measured.statements, SWEEP_VIEW, scratch) if witness else None
-        layout = _layout_picture(package, folder) if witness else None
+        asked = _witnessed(path, source, channels, measured, scratch) if witness else None
+        layout = _layout_picture(package, folder) if witness and has_pyvista() else None
         return Report(
             generator=f"volprep {version('volprep')}",
             package=_facts(package),
@@ -105,10 +114,12 @@ def measure_package(
             verdict=judge(
                 programs,
                 subject.render.tolerance,
-                derivation.items,
-                unproved(package.manifest, programs),
-                () if asked is None else asked.disagreeing,
+                differing=derivation.items,
+                unproved=unproved(package.manifest, programs),
+                disagreeing=() if asked is None else asked.disagreeing,
+                contradicted=() if asked is None else asked.contradicted,
             ),
+            warnings=(*warnings(package.manifest),),
             derivation=derivation,
             witness=asked,
             layout_picture=layout,
@@ -126,7 +137,7 @@ def measure_package(
 
 
 def _with_preview(derivation: Derivation, package: Package) -> Derivation:
-    """Return what was derived, with what the preview tells. Raises what drawing raises, if that is all there is."""
+    """Return the derivation with the findings of the preview. Raises errors of drawing if nothing else is found."""
     try:
         return derivation.with_findings(preview_findings(package))
     except VolprepError as error:
@@ -136,9 +147,9 @@ def _with_preview(derivation: Derivation, package: Package) -> Derivation:
 
 
 def _judged(package: Package, derived: Manifest, tolerance: Tolerance) -> Package:
-    """Return the package with the tolerance of its scene and the levels for previews only that follow from the scan.
+    """Return the package with the scan's tolerance, and with "for previews only" marks that follow from the scan.
 
-    Whatever it says of itself.
+    The package's own claims do not count.
     """
     manifest = package.manifest
     if manifest.render is None:
@@ -157,13 +168,21 @@ def _with_previews(channel: Channel, previews: Mapping[tuple[str, int], bool | N
 
 
 def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Subject]:
-    """Return the subject of the picture of several channels, where there is one."""
+    """Return the subject of the picture of several channels, if there is one."""
     together = package.manifest.together
     if together is not None:
         channel_of = {name: each.name for each in package.manifest.channels for name in each.transfers}
         drawn = {name: channels[channel_of[name]] for name in together.transfers}
         first = drawn[together.transfers[0]]
         yield Subject(package, first.scan, first.shape_hw[0], drawn)
+
+
+def _labelled(package: Package, derived: Derived, size: int) -> Iterator[Subject]:
+    """Return the subject of a scan with its segments, where there are any."""
+    segments = derived.manifest.segments
+    if segments is not None and derived.labels is not None:
+        scan = derived.scans[derived.manifest.channels[0].name]
+        yield LabelledSubject(package, scan, size, derived.labels, segments)
 
 
 def _require_no_lit_labels(package: Package) -> None:
@@ -180,18 +199,9 @@ def _measure(benches: list[Bench]) -> MeasuredPrograms:
     programs = [(bench, program) for bench in benches for program in bench.subject.programs]
     viewed = [measure_views(bench, program, SWEEP_VIEW) for bench, program in programs]
     gain = draw_differences(viewed, benches[0].folder)
+    references = {id(bench): draw_references(bench, bench.subject.programs) for bench in benches}
     results = tuple(
-        ProgramResult(
-            program=program.name,
-            technique=program.technique,
-            transfer=program.transfer,
-            level=views.level,
-            views=views.views,
-            sweep=measure_sweep(bench, program, views),
-            levels=compare_levels(bench, program, SWEEP_VIEW),
-            empty_space=measure_empty_space(bench, program, views),
-            others=judge_others(bench, program, views),
-        )
+        _result(bench, program, views, references[id(bench)])
         for (bench, program), views in zip(programs, viewed, strict=True)
     )
     write_truth(benches[0], zip((bench for bench, _ in programs), viewed, results, strict=True))
@@ -199,8 +209,50 @@ def _measure(benches: list[Bench]) -> MeasuredPrograms:
     return MeasuredPrograms(results, gain, viewed[0].driver, statements)
 
 
+def _result(bench: Bench, program: Program, views: ViewedProgram, references: References) -> ProgramResult:
+    """Measure one program; its standard views are known."""
+    others, kept_by_levels = judge_others(bench, program, views, references)
+    ways = ways_of(bench.subject, program)
+    with ExitStack() as stack:
+        # The last way is how the package is drawn: the sweep draws it with the nominal step.
+        opened = {way.name: stack.enter_context(way.open(views.level)) for way in ways[:-1]}
+        sweep, times = measure_sweep(bench, program, views, opened)
+    if ways:
+        times[ways[-1].name] = nominal_time(sweep, views.level)
+    return ProgramResult(
+        program=program.name,
+        technique=program.technique,
+        transfer=program.transfer,
+        level=views.level,
+        views=views.views,
+        sweep=sweep,
+        levels=compare_levels(bench, program, SWEEP_VIEW, references),
+        empty_space=measure_empty_space(bench, program, views, ways, times),
+        light=measure_light(bench, program),
+        others=others,
+        kept_light=(*_kept_by_finest(bench, program, views), *kept_by_levels),
+    )
+
+
+def _kept_by_finest(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[KeptLight]:
+    least = min(viewed.views, key=lambda view: view.seen.kept_light)
+    shown = viewed.drawn[least.view], viewed.truths[least.view]
+    found = kept_light(bench.folder, program.name, viewed.level, least.view, least.seen, shown, None)
+    if found is not None:
+        yield found
+
+
+def _witnessed(
+    path: Path, source: Path | None, channels: Mapping[str, Subject], measured: MeasuredPrograms, scratch: Path
+) -> Witness:
+    """Ask VTK, and read scan, scene and package a second time."""
+    asked = ask_witness(measured.statements, SWEEP_VIEW, scratch)
+    again = read_again(path, source, channels, measured.statements)
+    return asked.model_copy(update={"checks": tuple(again.checks), "missing": (*asked.missing, *again.missing)})
+
+
 def _layout_picture(package: Package, folder: ReportFolder) -> str | None:
-    """Write the figure of how the package lays out its volume; None where there is no such layout."""
+    """Write the figure of how the package lays out its volume; None if there is no such layout."""
     picture = draw_figure(package)
     if picture is None:
         return None
@@ -215,7 +267,7 @@ def _made(path: Path) -> tuple[LevelChoice, ...]:
 
 
 def _forms(path: Path, manifest: Manifest) -> tuple[FormTrial, ...]:
-    """What the manifest says of compressed forms, with the times that the build noted beside the package."""
+    """Compressed forms of the manifest, with the times that the build noted beside the package."""
     origin = read_origin(path.resolve())
     noted = {form.as_record: form for form in (() if origin is None else origin.forms)}
     plain = (FormTrial.model_validate(form.model_dump()) for form in manifest.compression)

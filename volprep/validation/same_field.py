@@ -1,12 +1,13 @@
-"""Where a level is not the scan itself: rays that meet no such voxel have one picture, which need not be drawn twice.
+"""Places where a level differs from the scan: rays that meet no such voxel have one picture, which is drawn only once.
 
-A scan of few values keeps them all in its codes, but for some that lie beyond the window.
+A scan of few values keeps them all in its codes, except for values beyond the window.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.decoded import Volume
+from volprep.truth.lit import Lit, ShaderSlopes
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
@@ -18,7 +19,7 @@ _MOST = 16
 
 
 def part_of(scan: Grid, grid: Grid) -> Part:
-    """Return which voxels of the scan, [z, y, x], those of a grid are that was cropped out of it."""
+    """Return the voxels of the scan, [z, y, x], that a grid cropped out of it covers."""
     start_xyz = (np.linalg.inv(scan.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[:3]
     z, y, x = (slice(round(start), round(start) + n) for start, n in zip(start_xyz[::-1], grid.shape_zyx, strict=True))
     return z, y, x
@@ -27,19 +28,20 @@ def part_of(scan: Grid, grid: Grid) -> Part:
 def changed_voxels(scan: Volume, level: Volume, function: TransferFunction) -> NDArray[np.intp] | None:
     """Return the few voxels of the level, [n, zyx], that have another value than the scan.
 
-    None where there are many; where light falls on normals, which may have been rounded; or where the scan shows
-    something around the level. Otherwise rays of emission and absorption meet the same field elsewhere.
+    None if there are many; if light falls on normals that may have been rounded; or if the scan shows something around
+    the level. Otherwise rays of emission and absorption meet the same field elsewhere.
     """
     part = part_of(scan.grid, level.grid)
     inside = scan.stored[part]
-    if scan.normals is not None or scan.nearest != level.nearest or inside.shape != level.stored.shape:
+    reach = reach_of(scan, level)
+    if reach is None or scan.nearest != level.nearest or inside.shape != level.stored.shape:
         return None
-    if _shows_around(scan, part, function):
+    if _shows_around(scan, part, function, reach):
         return None
     found: list[list[int]] = []
     for z, (true, held) in enumerate(zip(inside, level.stored, strict=True)):
         differs = _values(scan, true) != _values(level, held)
-        # Mostly nothing does, and to find no place takes longer than to find out that there is none.
+        # Usually nothing differs, and `any` finds that faster than `argwhere`.
         if differs.any():
             found += [[z, y, x] for y, x in np.argwhere(differs).tolist()]
         if len(found) > _MOST:
@@ -47,11 +49,27 @@ def changed_voxels(scan: Volume, level: Volume, function: TransferFunction) -> N
     return np.array(found, np.intp).reshape(-1, 3)
 
 
+def reach_of(scan: Volume, level: Volume) -> int | None:
+    """Return how many voxels beyond its own cells a voxel changes what a ray meets; None if any voxel may differ.
+
+    1 where a headlight falls on differences of values: the differences at its neighbours contain the voxel.
+    """
+    if scan.normals is None:
+        return 0
+    lit = scan.normals
+    # Compared last: normals of voxels are arrays, which have no single answer.
+    is_of_values = isinstance(lit, Lit) and isinstance(lit.normals, ShaderSlopes) and lit.light is None
+    return 1 if is_of_values and lit == level.normals else None
+
+
 def pixels_around(
-    voxel_zyx: NDArray[np.intp], grid: Grid, box_from_clip: Float64Array, shape_hw: tuple[int, int]
+    voxel_zyx: NDArray[np.intp], grid: Grid, box_from_clip: Float64Array, shape_hw: tuple[int, int], reach: int = 0
 ) -> tuple[slice, slice]:
-    """Return rows and columns of all pixels whose rays meet a cell that has the voxel as a corner."""
-    ends = voxel_zyx[::-1] + np.array([[-0.5], [1.5]])
+    """Return rows and columns of all pixels whose rays meet a cell that the voxel changes.
+
+    With a `reach` of 0 these are the cells that have it as a corner.
+    """
+    ends = voxel_zyx[::-1] + np.array([[-0.5 - reach], [1.5 + reach]])
     corners = np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3) * grid.spacing_mm_zyx[::-1]
     clip = np.column_stack([corners, np.ones(8)]) @ np.linalg.inv(box_from_clip).T
     height, width = shape_hw
@@ -78,9 +96,9 @@ def _between(places: Float64Array, count: int) -> slice:
     return slice(min(max(first, 0), count), min(max(last, 0), count))
 
 
-def _shows_around(scan: Volume, part: Part, function: TransferFunction) -> bool:
-    """Return whether the scan shows anything outside a part, or in its outermost voxels there."""
-    ends = [end for slab in _around(scan.stored, part) for end in (slab.min(), slab.max())]
+def _shows_around(scan: Volume, part: Part, function: TransferFunction, reach: int) -> bool:
+    """Return whether the scan shows anything outside a part, or in its outermost voxels there, `reach` more of them."""
+    ends = [end for slab in _around(scan.stored, part, 1 + reach) for end in (slab.min(), slab.max())]
     if not ends:
         return False
     values = _values(scan, np.array(ends))
@@ -92,14 +110,14 @@ def _values(volume: Volume, stored: NDArray[np.generic]) -> Float64Array:
     return values
 
 
-def _around(stored: NDArray[np.generic], part: Part) -> list[NDArray[np.generic]]:
-    """Return what lies outside a part, and its outermost voxels there: between both the field goes over."""
+def _around(stored: NDArray[np.generic], part: Part, layers: int) -> list[NDArray[np.generic]]:
+    """Return the voxels outside a part together with its outermost layers: the field interpolates between them."""
     found = []
     for axis, inside in enumerate(part):
         if inside.start > 0:
-            found.append(stored[_along(axis, slice(0, inside.start + 1))])
+            found.append(stored[_along(axis, slice(0, inside.start + layers))])
         if inside.stop < stored.shape[axis]:
-            found.append(stored[_along(axis, slice(inside.stop - 1, None))])
+            found.append(stored[_along(axis, slice(inside.stop - layers, None))])
     return found
 
 

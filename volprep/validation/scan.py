@@ -1,4 +1,4 @@
-"""Who judges a package: its scene and its scan, found without asking the package."""
+"""Find the scene and scan to validate against; never trust the package."""
 
 import hashlib
 from dataclasses import dataclass
@@ -12,14 +12,13 @@ from volprep.scan.repair import open_scan
 from volprep.scan.slabs import bytes_of
 from volprep.scan.statistics import Gauge, source_slabs
 from volprep.scene.channels import drawn_channels, with_listed_channels
-from volprep.scene.profiles import load_profile, profile_names
+from volprep.scene.profiles import load_profile
 from volprep.scene.request import at_place, load_request
 from volprep.scene.scene import Scene
 from volprep.truth.decoded import Volume, holds_labels, light_of_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceSpec
@@ -27,16 +26,16 @@ from volprep_formats.source import SourceSpec
 
 @dataclass(frozen=True)
 class Judge:
-    """Who judges a package: the scene, and the scan that it names. Nothing of it comes from the package."""
+    """The scene and the scan that a package is validated against. Nothing of it comes from the package."""
 
     scene: Scene
     """The scene; paths are absolute, and channels are listed."""
     scene_path: Path
-    """The file that says so."""
+    """File of the scene."""
     profile: DeviceProfile
     """Class of devices that the package was built for."""
     levels: tuple[LevelFilter, ...] = ()
-    """Filter of each coarser level, channel by channel, where the origin notes what was chosen."""
+    """Filter of each coarser level, channel by channel, if the origin notes the choice."""
     forms: tuple[FormTrial, ...] = ()
     """Compressed forms that were tried, where the origin notes them."""
 
@@ -46,7 +45,7 @@ class Judge:
         return self.scene.render.picture_size
 
     def spec_of(self, channel: str) -> SourceSpec:
-        """Return the source of a channel; "" is the only one. Raises VP1241 if there is none."""
+        """Return the source of a channel; "" is the only one. Raises VP1241 for an unknown channel."""
         channels = drawn_channels(self.scene)
         if not channel and len(channels) == 1:
             return channels[0].spec
@@ -59,42 +58,46 @@ class Judge:
 
 
 def find_scan(package: Path, source: Path | None) -> Judge:
-    """Find what judges the package at `package`: `source`, a scene or a scan, or else the origin beside the package.
+    """Find the scene and scan that judge the package at `package`: `source`, or else the origin beside the package.
+
+    `source` is a scene or a scan. The profile is the one of the origin, or else of the scene; never the one that the
+    package names.
 
     A scan that is named by its path is read as the origin says. Raises VP3001 to VP3003 and VP3042 for a scene that
-    cannot be read, VP4043 for an origin that cannot, VP6012 where neither tells, VP1243 for one path in place of
-    several, VP4001 to VP4004 for what is no package.
+    cannot be read, VP4043 for an origin that cannot be read, VP6012 if neither names a scan, VP1243 for one path in
+    place of several, VP4001 to VP4004 if `package` is not a package.
     """
     origin = read_origin(package.resolve())
     if source is not None and source.suffix == ".toml":
         request = load_request(source)
         scene, path = with_listed_channels(request.scene), source
-        return Judge(scene, path, _profile(origin, request.profile, read_manifest(package).profile))
+        return Judge(scene, path, _profile_of(origin) or request.profile)
     if origin is None:
         raise VolprepError("VP6012", path=package)
     spec = at_place(origin.scene.source, Path("/"), source)
     return Judge(
         with_listed_channels(origin.scene.with_source(spec)),
         origin_path(package.resolve()),
-        _profile(origin, None, read_manifest(package).profile),
+        _profile_of(origin) or origin.scene.on_device(load_profile(origin.scene.profile, _folder_of(origin))),
         tuple(choice.filter for choice in origin.levels),
         origin.forms,
     )
 
 
-def _profile(origin: Origin | None, wanted: DeviceProfile | None, named: DeviceProfile) -> DeviceProfile:
-    """Return the profile that a package was built for: the command line may have replaced that of the scene."""
-    if origin is not None and origin.profile is not None:
-        return origin.profile
-    if wanted is not None and wanted.name == named.name:
-        return wanted
-    return load_profile(named.name, Path.cwd()) if named.name in profile_names() else named
+def _profile_of(origin: Origin | None) -> DeviceProfile | None:
+    """Return the profile that the build used, which the command line may have chosen; None if no origin says it."""
+    return None if origin is None else origin.profile
+
+
+def _folder_of(origin: Origin) -> Path:
+    """Return the folder that paths of the scene are relative to."""
+    return Path.cwd() if origin.scene_path is None else Path(origin.scene_path).parent
 
 
 def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volume:
     """Read the whole scan at full precision.
 
-    Raises what the reader raises, and VP6013 if it is not the scan that `manifest` names by its digest.
+    Raises the errors of the reader, and VP6013 if it is not the scan that `manifest` names by its digest.
     """
     with open_scan(spec, Path(), progress) as source:
         info = source.info

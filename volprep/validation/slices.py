@@ -1,8 +1,8 @@
-"""Proving a package of slices: its views against the oracle, and the one point of error against run time that it has.
+"""Validate a package of slices: its views against the oracle, and its only point of error against run time.
 
-Slices have no step, no lookup table and no float target, so that there is nothing to sweep: the error is that of
-classifying before the filter, of so many slices, of the angle and of 8 bits. The first two are told from the others by
-compositing the texels in double precision.
+Slices have no step, no lookup table and no float target, so there is nothing to sweep: the error comes from classifying
+before the filter, from the number of slices, from the angle and from 8 bits. The first two are separated from the
+others by compositing the texels in double precision.
 """
 
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from volprep.render.slices import SliceRenderer
 from volprep.truth.stacks import stack_picture
 from volprep.validation.bench import Bench
+from volprep.validation.edits_and_cuts import judge_edited_slices
 from volprep.validation.rays import chords_mm, samples
 from volprep.validation.records import (
     Breakdown,
@@ -21,23 +22,23 @@ from volprep.validation.records import (
 )
 from volprep.validation.subject import errors
 from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.times import in_turns
 from volprep.validation.views import MeasuredPrograms, Statement, ViewedProgram, draw_differences, measure_views
 from volprep_formats.package.parts.slices.texels import slice_texels
 
-_DRAWS = 3
 _LIMIT = "Slices are as far apart as voxels are: there is no step to refine."
 
 
 @dataclass(frozen=True)
 class Stacks:
-    """The stacks of slices of one transfer function, as far as they are like a program."""
+    """The stacks of slices of one transfer function, with the attributes of a program that they share."""
 
     transfer: str
     """Name of the transfer function."""
     levels: tuple[int, ...]
     """The level that they hold."""
     technique: str = "slices"
-    """How they are drawn."""
+    """Technique that draws them."""
 
     @property
     def name(self) -> str:
@@ -48,7 +49,7 @@ class Stacks:
 def measure_slices(bench: Bench) -> MeasuredPrograms:
     """Measure the slices of all transfer functions.
 
-    Raises what `SliceRenderer` raises.
+    Raises the errors of `SliceRenderer`.
     """
     manifest = bench.subject.package.manifest
     levels = tuple(level.index for level in manifest.levels)
@@ -63,6 +64,7 @@ def measure_slices(bench: Bench) -> MeasuredPrograms:
             level=views.level,
             views=views.views,
             sweep=_sweep(bench, stacks, views),
+            others=tuple(judge_edited_slices(bench, stacks.transfer, stacks.name)),
         )
         for stacks, views in zip(each, viewed, strict=True)
     )
@@ -76,7 +78,7 @@ def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
     truth, on_data = viewed.truth.rgba, viewed.on_data.rgba
     with SliceRenderer(subject.package, transfer=stacks.transfer) as renderer, bench.clock.part("timing"):
         picture = renderer.render(box_from_clip, subject.shape_hw)
-        draw_ms = renderer.time_ms(box_from_clip, subject.shape_hw, repeats=_DRAWS)
+        times = in_turns({"nominal": lambda: renderer.time_ms(box_from_clip, subject.shape_hw, repeats=1)})
         step_mm = renderer.distance_mm(box_from_clip)
         (axis, _), factor = renderer.facing(box_from_clip), renderer.factor(box_from_clip)
         level = renderer.level
@@ -94,8 +96,7 @@ def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
         step_ratio=1.0,
         samples_mean=float(counts[counts > 0].mean()),
         samples_max=int(counts.max()),
-        draw_ms=draw_ms,
-        draws=_DRAWS,
+        draw=times["nominal"],
         total=errors(picture, truth),
         drawing=errors(picture, on_data),
     )
@@ -109,6 +110,7 @@ def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
     )
     return Sweep(
         view=SWEEP_VIEW,
+        timed_size=subject.shape_hw[0],
         float_target=None,
         points=(point,),
         floors=(floor,),

@@ -1,8 +1,8 @@
-"""Small scans in which arithmetic is hard: stiff light, thin features, and numbers at the ends of their types.
+"""Numerically hard small scans: stiff light, thin features, and numbers at the ends of their types.
 
-Each says what makes it hard, and how far its pictures may be from the truth. A feature that is thinner than the
-distance of two samples is seen by none of them, whatever the arithmetic: there "lookup" has no limit, what it misses
-is only reported, and "preintegrated", which sees what lies between samples, has one.
+Each case names its difficulty, and the largest error of its pictures against the truth. Samples can miss a feature that
+is thinner than their distance, whatever the arithmetic: for it "lookup" has no limit and its error is only reported;
+"preintegrated", which integrates between samples, has a limit.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,14 +22,19 @@ Voxels = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.int16] | Float32Arr
 Limits = Mapping[ClassificationName, Tolerance | None]
 
 CLASSIFICATIONS: tuple[ClassificationName, ...] = ("lookup", "preintegrated")
-"""How each case is drawn."""
+"""Settings for drawing each case."""
 
 _USUAL = dict.fromkeys(CLASSIFICATIONS, Tolerance())
-# Rounding of the target, half a step of 8 bits, and what early termination leaves out, 0.002.
+# Rounding of the target, half a step of 8 bits, plus the opacity that early termination leaves out, 0.002.
 _EXACT = dict.fromkeys(CLASSIFICATIONS, Tolerance(rmse=0.004, maximum=0.004))
-# What is sharper than an entry of the table lies somewhere in it: pixels on silhouettes may show what is beside it.
+# A feature sharper than an entry of the table lies somewhere within it: pixels on silhouettes may show its neighbour.
 _SILHOUETTES = dict.fromkeys(CLASSIFICATIONS, Tolerance(rmse=0.06, maximum=1.0))
 _BETWEEN_SAMPLES: Limits = {**_SILHOUETTES, "lookup": None}
+
+# Samples see a jump up to half a layer from its place. The error is of first order: 0.0154, 0.0079, 0.0034 and 0.0017
+# with layers 2, 1, 0.5 and 0.25 voxels apart, in the oblique view, and 0.0150 with 1 voxel in the worst of three. The
+# plan keeps layers a voxel apart, because 8 bits round each of them. Segments between samples keep the usual limit.
+_LAYERS_AT_JUMPS: Limits = {**_USUAL, "lookup": Tolerance(rmse=0.02)}
 
 _SIZE = 24
 _WHITE = "#ffffff"
@@ -42,13 +47,13 @@ class StressCase:
     name: str
     """Name; lower-case letters, digits and -."""
     hard: str
-    """What makes it hard, in words."""
+    """Description of the difficulty."""
     voxels: Callable[[], Voxels]
     """Makes the scan [z, y, x]."""
     points: tuple[ScenePoint, ...]
     """Control points of the transfer function."""
     limits: Limits
-    """Largest error by classification; None where samples cannot see what there is."""
+    """Largest error by classification; None if samples cannot resolve the feature."""
     spacing_mm_zyx: tuple[float, float, float] = (1.0, 1.0, 1.0)
     """Distance between voxel centres."""
     lit: bool = False
@@ -59,8 +64,13 @@ class StressCase:
     """Class of devices that it is for, whatever is asked; None for any."""
     techniques: bool = True
     """Whether other techniques and coarser levels are drawn, too; not where that takes minutes and says no more."""
+    layered: Limits | None = None
+    """Limits of techniques that blend layers, where they cannot keep those of the others; None if they are the same."""
+    silhouettes: bool = False
+    """Whether the feature is so dense, and so sharp, that the places of layers decide where its silhouette is; see
+    `StressDrawing.common_planes`."""
     refused: str | None = None
-    """Code of the error with which it must be refused; None where it must be drawn."""
+    """Error code of the expected refusal; None if it must be drawn."""
 
 
 def _point(value: float, extinction_per_mm: float, colour: str = _WHITE) -> ScenePoint:
@@ -109,6 +119,17 @@ def _comb(peaks: range, half_width: float, extinction_per_mm: float) -> tuple[Sc
     )
 
 
+def _ripples(count: int) -> tuple[ScenePoint, ...]:
+    """Return points whose extinction changes by chance from one to the next, in colours that turn slowly."""
+    chance = np.random.default_rng(5)
+    values, extinctions = np.linspace(0.0, 25.0, count), chance.uniform(0.0, 0.3, count)
+    colours = ("#ff8040", "#40a0ff", "#80ff60")
+    return tuple(
+        _point(float(value), float(extinction), colours[index * 3 // count])
+        for index, (value, extinction) in enumerate(zip(values, extinctions, strict=True))
+    )
+
+
 def _depth(exponent: int, fainter: int | None) -> StressCase:
     return StressCase(
         name=f"depth-1e{exponent}",
@@ -136,12 +157,21 @@ CASES: tuple[StressCase, ...] = (
             _point(30, 0.02, "#ffc080"),
         ),
         limits=_SILHOUETTES,
+        silhouettes=True,
     ),
     StressCase(
         name="thin-shells",
         hard="four shells, each a fiftieth of a voxel thick and opaque to a half",
         voxels=_field(_centred),
         points=_comb(range(3, 10, 2), 0.02, 35.0),
+        limits=_BETWEEN_SAMPLES,
+        silhouettes=True,
+    ),
+    StressCase(
+        name="thousand-points",
+        hard="a transfer function of 1000 points, each higher or lower than the one before, twenty of them in a voxel",
+        voxels=_field(_centred),
+        points=_ripples(1000),
         limits=_BETWEEN_SAMPLES,
     ),
     StressCase(
@@ -154,6 +184,7 @@ CASES: tuple[StressCase, ...] = (
             for side in (0, 1)
         ),
         limits=_USUAL,
+        layered=_LAYERS_AT_JUMPS,
     ),
     StressCase(
         name="faint-layers",
@@ -200,6 +231,7 @@ CASES: tuple[StressCase, ...] = (
         voxels=lambda: (_field(_centred)() * np.float32(3150)).astype(np.uint16),
         points=(_point(30000, 0.0), _point(30050, 20.0, "#ff60a0"), _point(30100, 0.0)),
         limits=_BETWEEN_SAMPLES,
+        silhouettes=True,
     ),
     StressCase(
         name="negative",

@@ -1,8 +1,8 @@
-"""Hard cases drawn in other ways than the usual one: every registered technique, coarse levels, numbers of phones.
+"""Hard cases drawn in less common ways: every registered technique, coarse levels, number precisions of phones.
 
-A technique is judged as ray casting is. One that blends layers is judged in a target of floats, because 8 bits round
-each layer; how much that costs, with few and with many layers, is reported. One that is published with an error is only
-reported, and so is what shaders would draw in 16-bit floats: those that ship are highp.
+A technique is judged as ray casting is, at every step. One that blends layers is judged in a float target, because 8
+bits round each layer; that cost, with few and with many layers, is reported. A technique that is published with an
+error is only reported, and so are shaders drawn in 16-bit floats: shipped shaders are highp.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,17 +17,15 @@ from volprep.validation.altered import Altered
 from volprep.validation.precise import most_precise
 from volprep.validation.records import Target
 from volprep.validation.stress_cases import StressCase
-from volprep.validation.stress_drawing import ROUNDING, TRANSFER, VIEWS, Trials, point_of, views_of, worst
+from volprep.validation.stress_drawing import ROUNDING, TRANSFER, VIEWS, Trials, points_of, views_of, worst
 from volprep.validation.stress_records import Precision, StressDrawing, StressPoint
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.ways import Way, in_way
 from volprep_formats.arrays import FloatArray
-from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.reader import Package
 
-_LAYER_RATIOS = (4.0, 2.0, 1.0, 0.5, 0.25)
 _HALF_FLOATS = {"mediump": in_half_floats, "mediump-coordinates": with_half_coordinates}
 
 
@@ -44,7 +42,7 @@ def varied_drawings(
         way = Way(technique=technique, classification=classification, sampling=program.sampling)
         if technique != program.technique and way.is_possible:
             package = in_way(subject.package, program, way, subject.render)
-            yield _technique(case.limits[classification], way, subject, truths, package)
+            yield _technique(case, way, subject, truths, package)
     for level in subject.levels(program)[1:]:
         yield _level(case, classification, subject, level)
     for precision in trials.precisions:
@@ -55,21 +53,17 @@ def varied_drawings(
 
 
 def _technique(
-    limit: Tolerance | None, way: Way, subject: Subject, truths: Mapping[str, FloatArray], package: Package
+    case: StressCase, way: Way, subject: Subject, truths: Mapping[str, FloatArray], package: Package
 ) -> StressDrawing:
     record = TECHNIQUES[way.technique]
     step_mm = (record.step_voxels or 0.0) * min(subject.grid.spacing_mm_zyx) or subject.render.step_mm
-    limit = limit if record.order is None else None
-    points: tuple[StressPoint, ...] = ()
+    limits = case.limits if record.step_voxels is None or case.layered is None else case.layered
+    limit = limits[way.classification] if record.order is None else None
+    precise_points: tuple[StressPoint, ...] = ()
     with _renderer(package, subject, 0, "rgba8") as renderer:
         total = worst(views_of(renderer, subject, step_mm), truths, limit)
         blends = renderer.program.blend is not None
-        if blends and limit is not None:
-            points = tuple(
-                point_of(renderer, subject, truths[SWEEP_VIEW], ratio, step_mm, draws=1)
-                for ratio in _LAYER_RATIOS
-                if renderer.draws_step(ratio * step_mm)
-            )
+        points = points_of(renderer, subject, truths[SWEEP_VIEW], step_mm)
     laws: tuple[str, ...] = ()
     precise = None
     floats = most_precise(lambda target: (target, _drawn(package, subject, target, step_mm)))
@@ -78,14 +72,19 @@ def _technique(
         # Rounding may leave a colour a little above 1, which no target of bytes shows.
         precise = worst(np.clip(pictures, 0.0, 1.0), truths, limit) if blends else None
         laws = tuple(broken_laws(pictures, ROUNDING[target]))
+        if blends:
+            with _renderer(package, subject, 0, target) as renderer:
+                precise_points = points_of(renderer, subject, truths[SWEEP_VIEW], step_mm)
     return StressDrawing(
         classification=way.classification,
         technique=way.technique,
         total=total,
         precise=precise,
         limit=limit,
+        common_planes=case.silhouettes and blends,
         laws=laws,
         points=points,
+        precise_points=precise_points,
         picture=None,
     )
 
@@ -115,13 +114,14 @@ def _rounded(
 ) -> StressDrawing:
     with _renderer(package, subject, 0, "rgba8") as renderer:
         total = worst(views_of(renderer, subject), truths, None)
+        points = points_of(renderer, subject, truths[SWEEP_VIEW], subject.render.step_mm)
     return StressDrawing(
         classification=classification,
         precision=precision,
         total=total,
         limit=None,
         laws=(),
-        points=(),
+        points=points,
         picture=None,
     )
 

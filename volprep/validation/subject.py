@@ -1,4 +1,4 @@
-"""What is compared: the scan and the package's own data, drawn by the oracle with the package's cameras."""
+"""The scan and the package's own data, drawn by the oracle with the package's cameras for comparison."""
 
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import Camera, standard_views
-from volprep.truth.decoded import Volume, level_volume, own_table, table_function
+from volprep.truth.decoded import Volume, baked_fields, level_volume, own_table, table_function
+from volprep.truth.lit import BakedField, with_baked
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.seen import seen_error
 from volprep.validation.records import ErrorNumbers
-from volprep.validation.same_field import camera_of_pixels, changed_voxels, pixels_around
+from volprep.validation.same_field import camera_of_pixels, changed_voxels, pixels_around, reach_of
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import RenderSettings
@@ -23,7 +25,7 @@ from volprep_formats.package.transfer_function import TransferFunction
 
 _LEAST_SMALL = 128
 _OF_SLICES = COMPOSITINGS["emission-absorption"]
-"""What blending slices comes near to."""
+"""Compositing that blended slices approximate."""
 
 
 class Subject:
@@ -34,7 +36,7 @@ class Subject:
     ) -> None:
         """Take the package, its scan, and the width and height of pictures in pixels.
 
-        `channels` are those of one picture, by the names of the transfer functions that are drawn together.
+        `channels` has the subjects of one picture, by the names of the transfer functions that are drawn together.
         """
         self.package = package
         self._channels = channels or {}
@@ -59,9 +61,9 @@ class Subject:
 
     @cached_property
     def small(self) -> "Subject":
-        """The same in a quarter of the pixels, with which parts of an error are told apart; 128² at least.
+        """The same subject in a quarter of the pixels, at least 128², for separating the parts of an error.
 
-        The sweep and the comparison of levels ask it for the same few pictures: it keeps those that it has drawn.
+        The sweep and the comparison of levels use the same few pictures: those already drawn are kept.
         """
         small = copy(self)
         pixels = self.shape_hw[0]
@@ -69,15 +71,29 @@ class Subject:
         small._truths, small._on_coarse = {}, {}
         return small
 
+    def has_baked_light(self, transfer: str) -> bool:
+        """Return whether light that was computed once lights a transfer function."""
+        return transfer in self._baked
+
+    @cached_property
+    def _baked(self) -> Mapping[str, BakedField]:
+        """Precomputed light, by transfer function; its texture is made again from the scan and compared."""
+        return baked_fields(self.package)
+
     @property
     def compositing(self) -> CompositingName:
-        """What rays of the package make of what they meet; slices come near to emission and absorption."""
+        """Compositing of the package's rays; slices approximate emission and absorption."""
         return self._compositing.name
 
     @property
     def is_of_several(self) -> bool:
         """Whether several channels are drawn in one picture."""
         return bool(self._channels)
+
+    @property
+    def channels(self) -> tuple["Subject", ...]:
+        """Subjects in one picture: one for each of several channels, or this one."""
+        return tuple(self._channels.values()) or (self,)
 
     @property
     def is_classified(self) -> bool:
@@ -96,15 +112,16 @@ class Subject:
         return self._draw([(part.scan, part.function(name)) for name, part in self._parts(transfer)], view)
 
     def on_data_beside(self, truth: OraclePicture, transfer: str, view: str, level: int) -> OraclePicture:
-        """Return what `on_data` draws, given the truth of this view: only rays that meet another field are drawn."""
+        """Return the picture of `on_data`, given the truth of this view: only rays that differ are drawn."""
         voxels = self._changed(transfer, level)
         if self.is_classified or voxels is None:
             return truth if self.is_classified else self.on_data(transfer, view, level)
         picture = OraclePicture(truth.rgba.copy(), truth.bound.copy())
         volume = self.level(level)
         camera = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
+        reach = reach_of(self.scan, volume) or 0
         for voxel in voxels:
-            rows, columns = pixels_around(voxel, volume.grid, camera, self.shape_hw)
+            rows, columns = pixels_around(voxel, volume.grid, camera, self.shape_hw, reach)
             shape_hw = (rows.stop - rows.start, columns.stop - columns.start)
             if 0 not in shape_hw:
                 part = self.through(volume, transfer, camera_of_pixels(camera, self.shape_hw, rows, columns), shape_hw)
@@ -121,10 +138,10 @@ class Subject:
         return self._changed_voxels[transfer]
 
     def on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
-        """Draw what the package holds of `level`, with the control points of the transfer function.
+        """Draw the package's data of `level`, with the control points of the transfer function.
 
-        A table of the level's own belongs to its data: there is nothing else that it could be the table of. Classified
-        voxels have no values to integrate: there it is the truth, and all error counts as that of drawing.
+        A table of the level's own belongs to its data: it belongs to nothing else. Classified voxels have no values to
+        integrate: for them this is the truth, and all error counts as drawing error.
         """
         if self.is_classified:
             return self.truth(transfer, view)
@@ -153,6 +170,11 @@ class Subject:
         """Draw any volume with the control points of the transfer function."""
         return self._draw([(volume, self.function(transfer))], view)
 
+    def on_volumes(self, volumes: Sequence[Volume], transfer: str, view: str) -> OraclePicture:
+        """Draw one volume of each channel with the control points of the transfer functions."""
+        parts = zip(volumes, self._parts(transfer), strict=True)
+        return self._draw([(volume, part.function(name)) for volume, (name, part) in parts], view)
+
     def of_function(self, function: TransferFunction, view: str) -> OraclePicture:
         """Draw the scan at full precision with another transfer function."""
         return self._draw([(self.scan, function)], view)
@@ -162,7 +184,7 @@ class Subject:
         return self._seen([(volume, self.function(transfer))], camera)
 
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
-        """Draw what the package holds of `level`, with the lookup table as the transfer function."""
+        """Draw the package's data of `level`, with the lookup table as the transfer function."""
         if self.is_classified:
             return self.truth(transfer, view)
         return self._draw([(part.level(level), part.table(name, level)) for name, part in self._parts(transfer)], view)
@@ -172,17 +194,17 @@ class Subject:
         return own_table(self.package, transfer, level)
 
     def table(self, transfer: str, level: int) -> TransferFunction:
-        """Return the transfer function that the lookup table stands for."""
+        """Return the transfer function that the lookup table represents."""
         return table_function(self.package, transfer, level)
 
     def levels(self, program: Program) -> list[int]:
-        """Levels at which the transfer function of `program` is drawn in the same way, finest first."""
+        """Levels where the transfer function of `program` is drawn in the same way, finest first."""
         same = (program.sampling, program.transfer)
         programs = self.package.manifest.programs
         return sorted({level for each in programs if (each.sampling, each.transfer) == same for level in each.levels})
 
     def functions(self, transfer: str) -> tuple[TransferFunction, ...]:
-        """Return the transfer functions that make a picture: the one of this name, or those of all of its channels."""
+        """Return the transfer functions of a picture: the one of this name, or one for each of its channels."""
         return tuple(part.function(name) for name, part in self._parts(transfer))
 
     def function(self, transfer: str) -> TransferFunction:
@@ -218,11 +240,11 @@ class Subject:
             box_from_clip,
             shape_hw,
             nearest=volume.nearest,
-            normals=volume.normals,
+            normals=with_baked(volume.normals, self._baked),
         )
 
     def level(self, level: int) -> Volume:
-        """Decode what the package holds of `level`."""
+        """Decode the package's data of `level`."""
         if level not in self._levels:
             self._levels[level] = level_volume(self.package, level)
         return self._levels[level]
@@ -246,10 +268,12 @@ def render_settings(package: Package) -> RenderSettings:
 
 def errors(picture: FloatArray, truth: FloatArray) -> ErrorNumbers:
     """Compare two pictures [H, W, 4], premultiplied linear."""
-    found = picture_error(picture, truth)
+    found, seen = picture_error(picture, truth), seen_error(picture, truth)
     return ErrorNumbers(
         rmse=found.rmse,
         maximum=found.maximum,
+        seen_rmse=seen.rmse,
+        off=seen.off,
         psnr_black_db=found.psnr_black_db,
         psnr_white_db=found.psnr_white_db,
         ssim_black=found.ssim_black,

@@ -2,15 +2,16 @@
 
 The view is oblique because rays along an axis meet the voxels in step, which can make a step look better or worse than
 it is. The quadrature error is that of a float target, rays running to their end, against the oracle with the lookup
-table as transfer function: neither data, nor table, nor early termination, nor the 8 bits of the target are in it, so
-that its order can be seen.
+table as transfer function: it excludes data, table, early termination, and the 8 bits of the target, so its order is
+visible.
 
-What tells parts of the error apart (table, quadrature, termination, target; at coarse levels data and drawing) is drawn
-in a quarter of the report's pixels: both pictures of a difference have the same rays. The total errors, which tell
-whether a step or a level will do, are those of the report's pictures.
+The parts of the error (table, quadrature, termination, target; at coarse levels data and drawing) are drawn in a
+quarter of the report's pixels: both pictures of a difference have the same rays. The total errors, which decide whether
+a step or a level is good enough, come from the report's pictures.
 """
 
-import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 from volprep.render.choose import ray_caster_of
@@ -20,8 +21,9 @@ from volprep.validation.bench import Bench
 from volprep.validation.order import convergence
 from volprep.validation.precise import finite, most_precise
 from volprep.validation.rays import chords_mm, samples
-from volprep.validation.records import Breakdown, LevelFloor, Sweep, SweepPoint, Target
+from volprep.validation.records import Breakdown, LevelFloor, Sweep, SweepPoint, Target, WayName
 from volprep.validation.subject import Subject, errors
+from volprep.validation.times import Milliseconds, in_turns
 from volprep.validation.uncut import uncut
 from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -35,9 +37,16 @@ _RATIOS = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
 _FINEST_LEVEL_STEPS = 6
 _COARSE_RATIOS = (2.0, 1.0, 0.5)
 """A coarse level is chosen to be cheap: much finer steps than its nominal one are of no use there."""
-_DRAWS = 3
-_LONG_MS = 250.0
-"""A picture that takes so long is timed once: a disturbance of some milliseconds is little of it."""
+_LEAST_RATIO = 0.5
+_LONG_MS = 100.0
+"""Steps finer than half of the nominal one are not timed where one draw takes this long: they are too slow to use."""
+_SLOW_MS = 10.0
+"""A driver that takes longer for a nominal draw in a quarter of the pixels is timed in these. One that draws with the
+processor takes 2.5 to 3 times as long for four times the pixels, and timing it was a sixth of a validation (two heads).
+A GPU takes less, and would be timed at its overhead."""
+
+TimedStep = tuple[int, float]
+"""Level, and step over the nominal one."""
 
 
 @dataclass(frozen=True)
@@ -107,27 +116,75 @@ class _Sweeper:
             in_8_bits = self.draw(renderer, 1.0, self.small)
         return _Precise(target, pictures, nominal, in_8_bits)
 
+    def times(
+        self, steps: Sequence[TimedStep], others: Mapping[WayName, Renderer]
+    ) -> tuple[int, dict[TimedStep, Milliseconds], dict[WayName, Milliseconds]]:
+        """Time steps of levels, and the nominal step of `others`, all in turns; leave out steps that take too long.
+
+        Return the width and height of the pictures first.
+        """
+        with ExitStack() as stack, self._clock.part("timing"):
+            levels = {level for level, _ in steps}
+            opened = {level: self._open(stack, level) for level in levels}
+            shape_hw = self._timed_hw(opened[min(levels)])
+            draws: dict[TimedStep | WayName, Callable[[], float]] = {
+                (level, ratio): self._draw_ms(opened[level], shape_hw, ratio * self._subject.render.step_of(level))
+                for level, ratio in steps
+            }
+            draws |= {name: self._draw_ms(renderer, shape_hw, None) for name, renderer in others.items()}
+            # The first draw of each is not counted: it compiles, and pages in.
+            first = {key: draw() for key, draw in draws.items()}
+            long = {
+                key for key, ms in first.items() if ms > _LONG_MS and isinstance(key, tuple) and key[1] < _LEAST_RATIO
+            }
+            found = in_turns({key: draw for key, draw in draws.items() if key not in long})
+        of_steps = {key: time for key, time in found.items() if isinstance(key, tuple)}
+        return shape_hw[0], of_steps, {key: time for key, time in found.items() if not isinstance(key, tuple)}
+
+    def _timed_hw(self, finest: Renderer) -> tuple[int, int]:
+        """Return the size of pictures to time: that of the report, or that of the small ones for a slow driver."""
+        small_hw = self.small.shape_hw
+        # The first draw is not counted: it compiles, and pages in.
+        small_ms = finest.time_ms(self._box_from_clip, small_hw, repeats=1)
+        return small_hw if small_ms > _SLOW_MS else self._subject.shape_hw
+
+    def _open(self, stack: ExitStack, level: int) -> Renderer:
+        return stack.enter_context(self._renderer(self._subject.package, level, "rgba8"))
+
+    def _draw_ms(self, renderer: Renderer, shape_hw: tuple[int, int], step_mm: float | None) -> Callable[[], float]:
+        camera = self._box_from_clip
+        return lambda: renderer.time_ms(camera, shape_hw, step_mm, repeats=1, warm=False)
+
     def points(
-        self, level: int, on_data: Float64Array, ratios: tuple[float, ...], subject: Subject
+        self,
+        level: int,
+        on_data: Float64Array,
+        ratios: tuple[float, ...],
+        subject: Subject,
+        times: Mapping[TimedStep, Milliseconds],
     ) -> list[SweepPoint]:
-        """Draw and time one level with every step; `on_data` is as large as the pictures of `subject`."""
+        """Draw one level with every step; `on_data` is as large as the pictures of `subject`."""
         with self._renderer(self._subject.package, level, "rgba8") as renderer:
-            return [self._point(renderer, on_data, level, ratio, subject) for ratio in ratios]
+            return [
+                self._point(renderer, on_data, level, ratio, subject, times.get((level, ratio))) for ratio in ratios
+            ]
 
     def _renderer(self, package: Package, level: int, target: Target) -> Renderer:
         transfer = self._program.transfer
         return ray_caster_of(package, level, transfer)(package, level=level, transfer=transfer, target=target)
 
-    def _point(
-        self, renderer: Renderer, on_data: Float64Array, level: int, ratio: float, subject: Subject
+    def _point(  # noqa: PLR0917 - a step, and its known results
+        self,
+        renderer: Renderer,
+        on_data: Float64Array,
+        level: int,
+        ratio: float,
+        subject: Subject,
+        draw: Milliseconds | None,
     ) -> SweepPoint:
         step_mm = ratio * self._subject.render.step_of(level)
         as_on_data = None if subject is self._subject else self.draw(renderer, ratio, subject)
-        began = time.perf_counter()
         picture = self.draw(renderer, ratio, self._subject)
-        draws = 1 if (time.perf_counter() - began) * 1000 > _LONG_MS else _DRAWS
-        with self._clock.part("timing"):
-            draw_ms = renderer.time_ms(self._box_from_clip, self._subject.shape_hw, step_mm, repeats=draws)
         counts = samples(self._chords, step_mm)
         with self._clock.part("comparing"):
             total = errors(picture, self._truth)
@@ -139,8 +196,7 @@ class _Sweeper:
             step_ratio=ratio,
             samples_mean=float(counts[counts > 0].mean()),
             samples_max=int(counts.max()),
-            draw_ms=draw_ms,
-            draws=draws,
+            draw=draw,
             total=total,
             drawing=drawing,
         )
@@ -157,8 +213,13 @@ class _Sweeper:
         )
 
 
-def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Sweep:
-    """Measure error and time of each step at each level that `program`, or its like for coarser levels, draws."""
+def measure_sweep(
+    bench: Bench, program: Program, viewed: ViewedProgram, others: Mapping[WayName, Renderer]
+) -> tuple[Sweep, dict[WayName, Milliseconds]]:
+    """Measure error and time of each step at each level that `program`, or its like for coarser levels, draws.
+
+    `others` are timed in the same turns, with their nominal steps; their times are returned, too.
+    """
     subject, clock = bench.subject, bench.clock
     finest, *coarser = subject.levels(program)
     sweeper = _Sweeper(bench, program, viewed)
@@ -171,7 +232,9 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
         small_on_data = small.on_data_beside(small_truth, program.transfer, SWEEP_VIEW, finest).rgba
         on_table = small.on_table(program.transfer, SWEEP_VIEW, finest).rgba
     precise = sweeper.precise(finest, ratios)
-    points = sweeper.points(finest, viewed.on_data.rgba, ratios, subject)
+    timed = [(finest, ratio) for ratio in ratios] + [(level, ratio) for level in coarser for ratio in _COARSE_RATIOS]
+    timed_size, times, of_others = sweeper.times(timed, others)
+    points = sweeper.points(finest, viewed.on_data.rgba, ratios, subject, times)
     if precise is not None:
         points = [
             point.model_copy(update={"quadrature": errors(picture, on_table)})
@@ -200,13 +263,24 @@ def measure_sweep(bench: Bench, program: Program, viewed: ViewedProgram) -> Swee
     for level in coarser:
         with clock.part("oracle"):
             on_data = small.on_data(program.transfer, SWEEP_VIEW, level).rgba
-        points += sweeper.points(level, on_data, _COARSE_RATIOS, small)
+        points += sweeper.points(level, on_data, _COARSE_RATIOS, small, times)
         floors.append(sweeper.floor(level, on_data, small_truth.rgba))
-    return Sweep(
+    sweep = Sweep(
         view=SWEEP_VIEW,
+        timed_size=timed_size,
         float_target=precise.target if precise else None,
         points=tuple(points),
         floors=tuple(floors),
         breakdown=breakdown,
         convergence=order,
+    )
+    return sweep, of_others
+
+
+def nominal_time(sweep: Sweep, level: int) -> Milliseconds:
+    """Return the times of the nominal step at a level."""
+    return next(
+        point.draw
+        for point in sweep.points
+        if (point.level, point.step_ratio) == (level, 1.0) and point.draw is not None
     )

@@ -1,4 +1,4 @@
-"""The truth pictures of a validation, written beside the report for devices to be measured against."""
+"""Truth pictures of a validation, written beside the report, to compare devices with."""
 
 from collections.abc import Iterable
 
@@ -11,7 +11,7 @@ from volprep_formats.package.digest import manifest_sha256
 
 
 def write_truth(first: Bench, measured: Iterable[tuple[Bench, ViewedProgram, ProgramResult]]) -> None:
-    """Write the truth of all standard views of each program, and the list of what a device is to draw."""
+    """Write the truth of all standard views of each program, and the list of drawings for a device."""
     subject = first.subject
     index = TruthIndex(
         manifest_sha256=manifest_sha256(subject.package.path),

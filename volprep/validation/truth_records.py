@@ -1,6 +1,6 @@
-"""truth.json: which truth pictures lie beside a report, and what a device is to draw to be compared with them.
+"""Records of truth.json: the truth pictures beside a report, and the drawings to compare with them on a device.
 
-They stand beside the report and never in the package. A page that measures a device reads them: it needs no camera, no
+They lie beside the report and never in the package. A page that measures a device reads them: it needs no camera, no
 scan and no rule of its own about levels and steps.
 """
 
@@ -38,7 +38,7 @@ class TruthPoint(Record):
 
 
 class TruthProgram(Record):
-    """What is to be drawn with one transfer function."""
+    """Drawing with one transfer function."""
 
     program: str
     """Name of the program that draws it at the finest level."""
@@ -68,4 +68,4 @@ class TruthIndex(Record):
     step_mm: Annotated[float, Field(gt=0.0)]
     """Nominal step of the package."""
     programs: tuple[TruthProgram, ...]
-    """What is to be drawn."""
+    """Drawings to make."""

@@ -1,7 +1,7 @@
-"""A package as it would be without early ray termination, or without skip tables, to tell what they cost and save.
+"""A package without early ray termination, or without skip tables, to measure their cost and savings.
 
-The shader is composed again from the manifest, with and without. Only where the text with everything is the package's
-own, letter for letter, does the text without it say anything about the package.
+The shader is composed again from the manifest, with and without. Only if the text with everything is identical to the
+package's own does the text without it say anything about the package.
 """
 
 from volprep.shading.program import compose_program
@@ -14,7 +14,7 @@ from volprep_formats.package.reader import Package
 def uncut(package: Package, program: Program, render: RenderSettings) -> Package | None:
     """Return the package in which rays of `program` run to their end.
 
-    Return the package itself if its rays do so anyway, None if its shader is not the one that this version of volprep
+    Return the package itself if its rays already do, None if its shader is not the one that this version of volprep
     composes. The program may be one that begins at proxy geometry.
     """
     whole = compose_program(package, program, render)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from volprep.parts.ablation import Changes
 from volprep.pipeline.build import build
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
@@ -14,9 +15,6 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 from volprep_formats.record import problems
-
-Changes = Mapping[str, object]
-"""Keys of a scene, as tables in tables."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +24,7 @@ class Made:
     package: Package
     """Its package."""
     seconds: float
-    """What the build took."""
+    """Duration of the build."""
 
 
 class Workshop:
@@ -39,20 +37,26 @@ class Workshop:
         self._folder = folder
         self._made: dict[str, Made] = {}
 
-    def make(self, changes: Changes) -> Made:
-        """Build the scene with some changes; what was built is not built again. Raises what a build raises."""
+    def make(self, changes: Changes, profile: Changes | None = None) -> Made:
+        """Build the scene with some changes, also of the profile; a variant that was already built is reused.
+
+        Raises the errors of a build.
+        """
         scene = with_changes(self.scene, changes)
-        key = scene.model_dump_json()
+        devices = self._request.profile
+        if profile is not None and devices is not None:
+            devices = devices.model_copy(update=dict(profile))
+        key = f"{scene.model_dump_json()} {devices}"
         if key not in self._made:
             target = self._folder / f"{len(self._made)}.volpkg"
             began = time.perf_counter()
-            build(replace(self._request, scene=scene), target, Silent())
+            build(replace(self._request, scene=scene, profile=devices), target, Silent())
             self._made[key] = Made(Package.open(target), time.perf_counter() - began)
         return self._made[key]
 
 
 def with_changes(scene: Scene, changes: Changes) -> Scene:
-    """Return the scene with keys changed: tables are merged, other values replaced. Raises VP3003 for what is none."""
+    """Return the scene with keys changed: tables are merged, other values replaced. Raises VP3003 if it is invalid."""
     try:
         return Scene.model_validate(merged(scene.model_dump(), changes))
     except ValidationError as error:

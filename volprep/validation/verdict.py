@@ -1,67 +1,231 @@
-"""Whether a package may ship: it follows from the scan, and every view is within the scene's tolerance."""
+"""Decide whether a package may ship: it follows from the scan, and looks right within the scene's tolerance."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated
 
-from volprep.plan.form_trial import FormTrial
-from volprep.validation.records import ErrorNumbers, OtherDrawing, PreviewOutcome, ProgramResult, Verdict
+from pydantic import Field
+
+from volprep.truth.verdict_code import VerdictCode
+from volprep.validation.records import ErrorNumbers, ProgramResult
+from volprep.validation.seen_records import NonNegative, OtherDrawing, SeenNumbers
+from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Tolerance
+from volprep_formats.record import Record
 
-# A tolerance of 0 asks for equality; float32 pictures cannot tell less than this apart.
+# A tolerance of 0 asks for equality; float32 pictures cannot resolve a smaller difference.
 _SMALLEST_TOLERANCE = 1e-7
+_MOST_SHIFT_VOXELS = 0.25
+"""Levels that are right were shifted by 0.00 to 0.06 voxels, a level begun half a voxel too early by 0.3 and more."""
+_WORSE = 1.05
+"""A level may be worse than the reference by a twentieth, and by what a target of 8 bits rounds."""
+_ROUNDING_RMSE = 0.5 / 255
+_ROUNDING_FLIP = 0.01
+_ROUNDING_KEPT = 0.05
 
 
-def passes(total: ErrorNumbers, tolerance: Tolerance) -> bool:
-    """Return whether one view's total error is within the tolerance, in rmse and in maximum."""
-    return total.rmse <= tolerance.rmse and total.maximum <= tolerance.maximum
+class PreviewOutcome(Record):
+    """A level for previews only, and the error of its pictures against the truth."""
+
+    item: str
+    """Description of the drawing."""
+    rmse: NonNegative
+    """Root mean square error over seen pixels of the worst view, with one pixel for a voxel of the level."""
+    within: bool
+    """Whether it is within the tolerance all the same."""
 
 
-def share_of(total: ErrorNumbers | FormTrial, tolerance: Tolerance) -> float:
-    """Return the error over the tolerance, the larger of rmse's and maximum's; above 1 is beyond it."""
-    return max(
-        total.rmse / max(tolerance.rmse, _SMALLEST_TOLERANCE),
-        total.maximum / max(tolerance.maximum, _SMALLEST_TOLERANCE),
+class Verdict(Record):
+    """Whether the package may ship, and the view that is closest to its limit or furthest beyond it."""
+
+    code: VerdictCode
+    """Whether the package may ship, in a word."""
+    views: Count
+    """Number of pictures that were judged."""
+    failed: Annotated[int, Field(ge=0)]
+    """Number of pictures beyond the tolerance."""
+    changed: tuple[str, ...] = ()
+    """Programs whose skip table or mesh changes a picture, which is a defect whatever the tolerance."""
+    differing: tuple[str, ...] = ()
+    """Items that do not follow from scene and scan."""
+    shifted: tuple[str, ...] = ()
+    """Coarse levels that are shifted by more than a quarter of a voxel, which is a defect whatever the tolerance."""
+    worse: tuple[str, ...] = ()
+    """Coarse levels that are worse than the box reference, which is a defect whatever the tolerance."""
+    beyond: tuple[str, ...] = ()
+    """Coarse levels, pieces of level 0, edits and cuts with a view beyond the tolerance; not those for previews
+    only."""
+    previews: tuple[PreviewOutcome, ...] = ()
+    """Levels for previews only, with the errors of their pictures: the tolerance does not limit them."""
+    unproved: tuple[str, ...] = ()
+    """Parts of the package that no picture has judged."""
+    disagreeing: tuple[str, ...] = ()
+    """Programs whose pictures, or whose truth, a second renderer does not agree with."""
+    contradicted: tuple[str, ...] = ()
+    """Facts that a second reading with independent libraries contradicts."""
+    unlike_paths: tuple[str, ...] = ()
+    """Programs whose precomputed light is further from path tracing than the tolerance."""
+    worst_program: str
+    """Program of the worst view."""
+    worst_view: str
+    """The worst view: the one with the largest share of a tolerance."""
+    worst_rmse: NonNegative
+    """Its root mean square error over seen pixels."""
+    worst_maximum: NonNegative
+    """Its largest error."""
+    worst_flip: NonNegative
+    """Its FLIP."""
+    worst_kept_light: float
+    """Light that the thin thing keeps that keeps the least in it."""
+    worst_data_rmse: NonNegative
+    """Part of its root mean square error over seen pixels that is due to level and quantisation."""
+    worst_drawing_rmse: NonNegative
+    """Part of its root mean square error over seen pixels that is due to the renderer."""
+    share: NonNegative
+    """The largest share of a limit of the tolerance that it takes; above 1 it fails."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the package may ship."""
+        return self.code == "within"
+
+
+def passes(found: SeenNumbers, tolerance: Tolerance) -> bool:
+    """Return whether everything that the tolerance limits is within it."""
+    return (
+        found.rmse <= tolerance.rmse
+        and found.maximum <= tolerance.maximum
+        and found.flip <= tolerance.flip
+        and (found.kept_light >= tolerance.kept_light or tolerance.kept_light == 0.0)
     )
+
+
+def passes_errors(found: ErrorNumbers, tolerance: Tolerance) -> bool:
+    """Return whether RMSE over seen pixels and largest error are within the tolerance; FLIP and things do not count."""
+    return found.seen_rmse <= tolerance.rmse and found.maximum <= tolerance.maximum
+
+
+def share_of(found: SeenNumbers, tolerance: Tolerance) -> float:
+    """Return the largest share of a limit of the tolerance; above 1 is beyond it."""
+    lost = (1.0 - found.kept_light) / max(1.0 - tolerance.kept_light, _SMALLEST_TOLERANCE)
+    return max(
+        share_of_errors(found.rmse, found.maximum, tolerance),
+        found.flip / max(tolerance.flip, _SMALLEST_TOLERANCE),
+        lost if tolerance.kept_light > 0.0 else 0.0,
+    )
+
+
+def share_of_errors(rmse: float, maximum: float, tolerance: Tolerance) -> float:
+    """Return the larger share of a root mean square error over seen pixels and of a largest error."""
+    return max(
+        rmse / max(tolerance.rmse, _SMALLEST_TOLERANCE),
+        maximum / max(tolerance.maximum, _SMALLEST_TOLERANCE),
+    )
+
+
+def is_worse(level: SeenNumbers, box: SeenNumbers, finest: SeenNumbers) -> bool:
+    """Return whether a coarse level is worse than the box reference in the same view.
+
+    The reference has the scan's own values and no steps. So a level may be worse by what codes and steps make of the
+    `finest` level in this view, and by rounding.
+    """
+    lost = max(1.0 - finest.kept_light, 0.0)
+    return (
+        level.rmse > _WORSE * box.rmse + finest.rmse + _ROUNDING_RMSE
+        or level.flip > _WORSE * box.flip + finest.flip + _ROUNDING_FLIP
+        or min(level.kept_light, 1.0) < min(box.kept_light, 1.0) - lost - _ROUNDING_KEPT
+    )
+
+
+def may_be_preview(boxes: Sequence[SeenNumbers], tolerance: Tolerance) -> bool:
+    """Return whether a level may be for previews only: if the box reference is beyond the tolerance in a view.
+
+    The level itself does not matter, nor does its mark: without a reference it is judged as any other.
+    """
+    allowed = tolerance.model_copy(update={"maximum": 1.0})
+    return any(not passes(each, allowed) for each in boxes)
 
 
 def judge(
     programs: Sequence[ProgramResult],
     tolerance: Tolerance,
+    *,
     differing: Sequence[str] = (),
     unproved: Sequence[str] = (),
     disagreeing: Sequence[str] = (),
+    contradicted: Sequence[str] = (),
 ) -> Verdict:
-    """Judge all views of `programs` (at least one view) and name the worst. Of equals the first is the worst.
+    """Judge all views of `programs` (at least one view) and name the worst. The first of equals is the worst.
 
-    `differing` are items that do not follow from the scan, `unproved` those that nothing has judged,
-    `disagreeing` programs that a second renderer does not agree with.
+    `differing` are items that do not follow from the scan, `unproved` items that no picture has judged, `disagreeing`
+    programs that a second renderer disagrees with, `contradicted` facts that a second reading contradicts.
     """
     views = [(program.program, view) for program in programs for view in program.views]
-    worst_program, worst = max(views, key=lambda item: share_of(item[1].total, tolerance))
+    worst_program, worst = max(views, key=lambda item: share_of(item[1].seen, tolerance))
     failed = sum(not view.passed for _, view in views)
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
+    unlike = tuple(each.program for each in programs if each.light is not None and not each.light.passed)
     others = [other for each in programs for other in each.others]
     beyond = tuple(other.item for other in others if not other.passed and not other.preview_only)
+    shifted = _items(other for other in others if other.shift_voxels > _MOST_SHIFT_VOXELS)
+    worse = _items(other for program in programs for other in program.others if _has_worse_view(other, program))
+    return Verdict(
+        code=_code(
+            {
+                "differs": differing,
+                "unproved": unproved,
+                "contradicted": contradicted,
+                "beyond": failed,
+                "changed": changed,
+                "disagrees": disagreeing,
+                "unlike-paths": unlike,
+                "shifted": shifted,
+                "worse-than-box": worse,
+                "part-beyond": beyond,
+            }
+        ),
+        views=len(views),
+        failed=failed,
+        changed=changed,
+        differing=tuple(differing),
+        shifted=shifted,
+        worse=worse,
+        beyond=beyond,
+        previews=_previews(others),
+        unproved=tuple(unproved),
+        disagreeing=tuple(disagreeing),
+        contradicted=tuple(contradicted),
+        unlike_paths=unlike,
+        worst_program=worst_program,
+        worst_view=worst.view,
+        worst_rmse=worst.seen.rmse,
+        worst_maximum=worst.seen.maximum,
+        worst_flip=worst.seen.flip,
+        worst_kept_light=worst.seen.kept_light,
+        worst_data_rmse=worst.data.seen_rmse,
+        worst_drawing_rmse=worst.drawing.seen_rmse,
+        share=share_of(worst.seen, tolerance),
+    )
+
+
+def _code(faults: Mapping[VerdictCode, object]) -> VerdictCode:
+    """Return the first fault, or "within" if there is no fault."""
+    return next((code for code, fault in faults.items() if fault), "within")
+
+
+def _has_worse_view(other: OtherDrawing, program: ProgramResult) -> bool:
+    finest = {view.view: view.seen for view in program.views}
+    return any(view.box is not None and is_worse(view.seen, view.box, finest[view.view]) for view in other.views)
+
+
+def _items(others: Iterable[OtherDrawing]) -> tuple[str, ...]:
+    """Return the drawings, each once: two programs may draw one level."""
+    return tuple(dict.fromkeys(other.item for other in others))
+
+
+def _previews(others: Sequence[OtherDrawing]) -> tuple[PreviewOutcome, ...]:
     told: dict[str, OtherDrawing] = {}
     for other in others:
         # Two programs may draw one level: the worse of them counts.
         if other.preview_only and (other.item not in told or other.rmse >= told[other.item].rmse):
             told[other.item] = other
-    previews = tuple(PreviewOutcome(item=name, rmse=other.rmse, within=other.passed) for name, other in told.items())
-    return Verdict(
-        passed=not (failed or changed or differing or beyond or unproved or disagreeing),
-        views=len(views),
-        failed=failed,
-        changed=changed,
-        differing=tuple(differing),
-        beyond=beyond,
-        previews=previews,
-        unproved=tuple(unproved),
-        disagreeing=tuple(disagreeing),
-        worst_program=worst_program,
-        worst_view=worst.view,
-        worst_rmse=worst.total.rmse,
-        worst_maximum=worst.total.maximum,
-        worst_data_rmse=worst.data.rmse,
-        worst_drawing_rmse=worst.drawing.rmse,
-        share=share_of(worst.total, tolerance),
-    )
+    return tuple(PreviewOutcome(item=name, rmse=other.rmse, within=other.passed) for name, other in told.items())

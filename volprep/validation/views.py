@@ -9,19 +9,21 @@ import numpy as np
 from volprep.render.choose import renderer_of
 from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
+from volprep.truth.kept_light import thin_things
 from volprep.truth.oracle import OraclePicture
 from volprep.truth.picture import encoded
 from volprep.validation.bench import Bench
 from volprep.validation.folder import PICTURES, ReportFolder
 from volprep.validation.pictures import coloured, gain_for, largest_difference
 from volprep.validation.records import Driver, ProgramResult, ViewPictures, ViewResult
+from volprep.validation.seen import seen_numbers, width_pixels
 from volprep.validation.subject import errors
 from volprep.validation.verdict import passes
 from volprep_formats.arrays import Float32Array, FloatArray
 
 
 class Drawn(Protocol):
-    """A program, or what stands for one."""
+    """A program or its equivalent."""
 
     @property
     def name(self) -> str:
@@ -38,7 +40,7 @@ class Drawn(Protocol):
 
 @dataclass(frozen=True)
 class ViewedProgram:
-    """The views of one program, and what the sweep takes over from them."""
+    """The views of one program, and the results that the sweep reuses."""
 
     level: int
     """Finest level of the program, which was drawn."""
@@ -53,19 +55,19 @@ class ViewedProgram:
     truths: dict[str, Float32Array]
     """Truth in each standard view, premultiplied linear."""
     drawn: dict[str, Float32Array]
-    """What the package draws in each standard view."""
+    """Pictures of the package in each standard view."""
     driver: Driver
     """The OpenGL ES that drew."""
 
 
 @dataclass(frozen=True)
 class Statement:
-    """Pictures of one transfer function, and who drew them."""
+    """Pictures of one transfer function, and their renderer."""
 
     bench: Bench
     """Its subject, and where results go."""
     program: Drawn
-    """The program, or what stands for one, that draws it."""
+    """The program, or its equivalent, that draws it."""
     viewed: ViewedProgram
     """Its truths and its pictures."""
 
@@ -75,7 +77,7 @@ class MeasuredPrograms:
     """All programs of a package."""
 
     programs: tuple[ProgramResult, ...]
-    """What was measured."""
+    """Measurements of each view."""
     gain: float
     """Gain of the pictures of differences."""
     driver: Driver
@@ -95,9 +97,11 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
     kept: dict[str, tuple[OraclePicture, OraclePicture]] = {}
     truths: dict[str, Float32Array] = {}
     pictures: dict[str, Float32Array] = {}
+    grid = next(each.grid for each in subject.package.manifest.levels if each.index == level)
+    width = width_pixels(subject.cameras.values(), grid, subject.shape_hw[0])
     bench.progress.start(f"nine views of {program.name}", len(subject.views))
     renderer = renderer_of(subject.package, level=level, transfer=program.transfer)
-    # What compares and writes runs in one thread, and leaves the other processors idle: the next view is drawn beside.
+    # Comparing and writing run in one thread and leave other processors idle: the next view is drawn at the same time.
     with renderer, ThreadPoolExecutor(1) as beside:
         for name, box_from_clip in subject.views.items():
             with clock.part("oracle"):
@@ -111,7 +115,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
             if compared:
                 # No more than the pictures of two views are in memory.
                 compared[-1].result()
-            compared.append(beside.submit(_compared, bench, _names(program, name), name, truth, on_data, drawn))
+            compared.append(beside.submit(_compared, bench, _names(program, name), name, width, truth, on_data, drawn))
             bench.progress.advance()
         results = [each.result() for each in compared]
         driver = driver_of(renderer)
@@ -120,18 +124,26 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
     return ViewedProgram(level, views, differences, *kept[kept_view], truths, pictures, driver)
 
 
-def _compared(  # noqa: PLR0917 - a view, and what is known of it
-    bench: Bench, names: ViewPictures, view: str, truth: OraclePicture, on_data: OraclePicture, drawn: Float32Array
+def _compared(  # noqa: PLR0917 - a view, and its known results
+    bench: Bench,
+    names: ViewPictures,
+    view: str,
+    width: float,
+    truth: OraclePicture,
+    on_data: OraclePicture,
+    drawn: Float32Array,
 ) -> tuple[ViewResult, Float32Array]:
-    """Compare the pictures of one view, and write them; give the difference of each pixel, too."""
+    """Compare the pictures of one view, and write them; return the difference of each pixel, too."""
     with bench.clock.part("comparing"):
+        seen = seen_numbers(drawn, truth.rgba, thin_things(drawn, truth.rgba, width))
         total = errors(drawn, truth.rgba)
         result = ViewResult(
             view=view,
-            passed=passes(total, bench.subject.render.tolerance),
+            passed=passes(seen, bench.subject.render.tolerance),
             total=total,
+            seen=seen,
             data=errors(on_data.rgba, truth.rgba),
-            drawing=errors(drawn, on_data.rgba),
+            drawing=total if np.array_equal(on_data.rgba, truth.rgba) else errors(drawn, on_data.rgba),
             truth_bound=max(float(truth.bound.max()), float(on_data.bound.max())),
             pictures=names,
         )
@@ -140,13 +152,13 @@ def _compared(  # noqa: PLR0917 - a view, and what is known of it
 
 
 def driver_of(renderer: Renderer | SliceRenderer) -> Driver:
-    """Give who draws, as reports name it."""
+    """Return the renderer's description for reports."""
     driver = renderer.driver
     return Driver(vendor=driver.vendor, renderer=driver.renderer, version=driver.version)
 
 
 def draw_differences(viewed: list[ViewedProgram], folder: ReportFolder) -> float:
-    """Write the pictures of all differences with one gain, and give the gain."""
+    """Write the pictures of all differences with one gain, and return the gain."""
     named = {name: difference for program in viewed for name, difference in program.differences.items()}
     gain = gain_for(np.stack(list(named.values())))
     for name, difference in named.items():

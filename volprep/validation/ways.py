@@ -1,7 +1,7 @@
-"""Every way in which a volume can be drawn: technique × compositing × classification × how the volume is read.
+"""Every way to draw a volume: technique × compositing × classification × sampling.
 
-What is registered in `volprep.techniques` and `volprep.compositing` is here without being named. Order tests and hard
-cases loop over this.
+Techniques and compositings registered in `volprep.techniques` and `volprep.compositing` are included automatically.
+Order tests and hard cases loop over this.
 """
 
 from collections.abc import Iterator
@@ -24,23 +24,23 @@ from volprep_formats.package.program import (
 from volprep_formats.package.reader import Package
 
 _OF_VALUES: frozenset[Sampling] = frozenset(("bricks", "subvolumes"))
-"""What holds values, and no voxels that are classified already."""
+"""Samplings of values, not of voxels that are classified already."""
 _CLASSIFICATIONS: tuple[ClassificationName, ...] = get_args(ClassificationName)
 _SAMPLINGS: tuple[Sampling, ...] = get_args(Sampling)
 
 
 @dataclass(frozen=True)
 class Way:
-    """One way in which a volume can be drawn. What is absent is what scenes have that ask for nothing."""
+    """One way to draw a volume. Absent fields have the defaults of scenes."""
 
     technique: TechniqueName = "ray-casting"
-    """How the program goes through the volume."""
+    """Rendering technique of the program."""
     compositing: CompositingName = "emission-absorption"
-    """What a ray makes of its samples."""
+    """Compositing of the samples of a ray."""
     classification: ClassificationName = "lookup"
-    """How samples become colours."""
+    """Classification: the mapping from samples to colours."""
     sampling: Sampling = "texture3d"
-    """What the volume is read from."""
+    """Storage that the volume is sampled from."""
 
     @property
     def choices(self) -> tuple[str, str, str, str]:
@@ -54,7 +54,7 @@ class Way:
 
     @property
     def unusual(self) -> int:
-        """How many of technique, compositing and classification are not what scenes have that ask for nothing."""
+        """Number of choices among technique, compositing and classification that differ from the defaults."""
         return sum(one != usual for one, usual in zip(self.choices[:3], Way().choices, strict=False))
 
     @property
@@ -81,7 +81,7 @@ def every_way() -> Iterator[Way]:
 
 
 def in_way(package: Package, program: Program, way: Way, render: RenderSettings) -> Package:
-    """Return the package as it is if `program` draws it in another way, with the textures and tables that there are.
+    """Return the package as it is if `program` can draw it in another way with the existing textures and tables.
 
     The way must classify and sample as the program does: other ways need other textures.
     """

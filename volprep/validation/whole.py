@@ -1,4 +1,4 @@
-"""Whether a package is whole and agrees with itself: what can be told without OpenGL and without the scan."""
+"""Check that a package is whole and consistent, as far as possible without OpenGL and without the scan."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from volprep_formats.package.reader import Package
 def open_whole(path: Path) -> Package:
     """Open the sealed package at `path` after checking it.
 
-    Raises VP4001 to VP4005 where there is no sealed package that can be read, VP6010 with all that is wrong.
+    Raises VP4001 to VP4005 if there is no readable sealed package, VP6010 with all of its faults.
     """
     package = Package.open_any(path)
     findings = check(path)

@@ -1,1 +1,1 @@
-"""The page that shows and measures a package: its files, its server, and what devices send back."""
+"""The page that shows and measures a package: its files, its server, and the measurements of devices."""

@@ -1,8 +1,8 @@
-"""Several ES modules as one inline module: a page that is opened from a disk may load no other file.
+"""Bundle several ES modules into one inline module: a page that is opened from a disk may load no other file.
 
-Each module becomes a function that runs once, when it is first imported, and gives its exports. What is understood is
-what our own modules use: imports and exports that begin a line, names in braces or `* as`, and `import("./x.js")`.
-Anything else is refused, and a test bundles all modules that ship.
+Each module becomes a function that runs once, when it is first imported, and returns its exports. Only the forms that
+our own modules use are supported: imports and exports that begin a line, names in braces or `* as`, and
+`import("./x.js")`. Anything else is refused, and a test bundles all shipped modules.
 """
 
 import posixpath
@@ -22,18 +22,21 @@ _EXPORT_LIST = re.compile(r"^export\s+\{(?P<names>[^}]*)\};?[ \t]*$", re.MULTILI
 _EXPORT = re.compile(r"^export\s+(?=(?:async\s+function|function|class|const|let)\b)", re.MULTILINE)
 _DECLARED = re.compile(r"(?:async\s+function\s*\*?|function\s*\*?|class|const|let)\s+([\w$]+)")
 _DYNAMIC = re.compile(r"\bimport\(\s*[\"'](?P<from>\.[^\"'\n]+)[\"']\s*\)")
+_BESIDE = re.compile(r"\bnew URL\(\"(\./[\w.]+)\",\s*import\.meta\.url\)")
 _LEFT = re.compile(r"^[ \t]*(?:import|export)\b[^\n]*|\bimport\.meta\b|\bimport\s*\(", re.MULTILINE)
 _NAME = re.compile(r"[\w$]+")
 
 
-def bundle(modules: Mapping[str, str], entry: str) -> str:
-    """Return the module `entry`, one of `modules` by address, with all that it imports, as the text of one module.
+def bundle(modules: Mapping[str, str], entry: str, *, default: str | None = None) -> str:
+    """Return the module `entry`, one of `modules` by address, with all its imports, as the text of one module.
 
-    Raises ValueError for an import of what is not there, for modules that import each other in a circle, and for a form
-    of import or export that is not understood.
+    The module exports nothing, or its export `default` as its default export.
+
+    Raises ValueError for an import of a missing module, for modules that import each other in a circle, and for an
+    unsupported form of import or export.
     """
     found: dict[str, str] = {}
-    # What is imported when it is needed may itself import what needs it: it is looked at when all that is in front is.
+    # A dynamically imported module may itself import the module that needs it: it is visited after all static imports.
     waiting = [entry]
     while waiting:
         waiting += _visit(waiting.pop(0), modules, found, ())
@@ -42,12 +45,13 @@ def bundle(modules: Mapping[str, str], entry: str) -> str:
     for address, text in found.items():
         body = re.sub(r"\$of\{([^}]*)\}", lambda match: f"$module{numbers[match[1]]}()", text)
         lines.append(f"const $module{numbers[address]} = $once(() => {{ // {address}\n{body}\n}});")
-    lines.append(f"$module{numbers[entry]}();")
+    run = f"$module{numbers[entry]}()"
+    lines.append(f"{run};" if default is None else f"export default {run}.{default};")
     return "\n".join(lines) + "\n"
 
 
 def _visit(address: str, modules: Mapping[str, str], found: dict[str, str], path: tuple[str, ...]) -> list[str]:
-    """Add a module and all that it imports at once; return what these import when it is needed."""
+    """Add a module and all of its static imports; return its dynamic imports."""
     if address in found:
         return []
     if address in path:
@@ -100,6 +104,8 @@ def _rewritten(address: str, text: str) -> tuple[str, list[str], list[str]]:
         assert declared is not None  # noqa: S101 - the pattern above has looked ahead
         exports[declared[1]] = declared[1]
     text = _EXPORT.sub("", text)
+    # A page of one file has no worker beside it: addresses relative to nothing are errors, which the runtime catches.
+    text = _BESIDE.sub(r'new URL("\1", "")', text)
     text = _DYNAMIC.sub(lambda match: f"Promise.resolve().then(() => {place(match, later)})", text)
     left = _LEFT.search(text)
     if left is not None:

@@ -45,38 +45,24 @@ _FOLDER_POLICY = (
 def write_page_folder(shown: ShownPackage, target: Path, progress: Progress, *, force: bool = False) -> int:
     """Write the page as static files, and return their number.
 
-    Raises VP7033 where something is at `target` that must not be replaced, VP4020 where it cannot be written, and what
-    `make_site` raises.
+    Raises VP7033 if `target` must not be replaced, VP4020 if it cannot be written, and the errors of `make_site`.
     """
     site = make_site(shown, takes_devices=False)
     _require_replaceable(target, force=force)
     progress.start("write the page", len(site))
-    older = target.with_name(f".{target.name}.older")
-    with output_errors(target):
-        shutil.rmtree(older, ignore_errors=True)
-    moved = False
-    try:
-        with new_folder(target) as folder:
-            for address, served in site.items():
-                _copy(served, folder / address)
-                progress.advance()
-            page = read_served(site[INDEX]).decode()
-            (folder / INDEX).write_text(_with_policy(page, _FOLDER_POLICY), encoding="utf-8")
-            if target.exists() and any(target.iterdir()):
-                target.rename(older)
-                moved = True
-    except BaseException:
-        if moved and not target.exists():
-            older.rename(target)
-        raise
-    shutil.rmtree(older, ignore_errors=True)
+    with new_folder(target, replaces=force) as folder:
+        for address, served in site.items():
+            _copy(served, folder / address)
+            progress.advance()
+        page = read_served(site[INDEX]).decode()
+        (folder / INDEX).write_text(_with_policy(page, _FOLDER_POLICY), encoding="utf-8")
     return len(site)
 
 
 def write_page_file(shown: ShownPackage, target: Path, progress: Progress, *, force: bool = False) -> int:
     """Write the page and the package as one file of HTML, and return its size.
 
-    Raises VP7033 where a file is at `target` and not `force`, VP7034 for a package that is too large, and as
+    Raises VP7033 if a file is at `target` and not `force`, VP7034 for a package that is too large, and as
     `write_page_folder` does.
     """
     with output_errors(target):
@@ -164,7 +150,7 @@ def _require_replaceable(target: Path, *, force: bool) -> None:
 
 
 def _names(target: Path) -> set[str] | None:
-    """Return the names in a folder, none where nothing is there; None for what is no folder."""
+    """Return the names in a folder, none if it does not exist; None if it is not a folder."""
     if not target.exists():
         return set()
     return {path.name for path in target.iterdir()} if target.is_dir() else None

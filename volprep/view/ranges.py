@@ -10,9 +10,9 @@ class UnsatisfiableError(ValueError):
 
 
 def part_of(header: str | None, size: int) -> tuple[int, int] | None:
-    """Return the first byte and the byte after the last of a range; None where the whole file is to be sent.
+    """Return the first byte of a range and the byte after its last; None if the whole file is to be sent.
 
-    Several ranges, other units and what is no range are ignored, as the RFC allows. Raises UnsatisfiableError.
+    Several ranges, other units and malformed ranges are ignored, as the RFC allows. Raises UnsatisfiableError.
     """
     found = _RANGE.fullmatch(header.strip()) if header else None
     if found is None or not (found[1] or found[2]):

@@ -1,8 +1,8 @@
-"""The server of the page: for this machine, or, with a token that nobody can guess, for a local network.
+"""The server of the page: for this machine, or, with an unguessable token, for a local network.
 
 A page of another origin must neither read nor send anything here. So every address begins with a random token, the
-header Host must name this server (a name that an attacker points at this machine does not), a request that says that
-it comes from another origin is refused, and headers forbid the page everything but its own files.
+header Host must name this server (a name that an attacker points at this machine does not), a request with the header
+of another origin is refused, and headers restrict the page to its own files.
 """
 
 import gzip
@@ -11,11 +11,14 @@ import json
 import secrets
 import signal
 import socket
+import threading
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 from volprep.plan.device_files import MOST_BYTES
 from volprep.plan.device_records import DeviceRecord
@@ -24,12 +27,21 @@ from volprep.view.site import DEVICES, INDEX, Served, Site
 from volprep.view.stored_devices import store_device
 from volprep_formats.diagnostics import VolprepError
 
+if TYPE_CHECKING:
+    from io import BufferedReader
+
 LOCAL = "127.0.0.1"
 _CHUNK_BYTES = 2**18
 _MOST_GZIPPED_BYTES = 2**22
 _BINARY = ("image/", "application/octet-stream")
 _PATIENCE_S = 30.0
 """Time after which a connection on which nothing happens is closed."""
+_REQUEST_S = 30.0
+"""Time limit of a request, body included: otherwise a slow client could hold a thread for hours."""
+_MOST_CONNECTIONS = 24
+"""Connections of one sender at a time; a browser opens six."""
+_MOST_MEASUREMENTS = 100
+"""Measurements that one sender may store while the server runs."""
 CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -48,7 +60,7 @@ _HEADERS = {
 }
 
 Received = Callable[[Path, DeviceRecord], None]
-"""Is told of a measurement that was stored."""
+"""Callback for each stored measurement."""
 
 
 class ViewServer(ThreadingHTTPServer):
@@ -68,13 +80,16 @@ class ViewServer(ThreadingHTTPServer):
     ) -> None:
         """Listen at `address`; port 0 is any that is free. Measurements are stored in the folder `devices`.
 
-        Raises VP7031 where the system refuses.
+        Raises VP7031 if the system refuses.
         """
         self.site = site
         self.manifest_sha256 = manifest_sha256
         self.devices = devices
         self.received = received
         self.token = secrets.token_urlsafe(16)
+        self._guard = threading.Lock()
+        self._connections: Counter[str] = Counter()
+        self._measurements: Counter[str] = Counter()
         try:
             super().__init__((address, port), _Handler)
         except (OSError, OverflowError) as error:
@@ -93,7 +108,7 @@ class ViewServer(ThreadingHTTPServer):
 
     @property
     def hosts(self) -> set[str]:
-        """What the header Host may say."""
+        """Allowed values of the header Host."""
         names = {str(self.server_address[0])} | ({"localhost"} if self.server_address[0] == LOCAL else set())
         return {f"{name}:{self.server_port}" for name in names} | (names if self.server_port == 80 else set())
 
@@ -105,8 +120,35 @@ class ViewServer(ThreadingHTTPServer):
         with suppress(KeyboardInterrupt):
             self.serve_forever(poll_interval=0.2)
 
+    def verify_request(self, request: object, client_address: object) -> bool:  # noqa: ARG002 - as in the base class
+        """Return whether a connection is served, and count it; one sender has only so many at a time."""
+        with self._guard:
+            has_room = self._connections[_sender(client_address)] < _MOST_CONNECTIONS
+            self._connections[_sender(client_address)] += has_room
+        return has_room
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Serve one connection, which no longer counts when it ends."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            with self._guard:
+                self._connections[_sender(client_address)] -= 1
+
+    def require_room(self, client_address: object) -> None:
+        """Count a measurement of a sender. Raises VP7072 if it has sent the maximum already."""
+        with self._guard:
+            count = self._measurements[_sender(client_address)]
+            if count >= _MOST_MEASUREMENTS:
+                raise VolprepError("VP7072", count=count)
+            self._measurements[_sender(client_address)] += 1
+
     def handle_error(self, request: object, client_address: object) -> None:
-        """Say nothing of a connection that broke: whoever it was has gone."""
+        """Ignore a broken connection: the client has gone."""
+
+
+def _sender(client_address: object) -> str:
+    return str(client_address[0]) if isinstance(client_address, tuple) else str(client_address)
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -118,12 +160,32 @@ class _Handler(BaseHTTPRequestHandler):
     sys_version = ""
     timeout = _PATIENCE_S
 
+    def handle_one_request(self) -> None:
+        """Answer one request, which must arrive within its time limit."""
+        try:
+            cast("BufferedReader", self.rfile).peek(1)
+        except OSError:
+            self.close_connection = True
+            return
+        self._deadline = threading.Timer(_REQUEST_S, self._cut_off)
+        self._deadline.daemon = True
+        self._deadline.start()
+        try:
+            super().handle_one_request()
+        finally:
+            self._deadline.cancel()
+
+    def _cut_off(self) -> None:
+        """Close the connection of a request that takes too long to arrive."""
+        with suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RDWR)
+
     def do_GET(self) -> None:
         """Send a file, or a part of it."""
         self._send(with_body=True)
 
     def do_HEAD(self) -> None:
-        """Send what a file is."""
+        """Send a file."""
         self._send(with_body=False)
 
     def do_POST(self) -> None:
@@ -141,11 +203,13 @@ class _Handler(BaseHTTPRequestHandler):
         """Print nothing: requests are of no interest, and their text is foreign."""
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002 - as in the base class
-        """Refuse what the base class refuses as we do, without a page that repeats foreign text."""
+        """Refuse requests that the base class refuses in our format, without a page that repeats foreign text."""
         self.close_connection = True
         self._answer(HTTPStatus(code), f"{HTTPStatus(code).phrase}\n".encode(), "text/plain; charset=utf-8")
 
     def _send(self, *, with_body: bool) -> None:
+        # Large files take their time on the way to a phone; each piece has a limit of its own.
+        self._deadline.cancel()
         address = self._address()
         served = self.server.site.get(INDEX if address == "" else address or "")
         if not self._allowed() or served is None:
@@ -185,7 +249,7 @@ class _Handler(BaseHTTPRequestHandler):
             while left > 0 and (data := contents.file.read(min(_CHUNK_BYTES, left))):
                 self.wfile.write(data)
                 left -= len(data)
-            # A file that became shorter: only a closed connection tells the browser that something is missing.
+            # The file became shorter: only a closed connection tells the browser that bytes are missing.
             self.close_connection = self.close_connection or left > 0
 
     def _takes_gzip(self, served: Served, size: int) -> bool:
@@ -203,7 +267,9 @@ class _Handler(BaseHTTPRequestHandler):
             self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
         elif folder is not None:
             data = self.rfile.read(int(length))
+            self._deadline.cancel()
             try:
+                self.server.require_room(self.client_address)
                 path, record = store_device(folder, data, self.server.manifest_sha256)
             except VolprepError as error:
                 told = {"code": error.code, "summary": error.summary, "remedy": error.remedy}
@@ -222,10 +288,10 @@ class _Handler(BaseHTTPRequestHandler):
         return self._status() is HTTPStatus.OK
 
     def _status(self) -> HTTPStatus:
-        """Say whether a request may be answered: it names this server, has the token, and comes from no other page."""
+        """Return whether a request may be answered: right server, right token, and not from another page."""
         if len(self.headers.get_all("Host", [])) != 1 or self.headers.get("Host") not in self.server.hosts:
             return HTTPStatus.MISDIRECTED_REQUEST
-        # A link to the page may stand in a mail; what lies behind it may not be loaded by another page.
+        # A link to the page may be in a mail; another page may not load the files behind it.
         is_link = self.command == "GET" and self.headers.get("Sec-Fetch-Dest") == "document"
         if self.headers.get("Sec-Fetch-Site", "none") not in {"none", "same-origin"} and not is_link:
             return HTTPStatus.FORBIDDEN
@@ -237,7 +303,7 @@ class _Handler(BaseHTTPRequestHandler):
         return f"http://{self.headers.get('Host')}"
 
     def _refuse(self, status: HTTPStatus) -> None:
-        # What was not read of a body must not be taken for the next request.
+        # The unread rest of a body must not be taken for the next request.
         self.close_connection = True
         self._answer(status, f"{status.phrase}\n".encode(), "text/plain; charset=utf-8")
 
@@ -260,8 +326,8 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def lan_address() -> str:
-    """Return the address of this machine in its local network. Raises VP7032 where it has none."""
-    # No packet is sent: the system only says from which address it would send one.
+    """Return the address of this machine in its local network. Raises VP7032 if it has none."""
+    # No packet is sent: the system only reports the address that it would send one from.
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))

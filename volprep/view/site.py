@@ -1,6 +1,6 @@
-"""What a browser can ask for: every file of the page by its address, and nothing else.
+"""Everything that a browser can request: every file of the page by its address, and nothing else.
 
-No path is ever made of an address: an address is looked up here, so that none can lead elsewhere.
+Paths are never built from an address: an address is looked up here, so that none can lead elsewhere.
 """
 
 import io
@@ -23,13 +23,14 @@ from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.record import Record
 from volprep_formats.regular_files import open_regular, read_regular
 from volprep_formats.runtime import runtime_folder, sent_modules
+from volprep_formats.textures.paletted import INTERNAL_FORMAT
 
 INDEX = "index.html"
 SETTINGS = "view.json"
 ZIP = "package.volpkg.zip"
 """Address of a package that is one file."""
 DEVICES = "devices"
-"""Where measurements are sent to."""
+"""Address that measurements are sent to."""
 PAGE = "page"
 RUNTIME = "runtime"
 _FOLDER = "package/"
@@ -46,20 +47,20 @@ _TYPES = {
 
 
 class ViewSettings(Record):
-    """What the page is told of where things are; addresses are relative to the page."""
+    """Addresses that the page needs, relative to the page."""
 
     generator: str
     """Program and version that made the page."""
     package: str
     """Address of the package: a folder, which ends in a slash, or one file."""
     manifest_sha256: str
-    """Digest of its manifest, by which measurements name it."""
+    """Digest of its manifest; measurements name the package by it."""
     report: str | None
     """Address of the data of the report; null without one."""
     truth: str | None
     """Address of the folder of truth pictures; null without one."""
     devices: str | None
-    """Where to send measurements; null where nobody takes them."""
+    """Where to send measurements; null if the server takes none."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +92,12 @@ class ShownPackage:
 def shown_with(path: Path, report: Path | None, usual_report: Path) -> ShownPackage:
     """Open the package at `path`, and find its report: the folder `report`, or else `usual_report` if it is there.
 
-    Raises what opening a package raises, VP7030 for one that no browser can draw, VP7039 for a `report` of another
+    Raises the errors of opening a package, VP7030 for slices without palettes, VP7039 for a `report` of another
     package. A usual report of another package is not shown.
     """
     package = Package.open(path)
     profile = package.manifest.profile
-    if not profile.has_shaders:
+    if not profile.has_shaders and not _has_palettes(package):
         raise VolprepError("VP7030", path=path, profile=profile.name)
     folder = report or usual_report
     if not _is_of(folder, path):
@@ -106,8 +107,12 @@ def shown_with(path: Path, report: Path | None, usual_report: Path) -> ShownPack
     return ShownPackage(package, folder, _truth(folder, path))
 
 
+def _has_palettes(package: Package) -> bool:
+    return all(each.gl.internal_format == INTERNAL_FORMAT for each in package.manifest.textures)
+
+
 def make_site(shown: ShownPackage, *, takes_devices: bool) -> Site:
-    """Return all files of the page for a package. Raises VP7035 where the installation lacks some."""
+    """Return all files of the page for a package. Raises VP7035 if the installation lacks some."""
     path = shown.package.path
     site = dict(_files_of_page())
     if path.is_file():

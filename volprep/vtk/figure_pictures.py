@@ -13,7 +13,7 @@ from volprep.vtk.shapes import Panel, Points, Shape, Slice, Strokes, Surface, lo
 
 PIXELS = 560
 _FROM = np.array([0.75, -1.0, 0.45])
-"""Where the viewer is, seen from the middle, in the patient's space: in front, to the left, above."""
+"""Position of the viewer, relative to the middle, in the patient's space: in front, to the left, above."""
 _INK = "#22262b"
 
 

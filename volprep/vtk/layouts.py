@@ -42,14 +42,14 @@ from volprep_formats.textures import ktx2
 _SECONDS = 300.0
 _MOST_PANELS = 4
 _SLICES = 6
-"""Of a stack; more would hide each other."""
+"""Slices that are drawn of a stack; more would hide each other."""
 
 
 def write_figure(package: Package, path: Path) -> tuple[int, int]:
-    """Write the figure of a package to a PNG file, and give its width and height.
+    """Write the figure of a package to a PNG file, and return its width and height.
 
-    Raises VP6043 where the package has no such layout, VP6040 and VP6041 where pyvista cannot draw, VP5021 if the file
-    cannot be written.
+    Raises VP6043 if the package has no such layout, VP6040 and VP6041 if pyvista cannot draw, VP5021 if the file cannot
+    be written.
     """
     if path.suffix.lower() != ".png":
         raise VolprepError("VP5021", path=path, error="pictures are PNG files, so that its name ends in .png")
@@ -62,9 +62,9 @@ def write_figure(package: Package, path: Path) -> tuple[int, int]:
 
 
 def draw_figure(package: Package) -> UInt8Array | None:
-    """Draw the layouts of a package side by side, four at most, [H, W, RGB]; None where it has none.
+    """Draw the layouts of a package side by side, four at most, [H, W, RGB]; None if it has none.
 
-    Raises VP6040 and VP6041 where pyvista cannot draw, and what reading the package raises.
+    Raises VP6040 and VP6041 if pyvista cannot draw, and the errors of reading the package.
     """
     panels = [*panels_of(package)][:_MOST_PANELS]
     if not panels:
@@ -81,7 +81,7 @@ def panels_of(package: Package) -> Iterator[Panel]:
     """Describe the layouts of each channel, at the finest level that has them."""
     several = len(package.manifest.channels) > 1
     for name, part in channel_packages(package).items():
-        grid = part.manifest.levels[0].grid if part.manifest.levels else None
+        grid = _voxels_grid(part)
         if grid is None:
             continue
         outline = Strokes(box_lines(np.zeros(3), np.array(grid.extent_mm_zyx[::-1])), GREY, 1.2)
@@ -89,6 +89,12 @@ def panels_of(package: Package) -> Iterator[Panel]:
             full = f"{name}: {title}" if several else title
             z, y, x = grid.extent_mm_zyx
             yield Panel(full, (x, y, z), np.array(grid.direction), [outline, *shapes])
+
+
+def _voxels_grid(package: Package) -> Grid | None:
+    """Return the grid of level 0, which the package may hold in pieces only; None before it is known."""
+    manifest = package.manifest
+    return manifest.grid or (manifest.levels[0].grid if manifest.levels else None)
 
 
 def _proxy(package: Package) -> Iterator[tuple[str, list[Shape]]]:
@@ -136,7 +142,9 @@ def _subvolumes(package: Package) -> Iterator[tuple[str, list[Shape]]]:
     if files is None:
         return
     pieces = decode_grid(package.read_bytes(files.grid), package.path, files.grid)
-    grid = package.manifest.levels[0].grid
+    grid = _voxels_grid(package)
+    if grid is None:
+        return
     low, high, held = _pieces(pieces)
     places = np.array([*product(*(range(len(cuts)) for cuts in pieces.cuts_zyx))])
     points = _centres(grid, _voxels(pieces, places))
@@ -167,9 +175,9 @@ def _pieces(pieces: SubvolumeGrid) -> tuple[Float64Array, Float64Array, np.ndarr
 
 
 def _walk(pieces: SubvolumeGrid) -> list[tuple[int, int, int]]:
-    """Return the points [zyx] of a walk from corner to corner of what a device steps through, along x, then y, then z.
+    """Return the points [zyx] of a walk from corner to corner, as a device steps through them: along x, then y, then z.
 
-    Points on the outside have fewer pieces around them: a walk stays between them where it can.
+    Points on the outside have fewer pieces around them: a walk avoids them if possible.
     """
     last = [len(cuts) - 1 for cuts in pieces.cuts_zyx]
     first, end = [min(1, n) for n in last], [max(n - 1, min(1, n)) for n in last]

@@ -12,26 +12,35 @@ from pathlib import Path
 from typing import Literal
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import how_to_add
 
 Script = Literal["volume_pictures", "figure_pictures"]
 """A module of this folder. It gets the task's file and the result's file as arguments."""
 
 
+_MODULES = ("pyvista", "vtkmodules")
+
+
+def has_pyvista() -> bool:
+    """Return whether pyvista and VTK are installed. Does not import them."""
+    return all(importlib.util.find_spec(name) is not None for name in _MODULES)
+
+
 def require_pyvista() -> None:
     """Raise VP6040 where pyvista, or VTK, is not installed. Does not import them."""
-    for name in ("pyvista", "vtkmodules"):
+    for name in _MODULES:
         if importlib.util.find_spec(name) is None:
-            raise VolprepError("VP6040", module=name)
+            raise VolprepError("VP6040", module=name, how=how_to_add("witness"))
 
 
 def run_script(script: Script, task: Path, result: Path, *, seconds: float) -> None:
     """Run a script, which reads `task` and writes `result`.
 
-    Raises VP6040 where pyvista is not installed, VP6041 where the script fails or takes longer than `seconds`.
+    Raises VP6040 if pyvista is not installed, VP6041 if the script fails or takes longer than `seconds`.
     """
     require_pyvista()
     command = [sys.executable, "-m", f"{__package__}.{script}", str(task), str(result)]
-    # VTK finds EGL by itself, but first warns that there is no X server.
+    # VTK finds EGL by itself, but first warns about the missing X server.
     environment = {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"} if "DISPLAY" not in os.environ else {}
     try:
         done = subprocess.run(  # noqa: S603 - ourselves

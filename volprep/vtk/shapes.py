@@ -1,4 +1,4 @@
-"""What a figure of a package's layout shows: panels of shapes in box millimetres, and how they travel to VTK."""
+"""Contents of a figure of a package's layout: panels of shapes in box millimetres, and their file format for VTK."""
 
 import json
 from collections.abc import Sequence
@@ -46,7 +46,7 @@ class Points:
     """Round points."""
 
     points_mm_xyz: Float64Array
-    """Where they are, [n, 3]."""
+    """Positions, [n, 3]."""
     colour: Colour
     """Their colour."""
     size: float = 9.0
@@ -58,7 +58,7 @@ class Slice:
     """A picture in space."""
 
     corners_mm_xyz: Float64Array
-    """Of the texel that is stored first: its corner, and the corners at the end of a row and of a column, [3, 3]."""
+    """Corner of the texel that is stored first, and the corners at the end of a row and of a column, [3, 3]."""
     texels: UInt8Array
     """sRGB and opacity, not multiplied, [row, column, RGBA]."""
 
@@ -71,13 +71,13 @@ class Panel:
     """One part of the figure."""
 
     title: str
-    """What it shows."""
+    """Title of the panel."""
     extent_mm_xyz: tuple[float, float, float]
     """Size of the box."""
     direction: NDArray[np.float64]
     """Columns are the unit world vectors along x, y and z of the box: a head is shown upright."""
     shapes: Sequence[Shape]
-    """What it is made of, in box millimetres."""
+    """Shapes, in box millimetres."""
 
 
 _KINDS = {kind.__name__: kind for kind in (Surface, Strokes, Points, Slice)}
@@ -104,7 +104,7 @@ def save_panels(panels: Sequence[Panel], path: Path) -> None:
 
 
 def load_panels(path: Path) -> list[Panel]:
-    """Read what `save_panels` has written."""
+    """Read the panels that `save_panels` has written."""
     with np.load(path) as arrays:
         return [
             Panel(

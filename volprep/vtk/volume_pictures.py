@@ -11,10 +11,10 @@ The task has
 - picture_size: width and height
 
 The result has pictures, uint8 [step, camera, H, W, 4], premultiplied linear, row 0 on top, and driver: three strings,
-and version: those of pyvista and VTK.
+and version: the versions of pyvista and VTK.
 
-Voxels are VTK's cells, not its points: the volume is then the box of n voxels, with values at their centres that stay
-as they are in the half voxel outside, which is how our conventions have it.
+Voxels are VTK's cells, not its points: the volume is then the box of n voxels, with values at their centres, constant
+in the outer half voxel, as in our conventions.
 """
 
 import sys
@@ -103,7 +103,7 @@ def new_functions(
 
 
 def new_plotter(size: int) -> pyvista.Plotter:
-    """Open a window that nobody sees, with a transparent black background and no more than one sample for a pixel."""
+    """Open an off-screen window, with a transparent black background and no more than one sample for a pixel."""
     plotter = pyvista.Plotter(off_screen=True, window_size=[size, size], lighting="none")
     window_of(plotter).SetMultiSamples(0)
     window_of(plotter).SetAlphaBitPlanes(1)

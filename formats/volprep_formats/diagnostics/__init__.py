@@ -1,28 +1,35 @@
-"""Every message of volprep, in one catalogue: permanent code, exit status, what is wrong, what to do.
+"""Every message of volprep, in one catalogue: permanent code, exit status, problem, remedy.
 
-The entries stand in one file for each thousand.
+There is one file of entries for each thousand.
 """
 
 from volprep_formats.diagnostics import (
     batch,
     defects,
     geometry,
+    light,
     machine,
     package,
+    recognition,
     rendering,
     scene,
+    segments,
     sources,
     validation,
 )
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
-from volprep_formats.diagnostics.shown import Lines, shown
+from volprep_formats.diagnostics.shown import Lines, Said, shown
 
-__all__ = ["CATALOGUE", "Diagnostic", "ExitStatus", "Lines", "VolprepError"]
+__all__ = ["CATALOGUE", "Diagnostic", "ExitStatus", "Lines", "Said", "VolprepError"]
 
 CATALOGUE: dict[str, Diagnostic] = {
     **sources.ENTRIES,
+    **recognition.ENTRIES,
+    **segments.SOURCE_ENTRIES,
     **geometry.ENTRIES,
     **scene.ENTRIES,
+    **segments.SCENE_ENTRIES,
+    **light.ENTRIES,
     **package.ENTRIES,
     **rendering.ENTRIES,
     **validation.ENTRIES,

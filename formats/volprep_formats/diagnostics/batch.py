@@ -48,7 +48,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP8010": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}, line {line}: not a record of this ledger: {problem}",
-        "Take this line out of the ledger: its scan is then built again. Or name another folder with -o.",
+        "The line is left out, and its scan is built again.",
     ),
     "VP8011": Diagnostic(
         ExitStatus.OUTPUT,
@@ -79,7 +79,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP8030": Diagnostic(
         ExitStatus.MACHINE,
         "{address}: no Dask scheduler answers: {error}",
-        "See that the scheduler runs and can be reached from here. What is in the ledger is done.",
+        "See that the scheduler runs and can be reached from here. Scans in the ledger are finished.",
     ),
     "VP8031": Diagnostic(
         ExitStatus.MACHINE,
@@ -130,5 +130,15 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "{path}: {protocol}:// does not take objects whole, so a package there could be half a package",
         "Store packages at an s3://, gs:// or az:// address, or in a folder with -o.",
+    ),
+    "VP8060": Diagnostic(
+        ExitStatus.USAGE,
+        "{path}: no batch in this folder has made the name {name}",
+        "Give a name from the ledger or the page of this folder, and the folder with -o.",
+    ),
+    "VP8061": Diagnostic(
+        ExitStatus.USAGE,
+        "{pattern}: names have no field {field!r}",
+        "Use these, in braces: {fields}.",
     ),
 }

@@ -1,4 +1,4 @@
-"""Defects of volprep, and calls of its functions that cannot be: VP9xxx."""
+"""Defects of volprep, and invalid calls of its functions: VP9xxx."""
 
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
@@ -6,7 +6,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP9001": Diagnostic(
         ExitStatus.INTERNAL,
         "internal error: {error}",
-        "This is a defect in volprep. Run again with VOLPREP_TRACEBACK=1 and report what it prints.",
+        "This is a defect in volprep. Run again with VOLPREP_TRACEBACK=1 and report the output.",
     ),
     "VP9010": Diagnostic(
         ExitStatus.USAGE,

@@ -1,4 +1,4 @@
-"""What an entry of the catalogue of diagnostics holds, and the exit statuses of the command line."""
+"""An entry of the catalogue of diagnostics, and the exit statuses of the command line."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -8,7 +8,7 @@ class ExitStatus(IntEnum):
     """Exit statuses of the command line. They never change their meaning."""
 
     OK = 0
-    """The command did what it was asked to do."""
+    """The command succeeded."""
     TOLERANCE = 1
     """The package is sound, but a picture is farther from the truth than the scene allows."""
     USAGE = 2

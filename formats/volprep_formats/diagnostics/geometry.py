@@ -34,8 +34,7 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{folder}: there are {each} images at each of {places} places: several volumes (echoes, phases, time points), "
         "or copies; the first are {first} and {second}, both at ({position}) mm; {differ}",
-        "If an attribute tells them apart, choose one with source.volume in the scene, or --volume. Else keep only the "
-        "images of one volume in the folder.",
+        "{how}",
     ),
     "VP2007": Diagnostic(
         ExitStatus.SOURCE,
@@ -79,7 +78,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP2020": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the volume is sheared: its axes deviate from right angles by {angle:.3f}°",
-        "Resample the volume to a grid with right angles first.",
+        "Resample the volume to a grid with right angles first: with Resample Scalar Volume of 3D Slicer, or "
+        "with nibabel.processing.resample_to_output in Python. --repair is for slices of DICOM.",
     ),
     "VP2021": Diagnostic(
         ExitStatus.SOURCE,

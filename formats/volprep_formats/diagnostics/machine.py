@@ -1,4 +1,4 @@
-"""What a machine lacks: VP7xxx. From VP7010 to VP7059: what the reader in formats/js says of browsers and devices."""
+"""Missing features of the machine: VP7xxx; VP7010 to VP7059, of browsers and devices, from the reader in formats/js."""
 
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
@@ -16,7 +16,12 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7003": Diagnostic(
         ExitStatus.MACHINE,
         "{path}: the system refuses it: {error}",
-        "See to the permissions of this path and of the folders above it, or name another.",
+        "Change the permissions of this path and of the folders above it, or name another.",
+    ),
+    "VP7004": Diagnostic(
+        ExitStatus.MACHINE,
+        "the limit of memory (ulimit -v), {limit_mb:.0f} MB, is too low: {needed_mb:.0f} MB or more are needed",
+        "Raise the limit, or the memory that is requested from the scheduler, to 2 GB or more.",
     ),
     "VP7010": Diagnostic(
         ExitStatus.RENDER,
@@ -74,8 +79,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7030": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: profile {profile} is for OpenGL ES 1.1, which no browser has",
-        "Build the scene for a profile of OpenGL ES 2 or 3, for example gles2-2048, and look at that package.",
+        "{path}: profile {profile} is for OpenGL ES 1.1, and its slices have no palettes: the page draws paletted ones",
+        'Build the scene with slices.form = "palette", or for a profile of OpenGL ES 2 or 3, for example gles2-2048.',
     ),
     "VP7031": Diagnostic(
         ExitStatus.MACHINE,
@@ -90,7 +95,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7033": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: something is there already that --force does not replace: {problem}",
-        "Choose another name, or move what is there.",
+        "Choose another name, or move the existing one.",
     ),
     "VP7034": Diagnostic(
         ExitStatus.PACKAGE,
@@ -115,7 +120,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7038": Diagnostic(
         ExitStatus.TOLERANCE,
         "{gpu} draws nothing of {transfer} in {frame_ms:g} ms: the fastest that was measured, level {level} with a "
-        "step of {step_mm:.3g} mm, takes up to {fastest:.3g} ms",
+        "step of {step_mm:.3g} mm, takes up to {fastest:.5g} ms",
         "Allow a longer frame, draw fewer pixels, or build the package with coarser levels.",
     ),
     "VP7039": Diagnostic(
@@ -140,8 +145,23 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7043": Diagnostic(
         ExitStatus.MACHINE,
-        "what was measured did not arrive: {reason}",
+        "the measurements did not arrive: {reason}",
         "Save it as a file, and put the file into the folder of measurements.",
+    ),
+    "VP7044": Diagnostic(
+        ExitStatus.USAGE,
+        "{text} is not the size of a canvas",
+        "Give width and height in pixels of the screen, each from 1 to {limit}, as in --canvas 1170x2532.",
+    ),
+    "VP7045": Diagnostic(
+        ExitStatus.USAGE,
+        "{path}: none of its {count} measurements is of this scan ({scans})",
+        "Measure a package of the scan with volprep view PACKAGE --devices FOLDER, or name another folder.",
+    ),
+    "VP7046": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{missed} of {count} devices draw no measured package within RMSE {rmse:g} in {frame_ms:g} ms",
+        "Allow a longer frame, a larger error or a smaller canvas, or measure packages for other profiles on them.",
     ),
     "VP7060": Diagnostic(
         ExitStatus.RENDER,
@@ -157,8 +177,9 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7062": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: its texels are Zstandard frames, which formats/c/volpkg.h does not unpack",
-        "Run volprep zip --texels plain: it makes a package that is used in place.",
+        "{path}: its texels are Zstandard frames, and the app gave formats/c/volpkg.h no function that unpacks them",
+        "Give volpkg_open_input such a function, or run volprep zip --texels plain: it makes a package that is used in "
+        "place.",
     ),
     "VP7063": Diagnostic(
         ExitStatus.RENDER,
@@ -171,5 +192,56 @@ ENTRIES: dict[str, Diagnostic] = {
         "picture is the same",
         "For the speed of a mesh give createRenderer a decodeDraco, or build the package with "
         'draco = "none" in [proxy].',
+    ),
+    "VP7070": Diagnostic(
+        ExitStatus.MACHINE,
+        "{path}: not decoded, because the process for its decoder cannot be limited: {error}",
+        "Run volprep where processes may lower their own limits (setrlimit).",
+    ),
+    "VP7071": Diagnostic(
+        ExitStatus.MACHINE,
+        "{path}: its decoder reached this machine's limit of {what}, which is lower than what a valid file may need",
+        "Raise the limit ({option}, or the request to the scheduler). The file may be sound.",
+    ),
+    "VP7072": Diagnostic(
+        ExitStatus.MACHINE,
+        "this device has sent {count} measurements, and no more are taken from one device",
+        "Start volprep view again to take more.",
+    ),
+    "VP7080": Diagnostic(
+        ExitStatus.RENDER,
+        "nothing can be picked at {what}: {reason}",
+        "Draw first, and give a pixel of the picture and an opacity between 0 and 1.",
+    ),
+    "VP7081": Diagnostic(
+        ExitStatus.RENDER,
+        "the attribute {name} cannot be {value}: {reason}",
+        "Give another value; README.md of volpkg lists what the attributes of volume-viewer take.",
+    ),
+    "VP7082": Diagnostic(
+        ExitStatus.RENDER,
+        "there is no slice {what}: {reason}",
+        "Give a plane, a position from 0 to 1, and a size in pixels.",
+    ),
+    "VP7090": Diagnostic(
+        ExitStatus.MACHINE,
+        "notebooks need the Python module {module}, which is not installed",
+        "It is in the extra notebook: {how}.",
+    ),
+    "VP7091": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: {size} bytes are too much for a notebook, which holds at most {limit}",
+        "Build the package for a profile with smaller textures, or show a coarser level of the scan.",
+    ),
+    "VP7092": Diagnostic(
+        ExitStatus.USAGE,
+        "{what} cannot be shown: {reason}",
+        "Give an array [z, y, x], the path of a scan, scene or package, a package, a pyvista.ImageData or a "
+        "SimpleITK.Image.",
+    ),
+    "VP7093": Diagnostic(
+        ExitStatus.USAGE,
+        "the plotter's volume cannot be taken: {reason}",
+        "Add one ImageData with add_volume and its default blending, or say which one with volume=NUMBER.",
     ),
 }

@@ -54,7 +54,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP4021": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: not replaced, because it is not a package: {problem}",
-        "Name another output, or move what is there.",
+        "Name another output, or move the existing one.",
     ),
     "VP4022": Diagnostic(
         ExitStatus.OUTPUT,
@@ -63,7 +63,7 @@ ENTRIES: dict[str, Diagnostic] = {
         "Move these files, or name another output.",
     ),
     "VP4023": Diagnostic(
-        ExitStatus.OUTPUT, "{path}: a new draft needs an empty folder", "Name another output, or move what is there."
+        ExitStatus.OUTPUT, "{path}: a new draft needs an empty folder", "Name another output, or move the existing one."
     ),
     "VP4030": Diagnostic(
         ExitStatus.PACKAGE,
@@ -109,11 +109,31 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP4060": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: left as it is, because it is {kind} and no file",
-        "Name another output, or move what is there.",
+        "Name another output, or move the existing one.",
     ),
     "VP4061": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: {file} is damaged: its CRC-32 is not the one in the zip",
         "Copy the package again, or make it again with volprep zip.",
+    ),
+    "VP4070": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the package requires extensions that this reader does not know: {extensions}",
+        "Use a reader that knows them, or ask the author for a package without them.",
+    ),
+    "VP4071": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the package has version {version} of the format; this volprep can draw it, but checks only {known}",
+        "Validate the package with the volprep that wrote it.",
+    ),
+    "VP4072": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: this volprep does not know the {what} {word!r}; it knows {known}",
+        "Validate the package with the volprep that wrote it.",
+    ),
+    "VP4073": Diagnostic(
+        ExitStatus.SCENE,
+        "volprep cannot make programs for the graphics API {api}; it knows {known}",
+        "Choose a profile with another api.",
     ),
 }

@@ -118,7 +118,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5024": Diagnostic(
         ExitStatus.RENDER,
         "a step of {step_mm} mm takes up to {turns} turns of the shader's loops, and {driver} ends them after {made}: "
-        "what lies behind would be missing",
+        "the voxels behind would be missing",
         "Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.",
     ),
     "VP5040": Diagnostic(

@@ -58,13 +58,14 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3025": Diagnostic(
         ExitStatus.SCENE,
-        "labels must be whole numbers from 0 to 255, because they become codes unchanged: {problem}",
-        "Renumber the labels and leave quantize at auto. If voxels are not labels, leave source.labels out.",
+        "labels must be whole numbers from 0 on, because they become codes unchanged: {problem}",
+        "Renumber the labels and leave quantize at auto. If voxels are not labels, give --no-labels, or leave "
+        "source.labels out.",
     ),
     "VP3026": Diagnostic(
         ExitStatus.SCENE,
-        "the source has {count} labels, from {low} to {high}; there are codes for 255 of them",
-        "Leave out labels in the source, or split it into several files of labels.",
+        "the source has {count} labels, from {low} to {high}; a package {profile} holds {most} of them",
+        "{how}",
     ),
     "VP3030": Diagnostic(
         ExitStatus.SCENE,
@@ -184,7 +185,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3162": Diagnostic(
         ExitStatus.SCENE,
         "lighting.shadows {shadows} does not go with {what}",
-        "Leave the one or the other out; the guide says under Lighting what goes with which shadows.",
+        "Leave out one of the two; the guide lists valid combinations under Lighting.",
     ),
     "VP3163": Diagnostic(
         ExitStatus.SCENE,

@@ -1,7 +1,7 @@
-"""How fields of messages are shown: foreign text is escaped and cut to a length.
+"""Formatting of message fields: untrusted text is escaped and truncated.
 
-File names, headers and messages of libraries are written by whoever made the file. Unescaped they could steer a
-terminal, or look like a line of volprep.
+The creator of a file controls its name, its headers and the messages that libraries make of them. Unescaped they could
+control a terminal, or imitate a line of volprep.
 """
 
 from numbers import Number
@@ -32,7 +32,7 @@ class Shown(str):
 
 
 def shown(value: object) -> object:
-    """Return what stands for a field in a message: a number as it is, everything else as text that is safe to print."""
+    """Return a field as shown in a message: numbers unchanged, everything else as text that is safe to print."""
     if isinstance(value, Number):
         return value
     if isinstance(value, Lines):
@@ -46,3 +46,9 @@ def visible(text: str) -> Shown:
     if len(text) > _HEAD + _TAIL:
         text = f"{text[:_HEAD]} … {text[-_TAIL:]}"
     return Shown(printable(text))
+
+
+class Said(str):
+    """Text of volprep's own words, without anything from a file: a batch may repeat it where names must not be seen."""
+
+    __slots__ = ()

@@ -6,7 +6,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1001": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: no such file or folder",
-        "Check the path in [source] of the scene, or the one after --source.",
+        "Check the path that you gave, on the command line or in [source] of a scene.",
     ),
     "VP1002": Diagnostic(
         ExitStatus.SOURCE,
@@ -57,8 +57,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1021": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: the file has {shape} values along x, y, z, ...; one volume is needed",
-        "Set source.volume to the number of one volume, from 1 to {volumes}.",
+        "{path}: the file has {shape} values along x, y, z, ...; {problem}",
+        "Use --volume N, or source.volume in a scene, with a number from 1 to {volumes}.",
     ),
     "VP1022": Diagnostic(
         ExitStatus.SOURCE,
@@ -67,7 +67,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1030": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: there are no DICOM images ({files} other files)",
+        "{path}: there are no DICOM images (other files: {files})",
         "Name the folder that holds the series; or, if the scan is not a DICOM series, the file itself.",
     ),
     "VP1031": Diagnostic(
@@ -83,7 +83,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1033": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the folder holds {count} DICOM series, and it is not clear which one is meant",
-        "Set source.series in the scene, or --series, to one of these or to a unique ending of it:{found}",
+        "Set source.series in the scene, or --series, to the number of one of these, or to a unique ending of its UID; "
+        "volprep import FOLDER --list describes them:{found}",
     ),
     "VP1034": Diagnostic(
         ExitStatus.SOURCE,
@@ -183,6 +184,11 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: {keyword} is not a UID, which has digits and dots only, 64 characters at most",
         "The file is damaged or hostile; export the series again.",
+    ),
+    "VP1053": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: a DICOM segmentation (SEG) says what is inside segments of a scan, and has no grey values",
+        "Build the scan, and give the segmentation with --segments FILE, or in [segments] of a scene.",
     ),
     "VP1071": Diagnostic(
         ExitStatus.SOURCE,
@@ -418,12 +424,12 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1251": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: the file exists already",
-        "Choose another name, or replace the file with --force. A folder is never replaced.",
+        "Choose another name, or replace the file with --force. A folder is replaced only if volprep export wrote it.",
     ),
     "VP1252": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: the ending does not name a format that can be written",
-        "Use .nii, .nii.gz, .nrrd, .raw or .vdb. A name without an ending becomes a folder of DICOM files.",
+        "Use .nii, .nii.gz, .nrrd, .raw, .vdb or .ome.zarr. A name without an ending becomes a folder of DICOM files.",
     ),
     "VP1253": Diagnostic(
         ExitStatus.PACKAGE,

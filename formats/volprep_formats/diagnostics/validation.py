@@ -2,6 +2,11 @@
 
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
+_OF_WHAT_IS_SEEN = (
+    "over seen pixels RMSE {rmse:.4g} of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}, FLIP "
+    "{flip:.3g} of {flip_allowed:g}; each thin thing keeps {kept:.3g} of its light or more, {kept_allowed:g} is asked. "
+)
+
 ENTRIES: dict[str, Diagnostic] = {
     "VP6001": Diagnostic(
         ExitStatus.SOURCE,
@@ -15,9 +20,9 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6011": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of program {program}: RMSE "
-        "{rmse:.4g} of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}; RMSE {data:.2g} comes "
-        "from the data, {drawing:.2g} from drawing",
+        "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of program {program}: "
+        + _OF_WHAT_IS_SEEN
+        + "RMSE {data:.2g} comes from the data, {drawing:.2g} from drawing",
         "See {report}. To reduce the error of the data: a profile that holds a finer level, or quantize.bits = 16. To "
         "reduce the error of drawing: render.classification lookup or preintegrated, a smaller render.step_voxels, or "
         "a larger render.opacity_cutoff. Or allow more in [tolerance].",
@@ -25,7 +30,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP6012": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the scene that the package was made from is not known: {path}.origin.json is missing",
-        "Name the scene with --source; what the package says of itself cannot judge it.",
+        "Name the scene with --source; a package cannot be judged by its own claims.",
     ),
     "VP6013": Diagnostic(
         ExitStatus.SOURCE,
@@ -48,8 +53,9 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6016": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of {program}: RMSE {rmse:.4g} "
-        "of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}. Slices are classified before they "
+        "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of {program}: "
+        + _OF_WHAT_IS_SEEN
+        + "Slices are classified before they "
         "are filtered, and have no step to refine. In view {part_view} the error of their texels alone is "
         "{texels:.2g}; the angle adds {angle:.2g}, and 8 bits add {target:.2g}",
         "See {report}. A transfer function with softer edges gives a smaller error; steep edges need shaders. Set in "
@@ -68,7 +74,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP6020": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: the report does not replace this folder, because {problem}",
-        "Name another folder with --report, or move what is there.",
+        "Name another folder with --report, or move the existing one.",
     ),
     "VP6021": Diagnostic(
         ExitStatus.OUTPUT,
@@ -109,7 +115,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP6040": Diagnostic(
         ExitStatus.MACHINE,
         "VTK cannot be asked: the Python module {module} is not installed",
-        "Install volprep with its extra for it: pip install 'volprep[witness]'.",
+        "It is in the extra witness: {how}.",
     ),
     "VP6041": Diagnostic(
         ExitStatus.MACHINE,
@@ -136,6 +142,29 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "curves need shaders, and profile {profile} has none",
         "Measure the curves of a package of the same scan for another profile.",
+    ),
+    "VP6060": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: a second reading with independent libraries does not agree with: {listed}",
+        "See {report}: who read what, and the difference. If the scan, the scene and the package belong together, "
+        "report this as a defect in volprep, with the report.",
+    ),
+    "VP6070": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: these levels are worse than box means of the scan, drawn in double precision: {listed}",
+        "See {report}. Build the package again with another pyramid.filter. If box means themselves are said to be "
+        "worse, this is a defect in volprep: report it, with the scene.",
+    ),
+    "VP6071": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: these levels are shifted against the scan by up to {shift:.2g} of their voxels: {listed}",
+        "See {report}. This is a defect in volprep: report it, with the scene. Leave the levels out with a larger "
+        "pyramid.coarsest_longest_axis.",
+    ),
+    "VP6072": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{count} of {cases} cases were not tried, because --seconds was over: {listed}",
+        "Allow more with --seconds, or try these with --case. Nothing is known of them.",
     ),
     "VP6080": Diagnostic(
         ExitStatus.SCENE,

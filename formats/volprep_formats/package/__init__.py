@@ -1,1 +1,1 @@
-"""The volume package: its manifest, how it is read, written and checked. SPEC.md is its normative text."""
+"""The volume package: manifest, reading, writing and checks. SPEC.md is its normative text."""

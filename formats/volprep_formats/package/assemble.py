@@ -1,10 +1,10 @@
-"""A manifest put together from what each stage has added. To drop or repeat a stage changes its part and no other."""
+"""Assemble a manifest from the parts of all stages. Dropping or repeating a stage changes only its own part."""
 
 from collections.abc import Iterable, Sequence
 from typing import Literal, TypeVar
 
 from volprep_formats.package.channel import Channel, ChannelPart
-from volprep_formats.package.manifest import FileRecord, Heading, Manifest, StageRecord
+from volprep_formats.package.manifest import Contribution, FileRecord, Heading, Manifest, PartRecords, StageRecord
 from volprep_formats.record import Record
 
 _Part = TypeVar("_Part", bound=Record)
@@ -15,33 +15,34 @@ def assembled(
 ) -> Manifest:
     """Return the manifest after `stages` have run, in their order.
 
-    Within a stage the package comes before its channels, so that what is drawn of several comes first.
+    Within a stage the package comes before its channels, so that the entries shared by several channels come first.
     """
     made = [contribution for stage in stages for contribution in stage.made]
-    textures = [texture for each in made for texture in each.textures]
+    parts = {name: _gathered(made, name) for name in PartRecords.model_fields}
+    parts["textures"] = tuple(sorted((each for one in made for each in one.textures), key=lambda each: each.name))
     return Manifest(
         **{name: getattr(heading, name) for name in Heading.model_fields},
+        **parts,
         state=state,
         channels=_channels([each.channel for each in made if each.channel is not None]),
-        textures=tuple(sorted(textures, key=lambda texture: texture.name)),
-        palettes=tuple(palette for each in made for palette in each.palettes),
-        skipping=joined(each.skipping for each in made),
-        programs=tuple(program for each in made for program in each.programs),
-        editing=joined(each.editing for each in made),
-        subvolumes=joined(each.subvolumes for each in made),
-        proxy=joined(each.proxy for each in made),
-        fidelity=tuple(fidelity for each in made for fidelity in each.fidelity),
-        costs=tuple(cost for each in made for cost in each.costs),
-        preview=next((each.preview for each in made if each.preview is not None), None),
         stages=tuple(stages) if state == "draft" else (),
         files=tuple(sorted(files, key=lambda record: record.path)),
     )
 
 
-def joined(parts: Iterable[_Part | None]) -> _Part | None:
-    """Return one record of what several say: lists one after the other, of all else the first that is not the default.
+def _gathered(made: Sequence[Contribution], name: str) -> object:
+    """Return one field of all contributions: lists one after the other, records joined, of all else the first."""
+    values = [getattr(each, name) for each in made]
+    if isinstance(PartRecords.model_fields[name].default, tuple):
+        return tuple(entry for value in values for entry in value)
+    found = [value for value in values if value is not None]
+    return joined(found) if all(isinstance(value, Record) for value in found) else found[0]
 
-    None if there are none.
+
+def joined(parts: Iterable[_Part | None]) -> _Part | None:
+    """Merge several records: concatenate lists; of all other fields take the first value that is not the default.
+
+    Returns None for an empty sequence.
     """
     found = [part for part in parts if part is not None]
     if not found:

@@ -1,12 +1,12 @@
 """Channels of a package: the scan, how its values became codes, levels, and transfer functions."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
-from volprep_formats.grid import Count, Grid, Vector
+from volprep_formats.grid import Count, Grid, Index, Vector
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.package.values import Sha256
+from volprep_formats.package.values import Sha256, Total, open_word
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName, SourceInfo, StoredType
 
@@ -15,19 +15,19 @@ class SourceRecord(Record):
     """The scan that the package was made from. Nothing in it can name a patient."""
 
     info: SourceInfo
-    """What the reader said."""
+    """Facts from the reader."""
     sha256: Sha256
     """Digest of the geometry and the stored values; a source with another digest is another scan."""
 
 
 class Statistics(Record):
-    """What one pass over the source found. Values are physical."""
+    """Statistics from one pass over the source. Values are physical."""
 
     minimum: float
     """Smallest finite value."""
     maximum: float
     """Largest finite value."""
-    non_finite: Annotated[int, Field(ge=0)]
+    non_finite: Total
     """Number of voxels that are NaN or infinite."""
 
 
@@ -41,7 +41,7 @@ class Codes(Record):
 
 
 class Quantization(Codes):
-    """How physical values became stored values, and what that lost."""
+    """Conversion from physical to stored values, and its loss."""
 
     slope: float
     """physical = slope · stored + intercept."""
@@ -51,9 +51,9 @@ class Quantization(Codes):
     """Root mean square error of the voxels inside the window, in physical units."""
     max_error: Annotated[float, Field(ge=0.0)]
     """Largest error of a voxel inside the window, in physical units."""
-    clipped_below: Annotated[int, Field(ge=0)]
+    clipped_below: Total
     """Number of voxels below the window."""
-    clipped_above: Annotated[int, Field(ge=0)]
+    clipped_above: Total
     """Number of voxels above the window."""
 
 
@@ -73,18 +73,20 @@ LevelFilter = Literal[
     "feature-preserving",
     "least-squares",
     "appearance",
+    "raised",
+    "refined",
     "transmittance",
 ]
 """Filters that make a level from level 0."""
 
 
 class Resolution(Record):
-    """How coarse a level is."""
+    """Resolution of a level."""
 
-    index: Annotated[int, Field(ge=0)]
+    index: Index
     """Number of the level; 0 is the resolution of the source."""
     factors_zyx: tuple[Count, Count, Count]
-    """Voxels of level 0 along each axis that make one voxel of this level."""
+    """Number of level-0 voxels along each axis per voxel of this level."""
 
 
 class Level(Resolution):
@@ -93,30 +95,29 @@ class Level(Resolution):
     grid: Grid
     """Positions of the voxels."""
     texture_from_box_per_mm_xyz: Vector
-    """Box millimetres times this are the normalised texture coordinates of the level: 1 / (n · spacing), with n
-    texels, of which a mipmap may have more than the level has voxels."""
-    filter: Literal["none"] | LevelFilter
-    """Filter that made the level from level 0; none for level 0."""
+    """Factor from box millimetres to normalised texture coordinates of the level: 1 / (n · spacing) for n texels; a
+    mipmap may have more texels than the level has voxels."""
+    filter: Annotated[str, open_word("none", *get_args(LevelFilter))]
+    """Filter that makes the level from level 0; none for level 0. A reader accepts any other word."""
     preview_only: bool | None = None
-    """Whether the level is for previews only, because its pictures will be beyond the tolerance even where one of its
-    voxels is one pixel: an app draws it while finer levels load and while the camera moves, and settles on a finer one
-    if the device can hold it. Absent where it is not; never true of the finest level, and always of those that are
-    coarser than one for previews only."""
+    """Whether the level is for previews only: its pictures may exceed the tolerance even at one voxel per pixel. An app
+    draws it while finer levels load and while the camera moves, and settles on a finer one if the device can hold it.
+    Absent means false. Never true for the finest level; always true for levels coarser than a preview level."""
 
 
 class ChannelPart(Record):
-    """What one stage says of a channel."""
+    """Contribution of one stage to a channel."""
 
     name: ChannelName
     """Name of the channel."""
     source: SourceRecord | None = None
-    """Scan that it is made from."""
+    """Scan that the channel is made from."""
     statistics: Statistics | None = None
     """Values of the scan."""
     stored_type: StoredType | None = None
     """Type of its values in the working data and the volume textures."""
     quantization: Quantization | None = None
-    """How its stored values map to physical values."""
+    """Conversion from stored to physical values."""
     levels: tuple[Level, ...] = ()
     """Levels of this channel, finest first."""
     transfer_functions: tuple[TransferFunction, ...] = ()
@@ -124,7 +125,7 @@ class ChannelPart(Record):
 
 
 class Channel(ChannelPart):
-    """One channel of the volume. All channels have the grid of level 0 in common, and each the levels that fit."""
+    """One channel of the volume. All channels share the grid of level 0, and each has the levels that fit."""
 
     source: SourceRecord
     """Scan that it was made from; all channels have its grid in common."""
@@ -133,5 +134,5 @@ class Channel(ChannelPart):
 
     @property
     def transfers(self) -> tuple[str, ...]:
-        """Names of the transfer functions of its values. Programs of these draw its textures."""
+        """Names of the transfer functions of its values. The programs of these transfer functions draw its textures."""
         return tuple(function.name for function in self.transfer_functions)

@@ -12,9 +12,10 @@ def channel_packages(package: Package) -> dict[str, Package]:
 def package_of_transfer(package: Package, transfer: str | None) -> Package:
     """Return the package as it is for the channel of a transfer function, the default one if None.
 
-    A name that no channel knows gives the package itself, and so does None where channels are drawn together.
+    A name that no channel knows gives the package itself, and so does None where channels are drawn together,
+    or a scan with its segments.
     """
-    if transfer is None and package.manifest.together is not None:
+    if transfer is None and (package.manifest.together is not None or package.manifest.segments is not None):
         return package
     functions = package.manifest.transfer_functions
     name = functions[0].name if transfer is None and functions else transfer

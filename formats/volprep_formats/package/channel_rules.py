@@ -15,6 +15,10 @@ def channel_contradictions(manifest: Manifest) -> Iterator[str]:
         for name, count in Counter(channel.name for channel in channels).items()
         if count > 1
     )
+    for channel in channels:
+        window = None if channel.quantization is None else channel.quantization.window
+        if window is not None and window[0] >= window[1]:
+            yield f"channel {channel.name} has an empty window"
     for channel in channels[1:]:
         if channel.source.info.grid != channels[0].source.info.grid:
             yield f"channel {channel.name} has another grid than channel {channels[0].name}"

@@ -8,16 +8,18 @@ from volprep_formats.package.parts.skip.record import Skipping
 
 
 def channel_views(manifest: Manifest) -> dict[str, Manifest]:
-    """Return what the manifest says of each channel, under its name."""
+    """Return the manifest of each channel, by channel name."""
     return {channel.name: channel_view(manifest, channel) for channel in manifest.channels}
 
 
 def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
-    """Return what the manifest says of one channel."""
-    # What belongs to no channel is in every view, so that the rules of one channel find it.
+    """Return the manifest of one channel."""
+    # Shared entries are in every view, so that the rules of one channel find them.
     others = {name for other in manifest.channels if other.name != channel.name for name in other.transfers}
     if manifest.together is not None:
         others.add(manifest.together.name)
+    if manifest.segments is not None:
+        others.add(manifest.segments.name)
     textures = tuple(
         texture
         for texture in manifest.textures
@@ -27,7 +29,9 @@ def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
     if skipping is not None:
         names = {texture.name for texture in textures}
         tables = tuple(table for table in skipping.tables if table.transfer not in others)
-        ranges = tuple(each for each in skipping.ranges if each.texture in names)
+        # Ranges of a texture that is not there are in every view, so that the rules find them.
+        of_others = {texture.name for texture in manifest.textures} - names
+        ranges = tuple(each for each in skipping.ranges if each.texture not in of_others)
         skipping = Skipping(epsilon=skipping.epsilon, tables=tables, ranges=ranges)
     proxy = manifest.proxy
     if proxy is not None:

@@ -8,8 +8,8 @@ import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
-from volprep_formats.package.gate import disagreements
-from volprep_formats.package.manifest import FileRecord
+from volprep_formats.package.gate import disagreements, wrong_sizes
+from volprep_formats.package.manifest import VERSION, FileRecord
 from volprep_formats.package.parts.bricks.places import misplaced
 from volprep_formats.package.parts.editing.record import decode_histogram
 from volprep_formats.package.parts.proxy.record import ProxyMeshFile
@@ -17,10 +17,11 @@ from volprep_formats.package.parts.proxy.rules import mesh_problems
 from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import sizes_of
-from volprep_formats.package.texture import GlFormat, Texture
+from volprep_formats.package.texture import TEXTURE_ROLES, GlFormat, Texture
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
 from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.gl_formats import KTX2_FORMAT, texture_format
 
 _KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("LUMINANCE", "UNSIGNED_BYTE"): "R8",
@@ -44,36 +45,47 @@ class Finding(Record):
     code: str
     """Permanent code from the catalogue of diagnostics."""
     summary: str
-    """What is wrong."""
+    """Description of the problem."""
     remedy: str
-    """What to do about it."""
+    """Suggested remedy."""
 
     @classmethod
     def of(cls, error: VolprepError) -> Self:
-        """Make the finding that says what `error` says."""
+        """Make a finding from `error`."""
         return cls(code=error.code, summary=error.summary, remedy=error.remedy)
 
 
-def check(path: Path) -> list[Finding]:
+def check(path: Path, *, strict: bool = True) -> list[Finding]:
     """Check schema, names, sizes, SHA-256, textures, files without a name, and all cross references.
 
-    Gives one finding for each thing that is wrong, none for a sound sealed package. A manifest that cannot be read is
-    one finding, and the last.
+    Return one finding for each thing that is wrong, none for a sound sealed package. If the manifest cannot be read,
+    that is the only finding. Without `strict`, keys that this version does not know are ignored, as apps do.
     """
     try:
-        package = Package.open_any(path, allow_draft=True)
+        package = Package.open_any(path, allow_draft=True, strict=strict)
     except VolprepError as error:
         return [Finding.of(error)]
-    return [Finding.of(error) for error in _errors(package)]
+    later = _later_version(package) if strict else ()
+    return [Finding.of(error) for error in (*later, *_errors(package, strict=strict))]
 
 
-def _errors(package: Package) -> Iterator[VolprepError]:
+def _later_version(package: Package) -> Iterator[VolprepError]:
+    version, known = package.manifest.version, f"{VERSION[0]}.{VERSION[1]}"
+    if version != known:
+        yield VolprepError("VP4071", path=package.path, version=version, known=known)
+
+
+def _errors(package: Package, *, strict: bool) -> Iterator[VolprepError]:
     path, manifest = package.path, package.manifest
     if manifest.state != "sealed":
         yield VolprepError("VP4005", path=path)
-    yield from disagreements(path, manifest, sizes_of(path))
+    sizes = sizes_of(path)
+    yield from disagreements(path, manifest, sizes)
+    if len({record.path for record in manifest.files}) < len(manifest.files):
+        # Of two records of one file only the last one is compared below.
+        yield from wrong_sizes(path, manifest, sizes)
     textures: dict[str, list[Texture]] = {}
-    for texture in manifest.textures:
+    for texture in (each for each in manifest.textures if each.role in TEXTURE_ROLES):
         textures.setdefault(texture.file, []).append(texture)
     meshes = {mesh.file: mesh for mesh in (manifest.proxy.meshes if manifest.proxy else ()) if mesh.file is not None}
     for record in manifest.files:
@@ -89,7 +101,7 @@ def _errors(package: Package) -> Iterator[VolprepError]:
             elif record.path in meshes:
                 _check_mesh(package, meshes[record.path], package.read_bytes(record.path))
             elif record.role == "grid":
-                _check_grid(package, record.path, package.read_bytes(record.path))
+                _check_grid(package, record.path, package.read_bytes(record.path), strict=strict)
             else:
                 package.read_start(record.path, 0)
         except VolprepError as error:
@@ -97,7 +109,7 @@ def _errors(package: Package) -> Iterator[VolprepError]:
 
 
 def _head(package: Package, record: FileRecord) -> ktx2.Ktx2Head:
-    """Compare the digest of a texture, which may be as large as the scan, and read what stands before its texels."""
+    """Compare the digest of a texture, which may be as large as the scan, and read the bytes before its texels."""
     data = package.read_start(record.path, ktx2.MOST_HEAD_BYTES)
     head = ktx2.decode_head(data, record.size_bytes, f"{package.path}: {record.path}")
     cut_from = package.manifest.subvolumes and package.manifest.subvolumes.whole
@@ -114,14 +126,25 @@ def _check_mesh(package: Package, record: ProxyMeshFile, data: bytes) -> None:
         raise VolprepError("VP4011", path=package.path, problem=f"{record.file} {problem}")
 
 
-def _check_grid(package: Package, name: str, data: bytes) -> None:
-    grid, files = decode_grid(data, package.path, name), package.manifest.subvolumes
+def _check_grid(package: Package, name: str, data: bytes, *, strict: bool) -> None:
+    is_known = package.manifest.version == f"{VERSION[0]}.{VERSION[1]}"
+    grid, files = decode_grid(data, package.path, name, strict=strict and is_known), package.manifest.subvolumes
     pieces = tuple(piece.file for piece in grid.subvolumes if piece.file is not None)
     if files is None or (files.pieces, files.whole) != (pieces, grid.whole):
         raise VolprepError("VP4011", path=package.path, problem=f"{name} names other files than the manifest")
     level = package.manifest.grid
     if level is None or level.shape_zyx != grid.shape_zyx:
         raise VolprepError("VP4011", path=package.path, problem=f"{name} is not cut from the grid of level 0")
+    wanted = texture_format(grid.gl, package.manifest.profile.api)
+    for number, piece in enumerate(grid.subvolumes):
+        record = next((each for each in package.manifest.files if each.path == piece.file), None)
+        if record is not None:
+            start = package.read_part(record.path, 0, ktx2.MOST_HEAD_BYTES)
+            head = ktx2.decode_head(start, record.size_bytes, f"{package.path}: {record.path}")
+            expected = (wanted and KTX2_FORMAT.get(wanted), grid.piece_shape_zyx(number), "TEXTURE_3D", 1)
+            if (head.format, head.shape_zyx, f"TEXTURE_{head.dimensions}D", len(head.levels_at)) != expected:
+                problem = f"{piece.file} is not the texture that {name} says"
+                raise VolprepError("VP4011", path=package.path, problem=problem)
 
 
 def _check_texture(package: Package, mipmaps: list[Texture], record: FileRecord) -> None:

@@ -1,4 +1,4 @@
-"""Whether transfer functions have what the compositing of their programs needs; SPEC.md states the rules."""
+"""Check that transfer functions meet the needs of their programs' compositing; SPEC.md states the rules."""
 
 from collections.abc import Iterator
 
@@ -18,4 +18,4 @@ def compositing_contradictions(manifest: Manifest) -> Iterator[str]:
             yield f"program {program.name} shows a surface, but {function.name} has no isovalue"
         low, high = function.intensity_range
         if program.compositing == "mida" and not low < high:
-            yield f"program {program.name} needs intensities, but those of {function.name} go from {low:g} to {high:g}"
+            yield f"program {program.name} needs intensities, but {function.name} has them from {low:g} to {high:g}"

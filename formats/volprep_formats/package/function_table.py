@@ -1,4 +1,4 @@
-"""A transfer function as arrays: the one place that says what it is at a value, between points, and at a jump."""
+"""Transfer functions as arrays: the one definition of their values at points, between points and at jumps."""
 
 from dataclasses import dataclass, replace
 
@@ -8,13 +8,10 @@ from numpy.typing import NDArray
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction
 
-_FAINTEST_PER_MM = 1e-9
-"""Below what half floats hold: no division by zero where there is nothing to see."""
-
 
 @dataclass(frozen=True)
 class Table:
-    """A transfer function as values and what is between them, linearly interpolated."""
+    """A transfer function sampled at ascending values, linearly interpolated in between."""
 
     values: Float64Array
     """Physical values, ascending; two equal ones make a jump."""
@@ -69,10 +66,11 @@ class Table:
         return self._with(values)
 
     def with_entries(self, values: Float64Array, entries: Float64Array) -> "Table":
-        """The function that a level's own entries [n, 4], colour and extinction, at ascending values [n] stand for.
+        """Return the function described by a level's own entries [n, 4] (colour, extinction) at ascending values [n].
 
-        What they change of this function is linear between entries, and at a jump goes from that of the entry below to
-        that of the entry above. What this function does not show stays empty up to the same value.
+        The change relative to this function is linear between entries; at a jump it goes from the change of the entry
+        below to that of the entry above. Values that this function makes fully transparent stay transparent, up to the
+        same value.
         """
         is_jump = np.diff(self.values, prepend=-np.inf) == 0.0
         jumps = np.unique(self.values[is_jump])
@@ -98,7 +96,7 @@ class Table:
         )
 
     def around_isovalue(self) -> "Table":
-        """The same function with the isovalue, and what float64 has beside it, among its values, each of them once."""
+        """Return the same function with the isovalue and the float64 numbers beside it among its values, each once."""
         if self.isovalue is None:
             return self
         beside = np.nextafter(self.isovalue, (-np.inf, np.inf))
@@ -115,11 +113,6 @@ class Table:
         distance = self.values[high] - self.values[low]
         weight = np.divide(values - self.values[low], distance, out=np.zeros_like(values), where=distance > 0)
         result: Float64Array = channels[low] + weight[:, None] * (channels[high] - channels[low])
-        # Beside a wall of 1e9 that sum would lose what a haze of 0.01 is.
+        # Beside a wall of 1e9 that sum would lose a haze of 0.01.
         result[weight == 1.0] = channels[high][weight == 1.0]
         return result
-
-
-def colour_of_entries(entries: Float64Array, *, emits: bool) -> Float64Array:
-    """Return the colours [..., 3] of decoded entries [..., 4], which hold light per millimetre if they emit."""
-    return entries[..., :3] / np.maximum(entries[..., 3:], _FAINTEST_PER_MM) if emits else entries[..., :3]

@@ -1,12 +1,14 @@
-"""What everybody who opens a sealed package is told of it at once: all that is wrong and shows without reading a file.
+"""Checks on opening a sealed package: every problem that can be found without reading a file.
 
-Names, sizes and how the records agree take about a millisecond. The digest of a file is checked when it is read.
+Names, sizes and the consistency of the records take about a millisecond. The digest of a file is checked when it is
+read.
 """
 
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from pydantic import ValidationError
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
@@ -16,24 +18,27 @@ from volprep_formats.package.storage.files import MANIFEST
 
 
 def require_sound(path: Path, manifest: Manifest) -> None:
-    """Raise the first of what `disagreements` and `wrong_sizes` give, if there is any."""
+    """Raise the first error from `disagreements` and `wrong_sizes`, if any."""
     sizes = sizes_of(path)
     for problem in (*disagreements(path, manifest, sizes), *wrong_sizes(path, manifest, sizes)):
         raise problem
 
 
 def disagreements(path: Path, manifest: Manifest, sizes: dict[str, int | None]) -> Iterator[VolprepError]:
-    """Give VP4010 for each file that the manifest does not name, and VP4011 for each contradiction in it."""
+    """Yield VP4010 for each file that the manifest does not name, and VP4011 for each contradiction in it."""
     named = {MANIFEST, *(record.path for record in manifest.files)}
     yield from (VolprepError("VP4010", path=path, file=name) for name in sizes if name not in named)
-    # Numbers near the end of the range overflow; what is compared with them then differs, which is all that counts.
+    # Numbers near the end of the range overflow; the comparison then fails, which is the intended result.
     with np.errstate(all="ignore"):
-        problems = list(contradictions(manifest))
+        try:
+            problems = list(contradictions(manifest))
+        except (ValidationError, OverflowError):
+            problems = ["a size computed from its numbers overflows"]
     yield from (VolprepError("VP4011", path=path, problem=problem) for problem in problems)
 
 
 def wrong_sizes(path: Path, manifest: Manifest, sizes: dict[str, int | None]) -> Iterator[VolprepError]:
-    """Give VP4007 for each file that is missing or a link, VP4008 for each that has not the size of its record."""
+    """Yield VP4007 for each file that is missing or a link, VP4008 for each whose size differs from its record."""
     for record in manifest.files:
         size = sizes.get(record.path)
         if record.path not in sizes:

@@ -46,7 +46,7 @@ class StoredTexels:
     file: str
     """The texture."""
     at_bytes: int
-    """Where its texels begin."""
+    """Offset of its texels."""
     dtype: np.dtype[np.generic]
     shape: tuple[int, int, int]
 
@@ -68,7 +68,7 @@ def stored_texels(package: Package, level: int) -> StoredTexels | None:
     texture = next((each for each in textures if each.role == "volume" and each.level == level), None)
     record = None if texture is None else next((each for each in files if each.path == texture.file), None)
     if texture is None or record is None:
-        # What reads the level whole says what is wrong.
+        # The code that reads the whole level reports the error.
         return None
     alone = (texture.mosaic, texture.bricks, texture.mipmap) == (None, None, None) and len(texture.channels) < 2
     if not alone:
@@ -85,7 +85,7 @@ def _shape(package: Package, level: int | None) -> tuple[int, int, int]:
 
 
 def _from_mipmap(package: Package, texture: Texture, file: ktx2.Ktx2Image) -> NDArray[np.generic]:
-    """Voxels of a level that is a mipmap: without what was repeated beyond them."""
+    """Return the voxels of a mipmap level without the repeated padding."""
     mipmap, shape_zyx = texture.mipmap or 0, _shape(package, texture.level)
     if mipmap >= len(file.levels) or any(n > m for n, m in zip(shape_zyx, file.levels[mipmap].shape, strict=False)):
         problem = f"{texture.file} does not hold {shape_zyx} voxels as its mipmap {mipmap}"
@@ -96,7 +96,7 @@ def _from_mipmap(package: Package, texture: Texture, file: ktx2.Ktx2Image) -> ND
 def _from_bricks(
     package: Package, pool: Texture, texels: NDArray[np.generic], layout: BrickLayout
 ) -> NDArray[np.generic]:
-    """Voxels of a level that is held as bricks."""
+    """Return the voxels of a level stored as bricks."""
     held = [each for each in package.manifest.textures if each.role == "bricks" and each.level == pool.level]
     places = next((each for each in held if each.channels == pool.channels), None)
     problem: str | None = f"no texture says where the bricks of {pool.file} are"
@@ -115,7 +115,7 @@ def _from_bricks(
 def _texels(image: ktx2.Ktx2Image, mosaic: MosaicLayout | None) -> NDArray[np.generic]:
     if image.format not in BLOCKS or mosaic is None:
         return image.data
-    from volprep_formats.textures.blocks import decode_blocks  # noqa: PLC0415 - codecs are for those who need them
+    from volprep_formats.textures.blocks import decode_blocks  # noqa: PLC0415 - codecs only where needed
 
     blocks = np.asarray(image.data[0], np.uint8)
     return decode_blocks(blocks, image.format, mosaic.texture_shape_yx, mosaic.slices_per_texel)[None]

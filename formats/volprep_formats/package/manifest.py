@@ -1,10 +1,10 @@
-"""manifest.json: names every other file of a package, and says how to draw them."""
+"""manifest.json: the list of a package's files, and how to draw them."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
-from volprep_formats.grid import Grid
+from volprep_formats.grid import Grid, Index
 from volprep_formats.package.channel import Channel, ChannelPart, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.compression.record import CompressedForm
@@ -13,18 +13,23 @@ from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.fidelity.record import Fidelity
 from volprep_formats.package.parts.hybrid.record import Hybrid
 from volprep_formats.package.parts.proxy.record import Proxy
+from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
-from volprep_formats.package.values import ByteCount, PackagePath, Sha256
+from volprep_formats.package.values import ByteCount, PackagePath, Sha256, open_word
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName
 
 FileRole = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
-"""What a file of a package is for."""
+"""Use of a file of a package."""
+FILE_ROLES: frozenset[str] = frozenset(get_args(FileRole))
+"""Roles that this version knows. A reader accepts a file of another role, and ignores it."""
+VERSION = (1, 0)
+"""Version of the format that is written: major, minor."""
 
 
 class FileRecord(Record):
@@ -32,8 +37,8 @@ class FileRecord(Record):
 
     path: PackagePath
     """Path inside the package."""
-    role: FileRole
-    """What the file is for. Working data exists in drafts only."""
+    role: Annotated[str, open_word(*get_args(FileRole))]
+    """Use of the file. Working data exists in drafts only. A reader ignores files of other roles."""
     size_bytes: ByteCount
     """Size of the file."""
     sha256: Sha256
@@ -41,12 +46,22 @@ class FileRecord(Record):
 
 
 class Tolerance(Record):
-    """Largest error that a standard view may have, on premultiplied linear values from 0 to 1."""
+    """Largest error that a standard view may have.
 
-    rmse: Fraction = 0.02
-    """Root mean square over all pixels and channels."""
+    Errors count over seen pixels: pixels whose opacity or light exceeds half a step of 8 bits in the truth or in the
+    picture.
+    """
+
+    rmse: Fraction = 0.01
+    """Root mean square over seen pixels and the four channels, premultiplied linear values from 0 to 1."""
     maximum: Fraction = 0.25
-    """Largest error of one channel of one pixel."""
+    """Largest error of one channel of one pixel, premultiplied linear."""
+    flip: Fraction = 0.03
+    """Mean of FLIP over seen pixels at 67 pixels a degree, over black or white, whichever is larger. An attentive
+    person who flips between two pictures hardly notices 0.03."""
+    kept_light: Fraction = 0.75
+    """Smallest share of the truth's light that each thin structure keeps: anything connected and thinner than two
+    voxels of the level, such as a vessel, a strut or a wire. 0 sets no requirement."""
 
 
 Projection = Literal["orthographic", "perspective"]
@@ -54,16 +69,16 @@ Projection = Literal["orthographic", "perspective"]
 
 
 class LevelStep(Record):
-    """How far apart samples are where a level is drawn."""
+    """Sample distances for each level."""
 
-    level: Annotated[int, Field(ge=0)]
+    level: Index
     """Number of the level."""
     step_mm: Annotated[float, Field(gt=0.0)]
     """Nominal distance of the samples along a ray."""
 
 
 class RenderSettings(Record):
-    """How the package wants to be drawn. Fragments are premultiplied linear light; alpha is the opacity."""
+    """Rendering settings of the package. Fragments are premultiplied linear light; alpha is the opacity."""
 
     step_mm: Annotated[float, Field(gt=0.0)]
     """Nominal distance of the samples along a ray, at the finest level that is held whole, and at each not among
@@ -79,7 +94,8 @@ class RenderSettings(Record):
     tolerance: Tolerance = Tolerance()
     """Largest error of a standard view against the oracle."""
     hybrid: Hybrid | None = None
-    """How an app draws the volume with few pixels and lines with all; absent if it draws the volume alone."""
+    """Hybrid resolution: the volume drawn with few pixels, and lines at full resolution; absent if only the volume is
+    drawn."""
 
     def step_of(self, level: int) -> float:
         """Return the nominal distance of the samples along a ray, in millimetres, where a level is drawn."""
@@ -90,7 +106,7 @@ class SubvolumeFiles(Record):
     """Level 0 in sub-volumes."""
 
     grid: PackagePath
-    """JSON file that says where the level is cut and what lies where."""
+    """JSON file with the cuts of the level and its pieces."""
     pieces: tuple[PackagePath, ...] = ()
     """KTX 2 files of the pieces that are not empty, in their order."""
     whole: PackagePath | None = None
@@ -103,44 +119,57 @@ class PlanItem(Record):
     """One decision of the plan."""
 
     name: str
-    """What was decided about."""
+    """Name of the item, for people."""
+    kind: str = ""
+    """Kind of item, for programs, for example "skip-table"; items of one kind differ in channel, transfer function or
+    level. The list is open."""
     channel: ChannelName | None = None
-    """Channel for which it was decided; absent for what concerns all."""
+    """Channel for which it was decided; absent if it concerns all."""
+    transfer: str | None = None
+    """Transfer function for which it was decided; absent if it concerns all."""
+    level: Index | None = None
+    """Level for which it was decided; absent if it concerns all."""
     kept: bool
-    """Whether the package has it."""
+    """Whether the package includes it."""
     reason: str
-    """Why."""
+    """Reason of the decision."""
     files: tuple[PackagePath, ...] = ()
     """Files that exist because of this item."""
     size_bytes: ByteCount = 0
-    """What it costs if it is kept, or would have cost if it is left out."""
+    """Size if it is kept, or the size saved if it is left out."""
 
 
-class Contribution(Record):
-    """What one run of a stage adds to the manifest, for one channel or for the package. Nobody else changes it."""
+class PartRecords(Record):
+    """The parts of a package in its manifest. A new part adds a field or uses an existing one."""
 
-    channel: ChannelPart | None = None
-    """What it says of its channel."""
     textures: tuple[Texture, ...] = ()
-    """Textures that it wrote."""
+    """Textures, sorted by name."""
     palettes: tuple[Palette, ...] = ()
-    """Palettes of transfer functions."""
+    """Palettes of transfer functions, which shaders hold as constants."""
     skipping: Skipping | None = None
     """Empty-space skipping."""
     programs: tuple[Program, ...] = ()
-    """Shader programs."""
+    """Shader programs. The first one draws the default transfer function, or the picture of several channels."""
     editing: Editing | None = None
-    """What an app needs when its users edit transfer functions."""
+    """Data for apps whose users edit transfer functions."""
     subvolumes: SubvolumeFiles | None = None
-    """Level 0 in sub-volumes."""
+    """Level 0 in sub-volumes, for devices that cannot hold it whole."""
     proxy: Proxy | None = None
     """Proxy geometry."""
     fidelity: tuple[Fidelity, ...] = ()
-    """How near its pictures are to the scan."""
+    """Fidelity of the pictures to the scan, for each level and transfer function; empty unless the scene requests
+    it."""
     costs: tuple[DrawCost, ...] = ()
-    """What its pictures cost a device."""
+    """Cost of drawing each level with each transfer function, in the order of the programs."""
     preview: PackagePath | None = None
-    """Picture of the package."""
+    """Picture of the package, PNG."""
+
+
+class Contribution(PartRecords):
+    """Addition of one run of a stage to the manifest, for one channel or for the package."""
+
+    channel: ChannelPart | None = None
+    """Addition to the record of its channel."""
 
 
 class StageRecord(Record):
@@ -154,11 +183,11 @@ class StageRecord(Record):
     files: tuple[PackagePath, ...] = ()
     """Files that the stage wrote."""
     made: tuple[Contribution, ...] = ()
-    """What it added to the manifest: for the package, for each channel, or for both."""
+    """Additions to the manifest: for the package, for each channel, or for both."""
 
 
 class Heading(Record):
-    """What a manifest says of the package as a whole: it follows from scene, profile and plan."""
+    """The part of a manifest about the whole package. It follows from scene, profile and plan."""
 
     name: str
     """Name of the scene."""
@@ -167,48 +196,35 @@ class Heading(Record):
     profile: DeviceProfile
     """Class of devices that the package is for."""
     grid: Grid | None = None
-    """Voxels of level 0, whether or not the package holds it: the source without the border that nobody sees."""
+    """Voxels of level 0, whether or not the package holds it: the source without its empty border."""
     together: Together | None = None
     """Channels that are drawn into one picture, which is then the default picture."""
+    segments: Segments | None = None
+    """Segments of the scan, which are drawn with it into one picture; it is then the default picture."""
     compression: tuple[CompressedForm, ...] = ()
-    """Compressed forms that were considered for the finest level, and what each loses."""
+    """Compressed forms that were considered for the finest level, and the loss of each."""
     render: RenderSettings | None = None
-    """How the package wants to be drawn."""
+    """Rendering settings of the package."""
     plan: tuple[PlanItem, ...] = ()
-    """What was decided, kept or left out, and why."""
+    """Every decision, with its reason."""
 
 
-class Manifest(Heading):
+class Manifest(Heading, PartRecords):
     """The manifest of a package."""
 
     format: Literal["volpkg"] = "volpkg"
     """Marks the file."""
-    version: Literal["1.0"] = "1.0"
-    """Version of the format: major.minor. A reader refuses a higher major version."""
+    version: Annotated[str, Field(pattern=r"^1\.(0|[1-9][0-9]{0,3})$")] = f"{VERSION[0]}.{VERSION[1]}"
+    """Version of the format: major.minor. A reader refuses another major version."""
+    extensions_used: tuple[str, ...] = ()
+    """Names of the extensions whose data the package has, as in glTF."""
+    extensions_required: tuple[str, ...] = ()
+    """Extensions without which the package cannot be drawn. A reader refuses a package that requires an unknown
+    extension."""
     state: Literal["draft", "sealed"]
     """A draft is under construction; only a sealed package may be shipped."""
     channels: tuple[Channel, ...] = ()
     """Channels of the volume; at least one in a package, none in a draft before its source is imported."""
-    textures: tuple[Texture, ...] = ()
-    """Textures, in order of name."""
-    palettes: tuple[Palette, ...] = ()
-    """Palettes of transfer functions, which shaders hold as constants."""
-    skipping: Skipping | None = None
-    """Empty-space skipping."""
-    programs: tuple[Program, ...] = ()
-    """Shader programs. The first one draws the default transfer function, or the picture of several channels."""
-    editing: Editing | None = None
-    """What an app needs when its users edit transfer functions."""
-    subvolumes: SubvolumeFiles | None = None
-    """Level 0 in sub-volumes, for devices that cannot hold it whole."""
-    proxy: Proxy | None = None
-    """Proxy geometry."""
-    fidelity: tuple[Fidelity, ...] = ()
-    """How near pictures are to the scan, for each level and transfer function; empty where the scene does not ask."""
-    costs: tuple[DrawCost, ...] = ()
-    """What drawing each level with each transfer function costs a device, in the order of the programs."""
-    preview: PackagePath | None = None
-    """Picture of the package, PNG."""
     stages: tuple[StageRecord, ...] = ()
     """Stages that have run; drafts only."""
     files: tuple[FileRecord, ...] = ()
@@ -243,5 +259,12 @@ class Manifest(Heading):
 
     @property
     def quantization(self) -> Quantization | None:
-        """How the stored values of the first channel, or of the only one, map to physical values."""
+        """Conversion from stored to physical values of the first channel, or of the only one."""
         return self.channels[0].quantization
+
+    def __repr__(self) -> str:
+        """Return one line; `model_dump()` has everything."""
+        size = sum(record.size_bytes for record in self.files)
+        return f"<Manifest {self.name}: {self.profile.name}, {self.state}, {len(self.files)} files, {size} bytes>"
+
+    __str__ = __repr__

@@ -1,15 +1,16 @@
-"""Programs of a package: shaders, and what an app sets before it draws with them."""
+"""Programs of a package: shaders, and the state that an app sets before drawing with them."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from volprep_formats.grid import Count, Index, Signed
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
 ClassificationName = Literal["lookup", "preintegrated", "palette", "control-points", "preclassified"]
-"""How samples become colours: each by a lookup table; each segment by a pre-integrated table; each by a palette; each
-by arithmetic from control points; or they are colours, because the voxels are classified."""
+"""Classification of samples: each by a lookup table; each segment by a pre-integrated table; each by a palette; each by
+arithmetic from control points; or none, because the voxels are classified and hold colours."""
 TABLES: dict[ClassificationName, tuple[Literal["transfer", "preintegrated"], ...]] = {
     "lookup": ("transfer",),
     "preintegrated": ("preintegrated",),
@@ -19,7 +20,7 @@ TABLES: dict[ClassificationName, tuple[Literal["transfer", "preintegrated"], ...
 }
 """Roles of the textures that a program reads for its classification."""
 Sampling = Literal["texture3d", "mosaic", "subvolumes", "bricks"]
-"""How a program samples the volume."""
+"""Representation of the volume that a program samples."""
 TechniqueName = Literal[
     "ray-casting",
     "two-pass",
@@ -30,30 +31,30 @@ TechniqueName = Literal[
     "view-slices",
     "view-slices-as-published",
 ]
-"""How a program goes through the volume. ray-casting: a ray for each pixel, in one pass. two-pass: the same, where a
-first pass over the faces of the box says where rays enter. two-pass-as-published: the same with positions of 8 bits, as
-Congote et al. (2011) have them. slabs: ray casting in several draws, each of the next samples of all rays. tiles: ray
-casting in several draws, each of some tiles of the picture, those that cost least first. axis-slices, view-slices:
-layers across an axis of the volume, or across the view, blended. view-slices-as-published: the same with the opacity
-and the blending of Noguera and Jiménez (2012), which does not converge to the integral."""
+"""Traversal of the volume. ray-casting: a ray for each pixel, in one pass. two-pass: the same, where a first pass over
+the faces of the box says where rays enter. two-pass-as-published: the same with positions of 8 bits, as Congote et al.
+(2011) have them. slabs: ray casting in several draws, each of the next samples of all rays. tiles: ray casting in
+several draws, each of some tiles of the picture, the cheapest first. axis-slices, view-slices: layers across an axis of
+the volume, or across the view, blended. view-slices-as-published: the same with the opacity and the blending of Noguera
+and Jiménez (2012), which does not converge to the integral."""
 Geometry = Literal["triangle", "front-faces", "back-faces", "axis-slices", "view-slices", "half-angle-slices"]
-"""What the vertex shader draws. triangle: one that covers the picture. front-faces, back-faces: those of the volume's
+"""Geometry of the vertex shader. triangle: one that covers the picture. front-faces, back-faces: faces of the volume's
 box. axis-slices, view-slices: a layer for each sample of a ray, across an axis of the volume or across the view.
-half-angle-slices: the same across the direction in the middle between those of the viewer and the light."""
+half-angle-slices: the same across the direction in the middle between viewer and light."""
 SLICES: frozenset[Geometry] = frozenset(("axis-slices", "view-slices", "half-angle-slices"))
-"""Geometries of which several parts lie behind each other, so that they are blended."""
+"""Geometries with several parts behind each other, which are blended."""
 BlendFactor = Literal["ZERO", "ONE", "ONE_MINUS_SRC_ALPHA", "ONE_MINUS_DST_ALPHA"]
 """Factor of glBlendFuncSeparate, without GL_."""
 Lighting = Literal["none", "headlight", "phong", "blinn-phong"]
-"""What lights it; ProgramDesign says what each is."""
+"""Lighting; see `ProgramDesign`."""
 NormalsFrom = Literal["volume", "forward", "central"]
-"""Where a lit sample has its normal from; ProgramDesign says what each is."""
+"""Source of the normal of a lit sample; see `ProgramDesign`."""
 CompositingName = Literal[
     "emission-absorption", "back-to-front", "maximum", "minimum", "average", "mida", "first-hit", "isosurface"
 ]
-"""What a ray makes of its samples; ProgramDesign says what each is."""
+"""Compositing of the samples of a ray; see `ProgramDesign`."""
 Rays = Literal["box", "mesh"]
-"""Where rays begin: at the volume's box, or at proxy geometry."""
+"""Start of rays: the volume's box, or proxy geometry."""
 UniformSource = Literal[
     "box_from_clip",
     "step_mm",
@@ -91,7 +92,7 @@ class Uniform(Record):
     type: Literal["float", "vec3", "mat4"]
     """GLSL type."""
     source: UniformSource
-    """What to set it to; SPEC.md lists the value of each source under Programs, Sub-volumes and Proxy geometry."""
+    """Source of its value; SPEC.md lists the value of each source under Programs, Sub-volumes and Proxy geometry."""
 
 
 class Sampler(Record):
@@ -99,18 +100,22 @@ class Sampler(Record):
 
     name: str
     """Name in the shader."""
-    role: Literal["volume", "bricks", "transfer", "preintegrated", "skip", "normals", "subvolume"]
-    """Which texture to bind: the level's volume, index of bricks or normals, the table of the program's transfer
-    function, its skip table for the level, or one of the sub-volumes around a point."""
+    role: Literal[
+        "volume", "bricks", "transfer", "preintegrated", "skip", "normals", "subvolume", "labels", "looks", "light"
+    ]
+    """Which texture to bind: the level's volume, index of bricks or normals, the table or the light of the program's
+    transfer function, its skip table for the level, one of the sub-volumes around a point, labels of the level, or the
+    looks of labels."""
     transfer: str | None = None
-    """In a program that draws several transfer functions: whose table it is, or whose channel's volume."""
-    part: Annotated[int, Field(ge=0)] = 0
+    """In a program that draws several transfer functions: the transfer function of the table, or of the channel's
+    volume."""
+    part: Index = 0
     """Number of the texture in a mosaic, from 0. For sub-volumes: 1 for the upper one along x, plus 2 along y, plus 4
     along z."""
 
 
 class Blend(Record):
-    """How fragments change what is in the picture already; glBlendEquation is GL_FUNC_ADD."""
+    """Blending of fragments into the picture; glBlendEquation is GL_FUNC_ADD."""
 
     order: Literal["front-to-back", "back-to-front"]
     """Order in which the parts of the geometry must be drawn."""
@@ -132,142 +137,144 @@ class Pass(Record):
     fragment: PackagePath
     """Fragment shader."""
     geometry: Geometry
-    """What the vertex shader draws."""
+    """Geometry of the vertex shader."""
     sampler: str
-    """Sampler of the program that reads the texture, without a filter; its texture unit follows those of `samplers`."""
+    """Sampler of the program that reads the texture, without a filter; its texture unit comes after `samplers`."""
     target: PassTarget
     """Format of the texture, which is cleared to zero first. rgba32f needs GL_EXT_color_buffer_float, rgba16f that or
     GL_EXT_color_buffer_half_float."""
     uniforms: tuple[Uniform, ...]
     """Every active uniform that is not a sampler."""
     reads: tuple[str, ...] = ()
-    """Samplers of the program that the pass has, too, with the same textures."""
-    size: Annotated[int, Field(ge=1)] | None = None
-    """Width and height of the texture; if absent, those of the picture."""
+    """Samplers that the pass shares with the program, with the same textures."""
+    size: Count | None = None
+    """Width and height of the texture; if absent, the size of the picture."""
 
 
 class LightPass(Pass):
-    """What is drawn from the light after each layer of the picture. Its texture has a linear filter."""
+    """The pass from the light after each layer of the picture. Its texture has a linear filter."""
 
     blend: Blend
-    """How its fragments are blended."""
+    """Blending of its fragments."""
     behind: Blend
-    """How those of the picture are blended where the light comes from behind the volume, in place of the program's."""
+    """Blending of the picture's layers if the light comes from behind the volume, in place of the program's."""
 
 
 Shadows = Literal["none", "rays", "map", "half-angle"]
-"""Whether what lies between a light and a sample takes light away; Light says how."""
+"""Attenuation between a light and a sample; see `Light`."""
 
 
 class Tiles(Record):
-    """Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by what they cost."""
+    """Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by cost."""
 
-    size: Annotated[int, Field(ge=1)]
+    size: Count
     """Pixels of an edge of a tile."""
-    groups: Annotated[int, Field(ge=1)]
+    groups: Count
     """Groups of costs."""
     cost: PackagePath
     """Compute shader that finds the group of each tile, and counts the tiles of each group."""
     offsets: PackagePath
-    """Compute shader that makes places of these counts."""
+    """Compute shader that converts these counts to offsets."""
     place: PackagePath
     """Compute shader that puts each tile in its place."""
     uniforms: tuple[Uniform, ...]
-    """Every active uniform of the first of them that is not a sampler."""
+    """All active uniforms of the `cost` shader, except samplers."""
     reads: tuple[str, ...]
-    """Samplers of the program that the first of them has, too, with the same textures."""
+    """Samplers that the `cost` shader shares with the program, with the same textures."""
 
 
 class Light(Record):
-    """A light with a place. Both sides of a surface are lit."""
+    """A light with a position. Both sides of a surface are lit."""
 
     place_mm_xyz: tuple[float, float, float]
-    """Where it is, in the patient's space (LPS), in millimetres. It may be inside the volume."""
+    """Position in the patient's space (LPS), in millimetres. It may be inside the volume."""
     ambient: Share = 0.2
-    """Part of the colour that is there without light."""
+    """Ambient part of the colour."""
     diffuse: Share = 0.7
-    """Part of the colour that a surface has which faces the light."""
+    """Diffuse part of the colour, of a surface that faces the light."""
     specular: Share = 0.3
-    """How white a highlight is."""
+    """Whiteness of highlights."""
     shininess: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
     """Exponent of a highlight: the larger, the smaller the highlight."""
     shadows: Shadows = "none"
-    """Whether what lies between the light and a sample takes light away. rays: the shader follows a ray from each lit
-    sample to the light. map: a pass draws how far the light goes before it meets the surface.
-    half-angle: each layer is drawn twice, for the viewer and for the light."""
+    """Attenuation between the light and a sample. rays: the shader follows a ray from each lit sample to the light.
+    map: a pass draws how far the light goes before it meets the surface. half-angle: each layer is drawn twice, for the
+    viewer and for the light."""
 
 
 class ProgramDesign(Record):
-    """What a program draws and how: with the package, all that its shaders are composed from."""
+    """Design of a program. Its shaders are composed from it and from the package."""
 
     name: str
     """Name, unique in the package."""
     sampling: Sampling
-    """How it samples the volume."""
+    """Representation of the volume that it samples."""
     technique: TechniqueName = "ray-casting"
-    """How it goes through the volume."""
+    """Traversal of the volume."""
     classification: ClassificationName = "lookup"
-    """How it classifies samples."""
+    """Classification of samples."""
     lighting: Lighting = "none"
-    """What lights it. headlight: diffuse light from where the viewer is. phong, blinn-phong: `light`, with highlights
-    after Phong, or after Blinn. A sample without a normal has its own colour."""
+    """Lighting. headlight: diffuse light from the viewer's position. phong, blinn-phong: `light`, with highlights after
+    Phong, or after Blinn. A sample without a normal has its own colour."""
     normals_from: NormalsFrom = "volume"
-    """Where lit samples have their normals from. volume: a texture of normals. forward, central: differences of the
-    stored values one voxel apart, which the shader takes."""
+    """Source of the normals of lit samples. volume: a texture of normals. forward, central: differences of the stored
+    values one voxel apart, computed in the shader."""
     light: Light | None = None
-    """The light with a place, if that is what lights it."""
+    """Light of the phong and blinn-phong lighting."""
+    baked: bool = False
+    """Whether precomputed light multiplies the colour of each sample, before other lighting."""
     compositing: CompositingName = "emission-absorption"
-    """What a ray makes of its samples. emission-absorption: each gives light and absorbs what is behind it.
+    """Compositing of the samples of a ray. emission-absorption: each emits light and absorbs the light from behind.
     back-to-front: the same, from the far end of the ray on. maximum: only the greatest value counts, with the opacity
     of the transfer function's `reference_mm`. minimum: the same with the least value. average: the same with the mean
     value. mida: a value that exceeds those in front of it hides them in part (maximum intensity difference
     accumulation). first-hit: the first value that is the transfer function's `isovalue` or more. isosurface: the first
     place where the value passes the `isovalue`, from either side."""
     rays: Rays = "box"
-    """Where rays begin. box: the vertex shader draws the program's `geometry`. mesh: it draws proxy geometry."""
+    """Start of rays. box: the vertex shader draws the program's `geometry`. mesh: it draws proxy geometry."""
     vertex: PackagePath
     """Vertex shader."""
     fragment: PackagePath
     """Fragment shader."""
-    levels: tuple[int, ...]
+    levels: tuple[Signed, ...]
     """Levels that the program can draw."""
     transfer: str
     """Name of the transfer function that it draws, or of the picture of several channels."""
 
 
 class Program(ProgramDesign):
-    """One vertex and fragment shader, and what an app gives them."""
+    """One vertex and fragment shader, and their inputs."""
 
     uniforms: tuple[Uniform, ...]
     """Every active uniform that is not a sampler."""
     samplers: tuple[Sampler, ...]
     """Every active sampler, in the order of texture units."""
     geometry: Geometry = "triangle"
-    """What the vertex shader draws where rays begin at the box."""
+    """Geometry of the vertex shader if rays begin at the box."""
     before: tuple[Pass, ...] = ()
     """Passes that are drawn first, in order."""
     light_pass: LightPass | None = None
-    """What is drawn after each layer of the picture, from the light."""
+    """The pass from the light after each layer of the picture."""
     tiles: Tiles | None = None
-    """How its picture is drawn tile by tile."""
+    """Tiled drawing of its picture."""
     blend: Blend | None = None
-    """How fragments are blended; if absent, there is one for each pixel, which replaces what was there."""
+    """Blending of fragments; if absent, one fragment of each pixel replaces the pixel."""
     target: PassTarget = "rgba8"
     """Format of the picture that is drawn into. Where many layers are blended, each is rounded to it: a device that
     cannot draw into rgba16f draws faint tissue less exactly."""
-    slab_samples: Annotated[int, Field(ge=1)] | None = None
+    slab_samples: Count | None = None
     """Samples of a ray in each draw, where several draws make the picture."""
     step_mm_min: float | None = None
-    """Smallest step with which the loop of the shader is long enough for the longest ray; no bound if absent."""
+    """Smallest step for which the shader's loop is long enough for the longest ray; unbounded if absent."""
 
     @property
     def passes(self) -> tuple[Pass, ...]:
-        """All of its passes."""
+        """All passes of the program."""
         return self.before if self.light_pass is None else (*self.before, self.light_pass)
 
     @property
     def shaders(self) -> tuple[PackagePath, ...]:
-        """Files of all of its shaders, and of those of its passes and tiles."""
+        """Files of all its shaders, passes and tiles included."""
         sorting = () if self.tiles is None else (self.tiles.cost, self.tiles.offsets, self.tiles.place)
         return (
             self.vertex,

@@ -1,4 +1,4 @@
-"""Reading a package: what an app, the renderer and the validation see of it."""
+"""Package reader of apps, the renderer and the validation."""
 
 import hashlib
 from copy import copy
@@ -14,7 +14,7 @@ from volprep_formats.package.texture import Texture
 
 
 class Package:
-    """An open package. It gives only files that the manifest names, and only whole ones."""
+    """An open package. Reads only files that the manifest names, and checks that they are complete."""
 
     def __init__(self, path: Path, manifest: Manifest, channel: str = "") -> None:
         """Use `open`; `channel` is the one that `manifest` shows alone."""
@@ -27,8 +27,9 @@ class Package:
     def open(cls, path: Path, *, allow_draft: bool = False) -> Self:
         """Open the package at `path`, a folder or a zip.
 
-        Raises VP4001 if there is none, VP4002 for another kind of thing, VP4003 for another version, VP4004 for a
-        manifest that breaks the schema, VP4005 for a draft unless `allow_draft`. For a sealed package in which
+        Ignores keys, and files and textures of roles, that a later minor version may add. Raises VP4001 if there is
+        none, VP4002 for another kind of thing, VP4003 for another major version, VP4004 for a manifest that breaks the
+        schema, VP4005 for a draft unless `allow_draft`, VP4070 for a required extension. For a sealed package in which
         anything is wrong that shows without reading its files: VP4007, VP4008, VP4010, VP4011.
         """
         package = cls.open_any(path, allow_draft=allow_draft)
@@ -37,9 +38,12 @@ class Package:
         return package
 
     @classmethod
-    def open_any(cls, path: Path, *, allow_draft: bool = False) -> Self:
-        """Open a package to find out all that is wrong with it. Raises VP4001 to VP4005 as `open` does."""
-        manifest = read_manifest(path)
+    def open_any(cls, path: Path, *, allow_draft: bool = False, strict: bool = False) -> Self:
+        """Open a package to find all that is wrong with it; `strict` also refuses keys that this version does not know.
+
+        Raises VP4001 to VP4005 and VP4070 as `open` does.
+        """
+        manifest = read_manifest(path, strict=strict)
         if manifest.state != "sealed" and not allow_draft:
             raise VolprepError("VP4005", path=path)
         return cls(path, manifest)
@@ -82,7 +86,7 @@ class Package:
         return data
 
     def read_start(self, path: str, most: int) -> bytes:
-        """Read at most so many of the first bytes of a file, whose size and SHA-256 are compared a block at a time.
+        """Read the first `most` bytes of a file, and compare its size and SHA-256 a block at a time.
 
         Raises as `read_bytes` does.
         """

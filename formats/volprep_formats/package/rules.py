@@ -14,40 +14,41 @@ from volprep_formats.package.channel import Level
 from volprep_formats.package.channel_rules import channel_contradictions
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.compositing_rules import compositing_contradictions
-from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.parts.bricks.rules import bricks_contradictions
-from volprep_formats.package.parts.editing.record import Editing
-from volprep_formats.package.parts.editing.rules import editing_contradictions
-from volprep_formats.package.parts.fidelity.rules import fidelity_contradictions
-from volprep_formats.package.parts.hybrid.rules import hybrid_contradictions
-from volprep_formats.package.parts.mipmaps.rules import mipmap_contradictions, mipmap_shapes
-from volprep_formats.package.parts.normals.rules import normals_contradictions
-from volprep_formats.package.parts.proxy.rules import proxy_contradictions
-from volprep_formats.package.parts.skip.rules import skip_contradictions
-from volprep_formats.package.parts.slices.rules import slices_contradictions
-from volprep_formats.package.parts.together.rules import together_contradictions
+from volprep_formats.package.manifest import FILE_ROLES, Manifest
+from volprep_formats.package.parts.mipmaps.rules import mipmap_shapes
+from volprep_formats.package.parts.registry import PARTS
 from volprep_formats.package.program import SLICES, TABLES, Pass, Program, Tiles, UniformSource
-from volprep_formats.package.texture import COMPONENTS, MosaicLayout, Texture
+from volprep_formats.package.texture import COMPONENTS, TEXTURE_ROLES, MosaicLayout, Texture
 from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.gl_formats import texture_format
 from volprep_formats.textures.mosaic import tiles_of
 
 # The grid of a coarse level is computed from level 0 by a few additions in float64, and printed with all digits.
 _RELATIVE_TOLERANCE = 1e-9
+_FEWEST_SUMS = 2
+"""Columns of a pre-integrated table: a sum is a difference of two."""
 
 
 def contradictions(manifest: Manifest) -> Iterator[str]:
-    """Return every problem of the manifest that can be seen without opening another file."""
+    """Return every problem of the manifest that can be found without opening another file.
+
+    Textures and files of roles that this version does not know are ignored: no program of this version reads them.
+    """
     yield from _unique(manifest)
-    yield from _roles(manifest)
+    ignored = {texture.file for texture in manifest.textures if texture.role not in TEXTURE_ROLES}
+    manifest = manifest.model_copy(
+        update={"textures": tuple(texture for texture in manifest.textures if texture.role in TEXTURE_ROLES)}
+    )
+    yield from _roles(manifest, ignored)
+    yield from _formats(manifest)
     if manifest.state == "sealed":
         yield from _steps(manifest)
         yield from _compression(manifest)
     if not manifest.channels and manifest.state == "sealed":
         yield "it is sealed without a channel"
     yield from channel_contradictions(manifest)
-    yield from together_contradictions(manifest)
-    yield from fidelity_contradictions(manifest)
-    yield from hybrid_contradictions(manifest)
+    for part in PARTS:
+        yield from part.package_rules(manifest)
     for name, view in channel_views(manifest).items():
         yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view))
 
@@ -63,19 +64,14 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     for program in manifest.programs:
         yield from _program(manifest, program)
     yield from compositing_contradictions(manifest)
-    yield from mipmap_contradictions(manifest)
-    yield from bricks_contradictions(manifest)
-    yield from skip_contradictions(manifest)
-    yield from normals_contradictions(manifest)
-    yield from proxy_contradictions(manifest)
-    yield from slices_contradictions(manifest)
-    yield from editing_contradictions(manifest)
+    for part in PARTS:
+        yield from part.rules(manifest)
     if manifest.state == "sealed":
         yield from _complete(manifest)
 
 
 def _steps(manifest: Manifest) -> Iterator[str]:
-    """Other steps are those of coarser levels that there are, and of a level 0 that there is in pieces only."""
+    """Optional steps belong to existing coarser levels, or to a level 0 that exists only in pieces."""
     if manifest.render is None:
         return
     levels = [level.index for level in manifest.levels]
@@ -104,23 +100,12 @@ def _unique(manifest: Manifest) -> Iterator[str]:
         yield "the manifest names itself as a file"
 
 
-def _roles(manifest: Manifest) -> Iterator[str]:
-    """Every file is used for what its role says, and every use has its file."""
+def _roles(manifest: Manifest, ignored: set[str]) -> Iterator[str]:
+    """Check that each file is used according to its role, and that each use has its file; `ignored` may be unused."""
     used: dict[str, str] = {texture.file: "texture" for texture in manifest.textures}
-    programs = (*manifest.programs, *(manifest.subvolumes.programs if manifest.subvolumes else ()))
-    if manifest.proxy is not None:
-        programs = (*programs, *manifest.proxy.programs)
-        used |= {mesh.file: "mesh" for mesh in manifest.proxy.meshes if mesh.file is not None}
-        if manifest.proxy.programs:
-            used[manifest.proxy.depth] = "shader"
-    if manifest.render is not None and manifest.render.hybrid is not None:
-        used |= dict.fromkeys(manifest.render.hybrid.shaders, "shader")
-    used |= {histogram.file: "histogram" for histogram in (manifest.editing or Editing()).histograms}
-    used |= {path: "shader" for program in programs for path in program.shaders}
-    if manifest.subvolumes is not None:
-        whole = {manifest.subvolumes.whole} - {None, *used}
-        used |= {path: "subvolume" for path in (*manifest.subvolumes.pieces, *whole) if path is not None}
-        used[manifest.subvolumes.grid] = "grid"
+    used |= {path: "shader" for program in manifest.programs for path in program.shaders}
+    for part in PARTS:
+        used |= part.files(manifest)
     if manifest.preview is not None:
         used[manifest.preview] = "preview"
     roles = {record.path: record.role for record in manifest.files}
@@ -131,17 +116,29 @@ def _roles(manifest: Manifest) -> Iterator[str]:
             yield f"{path} is used as a {role}, but has the role {roles[path]}"
     if manifest.state == "sealed":
         yield from (f"{path} is working data" for path, role in roles.items() if role == "work")
-        yield from (f"nothing uses {path}" for path, role in roles.items() if role != "work" and path not in used)
+        unknown = {path for path, role in roles.items() if role not in FILE_ROLES}
+        unused = roles.keys() - used.keys() - ignored - unknown
+        yield from (f"nothing uses {path}" for path in sorted(unused) if roles[path] != "work")
         missing = {path for item in manifest.plan for path in item.files if item.kept} - roles.keys()
         yield from (f"the plan names {path}, which is not among the files" for path in sorted(missing))
 
 
+def _formats(manifest: Manifest) -> Iterator[str]:
+    """Check that the profile has the format of each texture."""
+    for texture in manifest.textures:
+        name = texture_format(texture.gl, manifest.profile.api)
+        if name not in manifest.profile.texture_formats:
+            words = (texture.gl.internal_format, texture.gl.format, texture.gl.type)
+            listed = "/".join(word for word in words if word)
+            yield f"texture {texture.name} is uploaded as {listed}, which is no format of the profile"
+
+
 def _compression(manifest: Manifest) -> Iterator[str]:
-    """A form that was kept is the form of its level's textures."""
+    """A compressed form that was kept is the format of its level's textures."""
     for form in (form for form in manifest.compression if form.kept):
         volumes = [each for each in manifest.textures if (each.role, each.level) == ("volume", form.level)]
         found = {each.gl.internal_format for each in volumes if form.channel in each.channels}
-        if found != {BLOCKS[form.format].gl_name}:
+        if found != {block.gl_name for name, block in BLOCKS.items() if name == form.format}:
             yield f"level {form.level} is said to be compressed as {form.format}, but its textures are not"
 
 
@@ -204,10 +201,10 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
     if texture.role in {"transfer", "preintegrated"}:
         yield from (f"{name} {problem}" for problem in _table(manifest, texture))
         return
-    if texture.role in {"bricks", "skip", "ranges", "normals", "slices"}:
+    if any(texture.role in part.texture_roles for part in PARTS):
         if texture.role == "normals" and texture.mosaic is not None and texture.level in levels:
             yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, levels[texture.level]))
-        return  # skip_agreement.py, normals_agreement.py and slices_agreement.py know them
+        return
     level = levels.get(-1 if texture.level is None else texture.level)
     if level is None:
         yield f"{name} holds level {texture.level}, which is not among the levels"
@@ -239,10 +236,14 @@ def _table(manifest: Manifest, texture: Texture) -> Iterator[str]:
     levels = {level.index for level in manifest.levels}
     if texture.mosaic is not None or (texture.level is not None and texture.level not in levels):
         yield "is a table of a transfer function, but has a mosaic, or a level that it cannot have"
-    if height != (width if texture.role == "preintegrated" else 1):
-        yield "has not one row as a lookup table, or as many rows as columns as a pre-integrated one"
-    if (texture.role == "preintegrated") != (texture.segment_mm is not None and texture.segment_mm > 0):
-        yield "is pre-integrated for segments of no length, or has a length without being pre-integrated"
+    is_integral = texture.role == "preintegrated"
+    if height != (4 if is_integral else 1):
+        yield "has not one row as a lookup table, or four rows as a pre-integrated one"
+    if is_integral and (texture.gl.type != "UNSIGNED_BYTE" or texture.filter != "nearest" or width < _FEWEST_SUMS):
+        yield f"is pre-integrated, but has no bytes, a filter, or fewer than {_FEWEST_SUMS} columns"
+    low, high = texture.stored_range or (0.0, 0.0)
+    if is_integral != (0.0 <= low < high <= 1.0) or (texture.stored_range is not None and not is_integral):
+        yield "is pre-integrated without a range of stored values from 0 to 1, or has one without being pre-integrated"
     if (texture.max_extinction_per_mm is None) != (texture.gl.type != "UNSIGNED_BYTE"):
         yield "has 8 bits without max_extinction_per_mm, or has that without 8 bits"
 
@@ -258,7 +259,7 @@ def _function_names(manifest: Manifest) -> set[str]:
 
 
 def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
-    """A program has what it classifies with, and samples it once."""
+    """A program has the textures of its classification, and samples each once."""
     name = program.classification
     wanted = list(TABLES[name])
     if name == "control-points":
@@ -270,13 +271,15 @@ def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
     else:
         tables = [each for each in manifest.textures if each.role in wanted and each.transfer == program.transfer]
         found = [program.transfer] if _one_for_each_level(tables, program) else []
-        forms = {(each.shape_zyx, each.gl.type, each.max_extinction_per_mm) for each in tables}
+        forms = {(each.shape_zyx, each.gl.type, each.max_extinction_per_mm, each.stored_range) for each in tables}
         if len(forms) > 1:
             yield f"draws {program.transfer}, whose tables have not one size, type and largest extinction"
     if found.count(program.transfer) != 1:
-        yield f"draws {program.transfer}, of which there is not one {name} table"
+        yield f"draws {program.transfer}, which must have one {name} table"
     sampled = [
-        sampler.role for sampler in program.samplers if sampler.role not in {"volume", "bricks", "skip", "normals"}
+        sampler.role
+        for sampler in program.samplers
+        if sampler.role not in {"volume", "bricks", "skip", "normals", "light"}
     ]
     if sampled != wanted:
         yield f"samples {', '.join(sampled) or 'nothing'} for its classification {name}"
@@ -318,7 +321,7 @@ def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[st
 
 
 def _filters(manifest: Manifest) -> Iterator[str]:
-    """All voxels are labels or none, and what lies between two labels is nowhere looked up."""
+    """Either all voxels are labels or none are, and no lookup happens between two labels."""
     filters = {texture.filter for texture in manifest.textures if texture.role in {"volume", "slices"}}
     if len(filters) > 1:
         yield "some volumes are sampled with the filter linear, others with nearest"
@@ -363,7 +366,7 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
     parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "volume")
     held = {texture.mosaic.textures if texture.mosaic else 1 for texture in volumes if texture.level in program.levels}
     if any(parts != list(range(textures)) for textures in held or {1}):
-        yield f"{name} samples {', '.join(roles) or 'nothing'} instead of one volume and what it classifies with"
+        yield f"{name} samples {', '.join(roles) or 'nothing'} instead of one volume and its classification"
     units = len(roles) + len(program.passes)
     if units > manifest.profile.texture_units:
         yield f"{name} reads {units} textures; the profile has {manifest.profile.texture_units} units"
@@ -372,7 +375,7 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
 
 
 def _sources(program: Program) -> Iterator[str]:
-    """A program asks for values that its technique gives."""
+    """A program uses only uniform sources that its technique provides."""
     given: set[UniformSource] = {"box_from_clip", "step_mm", "texture_from_box", "mipmap", "blocks_from_box"}
     if program.geometry != "triangle":
         given.add("clip_from_box")
@@ -393,7 +396,7 @@ def _sources(program: Program) -> Iterator[str]:
 
 
 def _drawn_with(program: Program) -> list[Pass | Tiles]:
-    """Return what else of a program has shaders."""
+    """Return the passes and tiles of a program, which have shaders of their own."""
     return [*program.passes, *(() if program.tiles is None else (program.tiles,))]
 
 
@@ -415,8 +418,11 @@ def _complete(manifest: Manifest) -> Iterator[str]:
     if not manifest.profile.has_shaders:
         what, drawn = "stack of slices", {each.transfer for each in manifest.textures if each.role == "slices"}
     else:
-        needed.append("programs")
         what, drawn = "program", {program.transfer for program in manifest.programs}
+        if manifest.segments is None:
+            needed.append("programs")
+        else:
+            drawn |= set(manifest.segments.transfers)
     of_channel = ("stored_type", "quantization", "levels", "transfer_functions")
     missing = [field for field in needed if not getattr(manifest, field)]
     missing += [field for channel in manifest.channels for field in of_channel if not getattr(channel, field)]

@@ -1,4 +1,4 @@
-"""Which textures a program reads for a level: what SPEC.md says of samplers."""
+"""Textures that a program reads for a level, by the samplers of SPEC.md."""
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import Program
@@ -20,7 +20,7 @@ def sampled_textures(manifest: Manifest, program: Program, level: int) -> list[T
             and texture.transfer in {None, transfer}
             and (channel is None or not texture.channels or channel in texture.channels)
         ]
-        # A level's own table stands for the common one.
+        # A level's own table replaces the common one.
         matches = [texture for texture in matches if texture.level == level] or matches
         found.append(matches[0] if len(matches) == 1 else None)
     return found

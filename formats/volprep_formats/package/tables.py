@@ -6,7 +6,7 @@ from volprep_formats.package.texture import Texture
 
 
 def table_for(textures: Iterable[Texture], role: str, transfer: str, level: int) -> Texture | None:
-    """Return the table of this role, transfer function and level; None if there is none."""
+    """Return the table of this role, transfer function and level, or None."""
     found: Texture | None = None
     for texture in textures:
         if (texture.role, texture.transfer) != (role, transfer):

@@ -1,22 +1,29 @@
-"""Textures of a package: what each holds, and how an app gives it to OpenGL ES."""
+"""Textures of a package: their content, and how an app uploads them to OpenGL ES."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
-from volprep_formats.grid import Count
+from volprep_formats.grid import Count, Index
 from volprep_formats.package.parts.bricks.record import BrickLayout
+from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.parts.normals.record import Normals
 from volprep_formats.package.parts.slices.record import SliceLayout
-from volprep_formats.package.values import PackagePath
+from volprep_formats.package.values import PackagePath, open_word
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName
 
+TextureRole = Literal[
+    "volume", "bricks", "transfer", "preintegrated", "skip", "ranges", "normals", "slices", "labels", "looks", "light"
+]
+"""Content of a texture."""
+TEXTURE_ROLES: frozenset[str] = frozenset(get_args(TextureRole))
+"""Roles that this version knows."""
 MosaicOrder = Literal["interleaved", "planar", "overlapping"]
 
 
 class MosaicLayout(Record):
-    """Where the slices of a level lie in one or several 2D textures of the same size."""
+    """Positions of a level's slices in one or several 2D textures of the same size."""
 
     tile_shape_yx: tuple[Count, Count]
     """Size of a slice, in texels."""
@@ -28,13 +35,13 @@ class MosaicLayout(Record):
     slices_per_texel: Literal[1, 4]
     """Slices in one texel, each in a component of its own."""
     order: MosaicOrder = "interleaved"
-    """Which slices share a texel. "interleaved": four consecutive slices. "planar": four slices that are as many slices
-    apart as the texture has tiles. "overlapping": three consecutive slices and the next one, which the next tile
+    """Which slices share a texel. "interleaved": four consecutive slices. "planar": four slices whose distance is the
+    number of tiles of the texture. "overlapping": three consecutive slices and the next one, which the next tile
     repeats."""
-    gutter: Annotated[int, Field(ge=0)] = 0
+    gutter: Index = 0
     """Texels around each tile that repeat its edge. If it is 0, tiles abut, and a fetch must stay half a texel
     inside."""
-    padding_yx: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = (0, 0)
+    padding_yx: tuple[Index, Index] = (0, 0)
     """Texels below and right of each tile, and of its gutter, that repeat its edge, so that the next tile begins with a
     new compressed block."""
     tiles_x: Count
@@ -54,7 +61,7 @@ class MosaicLayout(Record):
 
 
 class GlFormat(Record):
-    """The arguments of glTexImage2D, glTexImage3D and glCompressedTexImage2D, as names of constants without GL_."""
+    """Arguments of glTexImage2D, glTexImage3D and glCompressedTexImage2D, as names of constants without GL_."""
 
     target: Literal["TEXTURE_2D", "TEXTURE_3D"]
     """Binding target, for example TEXTURE_3D for GL_TEXTURE_3D."""
@@ -69,23 +76,23 @@ class GlFormat(Record):
 COMPONENTS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
 """Components of a texel by the format of its pixels."""
 SampleFilter = Literal["linear", "nearest"]
-"""How a texture is sampled between its texels."""
+"""Filtering of a texture."""
 
 
 class TextureContent(Record):
-    """What a texture holds, and how it is sampled: known when it is planned."""
+    """Content of a texture and how it is sampled; known at planning time."""
 
     shape_zyx: tuple[Count, Count, Count]
     """Depth, height and width in texels; depth is 1 for a 2D texture."""
-    level: int | None = None
+    level: Index | None = None
     """For a volume: the level that it holds. For a lookup table: the level that it is for; absent if it is for all."""
     channels: Annotated[tuple[ChannelName, ...], Field(max_length=4)] = ()
-    """Channels whose data the texture holds; several are components of the same texels. None for what belongs to a
-    transfer function."""
+    """Channels whose data the texture holds; several are components of the same texels. None for textures of a transfer
+    function."""
     mosaic: MosaicLayout | None = None
     """For a volume in 2D textures: layout of the slices."""
-    mipmap: Annotated[int, Field(ge=0)] | None = None
-    """For volumes that share one KTX 2 file as mipmaps: which level of the file this entry is. Bind the one texture,
+    mipmap: Index | None = None
+    """For volumes that share one KTX 2 file as mipmaps: mipmap level of the file for this entry. Bind the one texture,
     and draw this mipmap of it."""
     transfer: str | None = None
     """For a table, and for classified voxels: name of the transfer function."""
@@ -100,28 +107,34 @@ class Texture(TextureContent):
 
     name: str
     """Name, unique in the package."""
-    role: Literal["volume", "bricks", "transfer", "preintegrated", "skip", "ranges", "normals", "slices"]
-    """volume: normalised stored values of a level. bricks: where each brick lies in its volume. transfer: the lookup
+    role: Annotated[str, open_word(*get_args(TextureRole))]
+    """volume: normalised stored values of a level. bricks: position of each brick in its volume. transfer: the lookup
     table of a transfer function. preintegrated: its pre-integrated table. skip: its skip table for a level. ranges: the
     least and the greatest values of the blocks of a level. normals: directions of gradients of a level. slices:
-    classified slices of a level, in a 2D texture for polygons."""
+    classified slices of a level, in a 2D texture for polygons. labels: the segment of each voxel of a level. looks:
+    tint and opacity of each label. light: light of a transfer function that was computed once. A reader ignores
+    textures of other roles."""
     file: PackagePath
     """KTX 2 file. If gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold: the bytes for
     glCompressedTexImage2D."""
     gl: GlFormat
-    """How to upload it."""
+    """Upload parameters."""
     bricks: BrickLayout | None = None
     """For a volume that holds its level as bricks: layout of the bricks."""
-    part: Annotated[int, Field(ge=0)] = 0
+    part: Index = 0
     """Number of the texture in its mosaic or its stack of slices, from 0."""
     max_extinction_per_mm: float | None = None
-    """For a table of 8 bits: extinction = this · a², where a is the alpha channel. A larger extinction is stored as
-    this one, with which a step of the package is opaque already."""
-    segment_mm: float | None = None
-    """For a pre-integrated table: length of the segments whose colours it holds."""
+    """For a lookup table of 8 bits: extinction = this · a², where a is the alpha channel. Larger ones are clamped to
+    this one, which makes a step of the package opaque. For a pre-integrated table: the extinction of a segment from
+    the first to the last column if the sum of extinction grows from 0 to the largest number."""
+    stored_range: tuple[float, float] | None = None
+    """For a pre-integrated table: normalised stored values of the first and the last column. Beyond them the sums go on
+    as between the two outermost columns."""
     normals: Normals | None = None
-    """For normals: what the texels mean."""
+    """For normals: encoding and source of the texels."""
+    light: StoredLight | None = None
+    """For light: meaning of the texels."""
     encoder: str | None = None
-    """For compressed texels: program that compressed them, with version and settings."""
+    """For compressed texels: encoder, with version and settings."""
     slices: SliceLayout | None = None
-    """For slices: which slices the texture holds, and where they lie."""
+    """For slices: the slices in the texture, and their positions."""

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from volprep_formats.record import Record
 
 MOST_OPAQUE = 1.0 - 2.0**-16
-"""Opacity above this counts as this: 1 would need an infinite extinction. In 8 bits it is 1 all the same."""
+"""Opacity is clamped to this: 1 would need an infinite extinction. In 8 bits it still rounds to 1."""
 
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -19,7 +19,7 @@ class TransferPoint(Record):
     value: float
     """Physical value."""
     colour: tuple[Fraction, Fraction, Fraction]
-    """Linear-light RGB with sRGB's primaries, not multiplied by anything."""
+    """Linear-light RGB with sRGB's primaries, not premultiplied."""
     extinction_per_mm: Annotated[float, Field(ge=0.0)]
     """Extinction coefficient. A step of d millimetres has opacity 1 - exp(-extinction · d)."""
 
@@ -32,15 +32,15 @@ class TransferFunction(Record):
     points: Annotated[tuple[TransferPoint, ...], Field(min_length=1)]
     """Control points in ascending order of value."""
     reference_mm: Annotated[float, Field(gt=0.0)] = 1.0
-    """Length of the path for which opacities were stated; 1 where extinctions were. A value that is shown without a
-    path, as a maximum is, has the opacity 1 - exp(-extinction · this)."""
+    """Path length of the stated opacities; 1 if extinctions were stated. A value drawn without a path, such as a
+    maximum, has the opacity 1 - exp(-extinction · this)."""
 
     isovalue: float | None = None
-    """Physical value of the surface that programs with the compositing isosurface or first-hit show."""
+    """Physical value of the surface drawn by the compositing isosurface or first-hit."""
 
     intensities: tuple[float, float] | None = None
-    """Physical values that count as the intensities 0 and 1 with the compositing mida; if absent, those of the first
-    and the last point."""
+    """Physical values with the intensities 0 and 1 in the compositing mida; if absent, the values of the first and the
+    last point."""
 
     @property
     def intensity_range(self) -> tuple[float, float]:

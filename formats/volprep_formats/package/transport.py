@@ -47,7 +47,7 @@ def _converted(data: bytes, record: FileRecord, manifest: Manifest, texels: Texe
 
 
 def _convertible(manifest: Manifest) -> set[str]:
-    """Return the KTX 2 files of which readers read all: any box is cut from that of the whole level, by seeking."""
+    """Return the KTX 2 files that readers read completely. Boxes are cut by seeking only in the whole-level file."""
     textures = {each.file for each in manifest.textures if each.gl.internal_format != paletted.INTERNAL_FORMAT}
     pieces, whole = (manifest.subvolumes.pieces, manifest.subvolumes.whole) if manifest.subvolumes else ((), None)
     return (textures | set(pieces)) - {whole}

@@ -10,14 +10,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal
 
-from volprep_formats.diagnostics import VolprepError
-from volprep_formats.path_text import path_text
+from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.path_text import no_such_path, path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.kind import has_prefix
 from volprep_formats.readers.header_pair import header_beside
 from volprep_formats.readers.ome.zarr_kind import is_zarr
 from volprep_formats.readers.others import recognised
 from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of
+from volprep_formats.readers.voxel_file import is_gzip
 from volprep_formats.regular_files import check_regular_or_folder, open_gzipped, open_regular
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
@@ -38,7 +39,7 @@ class Reader:
 
     name: SourceFormat
     module: str
-    """Its file here, with `open_volume(spec, path, progress) -> VolumeSource`; imported when needed: it is heavy."""
+    """Module with `open_volume(spec, path, progress) -> VolumeSource`; imported on demand, because it is heavy."""
     knows: Callable[[SourceSpec, Path, bytes], bool]
     """Whether the source is of this format, by what the scene says, the path, and a file's first bytes, unpacked."""
 
@@ -60,6 +61,13 @@ def _ends(path: Path, *suffixes: str) -> bool:
     return path.suffix.lower() in suffixes
 
 
+def _is_minc(_spec: SourceSpec, path: Path, head: bytes) -> bool:
+    # NetCDF and HDF5 hold anything: the name must agree, or names of MINC at the beginning of the file.
+    is_container = re.match(rb"CDF[\1\2]|\x89HDF\r\n\x1a\n", head) is not None
+    is_named = path.name.lower().endswith((".mnc", ".mnc.gz"))
+    return is_container and (is_named or b"minc-2.0" in head or b"xspace" in head)
+
+
 def _is_package(folder: Path) -> bool:
     return folder.suffix == ".volpkg" and (folder / "manifest.json").is_file()
 
@@ -74,7 +82,7 @@ READERS = (
         "dicom",
         "dicom.reader",
         lambda spec, path, head: (
-            spec.series is not None or (path.is_dir() and not _is_stack(spec, path)) or has_prefix(head)
+            has_prefix(head) or (path.is_dir() and (spec.series is not None or not _is_stack(spec, path)))
         ),
     ),
     Reader(
@@ -100,7 +108,9 @@ READERS = (
         "numpy_array",
         lambda _spec, path, head: head[:6] == b"\x93NUMPY" or (_ends(path, ".npz") and head[:4] == b"PK\3\4"),
     ),
-    # A version that is 1 says little: the name must agree.
+    Reader("mrc", "mrc", lambda _spec, _path, head: head[208:212] in {b"MAP ", b"MAP\0"}),
+    Reader("minc", "minc.reader", _is_minc),
+    # A version of 1 is weak evidence: the name must agree.
     Reader("mgh", "mgh", lambda _spec, path, head: head[:4] == b"\0\0\0\1" and _ends(path, ".mgh", ".mgz", ".gz")),
     # The size of the header, in either byte order. NIfTI's has the same, and has been asked for before.
     Reader(
@@ -116,8 +126,8 @@ READERS = (
 def open_source(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSource:
     """Open the source that `spec` describes; a relative path starts at `base`.
 
-    Raises VolprepError VP1001 (no such path), VP1002 (unknown format), VP1003 (unreadable), VP1004 (settings of
-    another format), and what the reader raises.
+    Raises VolprepError VP1001 (no such path), VP1002 (unknown format), VP1003 (unreadable), VP1004 (settings of another
+    format), and the errors of the reader.
     """
     source: VolumeSource = _open(spec, base, progress, "open_volume")
     return source
@@ -134,7 +144,12 @@ def open_slices(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
 
 def format_of(path: Path) -> SourceFormat:
     """Name the format of a file or folder. Raises VP1001 to VP1003."""
-    _, reader = _found(SourceSpec(path=path_text(path)), Path())
+    return format_of_source(SourceSpec(path=path_text(path)), Path())
+
+
+def format_of_source(spec: SourceSpec, base: Path) -> SourceFormat:
+    """Name the format that a source is read as; a relative path starts at `base`. Raises VP1001 to VP1003."""
+    _, reader = _found(spec, base)
     return reader.name
 
 
@@ -161,7 +176,7 @@ def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
     try:
         check_regular_or_folder(path)
     except (FileNotFoundError, NotADirectoryError, ValueError) as error:  # ValueError: a zero byte
-        raise VolprepError("VP1001", path=path) from error
+        raise no_such_path(path) from error
     except OSError as error:
         raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
     return path, _reader(spec, path)
@@ -172,7 +187,8 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
     for key, value, format_names in (
         ("raw", spec.raw, {"raw"}),
         ("series", spec.series, {"dicom", *_OME}),
-        ("volume", spec.volume, {"analyze", "dicom", "mgh", "nifti", *_OME}),
+        ("volume", spec.volume, {"analyze", "dicom", "mgh", "minc", "nifti", *_OME}),
+        ("volumes_by", spec.volumes_by, {"dicom"}),
         ("channel", spec.channel, {"volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr", "volpkg"}),
         ("missing", spec.missing, {"ome-zarr"}),
@@ -196,16 +212,19 @@ def _reader(spec: SourceSpec, path: Path) -> Reader:
         return next(reader for reader in READERS if reader.name == spec.format)
     try:
         head = b"" if path.is_dir() else _head(path)
-        found = next((reader for reader in READERS if reader.knows(spec, path, head)), None)
+        # No reader unpacks DICOM, whose preamble may begin like a picture.
+        packed = has_prefix(head) and is_gzip(path)
+        found = None if packed else next((reader for reader in READERS if reader.knows(spec, path, head)), None)
     except OSError as error:
         raise VolprepError("VP1003", path=error.filename or path, error=error.strerror or error) from error
     if found is None or found.name in {"vti", "vtk"}:
         other = recognised(path, head)
         if other is not None:
-            raise VolprepError("VP1289", path=path, what=other.what, how=other.how)
+            raise VolprepError("VP1289", path=path, what=Said(other.what), how=Said(other.how))
     if found is None:
-        problem = "no reader knows this format" if head or path.is_dir() else "the file is empty"
-        raise VolprepError("VP1002", path=path, problem=problem, known=", ".join(sorted(each.name for each in READERS)))
+        problem = Said("no reader knows this format" if head or path.is_dir() else "the file is empty")
+        known = Said(", ".join(sorted(each.name for each in READERS)))
+        raise VolprepError("VP1002", path=path, problem=problem, known=known)
     return found
 
 

@@ -1,4 +1,4 @@
-"""From an affine, as headers give it, to a grid; what cannot be one is refused."""
+"""Convert a header's affine to a grid; an invalid affine is refused."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
 
-_SMALLEST_MM, _LARGEST_MM = 1e-6, 1e6
+_SMALLEST_MM, _LARGEST_MM = 1e-9, 1e6
 
 
 def grid_from_affine(
@@ -22,7 +22,7 @@ def grid_from_affine(
     """Grid whose axes x, y and z step along the columns of the 3×3 matrix `columns_mm`, in LPS millimetres.
 
     `which` names the field of the header for messages. Raises VolprepError VP2020 (sheared) and VP2021 (steps that
-    are zero, not finite, or beyond 1e-6 to 1e6 mm, an origin that is not finite or farther than 1e6 mm).
+    are zero, not finite, or beyond 1e-9 to 1e6 mm, an origin that is not finite or farther than 1e6 mm).
     """
     with np.errstate(over="ignore", invalid="ignore"):
         spacing = np.linalg.norm(columns_mm, axis=0)

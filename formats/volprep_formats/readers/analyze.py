@@ -15,7 +15,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.header_pair import voxels_beside
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
-from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, chosen_volume, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
 from volprep_formats.regular_files import open_regular
 from volprep_formats.source import SourceSpec
 
@@ -74,5 +74,5 @@ def _opened(
     factor = float(fields["factor"])
     scaled = np.isfinite(factor) and factor not in {0.0, 1.0}
     voxels = VoxelFile(data, dtype, (nz, ny, nx), start + volume * volume_bytes)
-    told = Told("analyze", grid, (_UNPLACED, _SCALED) if scaled else (_UNPLACED,), factor if scaled else 1.0)
-    return source_of(told, voxels, progress, most_bytes_after=0 if volume == volumes - 1 else None)
+    facts = HeaderFacts("analyze", grid, (_UNPLACED, _SCALED) if scaled else (_UNPLACED,), factor if scaled else 1.0)
+    return source_of(facts, voxels, progress, most_bytes_after=0 if volume == volumes - 1 else None)

@@ -25,5 +25,5 @@ class DecodedSource:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """End the workers if nobody else uses them."""
+        """Stop the workers if they have no other user."""
         self._leave.close()

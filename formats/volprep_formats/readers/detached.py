@@ -1,4 +1,4 @@
-"""Data files that a header names: they lie in the folder of the header, or below it."""
+"""Data files named by a header: they must be in the folder of the header, or below it."""
 
 from pathlib import Path
 
@@ -6,10 +6,10 @@ from volprep_formats.diagnostics import VolprepError
 
 
 def data_file(header: Path, name: str) -> Path:
-    """File `name` in the folder of `header`, also where links lead to another place.
+    """Return the file `name` in the folder of `header`, with links resolved.
 
-    Raises VolprepError VP1006 when it leaves the folder, is missing or is no file: a header from elsewhere must not be
-    able to read what lies elsewhere.
+    Raises VolprepError VP1006 when it leaves the folder, is missing or is not a file: an untrusted header must not be
+    able to read files elsewhere.
     """
     problem = ""
     folder = header.parent.resolve()

@@ -10,7 +10,7 @@ _COLOURS = ("red", "green", "blue")
 
 
 def grey_remark(wanted: GreyOf) -> str:
-    """Say what a user should know about pictures whose colours became grey."""
+    """Return the remark about pictures whose colours became grey."""
     if wanted == "luminance":
         return "colours were turned into luminance, 0.299 red + 0.587 green + 0.114 blue of stored values"
     return f"of the colours, {wanted} is taken, and the others are not read"

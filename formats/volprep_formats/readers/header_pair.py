@@ -1,8 +1,8 @@
-"""Pairs of files of Analyze and NIfTI: NAME.hdr says what the voxels of NAME.img are."""
+"""Pairs of files of Analyze and NIfTI: NAME.hdr describes the voxels of NAME.img."""
 
 from pathlib import Path
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.readers.detached import data_file
 
 _VOXELS = (".img", ".img.gz", ".IMG")
@@ -10,7 +10,7 @@ _HEADERS = (".hdr", ".HDR")
 
 
 def header_beside(path: Path) -> Path:
-    """Return the header of a file of voxels, or `path` itself if it is none or has none beside it."""
+    """Return the header of a file of voxels, or `path` itself if it is another file or has no header beside it."""
     ending = next((each for each in _VOXELS if path.name.endswith(each)), None)
     if ending is None:
         return path
@@ -22,5 +22,5 @@ def voxels_beside(header: Path) -> Path:
     """Return the file of the voxels of a header. Raises VP1006 if it is missing or not a file of the same folder."""
     there = [each for each in _VOXELS if header.with_suffix(each).is_file()]
     if not there:
-        raise VolprepError("VP1006", path=header, name=header.with_suffix(".img").name, problem="is missing")
+        raise VolprepError("VP1006", path=header, name=header.with_suffix(".img").name, problem=Said("is missing"))
     return data_file(header, header.with_suffix(there[0]).name)

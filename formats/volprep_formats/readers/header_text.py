@@ -1,4 +1,4 @@
-"""Numbers in the text of headers, taken strictly: Python's own parsers allow underscores and digits of any script."""
+"""Parse numbers in header text strictly: Python's own parsers allow underscores and digits of any script."""
 
 import re
 
@@ -7,12 +7,12 @@ _INTEGER = re.compile(r"[-+]?[0-9]{1,19}")
 
 
 def parse_floats(words: list[str]) -> list[float] | None:
-    """Numbers that the words are, or None when one is none."""
+    """Parse the words as numbers; None if one is invalid."""
     return [float(word) for word in words] if all(map(_FLOAT.fullmatch, words)) else None
 
 
 def parse_integers(words: list[str], least: int, most: int) -> list[int] | None:
-    """Whole numbers from `least` to `most` that the words are, or None when one is none or there are no words."""
+    """Parse the words as integers from `least` to `most`; None if one is invalid or there are no words."""
     if not words or not all(map(_INTEGER.fullmatch, words)):
         return None
     numbers = [int(word) for word in words]

@@ -6,13 +6,15 @@ Comments, names and other fields are not kept: they may name the patient.
 """
 
 import re
+from collections.abc import Iterator
+from functools import partial
 from math import prod
 from pathlib import Path
 
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -21,7 +23,7 @@ from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflated, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
 
@@ -48,6 +50,11 @@ _ALIASES = {
 }
 _MM_PER_UNIT = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "?": 1.0}
 
+_LIST = re.compile(r"LIST(\s+2D?)?", re.IGNORECASE)
+"""Names of files with one slice each follow."""
+_PATTERN = re.compile(r"%(0?)(\d*)(?:\.(\d+))?[di]")
+_MOST_DIGITS = 20
+
 Fields = dict[str, str]
 
 
@@ -69,7 +76,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     grid, remarks = _grid(path, fields, shape_zyx)
     slope, intercept = _intensity(path, fields)
     voxels = _voxels(path, fields, end_bytes, shape_zyx)
-    return source_of(Told("metaimage", grid, remarks, slope, intercept), voxels, progress)
+    return source_of(HeaderFacts("metaimage", grid, remarks, slope, intercept), voxels, progress)
 
 
 def _header(path: Path) -> tuple[Fields, int]:
@@ -81,7 +88,7 @@ def _header(path: Path) -> tuple[Fields, int]:
     while "elementdatafile" not in fields:
         line_end = head.find(b"\n", end)
         if line_end < 0 and (end >= len(head) or len(head) == _MOST_HEADER_BYTES):
-            raise VolprepError("VP1120", path=path, error="no line ElementDataFile ends its header")
+            raise VolprepError("VP1120", path=path, error=Said("no line ElementDataFile ends its header"))
         line_end = line_end if line_end >= 0 else len(head)  # the last line of a detached header may lack its end
         line = head[end:line_end].decode("utf-8", "replace").strip()
         end = line_end + 1
@@ -137,9 +144,15 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, in
     packed, binary = _true(path, fields, "compresseddata", "False"), _true(path, fields, "binarydata", "True")
     dtype = np.dtype(order + _TYPES[element]) if binary or packed else np.dtype(_TYPES[element])
     if fields.get("headersizeperslice", "0") not in {"0", "-1"}:
-        raise VolprepError("VP1122", path=path, what="HeaderSizePerSlice")
+        raise VolprepError("VP1122", path=path, what=Said("HeaderSizePerSlice"))
     name = fields["elementdatafile"]
-    if name.upper().split()[:1] in (["LIST"], []) or re.search(r"%\d*[di]", name):
+    is_list = _LIST.fullmatch(name) is not None
+    if is_list or _PATTERN.search(name):
+        if packed or not binary:
+            raise VolprepError("VP1122", path=path, what=f"ElementDataFile {name[:40]!r}")
+        names = _listed(path, end_bytes) if is_list else _counted(path, name)
+        return _of_slices(path, fields, shape_zyx, dtype, names)
+    if not name or name.upper().startswith("LIST "):
         raise VolprepError("VP1122", path=path, what=f"ElementDataFile {name[:40]!r}")
     file, start = (path, end_bytes) if name.upper() == "LOCAL" else (data_file(path, name), 0)
     voxel_bytes = prod(shape_zyx) * dtype.itemsize
@@ -156,11 +169,63 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, in
     return VoxelFile(file, dtype, shape_zyx, start, open_unbuffered(file))
 
 
+def _of_slices(
+    path: Path, fields: Fields, shape_zyx: tuple[int, int, int], dtype: np.dtype[np.generic], names: list[str]
+) -> VoxelFile:
+    """Return the voxels of slices in a file each."""
+    if len(names) != shape_zyx[0]:
+        raise VolprepError("VP1120", path=path, error=f"it names {len(names)} files for {shape_zyx[0]} slices")
+    header_bytes = _integers(path, fields, "headersize", "0", (0, 2**31))[0]
+    slice_bytes = prod(shape_zyx[1:]) * dtype.itemsize
+    files = [data_file(path, name) for name in names]
+    for file in files:
+        size = file.stat().st_size
+        check_declared(file, slice_bytes, header_bytes, size, size)
+    stream = ForwardStream(partial(_joined, files, header_bytes))
+    return VoxelFile(path, dtype, shape_zyx, 0, stream)
+
+
+def _listed(path: Path, end_bytes: int) -> list[str]:
+    """Return the file names that follow the header, one a line."""
+    with open_regular(path) as file:
+        file.seek(end_bytes)
+        text = file.read(_MOST_HEADER_BYTES).decode("utf-8", "replace")
+    return [name for line in text.splitlines() if (name := line.strip())]
+
+
+def _counted(path: Path, value: str) -> list[str]:
+    """Return the file names of a pattern, its first and last number and, if not 1, their step."""
+    pattern, *words = value.split()
+    numbers = parse_integers(words, 0, LONGEST_AXIS)
+    if numbers is None or not 2 <= len(numbers) <= 3:
+        raise VolprepError("VP1122", path=path, what=f"ElementDataFile {value[:40]!r}")
+    step = numbers[2] if len(numbers) == 3 else 1
+    return [_numbered(pattern, number) for number in range(numbers[0], numbers[1] + 1, max(step, 1))]
+
+
+def _numbered(pattern: str, number: int) -> str:
+    """Return the name of the slice `number`, as C's printf makes it of the pattern."""
+
+    def digits(found: re.Match[str]) -> str:
+        width, zeros = int(found[2] or found[3] or 0), found[1] == "0" or found[3] is not None
+        return str(number).rjust(min(width, _MOST_DIGITS), "0" if zeros else " ")
+
+    return _PATTERN.sub(digits, pattern)
+
+
+def _joined(files: list[Path], header_bytes: int) -> Iterator[bytes]:
+    """Yield the voxels of each file in turn."""
+    for file in files:
+        with open_regular(file) as slice_file:
+            slice_file.seek(header_bytes)
+            yield slice_file.read()
+
+
 def _data_start(path: Path, fields: Fields, file: Path, start: int, voxel_bytes: int, *, plain: bool) -> int:
-    """Where the data begin: at `start`, or where HeaderSize says, but not before."""
+    """Offset of the data: `start`, or a later HeaderSize."""
     header_bytes = _integers(path, fields, "headersize", "0", (-1, 2**63 - 1))[0]
     if header_bytes == -1 and not plain:
-        raise VolprepError("VP1122", path=path, what="HeaderSize -1 and data that are packed or text")
+        raise VolprepError("VP1122", path=path, what=Said("HeaderSize -1 and data that are packed or text"))
     size = file.stat().st_size
     at = size - voxel_bytes if header_bytes == -1 else header_bytes or start
     if at < start:

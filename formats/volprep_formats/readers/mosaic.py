@@ -16,8 +16,8 @@ from volprep_formats.isolation import workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.pictures.file import (
+    DecodeRequest,
     Page,
-    Part,
     decode_request,
     page_remarks,
     read_headers,
@@ -58,7 +58,7 @@ class MosaicSource(DecodedSource):
             top = tile_start(band, tiles_y, self._page.rows)
             tiles = min(self._info.grid.shape_zyx[0] - band * tiles_x, tiles_x)  # the others are spare
             columns = tile_start(tiles - 1, tiles_x, self._page.columns) + width
-            parts.append(Part(self._path, 0, 1, top, top + height, columns, self._page, self._grey))
+            parts.append(DecodeRequest(self._path, 0, 1, top, top + height, columns, self._page, self._grey))
         self._workers.run([decode_request(part) for part in parts], place)
         return slab
 
@@ -69,9 +69,9 @@ def tile_start(tile: int, tiles: int, length: int) -> int:
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> MosaicSource:
-    """Open the picture `path` with the tiles that `spec` tells.
+    """Open the picture `path` with the tiles of `spec`.
 
-    Raises VolprepError VP1165 to VP1167 (damaged, or cannot be read), VP1180 (no tiles told), VP1181 (they do not fit)
+    Raises VolprepError VP1165 to VP1167 (damaged, or cannot be read), VP1180 (no tile layout), VP1181 (they do not fit)
     or VP1270 to VP1273.
     """
     layout = spec.mosaic

@@ -13,13 +13,13 @@ import nibabel
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.header_pair import voxels_beside
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
-from volprep_formats.readers.voxel_source import Told, VoxelSource, chosen_volume, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, chosen_volume, source_of
 from volprep_formats.regular_files import open_gzipped, open_regular
 from volprep_formats.source import SourceSpec
 
@@ -30,16 +30,17 @@ _LENGTH_BITS = 7  # the other bits of the field are the unit of time
 _NUMBERS = frozenset(["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"])
 _NAMES = {32: "COMPLEX64", 128: "RGB24", 1536: "FLOAT128", 1792: "COMPLEX128", 2048: "COMPLEX256", 2304: "RGBA32"}
 _DISAGREEMENT_MM = 1e-2
+_SAME_SPACING = 1e-3
 _LARGEST_OFFSET = 2**31
 _EXTENDER_BYTES = 4
-"""They follow each header of a .nii file, and say whether extensions do."""
+"""Flag bytes after the header of a .nii file, which announce extensions."""
 _MOST_CHANNELS = 2**16
 
 Matrix = Float64Array
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
-    """Open one volume of numbers: of several along the axes after x, y and z, that which `spec.volume` numbers.
+    """Open one volume of numbers: of several along the axes after x, y and z, number `spec.volume`.
 
     Raises VolprepError VP1003, VP1008, VP1020 to VP1022, VP2020 (sheared affine) or VP2021 (unusable affine).
     """
@@ -61,10 +62,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     start = int(header["vox_offset"])
     voxels = VoxelFile(data, dtype, shape_zyx, start + volume * volume_bytes)
     end_remarks = _check_end(voxels, start, volumes * volume_bytes)
-    told = Told("nifti", grid, (*bits_remarks, *end_remarks, *remarks), slope, intercept)
-    # What follows the last volume is counted; what follows another one need not be unpacked.
+    facts = HeaderFacts("nifti", grid, (*bits_remarks, *end_remarks, *remarks), slope, intercept)
+    # Data after the last volume is counted; data after any other volume need not be unpacked.
     is_last = volume == volumes - 1
-    return source_of(told, voxels, progress, most_bytes_after=voxels.slice_bytes - 1 if is_last else None)
+    return source_of(facts, voxels, progress, most_bytes_after=voxels.slice_bytes - 1 if is_last else None)
 
 
 def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
@@ -78,7 +79,7 @@ def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
 def _header(path: Path) -> Any:
     """Parse the header, of either version and byte order. nibabel has no types, so it is Any here and below."""
     sizes = {nibabel.Nifti1Header: 348, nibabel.Nifti2Header: 540}
-    # nibabel mends what it can and logs it; what matters is checked here.
+    # nibabel repairs and logs some errors; the fields that matter are checked here.
     logging.getLogger("nibabel.global").setLevel(logging.CRITICAL)
     try:
         with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
@@ -92,7 +93,9 @@ def _header(path: Path) -> Any:
             raise
         raise VolprepError("VP1020", path=path, error=error or type(error).__name__) from error
     if not known or not offset < _LARGEST_OFFSET:
-        raise VolprepError("VP1020", path=path, error="its header is neither that of a .nii file nor that of a pair")
+        raise VolprepError(
+            "VP1020", path=path, error=Said("its header is neither that of a .nii file nor that of a pair")
+        )
     # The voxels of a pair have a file of their own.
     least = sizes[kind] + _EXTENDER_BYTES if _is_single(header) else 0
     if offset < least or not offset.is_integer():
@@ -102,12 +105,12 @@ def _header(path: Path) -> Any:
 
 
 def _is_single(header: Any) -> bool:
-    """Whether the voxels follow the header; else they are in a file .img beside it."""
+    """Whether the voxels follow the header; otherwise they are in a .img file beside it."""
     return bytes(header["magic"])[1:2] == b"+"
 
 
 def _check_bits(path: Path, header: Any, dtype: np.dtype[np.generic]) -> list[str]:
-    """Refuse a number of bits that is not that of the type; 0 is remarked: some programs leave it out."""
+    """Refuse a bit count that does not match the type; 0 only gets a remark: some programs leave it out."""
     bits = int(header["bitpix"])
     if bits == 0:
         return [f"the file does not say how many bits a voxel has; {8 * dtype.itemsize} of {dtype.name} are taken"]
@@ -122,18 +125,16 @@ def _check_end(voxels: VoxelFile, start: int, declared: int) -> list[str]:
 
     Fewer bytes after the last volume are padding, and remarked. A gzipped file shows its size only at its end.
     """
-    actual = voxels.path.stat().st_size
-    after = actual - start - declared
-    if voxels.end_bytes > actual * (MAX_DEFLATE_RATIO if voxels.is_gzip else 1) or (
-        not voxels.is_gzip and not 0 <= after < voxels.slice_bytes
-    ):
+    most = voxels.path.stat().st_size * (MAX_DEFLATE_RATIO if voxels.is_gzip else 1)
+    after = most - start - declared
+    if voxels.end_bytes > most or (not voxels.is_gzip and not 0 <= after < voxels.slice_bytes):
         voxels.close()
-        raise VolprepError("VP1008", path=voxels.path, expected=declared, actual=max(actual - start, 0))
+        raise VolprepError("VP1008", path=voxels.path, expected=declared, actual=max(most - start, 0))
     return [f"{after} bytes follow the voxels; they are not read"] if after and not voxels.is_gzip else []
 
 
 def _shape_and_volumes(path: Path, header: Any) -> tuple[tuple[int, int, int], int]:
-    """Shape of a volume, and how many there are."""
+    """Return the shape of a volume, and the number of volumes."""
     dim = [int(n) for n in header["dim"]]
     sizes = dim[1 : 1 + dim[0]] if 1 <= dim[0] <= 7 else []
     if not sizes or min(sizes) < 1 or max(sizes) > LONGEST_AXIS:
@@ -144,17 +145,17 @@ def _shape_and_volumes(path: Path, header: Any) -> tuple[tuple[int, int, int], i
 
 
 def _scaling(path: Path, header: Any) -> tuple[float, float]:
-    """Slope and intercept; a slope of 0 means that none are given."""
+    """Return slope and intercept; a slope of 0 means that the file has none."""
     slope, intercept = float(header["scl_slope"]), float(header["scl_inter"])
     if slope == 0.0 or np.isnan(slope):
         return 1.0, 0.0
     intercept = 0.0 if np.isnan(intercept) else intercept
     if not np.isfinite([slope, intercept]).all():
-        raise VolprepError("VP1020", path=path, error="its slope or intercept is infinite")
+        raise VolprepError("VP1020", path=path, error=Said("its slope or intercept is infinite"))
     return slope, intercept
 
 
-@np.errstate(all="ignore")  # what becomes infinite is refused as an affine that is none
+@np.errstate(all="ignore")  # an infinite value is refused later, as an invalid affine
 def _grid(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Grid, list[str]]:
     """Grid in LPS millimetres from the sform, else the qform, else the voxel size alone."""
     affine, which, remarks = _affine_ras(path, header, shape_zyx)
@@ -169,7 +170,7 @@ def _grid(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Gri
 
 
 def _affine_ras(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Matrix, str, list[str]]:
-    """Affine from voxel indices to the file's unit of length, the field that gives it, and what is odd about it."""
+    """Return the affine from voxel indices to the file's unit of length, its source field, and a remark on oddities."""
     remarks = []
     sform = header.get_sform() if header["sform_code"] > 0 else None
     qform = _qform(path, header) if header["qform_code"] > 0 else None
@@ -179,15 +180,29 @@ def _affine_ras(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tup
         if apart > _DISAGREEMENT_MM:
             remarks.append(f"sform and qform place the volume up to {apart:.3g} apart; the sform is used")
     affine, which = (sform, "sform") if sform is not None else (qform, "qform")
+    if sform is not None and qform is None:
+        remarks += _spacing_remarks(header, sform)
     if affine is None:
         affine, which = np.diag([*header["pixdim"][1:4].astype(np.float64), 1.0]), "pixdim"
         remarks.append("the file does not say how the volume lies in the patient; right, front and up are taken")
     return np.asarray(affine, dtype=np.float64), which, remarks
 
 
+def _spacing_remarks(header: Any, sform: Matrix) -> list[str]:
+    """Return a remark if pixdim and sform disagree on the voxel size and there is no qform."""
+    said = np.abs(header["pixdim"][1:4].astype(np.float64))
+    used = np.linalg.norm(sform[:3, :3], axis=0)
+    if not said.all() or np.allclose(said, used, rtol=_SAME_SPACING):
+        return []
+    sizes = [" × ".join(f"{length:.4g}" for length in each) for each in (said, used)]
+    return [f"pixdim says voxels of {sizes[0]}, and the sform of {sizes[1]}; the sform is used"]
+
+
 def _qform(path: Path, header: Any) -> Matrix:
+    if header["pixdim"][0] == 0:
+        header["pixdim"][0] = 1  # nifti1.h, method 2: a qfac of 0 is taken as 1
     try:
         affine: Matrix = header.get_qform()
-    except Exception as error:  # nibabel raises several kinds for quaternions that are none
+    except Exception as error:  # nibabel raises several kinds for invalid quaternions
         raise VolprepError("VP2021", path=path, which="qform") from error
     return affine

@@ -1,8 +1,8 @@
 """NRRD volumes (.nrrd, and .nhdr with a data file), from their space to LPS millimetres.
 
 Source: "Definition of NRRD File Format" (http://teem.sourceforge.net/nrrd/format.html). The header is parsed here and
-not by pynrrd, which takes lines of any length, drops what is not ASCII, and hands on whatever numbers it finds; what
-is left to do is a few lines. Key/value pairs, content and labels are not kept: they may name the patient.
+not by pynrrd, which accepts lines of any length, drops non-ASCII text and does not check numbers; the remaining work is
+a few lines. Key/value pairs, content and labels are not kept: they may name the patient.
 """
 
 import re
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -29,7 +29,7 @@ from volprep_formats.readers.unpacking import (
     unzipped,
 )
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
 
@@ -75,7 +75,7 @@ Fields = dict[str, str]
 
 
 class _Axes(NamedTuple):
-    """What the header says about each axis, fastest first."""
+    """Header fields of each axis, fastest first."""
 
     sizes: list[int]
     spatial: list[int]
@@ -95,20 +95,69 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     voxels = _voxels(path, fields, end_bytes, (nz, ny, nx))
     if "old min" in fields or "old max" in fields:
         remarks.append("the values were quantised before they were written (old min, old max); codes are read")
-    return source_of(Told("nrrd", grid, remarks), voxels, progress)
+    return source_of(HeaderFacts("nrrd", grid, remarks), voxels, progress)
+
+
+class Layered(NamedTuple):
+    """Several volumes on one grid, one value of each after the other."""
+
+    grid: Grid
+    volumes: int
+    """Number of volumes."""
+    voxels: VoxelFile
+    """Slices [z, y, x times count]: the values of all volumes at a voxel are neighbours."""
+    keys: Fields
+    """Key/value pairs of the header. They may name the patient."""
+    remarks: list[str]
+
+
+def keys_of(path: Path) -> Fields:
+    """Return the key/value pairs of the header. Raises VP1100."""
+    found: Fields = {}
+    for line in _lines(path)[0]:
+        key, assigned, value = line.partition(":=")
+        if assigned and not line.startswith("#"):
+            found[key] = value.strip()
+    return found
+
+
+def open_layers(path: Path, most: int) -> Layered:
+    """Open a file whose fastest axis may be a list of up to `most` volumes; one volume if it has no such axis.
+
+    Raises VP1003, VP1005 to VP1008, VP1100 to VP1103, VP2020 or VP2021.
+    """
+    fields, end_bytes = _header(path)
+    kinds = fields.get("kinds", "").lower().split()
+    count = 1
+    sizes = _integers(path, fields, "sizes", 1, LONGEST_AXIS)
+    if len(sizes) == 4 and len(kinds) == 4 and kinds[0] == "list" and sizes[0] > 1:
+        count = sizes[0]
+        if count > most:
+            raise VolprepError("VP1101", path=path, axis=1, kind="list", size=count)
+        fields |= {"sizes": " ".join(map(str, [1, *sizes[1:]]))}
+    axes = _axes(path, fields)
+    nx, ny, nz = (axes.sizes[axis] for axis in axes.spatial)
+    grid, remarks = _grid(path, fields, axes, (nz, ny, nx))
+    return Layered(grid, count, _voxels(path, fields, end_bytes, (nz, ny, nx * count)), keys_of(path), remarks)
+
+
+def _lines(path: Path) -> tuple[list[str], re.Match[bytes] | None, int]:
+    """Lines of the header, the empty line at its end if there is one, and the number of bytes looked at."""
+    with open_regular(path) as file:
+        head = file.read(_MOST_HEADER_BYTES)
+    if re.match(rb"NRRD000[1-5]\r?\n", head) is None:
+        raise VolprepError("VP1100", path=path, error=Said("it does not begin with NRRD0001 to NRRD0005"))
+    blank = re.search(rb"\n\r?\n", head)
+    if blank is None and len(head) == _MOST_HEADER_BYTES:
+        raise VolprepError("VP1100", path=path, error=Said("its header has no end"))
+    text = head[: blank.start() if blank else len(head)].decode("utf-8", "replace")
+    return text.split("\n")[1:], blank, len(head)
 
 
 def _header(path: Path) -> tuple[Fields, int]:
     """Fields by their lower-case names, and where the header ends."""
-    with open_regular(path) as file:
-        head = file.read(_MOST_HEADER_BYTES)
-    if re.match(rb"NRRD000[1-5]\r?\n", head) is None:
-        raise VolprepError("VP1100", path=path, error="it does not begin with NRRD0001 to NRRD0005")
-    blank = re.search(rb"\n\r?\n", head)
-    if blank is None and len(head) == _MOST_HEADER_BYTES:
-        raise VolprepError("VP1100", path=path, error="its header has no end")
+    lines, blank, size = _lines(path)
     fields: Fields = {}
-    lines = head[: blank.start() if blank else len(head)].decode("utf-8", "replace").split("\n")[1:]
     for line in (each.rstrip() for each in lines):
         name, colon, value = line.partition(":")
         if line.startswith("#") or value.startswith("=") or not line:
@@ -118,10 +167,10 @@ def _header(path: Path) -> tuple[Fields, int]:
             raise VolprepError("VP1100", path=path, error=f"line {line[:60]!r} is no field, or comes twice")
         fields[name] = value.strip()
         if name == "data file" and value.split()[0:1] == ["LIST"]:
-            raise VolprepError("VP1102", path=path, what="a data file: LIST")
+            raise VolprepError("VP1102", path=path, what=Said("a data file: LIST"))
     if blank is None and "data file" not in fields:
-        raise VolprepError("VP1100", path=path, error="no empty line ends its header")
-    return fields, blank.end() if blank else len(head)
+        raise VolprepError("VP1100", path=path, error=Said("no empty line ends its header"))
+    return fields, blank.end() if blank else size
 
 
 def _axes(path: Path, fields: Fields) -> _Axes:
@@ -174,7 +223,7 @@ def _space(path: Path, fields: Fields) -> tuple[tuple[float, float, float], list
         if "space directions" in fields:
             return signs, []
         return signs, [_UNPLACED]
-    # A left-handed space that is not tied to the patient may or may not be a mirror image: nobody can tell.
+    # A left-handed space that is not tied to the patient may or may not be a mirror image; the file cannot tell.
     if name not in {"", "3d-right-handed", "3dr", "scanner-xyz"} or (not name and _space_dimension(path, fields) != 3):
         what = f"space {fields['space'][:60]!r}" if name else f"space dimension {fields['space dimension'][:20]}"
         raise VolprepError("VP1103", path=path, what=what)
@@ -189,7 +238,7 @@ def _spacings(path: Path, fields: Fields, axes: _Axes, remarks: list[str]) -> Fl
     """Steps in millimetres along the three axes of a file without directions."""
     if "spacings" not in fields:
         if "axis mins" in fields or "axismins" in fields:
-            raise VolprepError("VP1103", path=path, what="axis mins and maxs without spacings")
+            raise VolprepError("VP1103", path=path, what=Said("axis mins and maxs without spacings"))
         remarks.append("the file does not say how far apart its voxels are; 1 mm is taken")
         return np.ones(3)
     steps = _numbers(path, "spacings", fields["spacings"].split(), len(axes.sizes))[axes.spatial]
@@ -197,7 +246,7 @@ def _spacings(path: Path, fields: Fields, axes: _Axes, remarks: list[str]) -> Fl
 
 
 def _units(path: Path, fields: Fields, name: str, places: list[int]) -> Float64Array:
-    """Millimetres per unit, for each of three entries of a field of quoted units; millimetres where there is none."""
+    """Return millimetres per unit for three entries of a field of quoted units; missing units are millimetres."""
     if name not in fields:
         return np.ones(3)
     units = re.findall(r'"([^"]*)"', fields[name])
@@ -218,12 +267,12 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, in
     if dtype.itemsize > 1 and encoding != "ascii":
         order = fields.get("endian", "").lower()
         if order not in {"little", "big"}:
-            raise VolprepError("VP1100", path=path, error="its byte order (endian) is not given as little or big")
+            raise VolprepError("VP1100", path=path, error=Said("its byte order (endian) is not given as little or big"))
         dtype = dtype.newbyteorder("<" if order == "little" else ">")
     file, start = path, end_bytes
     if "data file" in fields:
         if re.search(r"%\d*d", fields["data file"]):
-            raise VolprepError("VP1102", path=path, what="a numbered data file")
+            raise VolprepError("VP1102", path=path, what=Said("a numbered data file"))
         file, start = data_file(path, fields["data file"]), 0
     start = _skip_lines(file, start, _integers(path, fields, "line skip", 0, 2**31)[0] if "line skip" in fields else 0)
     skip = _integers(path, fields, "byte skip", -1, 2**63)[0] if "byte skip" in fields else 0

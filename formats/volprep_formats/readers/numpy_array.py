@@ -15,12 +15,12 @@ from typing import IO
 import numpy as np
 from numpy.lib import format as npy
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.unpacking import ForwardStream
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import ArrayLayout, SourceSpec
 
@@ -43,7 +43,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
         check_declared(path, prod(shape_zyx) * dtype.itemsize, start, path.stat().st_size, path.stat().st_size)
         voxels = VoxelFile(path, dtype, shape_zyx, start, open_unbuffered(path))
     remarks = () if spec.array is not None else ("the array has no spacing; 1 mm along each axis is taken",)
-    return source_of(Told("npy", Grid.of(voxels.shape_zyx, layout.spacing_mm_zyx), remarks), voxels, progress)
+    return source_of(HeaderFacts("npy", Grid.of(voxels.shape_zyx, layout.spacing_mm_zyx), remarks), voxels, progress)
 
 
 def _header(path: Path, file: IO[bytes]) -> tuple[np.dtype[np.generic], tuple[int, int, int], int]:
@@ -76,7 +76,7 @@ def _from_zip(path: Path, wanted: str | None) -> VoxelFile:
     except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
         raise VolprepError("VP1281", path=path, error=str(error)[:200]) from error
     size = member.file_size
-    # A member cannot hold more than its packed bytes unpack to, whatever it says of its size.
+    # A member cannot hold more than its packed bytes unpack to, whatever size it declares.
     most = min(size, member.compress_size * MAX_DEFLATE_RATIO)
     check_declared(path, prod(shape_zyx) * dtype.itemsize, start, size, most)
     return VoxelFile(path, dtype, shape_zyx, start, ForwardStream(partial(_unpacked, path, member.filename)))
@@ -90,7 +90,9 @@ def _chosen(path: Path, members: list[zipfile.ZipInfo], wanted: str | None) -> z
     if len(fitting) != 1:
         raise VolprepError("VP1284", path=path, fits=len(fitting), found=", ".join(names[:20]) or "none")
     if fitting[0].compress_type not in _METHODS or fitting[0].flag_bits & 1:
-        raise VolprepError("VP1281", path=path, error="its arrays are encrypted, or packed in a way NumPy does not use")
+        raise VolprepError(
+            "VP1281", path=path, error=Said("its arrays are encrypted, or packed in a way NumPy does not use")
+        )
     return fitting[0]
 
 

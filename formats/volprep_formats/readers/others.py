@@ -1,4 +1,4 @@
-"""Formats that no reader here knows, by their first bytes or names: what they are, and how to get a volume of them."""
+"""Formats without a reader, recognised by first bytes or names: their description, and how to convert them."""
 
 import re
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ class Other:
     """A format that is known by sight."""
 
     what: str
-    """Its name, with an article."""
+    """Name of the format, with an article."""
     how: str
-    """What to do with it."""
+    """How to convert it."""
 
 
 _BY_HEAD: tuple[tuple[re.Pattern[bytes], Other], ...] = tuple(
@@ -31,8 +31,12 @@ _BY_HEAD: tuple[tuple[re.Pattern[bytes], Other], ...] = tuple(
         (rb"ply\r?\n", "a PLY mesh", _MESH),
         (rb"glTF", "a glTF mesh", _MESH),
         (rb"OFF\s", "an OFF mesh", _MESH),
-        (rb"\x89HDF\r\n\x1a\n", "an HDF5 file (MINC 2, Imaris, NeXus or MATLAB 7.3)", _SLICER + " Imaris: " + _FIJI),
-        (rb"CDF[\x01\x02\x05]", "a NetCDF file (MINC 1)", "Convert it with mnc2nii of the MINC toolkit."),
+        (rb"\x89HDF\r\n\x1a\n", "an HDF5 file (Imaris, NeXus or MATLAB 7.3)", _SLICER + " Imaris: " + _FIJI),
+        (
+            rb"CDF[\x01\x02\x05]",
+            "a NetCDF file",
+            "Save its variable as a NumPy array, for example with xarray.",
+        ),
         (
             rb"MATLAB 5\.0 MAT-file",
             "a MATLAB file",
@@ -50,11 +54,14 @@ _BY_HEAD: tuple[tuple[re.Pattern[bytes], Other], ...] = tuple(
             "Convert it with pvm2raw of V3.",
         ),
         (rb"#INRIMAGE", "an INRIMAGE volume", _SLICER),
+        (rb"11111\n", "an SLC volume of VolVis", "Open it in ParaView and save it as .vti."),
         (rb"# AmiraMesh|# Avizo", "an Amira mesh file", "Export it from Amira as NRRD or raw."),
         (rb"%PDF", "a PDF document", "Get the images themselves, as DICOM."),
         (rb"\x1aE\xdf\xa3|....ftyp", "a film", "Get the slices themselves, as DICOM or as pictures."),
         (rb"GIF8|RIFF....WEBP", "a picture of a kind that is not read", "Save the slices as PNG or TIFF."),
         (rb"7z\xbc\xaf'\x1c|Rar!|\xfd7zXZ|BZh|\x28\xb5\x2f\xfd", "a packed archive", _UNPACK),
+        (rb".{128}DICM", "a DICOM file packed by gzip", "Unpack it with gunzip, and name the file or its folder."),
+        (rb"TRACK\0", "a file of streamlines", "It has no voxels: name the volume that it was traced in."),
         (rb"PK\x03\x04", "a zip archive", _UNPACK),
         (rb".{257}ustar", "a tar archive", _UNPACK),
     )

@@ -31,7 +31,7 @@ class RawSource:
 
     @property
     def info(self) -> SourceInfo:
-        """Geometry and type, as the scene says."""
+        """Geometry and type, from the scene."""
         return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
@@ -57,7 +57,7 @@ class RawSource:
         self._voxels.close()
 
     def _size_error(self) -> VolprepError:
-        # An attacker's stream may unpack without end: beyond twice the size, the exact number helps nobody.
+        # A malicious stream may unpack without end; beyond twice the size, the exact number is of no use.
         return size_error(self._voxels.path, self._layout, self._voxels.unpacked_bytes(2 * self._voxels.end_bytes))
 
 
@@ -103,7 +103,7 @@ def _of_slices(layout: RawLayout, folder: Path) -> RawSource:
 
 
 def _joined(files: list[Path], header_bytes: int) -> Iterator[bytes]:
-    """Give the voxels of one file after the other."""
+    """Yield the voxels of each file in turn."""
     for file in files:
         with open_regular(file) as slice_file:
             slice_file.seek(header_bytes)
@@ -111,7 +111,7 @@ def _joined(files: list[Path], header_bytes: int) -> Iterator[bytes]:
 
 
 def size_error(path: Path, layout: RawLayout, actual: int) -> VolprepError:
-    """Error for a file of `actual` bytes, with what most likely explains its size."""
+    """Error for a file of `actual` bytes, with the most likely explanation of its size."""
     nz, ny, nx = layout.shape_zyx
     expected = layout.header_bytes + prod(layout.shape_zyx) * np.dtype(layout.dtype).itemsize
     declared = f"{nx}×{ny}×{nz} voxels of {layout.dtype}"

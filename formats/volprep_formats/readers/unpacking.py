@@ -1,7 +1,7 @@
 """Streams of unpacked bytes: gzip, bzip2, zlib, and numbers written as text.
 
-None of them has an index, so a stream is read forward; going back begins it anew. Memory stays bounded, whatever the
-packed data claims to hold: nothing is unpacked before it is asked for.
+These formats have no index, so a stream is read forward; seeking backwards restarts it. Memory is bounded whatever size
+the packed data claims: data is unpacked only on request.
 """
 
 import bz2
@@ -25,7 +25,7 @@ _LONGEST_NUMBER = 1000
 
 
 class Stream(Protocol):
-    """What voxels are read from."""
+    """Source of voxel bytes."""
 
     def seek(self, offset: int, /) -> object:
         """Go to `offset` bytes from the beginning."""
@@ -40,12 +40,12 @@ class Stream(Protocol):
         ...
 
     def close(self) -> None:
-        """Close what is open."""
+        """Close the open files."""
         ...
 
 
 class ForwardStream:
-    """Bytes that an iterator gives in pieces. `begin` makes one that starts at the beginning."""
+    """Stream of bytes from an iterator of pieces. `begin` makes an iterator that starts at the beginning."""
 
     def __init__(self, begin: Callable[[], Iterator[bytes]]) -> None:
         self._begin = begin
@@ -114,17 +114,17 @@ def unbzipped(path: Path, start_bytes: int) -> Iterator[bytes]:
 
 
 def inflated(path: Path, start_bytes: int) -> Iterator[bytes]:
-    """Contents of the zlib stream at byte `start_bytes` of the file. What follows it is taken as contents, too."""
+    """Return the contents of the zlib stream at byte `start_bytes`. Bytes after the stream count as contents."""
     with open_regular(path) as file:
         file.seek(start_bytes)
         decoder = zlib.decompressobj()
         yield from inflate(decoder, file.read)
-        # Bytes after the end show as data beyond the declared size, which whoever reads the volume refuses.
+        # Bytes after the end count as data beyond the declared size, which the volume's reader refuses.
         yield decoder.unused_data or file.read(1)
 
 
 def inflate(decoder: "zlib._Decompress", read: Callable[[int], bytes]) -> Iterator[bytes]:
-    """What `decoder` makes of the bytes that `read` gives, to the end of the zlib stream, in pieces of bounded size.
+    """Yield the output of `decoder` for the bytes from `read`, to the end of the zlib stream, in bounded pieces.
 
     Raises EOFError when the bytes end before the stream does.
     """
@@ -139,18 +139,18 @@ def inflate(decoder: "zlib._Decompress", read: Callable[[int], bytes]) -> Iterat
 
 
 def most_text_bytes(text_bytes: int, dtype: np.dtype[np.generic]) -> int:
-    """Size of the most numbers that a text can hold: each takes a digit and, but for the last, a blank."""
+    """Largest size of the numbers in a text: each takes a digit and, except for the last, a blank."""
     return (text_bytes + 1) // 2 * dtype.itemsize
 
 
 def numbers_from_text(
     path: Path, start_bytes: int, dtype: np.dtype[np.generic], end_bytes: int | None = None, count: int | None = None
 ) -> Iterator[bytes]:
-    """Numbers of type `dtype`, written as text with blanks or commas between them, from `start_bytes` to `end_bytes`.
+    """Parse numbers of type `dtype`, separated by blanks or commas, from `start_bytes` to `end_bytes`.
 
-    With `count`, no more than so many are read, and each must have a blank after it: a number that the end of a file
-    cuts in two is another number. Without, whoever writes the text may leave out the last blank.
-    Raises VolprepError VP1007 when something is no number of that type.
+    With `count`, at most `count` numbers are read, and each must be followed by a blank: a number truncated by the end
+    of the file would be a different number. Without `count`, the last blank is optional. Raises VolprepError VP1007 for
+    text that is not a number of that type.
     """
     left = sys.maxsize if count is None else count
     with open_regular(path) as file:

@@ -1,6 +1,9 @@
 """A level of a package as a volume: decoded from its texture, or the working data of a draft at full precision."""
 
 import os
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
@@ -10,9 +13,10 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.level_texels import StoredTexels, level_texels, stored_texels
-from volprep_formats.package.manifest import FileRecord
+from volprep_formats.package.manifest import FileRecord, Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import open_inside, source_name
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers.ome.channels import chosen
 from volprep_formats.readers.voxel_file import VoxelFile
@@ -62,20 +66,11 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
     such level), VP1253 (colours in place of values), VP4008 (working data of another size) and what `Package` and the
     texture reader raise.
     """
-    whole = Package.open(path, allow_draft=True)
-    packages = channel_packages(whole)
-    name = [*packages][chosen(path, "channel", "channel", [*packages], channel)]
-    package = packages[name]
+    package, work = _channel(path, channel)
     manifest = package.manifest
-    working = source_name(name)
-    work = next((record for record in manifest.files if record.path == working), None)
     if work is not None and level in {None, 0}:
         return _working_volume(package, work)
-    held = {
-        item.level
-        for item in manifest.textures
-        if (item.role, item.transfer) == ("volume", None) and item.level is not None
-    }
+    held = _held_levels(manifest)
     held_level = min(held, default=0) if level is None else level
     if not held and work is None and any(item.reference_mm is not None for item in manifest.textures):
         raise VolprepError("VP1253", path=path)
@@ -83,6 +78,68 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
         found = sorted(held | ({0} if work is not None else set()))
         raise VolprepError("VP1250", path=path, level=held_level, found=", ".join(map(str, found)) or "none")
     return _texture_level(package, held_level)
+
+
+def open_levels(path: Path, level: int | None = None, channel: str | int | None = None) -> "OpenLevels":
+    """Prepare to open all levels that all channels have, finest first, or only `level`; or those of one channel.
+
+    Raises what `open_level` raises. A draft has level 0 alone, the scan as it was imported: its other levels are codes,
+    not values of the same type.
+    """
+    names = channel_names(SourceSpec(path=path_text(path)), path) if channel is None else [channel]
+    channels = [_channel(path, name) for name in names]
+    grids = [_level_grids(package, work) for package, work in channels]
+    common = sorted(number for number in grids[0] if all(each.get(number) == grids[0][number] for each in grids))
+    left_out = sorted({number for each in grids for number in each} - {*common})
+    # Where there is nothing to choose, opening the level says why.
+    numbers: list[int | None] = [level] if level is not None or not common else [*common]
+    manifests = tuple(package.manifest for package, _ in channels)
+    return OpenLevels(manifests, _one_by_one(path, numbers, names), () if level is not None else tuple(left_out))
+
+
+@dataclass(frozen=True)
+class OpenLevels:
+    """Levels of one or several channels."""
+
+    manifests: tuple[Manifest, ...]
+    """The manifest as it is for each channel."""
+    levels: Iterator[tuple[int, tuple[VolumeSource, ...]]]
+    """Number of each level, and the volume of each channel. One level is open at a time."""
+    left_out: tuple[int, ...]
+    """Levels that not all channels have."""
+
+
+def _level_grids(package: Package, work: FileRecord | None) -> dict[int, tuple[int, int, int] | None]:
+    """Return the shapes of the levels that hold values, by number; of a draft, level 0 alone, which all share."""
+    if work is not None:
+        return {0: None}
+    held = _held_levels(package.manifest)
+    return {level.index: level.grid.shape_zyx for level in package.manifest.levels if level.index in held}
+
+
+def _one_by_one(
+    path: Path, numbers: list[int | None], channels: Sequence[str | int]
+) -> Iterator[tuple[int, tuple[VolumeSource, ...]]]:
+    for number in numbers:
+        with ExitStack() as opened:
+            yield number or 0, tuple(opened.enter_context(open_level(path, number, name)) for name in channels)
+
+
+def _channel(path: Path, channel: str | int | None) -> tuple[Package, FileRecord | None]:
+    """Return the package as it is for a channel, and the working data of a draft."""
+    packages = channel_packages(Package.open(path, allow_draft=True))
+    name = [*packages][chosen(path, "channel", "channel", [*packages], channel)]
+    working = source_name(name)
+    return packages[name], next((each for each in packages[name].manifest.files if each.path == working), None)
+
+
+def _held_levels(manifest: Manifest) -> set[int]:
+    """Levels that have textures of values."""
+    return {
+        item.level
+        for item in manifest.textures
+        if (item.role, item.transfer) == ("volume", None) and item.level is not None
+    }
 
 
 def _working_volume(package: Package, work: FileRecord) -> VolumeSource:

@@ -1,7 +1,7 @@
-"""Voxels that lie one after the other in a file, from some byte on, plain or gzipped; read slab by slab.
+"""Voxels stored contiguously in a file, from some byte on, plain or gzipped; read slab by slab.
 
 Plain files are read rather than mapped: a mapped file that shrinks kills the process, and mapped pages count as memory
-in use. A gzip stream has no index, so slabs come fastest in ascending order; going back begins the file anew.
+in use. A gzip stream has no index, so slabs come fastest in ascending order; going back restarts the stream.
 """
 
 import zlib
@@ -27,9 +27,9 @@ def is_gzip(path: Path) -> bool:
 
 
 class VoxelFile:
-    """`shape_zyx` voxels of `dtype` from `offset_bytes` on. Whoever makes one has checked the size of a plain file.
+    """`shape_zyx` voxels of `dtype` from `offset_bytes` on. The caller has checked the size of a plain file.
 
-    They lie in `stream`, or if there is none in the file itself, unzipped when it begins as gzip does.
+    They are read from `stream` if given; otherwise from the file itself, unzipped if it starts with the gzip signature.
     """
 
     def __init__(
@@ -75,9 +75,17 @@ class VoxelFile:
         return slab.astype(self.dtype.newbyteorder("="), copy=False)
 
     def at_end(self) -> bool:
-        """Whether nothing follows what was read last."""
+        """Whether the last voxels read end the file."""
         try:
             return not self._file.read(1)
+        except (EOFError, zlib.error, OSError) as error:
+            raise VolprepError("VP1005", path=self.path, error=error or "it ends too early") from error
+
+    def following(self, count: int) -> bytes:
+        """Return up to `count` bytes that follow the last voxel. Raises VP1005 for a damaged stream."""
+        try:
+            self._file.seek(self.end_bytes)
+            return self._file.read(count)
         except (EOFError, zlib.error, OSError) as error:
             raise VolprepError("VP1005", path=self.path, error=error or "it ends too early") from error
 
@@ -97,7 +105,7 @@ class VoxelFile:
         return total
 
     def _error(self, error: zlib.error | OSError) -> VolprepError:
-        """Return VP1003 for what the system says, which has a number, and VP1005 for what zlib, gzip or bz2 say."""
+        """Return VP1003 for a system error, which has a number, and VP1005 for an error of zlib, gzip or bz2."""
         if isinstance(error, OSError) and error.errno is not None:
             return VolprepError("VP1003", path=self.path, error=error.strerror)
         return VolprepError("VP1005", path=self.path, error=error)

@@ -1,4 +1,4 @@
-"""A source over voxels that lie one after the other, whatever header describes them."""
+"""A source of voxels stored contiguously in a file, whatever the header format."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.voxel_file import VoxelFile
@@ -60,8 +60,8 @@ class VoxelSource:
 
 
 @dataclass(frozen=True)
-class Told:
-    """What a header says of its volume, whatever its format."""
+class HeaderFacts:
+    """Volume properties from a header, for all formats."""
 
     format: str
     grid: Grid
@@ -70,25 +70,27 @@ class Told:
     intercept: float = 0.0
 
 
-def source_of(told: Told, voxels: VoxelFile, progress: Progress, *, most_bytes_after: int | None = 0) -> VoxelSource:
-    """Return the source of `voxels`; the type that holds them, and what is lost in it, is found here.
+def source_of(
+    facts: HeaderFacts, voxels: VoxelFile, progress: Progress, *, most_bytes_after: int | None = 0
+) -> VoxelSource:
+    """Return the source of `voxels`, after finding the stored type and the loss of precision.
 
-    Raises what `find_stored_type` raises.
+    Raises the errors of `find_stored_type`.
     """
     stored_type, lost = find_stored_type(voxels, progress)
     info = SourceInfo(
-        format=told.format,
-        grid=told.grid,
+        format=facts.format,
+        grid=facts.grid,
         stored_type=stored_type,
-        slope=told.slope,
-        intercept=told.intercept,
-        remarks=(*told.remarks, *lost),
+        slope=facts.slope,
+        intercept=facts.intercept,
+        remarks=(*facts.remarks, *lost),
     )
     return VoxelSource(info, voxels, most_bytes_after=most_bytes_after)
 
 
 def check_declared(path: Path, voxel_bytes: int, offset_bytes: int, least: int, most: int) -> None:
-    """Refuse a header whose voxels end before `least` or beyond `most`, which is what the file can hold.
+    """Refuse a header whose voxels end before `least` or beyond `most`, the range that the file can hold.
 
     Call it before anything of that size is allocated. Raises VolprepError VP1008.
     """
@@ -98,15 +100,19 @@ def check_declared(path: Path, voxel_bytes: int, offset_bytes: int, least: int, 
 
 
 def chosen_volume(path: Path, shape_zyx: tuple[int, int, int], volumes: int, wanted: int | None) -> int:
-    """Return the number from 0 of the volume that is wanted. Raises VP1021 if there is none, or several and no wish."""
+    """Return the 0-based number of the requested volume.
+
+    Raises VP1021 if it does not exist, or if there are several and none was requested.
+    """
     if not 1 <= (wanted or volumes) <= volumes or (wanted is None and volumes > 1):
         shape = "×".join(str(n) for n in (*reversed(shape_zyx), volumes))
-        raise VolprepError("VP1021", path=path, shape=shape, volumes=volumes)
+        problem = Said("one volume is needed" if wanted is None else f"there is no volume {wanted}")
+        raise VolprepError("VP1021", path=path, shape=shape, volumes=volumes, problem=problem)
     return (wanted or 1) - 1
 
 
 def read_voxels(voxels: VoxelFile, z0: int, z1: int) -> NDArray[np.generic]:
-    """Slices in the type of the file. Raises VolprepError VP1008 when it ends too early, and what the file raises."""
+    """Slices in the type of the file. Raises VolprepError VP1008 when it ends too early, and the errors of the file."""
     try:
         return voxels.read_slab(z0, z1)
     except EOFError as error:
@@ -124,9 +130,9 @@ def size_error(voxels: VoxelFile, actual: int) -> VolprepError:
 
 
 def find_stored_type(voxels: VoxelFile, progress: Progress) -> tuple[StoredType, list[str]]:
-    """Smallest type that holds the voxels, and what is lost in it; wide integers are looked through for their range.
+    """Return the smallest type that holds the voxels, and the loss; wide integers are scanned for their range.
 
-    Closes the file of voxels that cannot be read, and raises what `read_voxels` raises.
+    If the voxels cannot be read, closes the file and raises the errors of `read_voxels`.
     """
     try:
         return stored_type_of(voxels.dtype.name, voxels.shape_zyx[0], lambda z: read_voxels(voxels, z, z + 1), progress)
@@ -138,7 +144,7 @@ def find_stored_type(voxels: VoxelFile, progress: Progress) -> tuple[StoredType,
 def stored_type_of(
     name: str, depth: int, read_slice: Callable[[int], NDArray[np.generic]], progress: Progress
 ) -> tuple[StoredType, list[str]]:
-    """Smallest type that holds `depth` slices of numpy's type `name`, and what is lost in it."""
+    """Return the smallest type that holds `depth` slices of numpy's type `name`, and the loss of precision."""
     if name in _KEPT:
         return _KEPT[name], []
     if name == "float64":

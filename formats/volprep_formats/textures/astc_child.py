@@ -22,7 +22,7 @@ def encode(texels: bytes, width: int, height: int, block: int, quality: int) -> 
 
 
 def decode(blocks: bytes, width: int, height: int, block: int) -> bytes:
-    """Give RGBA half floats, as the extension's decode mode without 8 bits gives them."""
+    """Return RGBA half floats, as the extension's decode mode without 8 bits does."""
     codec = _codec()
     image = codec.ASTCImage(_F16, width, height)
     found = _context(codec, block, 0).decompress(blocks, image, codec.ASTCSwizzle.from_str("RGBA"))

@@ -1,4 +1,4 @@
-"""Compressed texture formats: what a block is, and how Khronos numbers them.
+"""Compressed texture formats: layout of a block, and Khronos numbers.
 
 EAC and ETC2: OpenGL ES 3.0, appendix C. ASTC: KHR_texture_compression_astc_ldr. Numbers: VkFormat, and section 5.6 of
 the Khronos Data Format Specification 1.3. Blocks lie row by row from the upper left.
@@ -44,7 +44,7 @@ BLOCKS: dict[CompressedFormat, BlockFormat] = {
 
 
 def blocks_shape(texture_format: CompressedFormat, shape_yx: tuple[int, int]) -> tuple[int, int, int]:
-    """Rows and columns of blocks of a texture of so many texels, and bytes of each."""
+    """Rows and columns of blocks of a texture of the given size, and bytes of each block."""
     block = BLOCKS[texture_format]
     height, width = shape_yx
     return -(-height // block.size), -(-width // block.size), block.bytes

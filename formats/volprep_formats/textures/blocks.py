@@ -1,12 +1,12 @@
 """Encoding into compressed blocks, and decoding as a GPU does.
 
 The encoders are etcpak (EAC, ETC2) and Arm's astcenc by way of astc-encoder-py. The same texels must give the same
-bytes on every machine, so that what an encoder chooses by the processor is not taken: of etcpak the plain code, which
-is as fast here. astcenc's SSE2, AVX2 and plain code agree, and AVX2 is four times faster; its NEON code does not
-(arm-software/astc-encoder#474), so that what is no x86 takes the plain one. What astcenc gives also depends on what the
-same process encoded before: 6×6 blocks of one picture came out in four ways after 4×4, 8×8 or other qualities, so that
-each picture gets a process of its own (`astc_child.py`). All run in one thread. Versions and settings are in the
-manifest.
+bytes on every machine, so code paths that depend on the processor are avoided: etcpak runs its plain code, which is as
+fast here. astcenc's SSE2, AVX2 and plain code agree, and AVX2 is four times faster; its NEON code does not
+(arm-software/astc-encoder#474), so processors other than x86 use the plain code. The output of astcenc also depends on
+earlier encodings in the same process: 6×6 blocks of one picture had four different results after 4×4, 8×8 or other
+qualities, so each picture gets a process of its own (`astc_child.py`). All run in one thread. Versions and settings are
+in the manifest.
 """
 
 import subprocess
@@ -52,7 +52,7 @@ _EAC_STEPS = np.array(
 
 
 def encoder_of(texture_format: CompressedFormat) -> str:
-    """Name and version of what encodes a format; with the texels it determines the bytes."""
+    """Name and version of the encoder of a format; with the texels it determines the bytes."""
     if texture_format.startswith("ASTC"):
         return f"astc-encoder-py {version('astc-encoder-py')}, quality {ASTC_QUALITY}"
     return f"etcpak {version('etcpak')}"
@@ -79,7 +79,7 @@ def encode_blocks(texels: UInt8Array, texture_format: CompressedFormat) -> UInt8
         etcpak = _etcpak()
         encode = etcpak.compress_eac_r if texture_format == "EAC_R11" else etcpak.compress_etc2_rgba
         data = encode(rgba.tobytes(), width, height)
-    # etcpak gives EAC in a buffer of twice the size; what is behind the blocks is left over.
+    # etcpak returns EAC in a buffer of twice the size; the bytes after the blocks are unused.
     return np.frombuffer(data, np.uint8, rows * columns * BLOCKS[texture_format].bytes).reshape(shape)
 
 
@@ -110,9 +110,9 @@ def decode_blocks(
 def decoded_slices(
     blocks: Callable[[int], UInt8Array], layout: MosaicLayout, texture_format: CompressedFormat
 ) -> Callable[[int, int], Float32Array]:
-    """Return a function that reads slices z0 to z1 - 1 [z, y, x] of a compressed mosaic, as `decode_blocks` gives them.
+    """Return a function that reads slices z0 to z1 - 1 [z, y, x] of a compressed mosaic, decoded by `decode_blocks`.
 
-    `blocks(part)` gives the blocks of one of its textures; those of the last one asked for are kept decoded.
+    `blocks(part)` returns the blocks of one texture of the mosaic; the last one used is cached decoded.
     """
 
     @lru_cache(maxsize=1)

@@ -1,12 +1,14 @@
-"""How each texture format of a profile is uploaded and filed.
+"""Upload parameters and file format of each texture format of a profile.
 
 OpenGL ES 2.0 table 3.4, OpenGL ES 3.0 table 3.13, GL_EXT_texture_norm16.
 """
 
 import math
+from functools import cache
 from typing import Literal
 
-from volprep_formats.package.profile import Api, TextureFormat
+from volprep_formats.package.api import Api, graphics_api
+from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.texture import GlFormat
 from volprep_formats.textures import paletted
 from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
@@ -28,7 +30,7 @@ BYTES_PER_TEXEL: dict[TextureFormat, int] = {
     "RGBA16F": 8,
     "PALETTE8_RGBA8": 1,
 }
-"""Size of a texel in the file, and where it is uploaded."""
+"""Size of a texel in the file, and as uploaded."""
 
 KTX2_FORMAT: dict[TextureFormat, Ktx2Format] = {
     "LUMINANCE8": "R8",
@@ -57,11 +59,12 @@ def gl_format(name: TextureFormat, target: Target, api: Api) -> GlFormat:
     for compressed, block in BLOCKS.items():
         if compressed == name:
             return GlFormat(target=target, internal_format=block.gl_name)
+    sized = graphics_api(api).sized_formats
     internal, pixels, kind = {
         "LUMINANCE8": ("LUMINANCE", "LUMINANCE", "UNSIGNED_BYTE"),
         "LUMINANCE_ALPHA8": ("LUMINANCE_ALPHA", "LUMINANCE_ALPHA", "UNSIGNED_BYTE"),
-        "RGB8": ("RGB8" if api == "es3.0" else "RGB", "RGB", "UNSIGNED_BYTE"),
-        "RGBA8": ("RGBA8" if api == "es3.0" else "RGBA", "RGBA", "UNSIGNED_BYTE"),
+        "RGB8": ("RGB8" if sized else "RGB", "RGB", "UNSIGNED_BYTE"),
+        "RGBA8": ("RGBA8" if sized else "RGBA", "RGBA", "UNSIGNED_BYTE"),
         "R8": ("R8", "RED", "UNSIGNED_BYTE"),
         "RG8": ("RG8", "RG", "UNSIGNED_BYTE"),
         "RGB8_SNORM": ("RGB8_SNORM", "RGB", "BYTE"),
@@ -73,13 +76,14 @@ def gl_format(name: TextureFormat, target: Target, api: Api) -> GlFormat:
     return GlFormat(target=target, internal_format=internal, format=pixels, type=kind)
 
 
+@cache
 def texture_format(gl: GlFormat, api: Api) -> TextureFormat | None:
-    """Format that is uploaded like this, or none if no profile knows it."""
+    """Return the format that is uploaded like this; None if no profile knows it."""
     return next((name for name in (*BYTES_PER_TEXEL, *BLOCKS) if gl_format(name, gl.target, api) == gl), None)
 
 
 def size_bytes(name: TextureFormat, shape_zyx: tuple[int, int, int]) -> int:
-    """Size of a texture, in the file and where it is uploaded."""
+    """Size of a texture, in the file and as uploaded."""
     depth, height, width = shape_zyx
     for compressed in BLOCKS:
         if compressed == name:
@@ -88,6 +92,6 @@ def size_bytes(name: TextureFormat, shape_zyx: tuple[int, int, int]) -> int:
 
 
 def gpu_bytes(name: TextureFormat, shape_zyx: tuple[int, int, int]) -> int:
-    """Memory that a texture takes on a GPU, where texels of three bytes and of palettes take four, as with most."""
+    """Memory of a texture on a GPU; texels of three bytes and of palettes take four, as on most GPUs."""
     fields = 4 if name in {"RGB8", "RGB8_SNORM", "PALETTE8_RGBA8"} else BYTES_PER_TEXEL.get(name)
     return size_bytes(name, shape_zyx) if fields is None else math.prod(shape_zyx) * fields

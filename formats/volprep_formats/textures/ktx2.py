@@ -1,8 +1,9 @@
-"""KTX 2 textures as packages have them: 2D or 3D, with mipmaps or without, 2D also compressed (Khronos KTX 2.0).
+"""KTX 2 textures as used in packages: 2D or 3D, with or without mipmaps, 2D also compressed (Khronos KTX 2.0).
 
 All numbers are little-endian. A file is: header (48 bytes), index (32), an entry for each level (24), the data format
-descriptor (a basic block of the Khronos Data Format Specification 1.3), two key/value entries, and the texels or,
-compressed, blocks of them: of the coarsest level first. Supercompressed, each level is a row of Zstandard frames.
+descriptor (a basic block of the Khronos Data Format Specification 1.3), two key/value entries, and the texels, or
+blocks of them if compressed, the coarsest level first. With supercompression, each level is a sequence of Zstandard
+frames.
 """
 
 import math
@@ -29,7 +30,8 @@ class Ktx2Image:
     """One texture."""
 
     format: Ktx2Format
-    """What ends in 8 holds uint8, in _SNORM int8, in 16 uint16 and in 16F float16; compressed formats hold bytes."""
+    """Texel types. The suffix names the type: 8 is uint8, 8_SNORM int8, 16 uint16 and 16F float16; compressed formats
+    are bytes."""
     shape_zyx: Shape
     """Depth, height and width in texels; depth is 1 for a 2D texture."""
     data: NDArray[np.generic]
@@ -48,7 +50,7 @@ class Ktx2Image:
 
 @dataclass(frozen=True)
 class Ktx2Head:
-    """What stands before the texels."""
+    """Header of a texture file: everything before the texels."""
 
     format: Ktx2Format
     """Format of a texel."""
@@ -77,7 +79,7 @@ class _Layout:
     block: int = 1
     """Width and height of a block in texels; 1 where texels are not compressed."""
     samples: tuple[tuple[int, int], ...] = ()
-    """Of a compressed format, the parts of a block: number of the channel and first bit."""
+    """Parts of a block of a compressed format: channel number and first bit."""
     model: int = 1
     """Colour model of the descriptor: RGBSDA, ETC2 or ASTC."""
 
@@ -88,11 +90,11 @@ class _Layout:
 
     @property
     def alignment(self) -> int:
-        """What offsets of texels are multiples of."""
+        """Alignment of texel offsets, in bytes."""
         return math.lcm(self.texel_bytes, 4)
 
     def stored(self, shape_zyx: Shape) -> tuple[int, ...]:
-        """Shape of the array for a texture of so many texels."""
+        """Shape of the array for a texture of the given size."""
         z, y, x = shape_zyx
         shape = z, -(-y // self.block), -(-x // self.block)
         return shape if self.channels == 1 else (*shape, self.channels)
@@ -120,7 +122,7 @@ _FORMATS = {layout.vk_format: name for name, layout in _LAYOUTS.items()}
 _IDENTIFIER = b"\xabKTX 20\xbb\r\n\x1a\n"
 _HEADER = struct.Struct("<12s9I4I2Q")  # header and index: 80 bytes
 HEADER_BYTES = _HEADER.size
-"""Size of what stands before the entries of levels."""
+"""Size of the header and index, before the level entries."""
 _LEVEL = struct.Struct("<3Q")  # offset, length, uncompressed length
 _DESCRIPTOR = struct.Struct("<IIHHBBBB4s8s")  # total size, then the head of a basic descriptor block: 4 + 24 bytes
 _SAMPLE = struct.Struct("<HBB4sII")
@@ -128,12 +130,12 @@ _NONE, _ZSTD = 0, 2
 """Schemes of supercompression."""
 _SCHEME_AT = 44
 _TRANSFER_LINEAR = 1
-_PRIMARIES_UNSPECIFIED = 0  # most textures hold data, not colour; the manifest says what
+_PRIMARIES_UNSPECIFIED = 0  # most textures hold data, not colour; see the manifest
 _CHANNELS = (0, 1, 2, 15)  # R, G, B, A
 _QUALIFIERS = {"u": 0, "i": 0x40, "f": 0xC0}  # unsigned, signed, signed float
 _WRITER = "volprep (volpkg 1.0)"
 MOST_HEAD_BYTES = 1 << 16
-"""What stands before the texels of a file that `decode_head` takes is shorter."""
+"""Upper bound on the bytes before the texels in a file that `decode_head` accepts."""
 
 
 def mipmap_shape(shape_zyx: Shape, level: int) -> Shape:
@@ -143,7 +145,7 @@ def mipmap_shape(shape_zyx: Shape, level: int) -> Shape:
 
 
 def header(texture_format: Ktx2Format, shape_zyx: Shape, dimensions: Dimensions, levels: int = 1) -> bytes:
-    """Make everything that stands before the texels, for a texture whose texels come in pieces."""
+    """Return everything before the texels, for a texture that is written in pieces."""
     layout = _LAYOUTS[texture_format]
     depth, height, width = shape_zyx
     flat_only = layout.block > 1 and dimensions == 3
@@ -215,7 +217,7 @@ def _slices(texels: NDArray[np.generic], layout: _Layout) -> Iterator[memoryview
 def decode(data: bytes, name: str) -> Ktx2Image:
     """Read a texture; `name` is for messages. The texels are a view of `data`, unless it is supercompressed.
 
-    Raises VP4030 for whatever is no whole KTX 2 texture in one of the formats of `Ktx2Format`.
+    Raises VP4030 unless it is a complete KTX 2 texture in one of the formats of `Ktx2Format`.
     """
     head = decode_head(data, len(data), name)
     layout = _LAYOUTS[head.format]
@@ -232,7 +234,7 @@ def decode(data: bytes, name: str) -> Ktx2Image:
 
 
 def decode_head(data: bytes, file_bytes: int, name: str) -> Ktx2Head:
-    """Read what stands before the texels, of a file of `file_bytes` of which `data` is at least the first 4 KiB.
+    """Read the header of a file of `file_bytes`; `data` is at least its first 4 KiB.
 
     Raises as `decode` does.
     """
@@ -244,7 +246,7 @@ def decode_head(data: bytes, file_bytes: int, name: str) -> Ktx2Head:
     vk_format, type_size, width, height, depth, layers, faces, levels, scheme = fields[:9]
     texture_format = _FORMATS.get(vk_format)
     if texture_format is None:
-        _refuse(name, f"vkFormat {vk_format} is none of {', '.join(_LAYOUTS)}")
+        _refuse(name, f"vkFormat {vk_format} is not one of {', '.join(_LAYOUTS)}")
     layout = _LAYOUTS[texture_format]
     if (type_size, layers, faces) != (layout.dtype.itemsize, 0, 1) or scheme not in {_NONE, _ZSTD}:
         _refuse(name, "it has array layers, faces, supercompression other than Zstandard, or a wrong typeSize")
@@ -282,7 +284,11 @@ def _unpacked(data: bytes, head: Ktx2Head, level: int, name: str) -> NDArray[np.
 
 
 def supercompressed(data: bytes, name: str) -> bytes:
-    """Return a texture with its levels as Zstandard frames; everything else stays. Raises as `decode` does."""
+    """Return a texture with its levels as Zstandard frames; everything else stays. Raises as `decode` does.
+
+    A texture stays as it is if the frames of a level, such as a mipmap of a few texels, are larger than its texels:
+    readers refuse that.
+    """
     head = decode_head(data, len(data), name)
     if head.supercompressed:
         return data
@@ -290,6 +296,8 @@ def supercompressed(data: bytes, name: str) -> bytes:
     for level, at in enumerate(head.levels_at):
         texels = memoryview(data)[at : at + head.stored_bytes[level]]
         levels.append(b"".join(compress(texels)))
+        if len(levels[-1]) > len(texels):
+            return data
     return _stored_anew(data, head, levels, _ZSTD)
 
 
@@ -333,14 +341,14 @@ def _check_levels(
         if uncompressed != size or not right:
             _refuse(name, f"its level {level} has {length} bytes, unpacked {uncompressed}, instead of {size}")
         if offset % alignment or offset < end:
-            _refuse(name, f"the {length} bytes of texels at {offset} are not after what comes before, or not aligned")
+            _refuse(name, f"the {length} bytes of texels at {offset} overlap earlier data, or are not aligned")
         end = offset + length
     if end != file_bytes:
         _refuse(name, f"its texels end at {end}, the file at {file_bytes}")
 
 
 def _check_sections(data: bytes, name: str, layout: _Layout, levels: int, index: list[int]) -> int:
-    """Check that descriptor and key/value data are in order, and give the offset where they end."""
+    """Check descriptor and key/value data, and return the offset of their end."""
     descriptor_at, descriptor_size, values_at, values_size, global_at, global_size = index
     expected = _descriptor(layout)
     if descriptor_at != _HEADER.size + levels * _LEVEL.size or descriptor_size != len(expected):
@@ -402,7 +410,7 @@ def _block_samples(layout: _Layout) -> Iterator[bytes]:
 
 
 def _range(dtype: np.dtype[np.generic]) -> tuple[int, int]:
-    """Words that stand for 0 and 1, or for -1 and 1 where the type has a sign: of two's complement the last but one."""
+    """Return the words that represent 0 and 1, or -1 and 1 for signed types (two's complement: not the lowest word)."""
     if dtype.kind == "f":
         return struct.unpack("<2I", struct.pack("<2f", -1.0, 1.0))
     bits = dtype.itemsize * 8

@@ -10,18 +10,18 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.textures.ktx2 import decode_head
 
 HEAD_BYTES = 4096
-"""What is read to find the texels: more than any head of the formats that packages have."""
+"""Bytes read to find the texels; larger than the header of any format in packages."""
 
 Box = tuple[slice, slice, slice]
 
 
 class Ktx2Box:
-    """An open 3D texture of one channel. It counts what it reads, so that a reader can prove how little that is."""
+    """An open 3D texture of one channel. It counts the bytes it reads, so that tests can check how few they are."""
 
     def __init__(self, descriptor: int, start_bytes: int, size_bytes: int, name: str) -> None:
-        """Read the head of the texture that is this part of an open file.
+        """Read the header of the texture in this part of an open file.
 
-        Raises VP4030 for what is no such texture.
+        Raises VP4030 if it is not such a texture.
         """
         self._descriptor = descriptor
         self._start_bytes = start_bytes

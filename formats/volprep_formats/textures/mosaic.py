@@ -1,4 +1,4 @@
-"""Where the slices of a level lie in the 2D textures that hold them side by side (SPEC.md, "Mosaics")."""
+"""Positions of a level's slices in the 2D textures that hold them side by side (SPEC.md, "Mosaics")."""
 
 from collections.abc import Callable, Sequence
 
@@ -10,7 +10,7 @@ from volprep_formats.package.texture import MosaicLayout, MosaicOrder
 
 
 def tiles_of(slices: int, slices_per_texel: int, order: MosaicOrder) -> int:
-    """Number of tiles that so many slices need."""
+    """Number of tiles for a number of slices."""
     if slices_per_texel == 4 and order == "overlapping":
         # The fourth component of the last tile holds the last slice.
         return max(1, -(-(slices - 1) // 3))
@@ -18,7 +18,7 @@ def tiles_of(slices: int, slices_per_texel: int, order: MosaicOrder) -> int:
 
 
 def slices_of_tile(mosaic: MosaicLayout, tile: int) -> tuple[int | None, ...]:
-    """Slice in each component of a tile's texels; None where there is none. Tiles are numbered through all textures."""
+    """Slice in each component of a tile's texels, or None. Tiles are numbered through all textures."""
     tiles = mosaic.tiles_x * mosaic.tiles_y
     each = range(mosaic.slices_per_texel)
     if mosaic.order == "planar":
@@ -33,7 +33,7 @@ def slices_of_tile(mosaic: MosaicLayout, tile: int) -> tuple[int | None, ...]:
 
 
 def slice_of_mosaic(part: Callable[[int], Float32Array], mosaic: MosaicLayout, slice_: int) -> Float32Array:
-    """Take one slice [y, x] out of an interleaved mosaic; `part` gives texels [H, W] or [H, W, component]."""
+    """Extract one slice [y, x] from an interleaved mosaic; `part` returns texels [H, W] or [H, W, component]."""
     tile, component = divmod(slice_, mosaic.slices_per_texel)
     index, inside = divmod(tile, mosaic.tiles_x * mosaic.tiles_y)
     row, column = divmod(inside, mosaic.tiles_x)

@@ -29,7 +29,7 @@ def encode(colours: UInt8Array, indices: UInt8Array) -> Iterator[bytes | memoryv
 
 
 def decode(data: bytes, shape_yx: tuple[int, int], name: str) -> tuple[UInt8Array, UInt8Array]:
-    """Give colours [256, RGBA] and indices [y, x] of a file. Raises VP4031 for one of another size."""
+    """Return colours [256, RGBA] and indices [y, x] of a file. Raises VP4031 for a file of another size."""
     height, width = shape_yx
     if len(data) != PALETTE_BYTES + height * width:
         _fail(name, f"{len(data)} bytes, expected {PALETTE_BYTES + height * width} for {width}×{height} texels")

@@ -1,6 +1,6 @@
-"""Zstandard frames (RFC 8878) as packages have them: a row of frames, each of which holds at most 1 MiB.
+"""Zstandard frames (RFC 8878) as packages use them: a sequence of frames of at most 1 MiB each.
 
-A reader needs no more memory than one frame takes, and knows how large it is before it unpacks it.
+A reader needs the memory of one frame only, and knows its size before unpacking it.
 """
 
 from collections.abc import Iterator
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FRAME_BYTES = 1 << 20
-"""What a frame holds; the last one of a row may hold less."""
+"""Unpacked size of a frame; the last one may be smaller."""
 _LEVEL = 7
-"""Of 1 to 22. On six scans 3 % smaller than level 3; level 12 takes twice as long for 1 % more."""
+"""Compression level, 1 to 22. On six scans 3 % smaller than level 3; level 12 takes twice as long for 1 % more."""
 _MAGIC = b"\x28\xb5\x2f\xfd"
 _MOST_BLOCK_BYTES = 1 << 17
 _CONTENT_SIZE_BYTES = (0, 2, 4, 8)
@@ -23,22 +23,22 @@ _RAW, _RLE, _RESERVED = 0, 1, 3
 
 
 class FrameError(ValueError):
-    """These are no frames as packages have them."""
+    """The data is not a sequence of frames in the form that packages use."""
 
 
 class ZstdFrame(NamedTuple):
     """One frame."""
 
     start: int
-    """Where it begins."""
+    """Start offset."""
     end: int
-    """Where it ends."""
+    """End offset."""
     content_bytes: int
-    """Size of what it holds."""
+    """Unpacked size."""
 
 
 def compress(data: memoryview) -> Iterator[bytes]:
-    """Return the frames of some bytes. The same bytes give the same frames."""
+    """Compress bytes into frames. The same bytes give the same frames."""
     import imagecodecs  # noqa: PLC0415 - it takes a tenth of a second to load, and few packages need it
 
     for at in range(0, len(data), FRAME_BYTES):
@@ -96,7 +96,7 @@ def _frame(data: memoryview, start: int) -> ZstdFrame:
 
 
 def _head(data: memoryview, start: int) -> tuple[int, int]:
-    """Return where the blocks of a frame begin, and the size of what it holds."""
+    """Return the position of the blocks of a frame, and its unpacked size."""
     if bytes(data[start : start + 4]) != _MAGIC or start + 5 > len(data):
         raise FrameError(f"there is no Zstandard frame at {start}")
     flags = data[start + 4]
@@ -104,7 +104,7 @@ def _head(data: memoryview, start: int) -> tuple[int, int]:
     length = _CONTENT_SIZE_BYTES[flags >> 6] or int(in_one_segment)
     at = start + 5 + int(not in_one_segment)
     if flags & _NOT_HERE or not length:
-        raise FrameError(f"the frame at {start} has a checksum, a dictionary, or does not say what it holds")
+        raise FrameError(f"the frame at {start} has a checksum, a dictionary, or no size of its content")
     # A size of two bytes is counted from 256.
     content_bytes = int.from_bytes(data[at : at + length], "little") + (256 if length == 2 else 0)
     if at + length > len(data) or not 1 <= content_bytes <= FRAME_BYTES:

@@ -13,13 +13,13 @@ _CLEAR = 0.0
 
 
 def read_labels(text: str) -> list[FilePoint]:
-    """Read the points. Raises ValueError, with what is wrong."""
+    """Read the points. Raises ValueError with a description of the problem."""
     labels: dict[int, _Label] = {}
     for row, line in enumerate(text.splitlines(), start=1):
         if line.strip() and not line.lstrip().startswith("#"):
             label, entry = _label(line, row)
             if label in labels:
-                msg = f"line {row}: label {label} stands there twice"
+                msg = f"line {row}: label {label} occurs twice"
                 raise ValueError(msg)
             labels[label] = entry
     if len(labels) > MOST_POINTS:

@@ -1,7 +1,7 @@
-"""Colour maps of ParaView (.json): a list, whose first entry has RGBPoints and Points.
+"""Colour maps of ParaView (.json): a list whose first entry has RGBPoints and Points.
 
-RGBPoints are value, red, green and blue; Points are value, opacity, midpoint and sharpness. What is not linear in RGB
-between the points is refused: other colour spaces, and midpoints and sharpness other than 0.5 and 0.
+RGBPoints are value, red, green and blue; Points are value, opacity, midpoint and sharpness. Only linear RGB
+interpolation is supported: other colour spaces, and midpoints and sharpness other than 0.5 and 0, are refused.
 """
 
 import json
@@ -12,7 +12,7 @@ _LINEAR = (0.5, 0.0)
 
 
 def read_paraview(text: str) -> list[FilePoint]:
-    """Read the points. Raises ValueError, with what is wrong."""
+    """Read the points. Raises ValueError with a description of the problem."""
     found = json.loads(text)
     entry = found[0] if isinstance(found, list) and found else found
     if not isinstance(entry, dict):

@@ -1,4 +1,4 @@
-"""What the readers of transfer functions share: numbers that are numbers, and two functions put together."""
+"""Helpers of the transfer-function readers: parse finite numbers, and merge two functions."""
 
 import math
 from bisect import bisect_left, bisect_right
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 Knot = tuple[float, ...]
-"""A value, and what the function is there."""
+"""A value, and the function's components there."""
 
 
 MOST_POINTS = 4096
@@ -29,20 +29,20 @@ class FilePoint:
 def number(text: object) -> float:
     """Return a finite number. Raises ValueError for anything else, a truth value included."""
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):
-        msg = f"{str(text)[:40]!r} is no number"
+        msg = f"{str(text)[:40]!r} is not a number"
         raise ValueError(msg)  # noqa: TRY004 - a wrong file, not a wrong call
     try:
         found = float(text)
     except (ValueError, OverflowError):
         found = math.nan
     if not math.isfinite(found) or abs(found) > 1e38:
-        msg = f"{str(text)[:40]!r} is no number"
+        msg = f"{str(text)[:40]!r} is not a number"
         raise ValueError(msg)
     return found
 
 
 def knots(numbers: Sequence[float], width: int, what: str) -> list[Knot]:
-    """Cut a flat list into knots of `width` numbers, in ascending order. Raises ValueError if that cannot be."""
+    """Split a flat list into knots of `width` numbers, in ascending order. Raises ValueError if it cannot be split."""
     if len(numbers) > MOST_POINTS * width:
         msg = f"{what}: more than {MOST_POINTS} points"
         raise ValueError(msg)
@@ -75,7 +75,7 @@ def joined(colours: Sequence[Knot], opacities: Sequence[Knot]) -> list[FilePoint
 
 
 def _limit(function: Sequence[Knot], value: float, *, above: bool) -> Knot:
-    """What a function goes to at a value, from below or from above."""
+    """Return the limit of a function at a value, from below or from above."""
     values = [knot[0] for knot in function]
     if above:
         after = bisect_right(values, value)

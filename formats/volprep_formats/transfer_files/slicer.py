@@ -1,7 +1,7 @@
-"""Volume properties of 3D Slicer (.vp): nine lines, of which the seventh and the last are opacity and colour.
+"""Volume properties of 3D Slicer (.vp): nine lines; the seventh is the opacity and the last the colour.
 
-Each of these is a count of numbers and the numbers: value and opacity, or value, red, green and blue
-(Slicer's developer guide, volume rendering). Shading and opacity by gradient are not taken over.
+Each of these is a count of numbers and the numbers: value and opacity, or value, red, green and blue (Slicer's
+developer guide, volume rendering). Shading and gradient opacity are ignored.
 """
 
 from volprep_formats.transfer_files.points import FilePoint, Knot, joined, knots, number
@@ -11,7 +11,7 @@ _COLOUR_LINE = 8
 
 
 def read_slicer(text: str) -> list[FilePoint]:
-    """Read the points. Raises ValueError, with what is wrong."""
+    """Read the points. Raises ValueError with a description of the problem."""
     lines = [line for line in text.splitlines() if line.strip()]
     if len(lines) <= _COLOUR_LINE:
         msg = f"{len(lines)} lines, expected {_COLOUR_LINE + 1}"

@@ -1,8 +1,8 @@
 """Write a volume as a DICOM series: one file per slice, Explicit VR Little Endian, exact geometry, no identity.
 
 Numbers are decimal strings of at most 16 characters, as DICOM demands: positions below 10 000 mm keep ten decimals,
-direction cosines twelve or more, so that the voxels of any scan stay within 1e-6 mm of where they were. UIDs are made
-from what is written: the same volume gives the same bytes. Source: DICOM PS3.3 (A.3 CT, A.4 MR, A.8.1 secondary
+direction cosines twelve or more, so that the voxels of any scan stay within 1e-6 mm of their positions. UIDs are
+derived from the content: the same volume gives the same bytes. Source: DICOM PS3.3 (A.3 CT, A.4 MR, A.8.1 secondary
 capture), PS3.5 (B.2 UIDs), PS3.10.
 """
 
@@ -48,7 +48,7 @@ _EMPTY = (  # attributes that must be there and may be empty
 
 @dataclass(frozen=True)
 class _Coding:
-    """How voxels become integers: stored = round((physical - intercept) / slope), or unchanged."""
+    """Conversion of voxels to integers: stored = round((physical - intercept) / slope), or unchanged."""
 
     dtype: np.dtype[np.generic]
     slope: float
@@ -57,12 +57,12 @@ class _Coding:
 
 
 def write(source: VolumeSource, folder: Path, progress: Progress, *, description: str = "") -> list[Path]:
-    """Write `source` into `folder`, which appears whole or not at all. Gives the files, slice 0 first.
+    """Write `source` into `folder`, which is created atomically. Returns the files, slice 0 first.
 
-    Integer voxels are written as they are; float32 ones too where all are whole and fit 16 bits, and else as 65536
-    even steps from the least to the largest, with the slope and intercept that undo it. A volume whose axes are
-    left-handed reads back with its slices in reverse order, at the same places. `description` becomes the
-    SeriesDescription, cut to 64 characters.
+    Integer voxels are written as they are; float32 ones too where all are whole and fit 16 bits, and else as 65536 even
+    steps from the least to the largest, with the slope and intercept that undo it. A volume whose axes are left-handed
+    reads back with its slices in reverse order, at the same places. `description` becomes the SeriesDescription, cut to
+    64 characters.
 
     Raises VolprepError VP1080 (folder not empty), VP1081 (cannot be written), VP1082 (NaN or infinite voxels).
     """
@@ -102,7 +102,7 @@ def _coding(info: SourceInfo, low: float, high: float, *, whole: bool) -> _Codin
             if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
                 return _Coding(np.dtype(kind), info.slope, info.intercept, is_lossless=True)
     least, largest = sorted((info.slope * low + info.intercept, info.slope * high + info.intercept))
-    # Rounded to what the file will hold, so that reading undoes exactly this.
+    # Rounded to the precision of the file, so that reading inverts this exactly.
     slope = float(_decimal((largest - least) / 65535 or 1.0))
     return _Coding(np.dtype("uint16"), slope, float(_decimal(least)), is_lossless=False)
 
@@ -185,7 +185,7 @@ def _set_plane(data: Dataset, info: SourceInfo) -> None:
 
 
 def _set_pixels(data: Dataset, info: SourceInfo, coding: _Coding) -> None:
-    # MR and CT images must have 16 bits allocated; 8-bit voxels say so in the bits stored.
+    # MR and CT images must have 16 bits allocated; 8-bit voxels set only the bits stored to 8.
     bits = 8 * coding.dtype.itemsize
     data.SamplesPerPixel = 1
     data.PhotometricInterpretation = "MONOCHROME2"

@@ -36,7 +36,7 @@ def write(source: VolumeSource, path: Path, progress: Progress) -> None:
 
 
 def _header(info: SourceInfo) -> bytes:
-    """Header and the four bytes that say that no extension follows."""
+    """Header, and the four bytes for "no extension"."""
     affine = _RAS_FROM_LPS @ info.grid.world_from_index
     kind: Any = nibabel.Nifti1Header if _fits_version_1(info, affine) else nibabel.Nifti2Header
     header = kind(endianness="<")

@@ -15,7 +15,7 @@ def sidecar_path(path: Path) -> Path:
 
 
 def write(source: VolumeSource, path: Path, progress: Progress) -> None:
-    """Write the physical values of `source`, and what the file does not say about itself. Raises VP4020."""
+    """Write the physical values of `source`, and the facts that the file itself lacks. Raises VP4020."""
     values = PhysicalValues(source)
     with new_file(path) as file:
         write_voxels(values, file, progress)

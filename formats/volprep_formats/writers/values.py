@@ -1,4 +1,4 @@
-"""Which values of a volume are written: as stored, without what they mean, or physical ones."""
+"""Values that a volume is written with: stored values without slope, intercept and unit, or physical values."""
 
 from typing import Self
 
@@ -18,7 +18,7 @@ class StoredValues:
 
     @property
     def info(self) -> SourceInfo:
-        """What the source says, without slope, intercept and unit."""
+        """Facts of the source, without slope, intercept and unit."""
         return self._source.info.model_copy(update={**_PLAIN, "unit": ""})
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
@@ -39,7 +39,7 @@ class PhysicalValues(StoredValues):
 
     @property
     def info(self) -> SourceInfo:
-        """What the source says, with the type of the values."""
+        """Facts of the source, with the type of the written values."""
         info = self._source.info
         return info if _is_plain(info) else info.model_copy(update={**_PLAIN, "stored_type": "float32"})
 

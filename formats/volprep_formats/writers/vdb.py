@@ -28,9 +28,9 @@ _TEXTS_OF_A_GRID = 3
 def write(source: VolumeSource, path: Path, progress: Progress) -> None:
     """Write the physical values of `source` as the grid "density" of 32-bit floats; an older file is replaced.
 
-    Voxels of value 0 are the background and take no room, but the first and the last voxel are active whatever their
-    value: so the bounding box of the active voxels is the volume, and whoever reads it gets all of it. World is
-    LPS in millimetres. Raises VolprepError VP1081 (cannot be written), VP1201 (no OpenVDB) and what reading raises.
+    Voxels of value 0 are the background and take no space, but the first and the last voxel are active whatever their
+    value, so that the bounding box of the active voxels is the whole volume. World is LPS in millimetres. Raises
+    VolprepError VP1081 (cannot be written), VP1201 (OpenVDB is not installed) and the errors of reading.
     """
     require_place(path, "VP1081")
     grid, values = source.info.grid, PhysicalValues(source)
@@ -54,9 +54,9 @@ def write(source: VolumeSource, path: Path, progress: Progress) -> None:
 
 
 def _require_whole(path: Path) -> None:
-    """Raise OSError where the file does not end where it says that its only grid does.
+    """Raise OSError if the file does not end where its only grid ends, by its own header.
 
-    OpenVDB does not ask whether what it wrote was taken: a full disk gave a file without an end, and no error.
+    OpenVDB does not check its writes: a full disk gave a truncated file, and no error.
     """
     with path.open("rb") as file:
         file.seek(_UUID_AT + _UUID_BYTES)

@@ -1,4 +1,4 @@
-"""What the writers share: voxels in pieces, and gzip without a clock."""
+"""Helpers of the writers: voxels in pieces, and gzip without a timestamp."""
 
 import gzip
 from collections.abc import Iterator

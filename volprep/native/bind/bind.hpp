@@ -1,4 +1,4 @@
-// What the binding files share: array types whose contract (rank, C order, CPU) nanobind checks, and the
+// Shared by the binding files: array types whose contract (rank, C order, CPU) nanobind checks, and the
 // list of binding functions. A binding only translates; it never computes.
 #pragma once
 
@@ -34,23 +34,29 @@ void feature_reduce(nb::module_& module);
 void fit_level(nb::module_& module);
 void fit_values(nb::module_& module);
 void joint_histogram(nb::module_& module);
+void label_coverage(nb::module_& module);
 void laplacian_histogram(nb::module_& module);
+void light_fit(nb::module_& module);
+void light_samples(nb::module_& module);
 void linear_reduce(nb::module_& module);
 void median_reduce(nb::module_& module);
 void mode_reduce(nb::module_& module);
 void nearest_reduce(nb::module_& module);
 void normals(nb::module_& module);
 void oracle(nb::module_& module);
+void oracle_labels(nb::module_& module);
 void oracle_projection(nb::module_& module);
 void oracle_refined(nb::module_& module);
 void oracle_sum(nb::module_& module);
 void oracle_surface(nb::module_& module);
 void pack_tiles(nb::module_& module);
 void patch_samples(nb::module_& module);
+void path_tracer(nb::module_& module);
 void preintegrate(nb::module_& module);
 void quantize(nb::module_& module);
 void ray_light(nb::module_& module);
 void ray_samples(nb::module_& module);
+void refine_level(nb::module_& module);
 void rgba_reduce(nb::module_& module);
 void slice_ranges(nb::module_& module);
 void straight_light(nb::module_& module);

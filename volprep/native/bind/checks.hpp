@@ -1,5 +1,5 @@
-// Checks of arguments that array types cannot express. What fails here is a programmer's error: a ValueError that says
-// what was given and what was expected.
+// Checks of arguments that array types cannot express. A failed check is a programmer's error: a ValueError with the
+// given and the expected value.
 #pragma once
 
 #include <array>

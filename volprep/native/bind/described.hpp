@@ -23,7 +23,7 @@ inline std::string parameters(std::initializer_list<Parameter> all) {
 }
 
 // The docstring of a function that takes arrays and, as its last parameter, the number of threads. `text` ends with the
-// parameter before; `unfit` says what raises a ValueError.
+// parameter before; `unfit` lists what raises a ValueError.
 inline std::string described(std::string text, std::string_view unfit) {
     text +=
         "threads\n    Threads to use, 0 for all. The result does not depend on it.\n\nRaises\n------\nValueError\n    "

@@ -1,4 +1,4 @@
-// What the bindings that count share.
+// Shared by the bindings that count.
 #pragma once
 
 #include "checks.hpp"

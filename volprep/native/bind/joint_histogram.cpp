@@ -16,7 +16,7 @@ Slices<T> slices(const AnyVolume& voxels, int64_t first, int64_t depth) {
     return {static_cast<const T*>(voxels.data()), shape_of(voxels), first, depth};
 }
 
-// The slices of a level beside those of src must be there.
+// The neighbouring slices of the level must be present.
 void require_beside(Shape3 src, int64_t first, int64_t depth, const AnyVolume& level, int64_t level_first,
                     Shape3 factors) {
     require_voxels(src);

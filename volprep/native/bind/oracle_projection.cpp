@@ -54,7 +54,7 @@ projection
 value, bound
     float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
 )",
-                         "a size does not fit, or the projection is none of these")
+                         "a size does not fit, or the projection is unknown")
                    .c_str());
 }
 

@@ -2,6 +2,7 @@
 
 #include "described.hpp"
 #include "oracle_source.hpp"
+#include "stored_light.hpp"
 
 namespace volprep::bind {
 namespace {
@@ -13,7 +14,8 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
             const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound,
             const std::optional<std::array<double, 2>>& intensities, const std::optional<LightNumbers>& light,
             bool halfway, bool shadows, const std::string& kernel, const std::optional<Vectors>& normals,
-            double slope_scale, int threads) {
+            double slope_scale, const std::optional<Texels>& baked, const std::optional<Curve>& baked_curve,
+            const std::optional<Vector3>& baked_per_mm_xyz, Vector3 baked_start_mm_xyz, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(tolerance >= 1e-12, "tolerance must be at least 1e-12");
@@ -31,8 +33,15 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     }
     const std::array<double, 2> range = intensities.value_or(std::array<double, 2>{0.0, 0.0});
     require(!intensities.has_value() || range[0] < range[1], "intensities must ascend");
-    const OracleRefined picture{view_of(bound, box_from_clip),         tolerance,   range[0],    range[1],
-                                light.has_value() ? &placed : nullptr, rgba.data(), bound.data()};
+    OracleRefined picture{view_of(bound, box_from_clip),         tolerance,   range[0],    range[1],
+                          light.has_value() ? &placed : nullptr, rgba.data(), bound.data()};
+    require(baked.has_value() == baked_curve.has_value() && baked.has_value() == baked_per_mm_xyz.has_value(),
+            "baked, baked_curve and baked_per_mm_xyz go together");
+    light::StoredLight stored{};
+    if (baked.has_value()) {
+        stored = stored_light(*baked, *baked_curve, *baked_per_mm_xyz, baked_start_mm_xyz);
+        picture.baked = &stored;
+    }
     with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
         const nb::gil_scoped_release released;
         volprep::render_refined(static_cast<const T*>(volume.data()), source, transfer, picture, threads);
@@ -49,7 +58,10 @@ void oracle_refined(nb::module_& module) {
         nb::arg("tolerance"), nb::arg("rgba").noconvert(), nb::arg("bound").noconvert(),
         nb::arg("intensities") = nb::none(), nb::arg("light").noconvert().none() = nb::none(),
         nb::arg("halfway") = false, nb::arg("shadows") = false, nb::arg("kernel") = "",
-        nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0, nb::arg("threads") = 0,
+        nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
+        nb::arg("baked").noconvert().none() = nb::none(), nb::arg("baked_curve").noconvert().none() = nb::none(),
+        nb::arg("baked_per_mm_xyz").none() = nb::none(),
+        nb::arg("baked_start_mm_xyz") = std::array<double, 3>{0.0, 0.0, 0.0}, nb::arg("threads") = 0,
         nb::sig(
             "def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
             "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
@@ -61,7 +73,10 @@ void oracle_refined(nb::module_& module) {
             "intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, "
             "halfway: bool = False, shadows: bool = False, kernel: str = '', "
             "normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, "
-            "threads: int = 0) -> None"),
+            "baked: numpy.typing.NDArray[numpy.float32] | None = None, "
+            "baked_curve: numpy.typing.NDArray[numpy.float64] | None = None, "
+            "baked_per_mm_xyz: collections.abc.Sequence[float] | None = None, "
+            "baked_start_mm_xyz: collections.abc.Sequence[float] = (0.0, 0.0, 0.0), threads: int = 0) -> None"),
         described(R"(Write a picture by refinement, for light that has no proven bound, and how far it has settled.
 
 Each ray is refined until two halvings of its steps in a row change no channel by more than `tolerance`.
@@ -89,6 +104,9 @@ light, halfway, shadows
     light comes from the viewer.
 kernel, normals, slope_scale
     What normals are, as in render_oracle; without them nothing is lit.
+baked, baked_curve, baked_per_mm_xyz, baked_start_mm_xyz
+    Light that multiplies the colours: float32 [z, y, x, 2, channels], 1 or 3 channels; float64 [2, n], ascending values and
+    the share of the second number at each; nodes of this field for each millimetre; where its box begins.
 )",
                   "a size does not fit")
             .c_str());

@@ -1,4 +1,4 @@
-// What the bindings of all oracles take: a volume and its place, a transfer function, normals, a camera.
+// Arguments of all oracles: a volume and its place, a transfer function, normals, a camera.
 #pragma once
 
 #include <nanobind/stl/array.h>
@@ -49,7 +49,7 @@ inline OracleTransfer transfer_of(const Numbers& values, const Colours& colours,
     return {static_cast<int64_t>(count), values.data(), colours.data(), extinctions_per_mm.data()};
 }
 
-// What voxels are lit by; none where they are not.
+// Normals of lit voxels; empty without lighting.
 inline std::optional<OracleNormals> normals_of(Shape3 shape, const std::string& kernel,
                                                const std::optional<Vectors>& normals, double slope_scale) {
     if (kernel.empty() && !normals.has_value()) return std::nullopt;

@@ -4,31 +4,12 @@
 
 #include <vector>
 
+#include "control_columns.hpp"
 #include "described.hpp"
 #include "oracle_source.hpp"
 
 namespace volprep::bind {
 namespace {
-
-using Points = nb::ndarray<const double, nb::shape<-1, 5>, nb::c_contig, nb::device::cpu>;
-
-// The columns of control points, each by itself.
-struct Columns {
-    std::vector<double> values;
-    std::vector<double> colours;
-    std::vector<double> extinctions_per_mm;
-
-    explicit Columns(const Points& points) {
-        for (std::size_t i = 0; i < points.shape(0); ++i) {
-            values.push_back(points(i, 0));
-            for (std::size_t channel = 1; channel < 4; ++channel) colours.push_back(points(i, channel));
-            extinctions_per_mm.push_back(points(i, 4));
-        }
-    }
-    OracleTransfer transfer() const {
-        return {static_cast<int64_t>(values.size()), values.data(), colours.data(), extinctions_per_mm.data()};
-    }
-};
 
 void render(const std::vector<AnyVolume>& volumes, const std::vector<double>& slopes,
             const std::vector<double>& intercepts, const std::vector<Points>& points, Vector3 spacing_mm_xyz,

@@ -23,7 +23,8 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     };
     require(fits(error_mm) && fits(value) && fits(normal) && fits(normal_mm),
             "all pictures must have the same height and width");
-    require(light_mm_xyz.has_value() == reaching.has_value(), "a light and what it reaches go together");
+    require(light_mm_xyz.has_value() == reaching.has_value(),
+            "light_mm_xyz and reaching must both be given, or neither");
     require(!reaching.has_value() || fits(*reaching), "all pictures must have the same height and width");
     require(offset_mm >= 0.0, "offset_mm must not be negative");
     const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale);

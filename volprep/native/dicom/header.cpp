@@ -1,5 +1,5 @@
-// Every byte is fetched through Head::up_to, which refuses what lies beyond the file; positions have 64 bits and
-// lengths 32, so that no sum of them overflows.
+// Every byte is fetched through Head::up_to, which refuses positions beyond the file; positions have 64 bits
+// and lengths 32, so that no sum of them overflows.
 #include "header.hpp"
 
 #include <fcntl.h>
@@ -25,7 +25,7 @@ constexpr uint64_t meta_start = 128 + 4;
 constexpr uint32_t meta_group = 0x0002'0000;
 constexpr uint32_t syntax_tag = 0x0002'0010;
 constexpr uint32_t first_tag = 0x0008'0000;
-// PerFrameFunctionalGroupsSequence; ModalityLUTSequence and RealWorldValueMappingSequence, which say what values mean.
+// PerFrameFunctionalGroupsSequence; ModalityLUTSequence and RealWorldValueMappingSequence, which define the values.
 constexpr std::array<uint32_t, 3> unusual_tags{0x5200'9230, 0x0028'3000, 0x0040'9096};
 constexpr uint32_t item = 0xFFFE'E000;
 constexpr uint32_t item_end = 0xFFFE'E00D;
@@ -85,7 +85,7 @@ class File {
     uint64_t bytes_ = 0;
 };
 
-// The beginning of a file, as much of it as has been asked for.
+// The beginning of a file, up to the furthest byte requested so far.
 class Head {
   public:
     explicit Head(const File& file) : file_(file) { grow(first_bytes); }

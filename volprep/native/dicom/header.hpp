@@ -1,5 +1,5 @@
 // The header of a plain DICOM file: a prefix, little endian, nothing unusual. Of its elements a few are wanted, and to
-// walk over the others is all that this does; what the values mean is for those who asked.
+// walk over the others is all that this does; the caller interprets the values.
 // Source: DICOM PS3.5 (7.1 data elements, 7.5 sequences, A.1, A.2), PS3.10 (7.1 file meta information).
 #pragma once
 

@@ -1,4 +1,4 @@
-// Damaged OpenVDB files: each grid is read or refused, and what is said of its blocks agrees with its voxels.
+// Damaged OpenVDB files: each grid is read or refused, and its block ranges agree with its voxels.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -40,7 +40,7 @@ void compare(const ScalarGrid& grid) {
 
 }  // namespace
 
-// What OpenVDB has made of a grid is lost when it throws.
+// OpenVDB leaks a partly read grid when it throws.
 extern "C" const char* __asan_default_options() { return "detect_leaks=0"; }
 
 extern "C" int LLVMFuzzerInitialize(int*, char***) {

@@ -159,7 +159,7 @@ void chebyshev_distance(const uint8_t* occupied, Shape3 shape, uint8_t* dst, int
     for (int64_t slab = 0; slab < slabs; ++slab) {
         distance_in_slab(occupied, shape, start(slab), start(slab + 1), dst);
     }
-    // What is nearest may lie in another slab. Within one every slice agrees with its neighbours already, so that news
+    // The nearest cell may lie in another slab. Within one every slice agrees with its neighbours already, so that news
     // from beyond its end need go no further than they change a slice.
     const auto relax = [&](int64_t from, int64_t to) {
         return relax_slice(dst + from * shape.slice(), shape, dst + to * shape.slice());

@@ -59,7 +59,7 @@ VOLPREP_CLONES uint16_t smallest(const uint16_t* values) noexcept {
     return least;
 }
 
-// Row k of a tile, given the smallest number of each row: `least` becomes the result, of which the greatest is given
+// Row k of a tile, given the smallest number of each row: `least` becomes the result, and its greatest number is given
 // back. None of them is `bound` or more, or bound is far_away.
 int64_t distance_of_row(const uint16_t* tile, const uint16_t* floors, int64_t length, int64_t k, int64_t bound,
                         uint16_t* least) noexcept {

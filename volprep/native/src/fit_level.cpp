@@ -1,7 +1,8 @@
-// Cells between two slices of the level in parallel, first those that begin at an even slice, then the others: no two
-// of one kind add to the same slice, and the order of the sums is always the same. A row of samples is taken by phases,
-// those that lie alike between two voxels of the level, so that all but the looks are loops over neighbours. What is
-// added to is added to once for both sides: sums are memory more than arithmetic.
+// Layers of cells between two slices of the level run in parallel: first all that begin at an even slice, then the
+// others. No two in a group add to the same slice, and the order of the sums is always the same. A row of samples is
+// processed by phases. The samples of a phase have the same position between two voxels of the level, so that all but
+// the looks are loops over neighbours. Each voxel gets the sums of both sides in one access: memory costs more than
+// arithmetic here.
 #include "volprep/fit_level.hpp"
 
 #include <algorithm>
@@ -96,7 +97,7 @@ VOLPREP_CLONES void move_voxels(const float* force, const float* stiffness, floa
     }
 }
 
-// What pulls voxels of the level, and how stiff they are: two planes or rows of sums, not cleared at first.
+// Force on the voxels of the level, and their stiffness: two planes or rows of sums, not cleared at first.
 struct Pulls {
     explicit Pulls(int64_t size) : force(new float[size]), stiffness(new float[size]), count(size) {}
 
@@ -169,7 +170,7 @@ VOLPREP_CLONES BinRange bins_reached(const float* row, int64_t count) noexcept {
     return {static_cast<int32_t>(std::bit_cast<float>(least)), static_cast<int32_t>(std::bit_cast<float>(most))};
 }
 
-// What a transfer function makes of the bins k of the level: looks, how they change to the next bin, and the square of
+// A transfer function at the bins k of the level: looks, how they change to the next bin, and the square of
 // that change.
 struct Slopes {
     Slopes(const float* looks, int64_t bins)
@@ -192,7 +193,7 @@ struct Slopes {
         return next_change[std::min(range.lowest, last)] > std::min(range.highest, last);
     }
 
-    // The change at bin k times what is missing from its look to another.
+    // The change at bin k times the difference between another look and its own.
     float product(int64_t k, const LookVector& look) const noexcept {
         return dot(load_look(slopes.data() + look_size * k), look - load_look(looks + look_size * k));
     }
@@ -204,7 +205,7 @@ struct Slopes {
     std::vector<int32_t> next_change;  // the bin, or the first after it, that looks different from the next one
 };
 
-// Codes have the look of a bin: all products are known before. 4 MB for 1024 bins, of which a row meets few.
+// Codes have the look of a bin: all products are computed before. 4 MB for 1024 bins; a row meets few of them.
 template <typename T>
 struct CodesRow {
     struct Function : Slopes {
@@ -335,7 +336,7 @@ class Fit {
     // Moves the voxels of some slices of the level; `left` steps come after this one.
     void iterate(SliceRange wanted, int left, float step, int threads) noexcept {
         pulls_.clear();
-        // What lies between the slice before them and the first of them pulls at that, too.
+        // Voxels between the previous slice and the first of these act on the latter, too.
         const int64_t from = std::max<int64_t>(wanted.begin - 1, 0);
         const int64_t first_cell = task_.first / task_.factors.z;
         for (int64_t parity = 0; parity < 2; ++parity) {
@@ -462,7 +463,7 @@ void improve(const Samples& samples, const FitTask& task, int iterations, float 
              int threads) noexcept {
     Fit<Samples> fit(samples, task, level);
     for (int left = iterations - 1; left >= 0; --left) {
-        // What is further away than steps are left has no influence any more.
+        // Voxels further away than the number of steps left have no more influence.
         fit.iterate({std::max<int64_t>(task.wanted.begin - left, 0), std::min(task.wanted.end + left, fit.slices())},
                     left, step, resolve_threads(threads));
     }

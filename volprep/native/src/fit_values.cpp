@@ -1,4 +1,4 @@
-// Influence is a product of one along each axis. So are its sums over voxels, with which the level is made of level 0
+// Influence is a product of one along each axis. So are its sums over voxels, which make the level from level 0
 // once, and the sums of products of two voxels of the level, which are neighbours: three bands along each axis.
 #include "volprep/fit_values.hpp"
 
@@ -189,7 +189,7 @@ class Fit {
     }
 
     void sum_along_x(const float* row, float* sums) const noexcept {
-        // All cells but the outer ones, and one that the end of the row cuts, lie alike.
+        // All cells have the same position, except the outer ones and one that the end of the row cuts.
         const int64_t first = std::min<int64_t>(1, x_.length);
         int64_t stop = std::max(x_.length - 1, first);
         while (stop > first && x_.end[stop - 1] - x_.begin[stop - 1] < x_.end[first] - x_.begin[first]) {

@@ -6,7 +6,6 @@
 
 #include "volprep/oracle/frame.hpp"
 #include "volprep/oracle/walk.hpp"
-#include "volprep/threads.hpp"
 
 namespace volprep {
 
@@ -30,21 +29,9 @@ void render_oracle(const Voxel* voxels, const OracleVolume& volume, const Oracle
                                volume.normals == nullptr ? nullptr : &normals};
     std::copy_n(volume.spacing_mm_xyz, 3, field.spacing_mm);
     std::copy_n(volume.extent_mm_xyz, 3, field.extent_mm);
-    const int64_t width = picture.view.width;
-    const int64_t pixels = picture.view.height * width;
-#pragma omp parallel num_threads(resolve_threads(threads))
-    {
-        oracle::Cuts cuts;
-        // Rays differ in cost by a factor of a hundred: small portions.
-#pragma omp for schedule(dynamic, 64)
-        for (int64_t pixel = 0; pixel < pixels; ++pixel) {
-            const oracle::Ray ray = oracle::pixel_ray(picture.view, pixel / width, pixel % width);
-            const oracle::Beam beam = gather_ray(field, ray, prepared, tolerance, cuts);
-            std::copy_n(beam.colour, 3, picture.rgba + 4 * pixel);
-            picture.rgba[4 * pixel + 3] = 1.0 - beam.transmittance;
-            picture.bound[pixel] = beam.bound(prepared.colour_max);
-        }
-    }
+    oracle::draw_beams<oracle::Cuts>(
+        picture, prepared.colour_max, threads,
+        [&](const oracle::Ray& ray, oracle::Cuts& work) { return gather_ray(field, ray, prepared, tolerance, work); });
 }
 
 #define VOLPREP_INSTANTIATE(Voxel)                                                                       \

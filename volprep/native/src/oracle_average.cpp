@@ -50,7 +50,7 @@ Mean find_mean(const oracle::Field<Voxel>& field, const oracle::Ray& ray, const 
         walk.leave_cell(end);
     }
     if (!(length > 0.0)) return {std::clamp(base, low, high), high - low};
-    // The ends of the ray may be off, too: what it gains or loses there has at most the range of its values.
+    // The ends of the ray may be off, too: the gain or loss there is at most the range of its values.
     const double range = high - low;
     const double rounding = kEpsilon * static_cast<double>(cells + 8) * range;
     const double bound = (error + 2.0 * walk.position_error_mm * range) / length + rounding;

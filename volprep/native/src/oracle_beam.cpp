@@ -9,7 +9,7 @@
 //
 // K by Gauss's rule with n points, exact up to degree 2n - 1. Let T0 = T(0), and let W(r) be a bound of |T - T0| on the
 // Bernstein ellipse of parameter r, which lies in the disc |y| <= R = (r + 1/r) / 2. Expanding exp(-(T - T0)), the
-// terms (T - T0)^j v' with 4 j + 2 <= 2n - 1 are integrated exactly; let m be the last such j. What is left is at most
+// terms (T - T0)^j v' with 4 j + 2 <= 2n - 1 are integrated exactly; let m be the last such j. The remainder is at most
 //
 //   M = max |v'| exp(-T0) sum over j > m of W^j / j!  <=  max |v'| exp(W - T0) W^(m+1) / (m+1)!
 //

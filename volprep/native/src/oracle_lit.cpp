@@ -11,8 +11,8 @@
 // |p_k| R^k. Bounds of extinction, exp(-T), n . d, 1 / |n| and v on the disc bound the integrands on the Bernstein
 // ellipse in it, and |error| <= 64/15 M r^-2n / (1 - r^-2) as in oracle_beam.cpp: a rule of n points is of order 2n in
 // the length of the piece. The smallest rule that keeps the piece's share of the tolerance is taken; where none does,
-// or |n| may pass 0.01, the piece is cut in two. Around a place where it does pass, that ends when all light of what is
-// left, which may be lit or not, is below a sixteenth of the share.
+// or |n| may pass 0.01, the piece is cut in two. Around a place where it does pass, cutting ends when all light of the
+// rest, which may be lit or not, is below a sixteenth of the share.
 #include <array>
 #include <limits>
 
@@ -74,7 +74,7 @@ struct Choice {
     double error;  // of the light
 };
 
-// The smallest rule whose error is within `allowed`; none where there is none.
+// The smallest rule whose error is within `allowed`; null if no rule is.
 Choice choose_rule(const Piece& piece, const Extinction& extinction, const Shade& shade, const RayLimits& limits,
                    double allowed) {
     std::array<double, kEllipseBounds.size()> scales;
@@ -98,7 +98,7 @@ Choice choose_rule(const Piece& piece, const Extinction& extinction, const Shade
     return {nullptr, 0.0};
 }
 
-// Adds a piece of which M and N are known, up to an error of its light.
+// Adds a piece with known M and N, up to an error of its light.
 void add(Beam& beam, const Piece& piece, const Extinction& extinction, const Shade& shade, const RayLimits& limits,
          double m, double n, double error) {
     const Segment& segment = *piece.segment;

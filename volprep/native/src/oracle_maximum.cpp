@@ -17,10 +17,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What is known of a block of 8³ cells, in physical values.
+// Bounds of a block of 8³ cells, in physical values.
 struct Block {
     double high;
-    double range;  // of its voxels and those of the 26 blocks around it
+    double range;  // of its voxels and of the 26 blocks around it
     double size;   // the largest |value| among them; 0 if they have one value, because then there is no rounding
 
     // How far rounding may move the maximum in a cell: a ray that runs along a face may as well be in the cell beyond
@@ -30,7 +30,7 @@ struct Block {
     }
 };
 
-// Widens low and high of each block to those of the blocks before and behind it along one axis.
+// Widens low and high of each block by the blocks before and behind it along one axis.
 void widen(std::vector<double>& low, std::vector<double>& high, int64_t count, int64_t stride) {
     const std::vector<double> lows = low;
     const std::vector<double> highs = high;

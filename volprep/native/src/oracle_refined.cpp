@@ -5,8 +5,8 @@
 // S(n / 2)) / 3. The ray is finished when R changes by at most the tolerance twice in a row.
 //
 // Maximum intensity difference accumulation (Bruckner and Groeller 2009), with f the value as a part of the range of
-// the transfer function and m the greatest f so far: a sample multiplies what is in front of it by 1 - (f - m) where f
-// > m. With fine steps that is
+// the transfer function and m the greatest f so far: where f > m, a sample multiplies the colour and opacity in
+// front of it by 1 - (f - m). With fine steps that is
 //
 //   dC = -C dm + (1 - A) tau c dt,   dA = -A dm + (1 - A) tau dt.
 //
@@ -68,7 +68,7 @@ struct Parts {
     }
 };
 
-// What is asked of every ray.
+// The request for every ray.
 struct Wanted {
     const oracle::Transfer& transfer;
     const OracleRefined& picture;
@@ -112,7 +112,7 @@ void light_at(const OracleLight& light, const double n[3], const double at_mm[3]
     for (int channel = 0; channel < 3; ++channel) colour[channel] = std::min(colour[channel] * diffuse + shine, 1.0);
 }
 
-// What lies between is a shadow on everything, whether or not it has a normal.
+// Matter between casts a shadow on everything, whether or not it has a normal.
 void shade_bare(const Wanted& wanted, const double at_mm[3], double colour[3]) noexcept {
     if (!wanted.transmittance) return;
     const double ambient = wanted.picture.light->ambient;
@@ -130,6 +130,11 @@ void medium_at(const Part& part, const Parts& parts, const Wanted& wanted, const
     double at_mm[3];
     const double t_mm = part.t_mm + 0.5 * part.length_mm * y;
     for (int axis = 0; axis < 3; ++axis) at_mm[axis] = ray.origin_mm[axis] + t_mm * ray.direction[axis];
+    if (wanted.picture.baked != nullptr) {
+        double baked[3];
+        wanted.picture.baked->at(at_mm, part.base + part.value.at(y), baked);
+        for (int channel = 0; channel < 3; ++channel) colour[channel] *= baked[channel];
+    }
     double n[3] = {0.0, 0.0, 0.0};
     if (part.normals != kNone) {
         const double place = 0.5 * (part.from + part.to) + 0.5 * (part.to - part.from) * y;
@@ -332,7 +337,7 @@ void find_kinks(Parts& parts, double length_mm, double t_mm, double begin, doubl
     parts.kinks.push_back(end);
 }
 
-// The segment of a medium; within rounding of a jump: what lies ahead.
+// The segment of a medium; within rounding of a jump, the medium ahead.
 const oracle::Segment* segment_of(const oracle::Cuts::Medium& medium, bool ascending) noexcept {
     if (medium.segment != nullptr) return medium.segment;
     return ascending ? &medium.jump->above : &medium.jump->below;
@@ -350,7 +355,7 @@ double add_cell(Parts& parts, const oracle::CellPath& path, double t_mm, std::si
                 double& greatest, const oracle::Ray& ray) {
     double depth = 0.0;
     find_cuts(parts.cuts, path, wanted.transfer);
-    visit_media(path, parts.cuts, [&](const oracle::Cuts::Medium& medium, double from, double to, bool ascending) {
+    const auto visit = [&](const oracle::Cuts::Medium& medium, double from, double to, bool ascending) {
         if (!(to > from)) return true;
         const oracle::Segment* segment = segment_of(medium, ascending);
         double rises = to;  // where f begins to exceed the greatest so far, and where it is 1
@@ -377,7 +382,13 @@ double add_cell(Parts& parts, const oracle::CellPath& path, double t_mm, std::si
         if (ends < to) add(ends, to, 0.0);
         depth += depth_of(path, *segment, from, to);
         return true;
-    });
+    };
+    // A rising value hides the light in front of it: the way up to a maximum within the cell is a part of its own.
+    if (wanted.width > 0.0) {
+        visit_monotone(path, parts.cuts, visit);
+    } else {
+        visit_media(path, parts.cuts, visit);
+    }
     return depth;
 }
 

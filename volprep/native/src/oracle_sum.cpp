@@ -3,18 +3,18 @@
 // On a piece, y in [-1, 1], every extinction tau_i and every colour c_i is a cubic. With h half of its length, the
 // optical depth T from its start is h times the integral of tau = sum(tau_i), a polynomial of degree 4, exact; and its
 // light is h times the integral of E exp(-T), where E = sum(c_i tau_i) has degree 6. There is no single slope of colour
-// by which one could integrate by parts, as for one medium (oracle_beam.cpp): Gauss's rule is applied to E exp(-T).
+// for integration by parts, as for one medium (oracle_beam.cpp): Gauss's rule is applied to E exp(-T).
 //
 // Its error, as there: with T0 = T(0) and W(r) a bound of |T - T0| on the Bernstein ellipse r, the terms
-// (T - T0)^j E with 4 j + 6 <= 2n - 1 are integrated exactly by n points; with m the number of these terms, what is
-// left is at most M = max |E| exp(W - T0) W^m / m! on the ellipse, and |error| <= h 64/15 M r^-2n / (1 - r^-2).
+// (T - T0)^j E with 4 j + 6 <= 2n - 1 are integrated exactly by n points; with m the number of these terms, the
+// rest is at most M = max |E| exp(W - T0) W^m / m! on the ellipse, and |error| <= h 64/15 M r^-2n / (1 - r^-2).
 //
 // Rounding. The light is the integral of k dA with A = 1 - exp(-T) and the colour of the mixture, k = sum(w_i c_i) with
 // weights w_i = tau_i / tau. As for one medium, an error of T costs where k changes. The range of w_i follows from
-// those of all tau_i. w_i is a quotient of cubics, whose derivative has at most 4 zeros, so that it varies by 5 times
-// its range at most; and as the weights add up to 1, k by sum(w_i variation of c_i) + 5 sum(range of w_i) times half of
-// the span of the colours. An error of tau_i alone also shifts the weights: by the span times |error of tau_i| per
-// length.
+// the ranges of all tau_i. w_i is a quotient of cubics, whose derivative has at most 4 zeros, so that it varies by 5
+// times its range at most; and as the weights add up to 1, k by sum(w_i variation of c_i) + 5 sum(range of w_i) times
+// half of the span of the colours. An error of tau_i alone also shifts the weights: by the span times |error of tau_i|
+// per length.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -137,7 +137,7 @@ struct Range {
     double high;
 };
 
-// Between which values a cubic, of which all are 0 or more, lies on [-1, 1].
+// Bounds of a cubic on [-1, 1], clamped at 0.
 Range range_of(const Cubic& cubic) {
     const double most = std::fabs(cubic.c1) + std::fabs(cubic.c2) + std::fabs(cubic.c3);
     return {std::max(0.0, cubic.c0 - most), std::max(0.0, cubic.c0 + most)};
@@ -145,7 +145,7 @@ Range range_of(const Cubic& cubic) {
 
 // How the colour of the mixture behaves on a piece.
 struct Mixture {
-    double span = 0.0;       // between any colours of any media, also those that the ray may still be in
+    double span = 0.0;       // between any colours of any media, also of media that the ray may still be in
     double variation = 0.0;  // up and down together
 
     explicit Mixture(const Media& media) noexcept {
@@ -183,7 +183,7 @@ struct Mixture {
     }
 };
 
-// What rounding, and jumps whose place is not known, make of one medium on a piece.
+// Error of one medium on a piece from rounding, and from jumps at uncertain places.
 struct Doubt {
     double before = 0.0;  // of the optical depth, in front of the piece
     double depth = 0.0;   // of the optical depth of the piece
@@ -199,7 +199,7 @@ Doubt doubt_of(const Media& media, double length_mm, double alpha, const RayLimi
         const double own = largest(extinction_of(medium), 1.0);
         const double rounding = 24.0 * kEpsilon * own * length_mm +
                                 std::fabs(medium.segment->extinction_slope) * medium.value_error * length_mm;
-        // The ends of a piece are those of all its media: where they are off, the mixture is not.
+        // All media of a piece share its ends: an error there does not change the mixture.
         doubt.depth += 2.0 * limits.position_error_mm * own + rounding + 4.0 * kEpsilon;
         doubt.weight += rounding;
         doubt.value += medium.segment->colour_steepness * medium.value_error * alpha;
@@ -207,7 +207,7 @@ Doubt doubt_of(const Media& media, double length_mm, double alpha, const RayLimi
             const double front = medium.front->extinction;
             doubt.before += 2.0 * front * length_mm;
             doubt.depth += std::fabs(medium.segment->extinction - front) * length_mm;
-            // Before the jump the others and what is in front give light; behind it the mixture is what it is.
+            // Before the jump the other media give light; behind it the mixture is unchanged.
             doubt.weight += (front + (all - own)) * length_mm;
         }
     }

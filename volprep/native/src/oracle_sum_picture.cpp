@@ -5,7 +5,6 @@
 #include "volprep/oracle/frame.hpp"
 #include "volprep/oracle/sum.hpp"
 #include "volprep/oracle_sum.hpp"
-#include "volprep/threads.hpp"
 
 namespace volprep {
 
@@ -102,20 +101,9 @@ template <typename Voxel>
 void render_oracle_sum(const OracleMedium<Voxel>* media, int64_t count, const OracleVolume& volume, double tolerance,
                        const OraclePicture& picture, int threads) noexcept {
     const Scene<Voxel> scene = prepare(media, count, volume, threads);
-    const int64_t width = picture.view.width;
-    const int64_t pixels = picture.view.height * width;
-#pragma omp parallel num_threads(resolve_threads(threads))
-    {
-        Work work;
-#pragma omp for schedule(dynamic, 64)
-        for (int64_t pixel = 0; pixel < pixels; ++pixel) {
-            const oracle::Ray ray = oracle::pixel_ray(picture.view, pixel / width, pixel % width);
-            const Beam beam = gather_ray_of_all(scene, ray, tolerance, work);
-            std::copy_n(beam.colour, 3, picture.rgba + 4 * pixel);
-            picture.rgba[4 * pixel + 3] = 1.0 - beam.transmittance;
-            picture.bound[pixel] = beam.bound(scene.colour_max);
-        }
-    }
+    oracle::draw_beams<Work>(picture, scene.colour_max, threads, [&](const oracle::Ray& ray, Work& work) {
+        return gather_ray_of_all(scene, ray, tolerance, work);
+    });
 }
 
 #define VOLPREP_INSTANTIATE(Voxel)                                                                           \

@@ -30,13 +30,13 @@ struct Hit {
 // Where a ray begins: wherever it does, or on one side, where it must stay.
 enum class Side { any, below, above };
 
-// What is asked of every ray.
+// The request for every ray.
 struct Wanted {
     double isovalue;
     bool solid;
     Side side;
     double margin;           // more than rounding moves a value of a block
-    oracle::Transfer known;  // "empty" what lies on one side
+    oracle::Transfer known;  // "empty" the matter on one side
 };
 
 // Where on [-1, 1] of a path the side changes first; `inside` is the side before. False where it does not.
@@ -62,7 +62,7 @@ bool find_place(const oracle::CellPath& path, double isovalue, bool inside, doub
     return false;
 }
 
-// What is known of the field at `place` on a path of `length_mm` that begins at t_mm.
+// The field at `place` on a path of `length_mm` that begins at t_mm.
 template <typename Voxel>
 void describe(Hit& hit, const oracle::Field<Voxel>& field, const oracle::RayWalk& walk, const oracle::CellPath& path,
               double place, const double middle[3], const double half[3]) noexcept {

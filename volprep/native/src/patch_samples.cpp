@@ -1,5 +1,5 @@
-// Some samples of a ray at a time: where they lie becomes vectors, and what lies there is gathered. Some rays at a
-// time: what they have side by side is written together.
+// Some samples of a ray at a time: their positions become vectors, and their voxels are gathered. Some rays at a
+// time: neighbouring results are written together.
 #include "volprep/patch_samples.hpp"
 
 #include <algorithm>

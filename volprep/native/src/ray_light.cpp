@@ -1,4 +1,4 @@
-// Forward: front to back. Derivatives: what lies behind a sample is the whole light minus what lies in front of it.
+// Forward: front to back. Derivatives: the light behind a sample is the whole light minus the light in front of it.
 // Red, green and blue depend on their own colour by the same weights, so that three blocks of the matrix are one.
 #include "volprep/ray_light.hpp"
 
@@ -35,7 +35,7 @@ inline Entry find_entry(const LightTable& table, double value) noexcept {
 }
 
 // Calls each(value, medium, transmittance in front, transmittance of the segment) front to back, for segments in which
-// there is anything; gives what is left.
+// the extinction is above 0. Returns the remaining transmittance.
 template <typename Each>
 double march(const RaySamples& rays, const LightTable& table, int64_t ray, const Each& each) noexcept {
     const int64_t begin = rays.offsets[ray];
@@ -95,7 +95,7 @@ void find_slopes(const RaySamples& rays, const LightTable& table, int64_t ray, c
         slopes.begin = std::min(slopes.begin, k);
         slopes.end = std::max(slopes.end, k + 2);
         const double weight = in_front * (1.0 - through);
-        // The root's own slope makes an extinction of nothing stay nothing: what is empty stays empty.
+        // The root's own slope makes an extinction of nothing stay nothing: empty samples stay empty.
         const double by_root = 2.0 * std::sqrt(medium.extinction_per_mm) * segment_mm;
         const auto add = [&](double* to, double slope) {
             to[k] += (1.0 - upper) * slope;

@@ -1,5 +1,5 @@
-// Rays in parallel, samples in order; those far outside the slab are skipped by the ray's own slope. Where some samples
-// lie becomes vectors, and what lies there is gathered.
+// Rays in parallel, samples in order; those far outside the slab are skipped by the ray's own slope. The positions
+// of several samples are computed as vectors, and their voxels are gathered.
 #include "volprep/ray_samples.hpp"
 
 #include <algorithm>

@@ -128,7 +128,8 @@ class Reducer {
         return total;
     }
 
-    // Seen from the front a voxel's light is dimmed by what lies before it, seen from the back by what lies behind it.
+    // Seen from the front a voxel's light is dimmed by the voxels before it, seen from the back by the voxels behind
+    // it.
     Light through(std::array<int64_t, 3> at, int along) const noexcept {
         Light front{1.0, {}};
         Colour back = {};

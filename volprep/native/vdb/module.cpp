@@ -38,18 +38,18 @@ nb::str name_of(const GridInfo& info) {
 }
 
 void bind_reader(nb::module_& module) {
-    nb::class_<GridInfo>(module, "GridInfo", "What a file says of one of its grids, before its tree is read.")
+    nb::class_<GridInfo>(module, "GridInfo", "Header of a grid, read before its tree.")
         .def_prop_ro("name", &name_of, "Name, made unique with [0], [1], ...")
         .def_ro("value_type", &GridInfo::value_type, "float, double, vec3s, ...")
         .def_ro("grid_class", &GridInfo::grid_class, "Fog Volume, Level Set, Staggered Vector Field or Other.")
         .def_ro("saved_as_half", &GridInfo::saved_as_half, "Whether its floats have 16 bits in the file.")
         .def_ro("declared_box_xyz", &GridInfo::declared_box_xyz,
-                "First and last active voxel, as the file notes them; nothing vouches for them.");
+                "First and last active voxel, as the file notes them; they may be wrong.");
     module.def("list_grids", &volprep::vdb::list_grids, "path"_a,
-               "All grids of a file, in its order. Raises RuntimeError for what is no sound file.");
+               "All grids of a file, in its order. Raises RuntimeError for a damaged file.");
     nb::class_<ScalarGrid>(module, "ScalarGrid", "One grid of floats or doubles, whole in memory.")
         .def(nb::init<const std::string&, size_t>(), "path"_a, "index"_a,
-             "The grid number `index` of list_grids. Raises RuntimeError for what is no sound grid.")
+             "The grid number `index` of list_grids. Raises RuntimeError for a damaged grid.")
         .def_prop_ro("active_box_xyz", &ScalarGrid::active_box_xyz,
                      "First and last active voxel along x, y and z; None if no voxel is active.")
         .def_prop_ro("active_voxels", &ScalarGrid::active_voxels, "Number of active voxels.")

@@ -20,7 +20,8 @@
 namespace volprep::vdb {
 namespace {
 
-// OpenVDB's own File reads on beyond the end of a file and takes what is in its buffers for voxels; this stream throws.
+// OpenVDB's own File reads on beyond the end of a file and takes the contents of its buffers for voxels; this stream
+// throws.
 class Archive : public openvdb::io::Archive {
   public:
     explicit Archive(const std::string& path) : file_(path, std::ios::binary) {
@@ -117,13 +118,13 @@ class Archive : public openvdb::io::Archive {
     openvdb::GridBase::Ptr grid_;
 };
 
-// What OpenVDB says repeats words of the file, which may be any bytes.
+// Messages of OpenVDB repeat words of the file, which may be any bytes.
 std::string printable(std::string text) {
     std::replace_if(text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
     return text;
 }
 
-// Calls what reads, and says in words what a stream says of itself.
+// Calls `read`, and turns the state of the stream into a message.
 template <typename Function>
 auto reading(Function function) {
     try {
@@ -137,7 +138,7 @@ auto reading(Function function) {
     }
 }
 
-// A grid without a tree of its own shares that of another, its parent, which may stand behind it.
+// A grid without a tree of its own shares that of another, its parent, which may come later in the file.
 openvdb::GridBase::Ptr read_parent(const std::string& path, const openvdb::Name& unique_name) {
     Archive archive(path);
     while (archive.next())
@@ -171,7 +172,7 @@ struct ScalarGrid::Tree {
 };
 
 void initialize() {
-    // One thread: whoever reads limits its memory, and the stack and heap of each further thread count as such.
+    // One thread: the reading process limits its memory, and the stack and heap of each further thread count as such.
     static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     openvdb::initialize();
     // It only helps to load voxels later, which is never done here, and is decompressed before anything is checked.
@@ -251,7 +252,7 @@ class Ranges {
         std::fill_n(high_, count, -std::numeric_limits<float>::infinity());
     }
 
-    // The part of a box of voxels that lies within the volume, in its own indices; false if there is none.
+    // The part of a box of voxels that lies within the volume, in its own indices; false if it is empty.
     bool clip(const openvdb::CoordBBox& box, std::array<int64_t, 3>& begin, std::array<int64_t, 3>& last) const {
         for (int axis = 0; axis < 3; ++axis) {
             begin[axis] = std::max<int64_t>(int64_t{box.min()[axis]} - first_[axis], 0);

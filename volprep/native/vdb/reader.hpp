@@ -15,26 +15,27 @@ namespace volprep::vdb {
 
 using Xyz = std::array<int32_t, 3>;
 
-// What a file says of one of its grids, before anything of its tree is read.
+// Header of a grid, read before its tree.
 struct GridInfo {
     std::string name;
     std::string value_type;
     std::string grid_class;
     bool saved_as_half;
-    // First and last active voxel along x, y and z, if whoever wrote the file noted them. Nothing vouches for them.
+    // First and last active voxel along x, y and z, if the writer noted them; they may be wrong.
     std::optional<std::pair<Xyz, Xyz>> declared_box_xyz;
 };
 
 // Registers OpenVDB's types and keeps it to one thread. Once, before anything else.
 void initialize();
 
-// All grids in the order of the file. Throws std::exception for what is no sound file.
+// All grids in the order of the file. Throws std::exception for a damaged file.
 std::vector<GridInfo> list_grids(const std::string& path);
 
 // One grid of floats or doubles, whole in memory.
 class ScalarGrid {
   public:
-    // The grid number `index` of list_grids. Throws std::exception for what is no sound grid of floats or doubles.
+    // The grid number `index` of list_grids. Throws std::exception for a damaged grid, or one without floats or
+    // doubles.
     ScalarGrid(const std::string& path, size_t index);
     ~ScalarGrid();
 
@@ -52,7 +53,7 @@ class ScalarGrid {
     // memory follow the tree.
     void block_ranges(const Xyz& first_xyz, const std::array<int64_t, 3>& shape_zyx, int64_t block, float* low,
                       float* high) const;
-    // Values from voxel first_xyz on, as [z, y, x]; those that are not active too.
+    // Values from voxel first_xyz on, as [z, y, x], inactive ones included.
     void copy(const Xyz& first_xyz, const std::array<size_t, 3>& shape_zyx, float* dst) const;
 
   private:

@@ -60,7 +60,7 @@ class Walk {
 
   private:
     void take(int64_t bytes) {
-        if (bytes > left_) throw std::runtime_error("a part of it is longer than what is left of it");
+        if (bytes > left_) throw std::runtime_error("a part of it is longer than its remaining bytes");
         left_ -= bytes;
     }
     void skip(int64_t bytes) {
@@ -95,7 +95,7 @@ class Walk {
         }
     }
 
-    // The values of a node, of which `active` tells those that are stored if inactive ones are left out.
+    // The values of a node. `active` marks the stored ones if inactive values are left out.
     template <int Log2>
     void values(const Mask<Log2>& active) {
         using namespace openvdb::io;
@@ -125,9 +125,10 @@ class Walk {
                                          " bytes says that it has another size");
             return skip(bytes);
         }
-        if (stored > left_) throw std::runtime_error("a compressed block is longer than what is left of its grid");
+        if (stored > left_)
+            throw std::runtime_error("a compressed block is longer than the remaining bytes of its grid");
         if (format_.compression & COMPRESS_BLOSC) {
-            // Blosc believes what these numbers say of its input.
+            // Blosc trusts these sizes of its input.
             if (stored < blosc_header_bytes) throw std::runtime_error("a compressed block is too short");
             const auto header = number<std::array<uint32_t, blosc_header_bytes / 4>>();
             if (int64_t{header[1]} != bytes || int64_t{header[3]} != stored)

@@ -1,6 +1,6 @@
 // Checks the parts of an OpenVDB file before OpenVDB reads it. OpenVDB 10 takes the length of an uncompressed block
-// from the file and writes as many bytes into a buffer of another size (io/Compression.cc, bloscFromStream and
-// unzipFromStream), so that a file could overwrite the memory of whoever opens it.
+// from the file and writes that many bytes into a buffer of another size (io/Compression.cc, bloscFromStream and
+// unzipFromStream), so that a file could overwrite the reader's memory.
 // Source: the file format of OpenVDB 222 and later (tree/RootNode.h, InternalNode.h, LeafNode.h, io/Compression.h).
 #pragma once
 

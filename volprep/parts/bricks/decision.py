@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from volprep.parts.bricks.pool import brick_layout
-from volprep.parts.levels.decision import by
 from volprep.plan.records import BricksPlan, LevelPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit, one_channel
+from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import BrickSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
@@ -14,13 +14,14 @@ from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import SampleFilter
 from volprep_formats.textures.gl_formats import size_bytes
 
-ITEM = "bricks"
+KIND = "bricks"
+"""Kind of its item of the plan."""
 _REACH_OF_GRADIENTS = 2
 """Differences one voxel apart, each of values between voxels."""
 
 
 def require_bricks(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3031 for bricks smaller than what the filter reads, VP3032 where they cannot be a 3D texture.
+    """Raise VP3031 for bricks smaller than the reach of the filter, VP3032 where they cannot be a 3D texture.
 
     Raises VP3165 for light on bricks without ghost voxels.
     """
@@ -41,17 +42,17 @@ class Bricks:
     """How bricks must be."""
 
     settings: BrickSettings
-    """What the scene wants."""
+    """The settings of the scene."""
     filter: SampleFilter = "linear"
     """How they are sampled."""
     keep_empty: bool = False
-    """Whether bricks are stored although nobody sees them."""
+    """Whether bricks are stored even if they are invisible."""
 
 
 def as_bricks(
     level: LevelPlan, bits: int, profile: DeviceProfile, beside: Beside, wanted: Bricks
 ) -> VolumePlan | Misfit:
-    """Lay a level out as bricks, with room for all of them, or say why it cannot be."""
+    """Lay a level out as bricks, with room for all of them, or return why it is impossible."""
     size, reach = wanted.settings.size, wanted.settings.reach
     texel = one_channel(bits, profile)
     layout = brick_layout(level.shape_zyx, size, reach, profile.max_3d_texture_size)
@@ -59,7 +60,7 @@ def as_bricks(
         return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
     if layout is None or max(layout.bricks_zyx) > profile.max_3d_texture_size:
         limit = f"{profile.max_3d_texture_size} texels along an axis"
-        return Misfit(f"{by(level.shape_zyx)} voxels in bricks of {size}³ cells do not fit into {limit}")
+        return Misfit(f"{shape_text(level.shape_zyx)} voxels in bricks of {size}³ cells do not fit into {limit}")
     needed = size_bytes(texel, layout.texture_zyx) + size_bytes("RGBA8", layout.bricks_zyx)
     if needed + beside.bytes > profile.max_texture_bytes:
         limit = f"the {profile.max_texture_bytes} that profile {profile.name} has for textures"
@@ -92,12 +93,13 @@ def describe_bricks(volumes: Sequence[VolumePlan], profile: DeviceProfile) -> It
         return
     found = [volume.bricks for volume in volumes if volume.bricks is not None]
     if not found:
-        yield PlanItem(name=ITEM, kept=False, reason="the scene has no table [bricks]")
+        yield PlanItem(name="bricks", kind=KIND, kept=False, reason="the scene has no table [bricks]")
         return
     bricks = found[0]
     empty = "with one value" if bricks.keep_empty else "with one value, or in which nothing is seen,"
     yield PlanItem(
-        name=ITEM,
+        name="bricks",
+        kind=KIND,
         kept=True,
         reason=f"the scene asks for them: {bricks.size}³ cells each, with ghost voxels for filters that read "
         f"{bricks.reach} on each side; bricks {empty} are not stored",

@@ -44,7 +44,7 @@ def brick_layout(shape_zyx: Triple, size: int, reach: int, limit: int, stored: i
 
 
 def with_reach(ranges: BlockRanges, reach: int) -> BlockRanges:
-    """Ranges of what a filter may find in each block: with more than one voxel of reach also of those around it."""
+    """Ranges of values that a filter may read in each block: with a reach above one voxel, of its neighbours too."""
     low, high = ranges.low, ranges.high
     for axis in range(3) if reach > 1 else ():
         n = low.shape[axis]

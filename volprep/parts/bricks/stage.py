@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from volprep.parts.bricks.pool import brick_layout, places_of, pool_layers, with_reach
 from volprep.parts.skip.occupancy import occupied_blocks
 from volprep.parts.skip.visible import visible_extinction
-from volprep.parts.stage import Stage, Work
+from volprep.parts.stage import Stage, Work, any_channel
 from volprep.parts.texels import texels_of, volume_texture
 from volprep.parts.work import codes_of_level
 from volprep.plan.records import BricksPlan, ChannelPlan, LevelPlan, VolumePlan
@@ -93,4 +93,9 @@ def _pool(
         yield bytes_of(texels_of(layer, volume.format))
 
 
-STAGE = Stage(name="bricks", reads=("quantize", "pyramid", "transfer"), channel=Work(_settings, _run, shapes=None))
+STAGE = Stage(
+    name="bricks",
+    reads=("quantize", "pyramid", "transfer"),
+    channel=Work(_settings, _run, shapes=None),
+    is_needed=any_channel(lambda plan: any(volume.bricks is not None for volume in plan.volumes)),
+)

@@ -1,7 +1,7 @@
-"""How samples become colours: by lookup tables, pre-integrated tables or palettes, and what each is off by.
+"""How samples become colours: by lookup tables, pre-integrated tables or palettes, and the error of each.
 
-Pre-integration is measured on the sample of rays, along which the field is linear between voxels: so the truth is
-known exactly, and what is left is what samples miss between them, and what a table of so many entries rounds.
+Pre-integration is measured on the sample of rays, along which the field is linear between voxels, so the truth is known
+exactly; the errors are the variation that samples miss between them, and the rounding of a table of this size.
 """
 
 from collections.abc import Callable, Iterator
@@ -11,15 +11,20 @@ from itertools import pairwise
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.values.decision import TABLE_SHARE, ValueChoice
+from volprep.parts.values.decision import TABLE_SHARE
+from volprep.plan.decisions import Tables, ValueChoice
+from volprep.plan.item_kinds import TABLE_NAMES
+from volprep.plan.item_kinds import TABLES as TABLE_KINDS
 from volprep.plan.probe import PictureDifference, difference_of_views
-from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, PreintegratedPlan, VolumePlan
+from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, PreintegratedPlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import RenderWishes, Scene
+from volprep.transfer.integral import ends_of_entries, integrate
 from volprep.transfer.lookup import lookup_table
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preclassified import classified_texels, medium_of_texels
-from volprep.transfer.preintegrated import PreintegratedTable, preintegrated_texels, segment_light
+from volprep.transfer.segment_light import segment_light
+from volprep.transfer.texel_forms import opaque_per_mm
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.function_table import Table
@@ -32,8 +37,8 @@ from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 Classify = Callable[[Float64Array, Float64Array], tuple[Float64Array, Float64Array]]
 """Values at the front and the back of segments become their colours [..., 3] and mean extinctions per millimetre."""
 
-_ENTRIES = (64, 128, 256)
-"""Sizes of a pre-integrated table: the largest has 512 kB as half floats."""
+_ENTRIES = (1024, 2048)
+"""Sizes of a pre-integrated table, of 16 and 32 kB."""
 _RAYS = 256
 _MORE_SAMPLES = 4
 _REFERENCES = 8
@@ -42,38 +47,13 @@ CLASSIFIED_BITS = 32
 """Bits of a classified voxel."""
 
 
-@dataclass(frozen=True)
-class Tables:
-    """What the package classifies with, one of the three for each transfer function, and the reasons."""
-
-    lookups: tuple[LookupPlan, ...] = ()
-    """Lookup tables."""
-    preintegrated: tuple[PreintegratedPlan, ...] = ()
-    """Pre-integrated tables."""
-    palettes: tuple[PalettePlan, ...] = ()
-    """Palettes."""
-    points: tuple[str, ...] = ()
-    """Transfer functions whose control points programs hold."""
-    voxels: tuple[str, float] | None = None
-    """Where voxels are classified: by which transfer function, for a path of how many millimetres."""
-    reasons: tuple[str, ...] = ()
-    """What each is off by."""
-
-    def classified(self, volumes: tuple[VolumePlan, ...]) -> tuple[VolumePlan, ...]:
-        """Return the volumes with voxels classified, if they are to be."""
-        if self.voxels is None:
-            return volumes
-        transfer, reference_mm = self.voxels
-        update = {"transfer": transfer, "reference_mm": reference_mm}
-        return tuple(volume.model_copy(update=update) for volume in volumes)
-
-
 def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> int:
     """Return the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
     if not TABLES[wishes.classification]:
         return 0
-    texels = _largest(profile) ** 2 if wishes.classification == "preintegrated" else entries
-    return texels * BYTES_PER_TEXEL[_texel_format(profile)]
+    if wishes.classification == "preintegrated":
+        return _integral_bytes(_largest(profile))
+    return entries * BYTES_PER_TEXEL[_texel_format(profile)]
 
 
 def require_classification(scene: Scene) -> None:
@@ -92,7 +72,7 @@ def require_classification(scene: Scene) -> None:
 
 
 def _require_compositing(scene: Scene) -> None:
-    """Raise VP3045 for what the compositing of the scene does not go with, VP3115 to VP3120 for what it lacks."""
+    """Raise VP3045 for settings that the compositing does not support, VP3115 to VP3120 for missing ones."""
     render = scene.render
     compositing = COMPOSITINGS[render.compositing]
     unwanted = {
@@ -163,37 +143,55 @@ def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
     texts: list[str] = []
     for function in functions:
         entries, error = rays.smallest_table(function, profile, TABLE_SHARE * scene.tolerance.rmse)
-        planned.append(_preintegrated(function, entries, step.segment_mm, profile))
+        planned.append(_preintegrated(function, entries))
         texts.append(rays.preintegration_reason(function, entries, error))
     return Tables(preintegrated=tuple(planned), reasons=tuple(texts))
 
 
+def table_bytes(table: LookupPlan | PreintegratedPlan) -> int:
+    """Return the bytes of a table."""
+    if isinstance(table, LookupPlan):
+        return table.entries * BYTES_PER_TEXEL[table.format]
+    return _integral_bytes(table.entries)
+
+
 def describe_tables(plan: ChannelPlan, tables: Tables) -> Iterator[PlanItem]:
     """Say with what samples are classified, and why it has the size that it has."""
-    kinds = ((plan.lookups, "lookup table"), (plan.preintegrated, "pre-integrated table"))
     reasons = iter(tables.reasons)
-    for planned, kind in kinds:
-        for table in planned:
-            texels = table.entries if isinstance(table, LookupPlan) else table.entries**2
-            yield PlanItem(
-                name=f"{kind} {table.transfer}",
-                kept=True,
-                reason=next(reasons),
-                files=(table.file,),
-                size_bytes=texels * BYTES_PER_TEXEL[table.format],
-            )
+    tables_held: tuple[LookupPlan | PreintegratedPlan, ...] = (*plan.lookups, *plan.preintegrated)
+    for table in tables_held:
+        yield PlanItem(
+            name=f"{TABLE_NAMES[type(table)]} {table.transfer}",
+            kind=TABLE_KINDS[type(table)],
+            transfer=table.transfer,
+            kept=True,
+            reason=next(reasons),
+            files=(table.file,),
+            size_bytes=table_bytes(table),
+        )
     if tables.voxels is not None:
-        yield PlanItem(name=f"voxels classified by {tables.voxels[0]}", kept=True, reason=next(reasons))
+        yield PlanItem(
+            name=f"voxels classified by {tables.voxels[0]}", kind="classified-voxels", kept=True, reason=next(reasons)
+        )
     for name in tables.points:
-        yield PlanItem(name=f"control points {name}", kept=True, reason=next(reasons))
+        yield PlanItem(
+            name=f"control points {name}", kind="control-points", transfer=name, kept=True, reason=next(reasons)
+        )
     for palette in plan.palettes:
-        yield PlanItem(name=f"palette {palette.transfer}", kept=True, reason=next(reasons))
+        yield PlanItem(
+            name=f"palette {palette.transfer}",
+            kind="palette",
+            transfer=palette.transfer,
+            kept=True,
+            reason=next(reasons),
+        )
     if not plan.preintegrated:
         yield PlanItem(
             name="pre-integrated tables",
+            kind=TABLE_KINDS[PreintegratedPlan],
             kept=False,
             reason="the scene classifies single samples",
-            size_bytes=len(plan.transfer_functions) * _largest(plan.profile) ** 2 * 8,
+            size_bytes=len(plan.transfer_functions) * _integral_bytes(_largest(plan.profile)),
         )
 
 
@@ -207,9 +205,9 @@ class StepLengths:
     """Distance of the voxels along the samples of rays."""
 
     def along_axes(self, finer: int = 1) -> list[tuple[int, float]]:
-        """For each axis the segments between two voxels that come nearest to the nominal step, and their length.
+        """Return, for each axis, the number of segments between two voxels and their length, near the nominal step.
 
-        `finer` times as many, if given.
+        `finer` multiplies the number.
         """
         pieces = [finer * max(1, round(voxel_mm / self.segment_mm)) for voxel_mm in self.voxel_mm_zyx]
         return [(count, voxel_mm / count) for count, voxel_mm in zip(pieces, self.voxel_mm_zyx, strict=True)]
@@ -228,21 +226,21 @@ class _Rays:
         self, function: TransferFunction, profile: DeviceProfile, slack_rmse: float
     ) -> tuple[int, PictureDifference]:
         """Number of entries, and error against exact segments."""
-        sizes = [entries for entries in _ENTRIES if entries <= profile.max_texture_size]
+        sizes = _sizes(profile)
         truth = self._truth(function)
-        errors = [difference_of_views(self._light(self._table(function, n, profile)), truth) for n in sizes]
+        errors = [difference_of_views(self._light(self._table(function, n)), truth) for n in sizes]
         found = next(i for i, error in enumerate(errors) if error.rmse <= errors[-1].rmse + slack_rmse)
         return sizes[found], errors[found]
 
     def preintegration_reason(self, function: TransferFunction, entries: int, error: PictureDifference) -> str:
-        """Compare the table with samples, as many and four times as many."""
+        """Compare the table with the same number of samples, and with four times that number."""
         truth = self._truth(function)
         samples = _samples(Table.exact(function))
         few, many = (difference_of_views(self._light(samples, finer), truth) for finer in (1, _MORE_SAMPLES))
         return (
-            f"{entries}×{entries} entries for segments of {self._step.segment_mm:.3g} mm: "
-            f"the sample of rays is off by {error.text}; "
-            f"single samples would be off by {few.text}, four times as many by {many.text}"
+            f"{entries} entries for segments of any length: with {self._step.segment_mm:.3g} mm the sample "
+            f"of rays is off by {error.text}; single samples would be off by {few.text}, "
+            f"four times as many by {many.text}"
         )
 
     def palette_reason(self, function: TransferFunction, entries: int) -> str:
@@ -297,9 +295,10 @@ class _Rays:
             for rays, (pieces, length_mm) in zip(self._rays_zyx, self._step.along_axes(), strict=True)
         ]
 
-    def _table(self, function: TransferFunction, entries: int, profile: DeviceProfile) -> Classify:
-        texels = preintegrated_texels(function, self._window, entries, self._step.segment_mm, _texel_format(profile))
-        return PreintegratedTable.of_texels(texels, self._window).at
+    def _table(self, function: TransferFunction, entries: int) -> Classify:
+        opaque = opaque_per_mm(self._step.segment_mm)
+        table = Table.exact(function)
+        return integrate(table, ends_of_entries([table], self._window, entries), entries, opaque).at
 
     def _light(self, classify: Classify, finer: int = 1) -> list[Float64Array]:
         """Colour and opacity of the rays of each axis, with `finer` times the nominal segments."""
@@ -360,8 +359,12 @@ def _nearest(function: TransferFunction, window: tuple[float, float], entries: i
     return classify
 
 
+def _sizes(profile: DeviceProfile) -> list[int]:
+    return [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
+
+
 def _largest(profile: DeviceProfile) -> int:
-    return max(entries for entries in _ENTRIES if entries <= profile.max_texture_size)
+    return _sizes(profile)[-1]
 
 
 def _texel_format(profile: DeviceProfile) -> LookupFormat:
@@ -379,15 +382,11 @@ def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile) ->
     )
 
 
-def _preintegrated(
-    function: TransferFunction, entries: int, segment_mm: float, profile: DeviceProfile
-) -> PreintegratedPlan:
+def _preintegrated(function: TransferFunction, entries: int) -> PreintegratedPlan:
     name = f"preintegrated-{function.name}"
-    return PreintegratedPlan(
-        transfer=function.name,
-        name=name,
-        file=f"textures/{name}.ktx2",
-        format=_texel_format(profile),
-        entries=entries,
-        segment_mm=segment_mm,
-    )
+    return PreintegratedPlan(transfer=function.name, name=name, file=f"textures/{name}.ktx2", entries=entries)
+
+
+def _integral_bytes(entries: int) -> int:
+    """Return the bytes of a pre-integrated table: four sums of four bytes each."""
+    return 16 * entries

@@ -1,24 +1,23 @@
-"""Transfer functions become what shaders classify with: lookup tables, pre-integrated tables, or palettes.
+"""Turn transfer functions into the tables of shaders: lookup tables, pre-integrated tables, or palettes.
 
 All are made over the window of the stored values. A level whose pictures gain by it has a table of its own: a lookup
-table that was fitted when the level was made, or the integral of such a table over segments of the level's own step
-(both together: Díaz-García et al. 2018, section 3). Where users may edit transfer functions it has the joint histogram,
-too, from which its tables come.
+table that was fitted when the level was made, or the integral of such a table (both together: Díaz-García et al. 2018,
+section 3). If users may edit transfer functions, it also has the joint histogram, the source of its tables.
 """
 
 from collections.abc import Iterator
 
 import numpy as np
 
-from volprep.parts.levels.chosen import file_of_level, own_tables, table_of_level
 from volprep.parts.levels.joint_histogram import joint_shares
+from volprep.parts.levels.level_results import file_of_level, own_tables, table_of_level
 from volprep.parts.stage import Shapes, Stage, Work, present
 from volprep.parts.work import codes_of_level, codes_of_source
-from volprep.plan.products import EditingPlan
+from volprep.plan.products import EditingPlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
+from volprep.transfer.integral import ends_of_entries, in_unit, integrate
 from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.palette import even_palette
-from volprep.transfer.preintegrated import segment_table, segment_texels
 from volprep.transfer.texel_forms import MediumTexels, opaque_per_mm
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart
@@ -36,26 +35,28 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
 class _Step(Record):
-    """What lookup tables hold of how pictures are drawn: none is more opaque than one step can be."""
+    """Limit of tables that follows from drawing: none is more opaque than one step can be."""
 
     step_mm: float
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.tables)
-    step = _Step(step_mm=plan.render.step_mm) if plan.lookups else None
-    pieces = () if plan.subvolumes is None else plan.subvolumes.programs
-    return (*common, *present(step, plan.editing), *pieces, *(plan.render.level_steps if plan.preintegrated else ()))
+    step = _Step(step_mm=plan.render.step_mm) if plan.lookups or plan.preintegrated else None
+    subvolumes = plan.part(SubvolumesPlan)
+    pieces = () if subvolumes is None else subvolumes.programs
+    return (*common, *present(step, plan.part(EditingPlan)), *pieces)
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     progress.start("transfer", len(plan.transfer_functions))
     functions = {function.name: function for function in plan.transfer_functions}
+    editing = plan.part(EditingPlan)
     return Contribution(
         channel=ChannelPart(name=plan.channel, transfer_functions=plan.transfer_functions),
         textures=tuple(_textures(draft, plan, functions, progress)),
         palettes=tuple(_palettes(plan, functions, progress)),
-        editing=None if plan.editing is None else _editing(draft, plan, plan.editing),
+        editing=None if editing is None else _editing(draft, plan, editing),
     )
 
 
@@ -72,7 +73,8 @@ def _textures(
 
 def _drawn_levels(plan: ChannelPlan) -> set[int]:
     """Return the levels that programs draw: pieces are level 0, also where that is too large for a texture."""
-    pieces = {0} if plan.subvolumes is not None and plan.subvolumes.programs else set()
+    subvolumes = plan.part(SubvolumesPlan)
+    pieces = {0} if subvolumes is not None and subvolumes.programs else set()
     return pieces | {level.index for level in plan.levels}
 
 
@@ -83,7 +85,8 @@ def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: Tran
     if _drawn_levels(plan) - own.keys():
         tables[None] = lookup_table(function, plan.quantize.window, lookup.entries)
     # One shader reads all of them, and holds one scale.
-    headroom_per_mm = plan.editing.headroom_per_mm if plan.editing else 0.0
+    editing = plan.part(EditingPlan)
+    headroom_per_mm = editing.headroom_per_mm if editing else 0.0
     largest_per_mm = max(headroom_per_mm, *(float(table[:, 3].max()) for table in tables.values()))
     largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm))
     for level, table in tables.items():
@@ -95,29 +98,26 @@ def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: Tran
 def _preintegrated(
     draft: Draft, plan: ChannelPlan, planned: PreintegratedPlan, function: TransferFunction
 ) -> Iterator[Texture]:
-    """Return the tables of levels that have one of their own, for their own steps, and the common one if needed."""
+    """Return the tables of levels that have one of their own, and the common one where a level has none."""
     window, exact = plan.quantize.window, Table.exact(function)
-    tables = {
-        level: segment_table(
-            exact.with_entries(np.linspace(*window, len(entries)), entries),
-            window,
-            planned.entries,
-            plan.render.step_of(level),
-        )
+    functions: dict[int | None, Table] = {
+        level: exact.with_entries(np.linspace(*window, len(entries)), entries)
         for level, entries in own_tables(draft, plan, planned.transfer).items()
     }
-    named = {level: table_of_level(planned, level) for level in tables}
-    texels: dict[int | None, Float64Array] = dict(tables.items())
-    if _drawn_levels(plan) - tables.keys():
-        texels[None] = segment_table(exact, window, planned.entries, planned.segment_mm)
+    if _drawn_levels(plan) - functions.keys():
+        functions[None] = exact
+    ends = ends_of_entries(list(functions.values()), window, planned.entries)
+    tables = {
+        level: integrate(table, ends, planned.entries, opaque_per_mm(plan.render.step_mm))
+        for level, table in functions.items()
+    }
     # As lookup tables: one shader reads all of them, and holds one scale.
-    largest_per_mm = max(float(table[..., 3].max()) for table in texels.values())
-    largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm))
-    for level, table in texels.items():
-        found = planned
-        if level is not None:
-            found = named[level].model_copy(update={"segment_mm": plan.render.step_of(level)})
-        yield _texture(draft, plan, found, segment_texels(table, planned.format, largest_per_mm), level)
+    mean_per_mm = max(table.mean_per_mm for table in tables.values())
+    for level, table in tables.items():
+        named = planned if level is None else table_of_level(planned, level)
+        texture = _texture(draft, plan, named, MediumTexels(in_unit(table, mean_per_mm).texels, mean_per_mm), level)
+        low, high = ((each - window[0]) / (window[1] - window[0]) for each in ends)
+        yield texture.model_copy(update={"stored_range": (max(low, 0.0), min(high, 1.0))})
 
 
 def _editing(draft: Draft, plan: ChannelPlan, wanted: EditingPlan) -> Editing:
@@ -136,21 +136,21 @@ def _texture(
     table: MediumTexels,
     level: int | None = None,
 ) -> Texture:
-    segment_mm = planned.segment_mm if isinstance(planned, PreintegratedPlan) else None
+    is_integral = isinstance(planned, PreintegratedPlan)
     depth, height, width, _ = table.texels.shape
     shape_zyx = (depth, height, width)
     image = ktx2.Ktx2Image(KTX2_FORMAT[planned.format], shape_zyx, table.texels, 2)
     draft.write(planned.file, "texture", ktx2.encode(image))
     return Texture(
         name=planned.name,
-        role="transfer" if segment_mm is None else "preintegrated",
+        role="preintegrated" if is_integral else "transfer",
         file=planned.file,
         shape_zyx=shape_zyx,
         gl=gl_format(planned.format, "TEXTURE_2D", plan.profile.api),
         level=level,
         transfer=planned.transfer,
+        filter="nearest" if is_integral else "linear",
         max_extinction_per_mm=table.max_extinction_per_mm,
-        segment_mm=segment_mm,
     )
 
 
@@ -172,7 +172,7 @@ def _shapes(draft: Draft, plan: ChannelPlan) -> Shapes:
     shapes: Shapes = {}
     tables: tuple[LookupPlan | PreintegratedPlan, ...] = (*plan.lookups, *plan.preintegrated)
     for table in tables:
-        shape = (1, 1 if isinstance(table, LookupPlan) else table.entries, table.entries)
+        shape = (1, 1, table.entries) if isinstance(table, LookupPlan) else table.shape_zyx
         own = own_tables(draft, plan, table.transfer)
         if _drawn_levels(plan) - own.keys():
             shapes[table.file] = shape

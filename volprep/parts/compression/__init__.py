@@ -1,1 +1,1 @@
-"""Compressed forms of levels: what each changes in the pictures, and whether it is taken."""
+"""Compressed forms of levels: the picture error of each, and whether it is used."""

@@ -6,28 +6,25 @@ through them give the pictures. A form that these do not bear is refused. They s
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.case import Case, Neighbour
 from volprep.parts.compression.whole import LevelData, WholeLevel, WholeSource
-from volprep.parts.levels.layout import Layout, lay_out
-from volprep.parts.values.decision import ValueChoice, within_share
+from volprep.parts.layout.decision import lay_out
+from volprep.parts.values.decision import within_share
+from volprep.plan.decisions import CompressionChoice, Layout, ValueChoice
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, Quantizer, difference
-from volprep.plan.records import CropPlan
 from volprep.plan.room import texture_bytes
-from volprep.scan.statistics import Measured
 from volprep.scene.scene import Compression, Scene
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.source import SourceInfo
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 
 FORMATS: dict[Compression, CompressedFormat] = {
@@ -38,122 +35,82 @@ FORMATS: dict[Compression, CompressedFormat] = {
     "astc-6x6": "ASTC_6X6",
     "astc-8x8": "ASTC_8X8",
 }
-"""What a scene may ask for."""
+"""Forms that a scene may ask for."""
+KIND = "compression"
+"""Kind of its items of the plan."""
 _RAW_BITS = 8.0
 
 
-@dataclass(frozen=True)
-class CompressionGrounds:
-    """What the decision depends on."""
-
-    channel: str
-    """Name of the channel."""
-    scene: Scene
-    """What the user wants."""
-    profile: DeviceProfile
-    """Class of devices."""
-    info: SourceInfo
-    """What the source is."""
-    measured: Measured
-    """What was measured of it."""
-    functions: tuple[TransferFunction, ...]
-    """Transfer functions."""
-    values: ValueChoice
-    """Codes."""
-    crop: CropPlan
-    """Part of the source that becomes level 0."""
-    grid: Grid
-    """Grid of level 0."""
-
-
-@dataclass(frozen=True)
-class CompressionChoice:
-    """What was decided."""
-
-    layout: Layout
-    """Levels and their textures, compressed or not."""
-    items: tuple[PlanItem, ...] = ()
-    """The decision for people, one item for each format that was tried."""
-    forms: tuple[FormTrial, ...] = ()
-    """What was tried."""
-
-
-def bits_per_voxel(texture_format: CompressedFormat) -> float:
-    """Bits that a voxel takes, without padding."""
-    block = BLOCKS[texture_format]
+def bits_per_voxel(texture_format: str) -> float:
+    """Return the bits that a voxel takes in a compressed format, without padding."""
+    block = next(each for name, each in BLOCKS.items() if name == texture_format)
     return 8 * block.bytes / block.size**2 / block.components
 
 
-def choose_compression(grounds: CompressionGrounds, whole: WholeSource | None) -> CompressionChoice:
-    """Take the format that the scene names, or with "auto" the smallest, if it changes pictures little enough.
+def choose_form(case: Case, neighbours: Sequence[Neighbour], whole: WholeSource | None) -> CompressionChoice:
+    """Choose the form that the scene names, or with "auto" the smallest, if it changes pictures little enough.
 
-    Without the whole source a sample decides. Raises VP3070 where the scene names a format that the profile does not
-    have, VP3022 when the profile holds no level.
+    Without the whole source a sample decides. Raises VP3070 if the scene names a form that the profile does not have.
     """
-    scene, profile = grounds.scene, grounds.profile
+    scene, profile = case.scene, case.profile
     wanted = scene.textures.compression
     if wanted == "none":
-        return CompressionChoice(_laid_out(grounds, None))
+        return CompressionChoice()
     known = [name for name in BLOCKS if name in profile.texture_formats]
     if wanted != "auto" and FORMATS[wanted] not in known:
         fields = {"wanted": wanted, "format": FORMATS[wanted], "profile": profile.name}
         raise VolprepError("VP3070", **fields, known=", ".join(profile.texture_formats))
-    if reason := _why_never(scene, grounds.values, profile, known):
-        item = PlanItem(name="compressed textures", kept=False, reason=reason)
-        return CompressionChoice(_laid_out(grounds, None), (item,))
-    # A form that saves nothing is for those who ask for it.
+    if reason := _why_never(scene, case.values, profile, known):
+        return CompressionChoice(items=(PlanItem(name="compressed textures", kind=KIND, kept=False, reason=reason),))
+    # A form that saves nothing is used only if the scene asks for it.
     smaller = sorted((name for name in known if bits_per_voxel(name) < _RAW_BITS), key=bits_per_voxel)
-    return _first_that_bears(grounds, smaller if wanted == "auto" else [FORMATS[wanted]], whole)
+    return _first_that_bears(case, neighbours, smaller if wanted == "auto" else [FORMATS[wanted]], whole)
 
 
 def _first_that_bears(
-    grounds: CompressionGrounds, names: list[CompressedFormat], whole: WholeSource | None
+    case: Case, neighbours: Sequence[Neighbour], names: list[CompressedFormat], whole: WholeSource | None
 ) -> CompressionChoice:
-    patches = _Patches(grounds)
+    patches = _Patches(case)
     items: list[PlanItem] = []
     forms: list[FormTrial] = []
     wholes: dict[int, WholeLevel] = {}
     for name in names:
         try:
-            layout = _laid_out(grounds, name)
+            layout = lay_out(case, neighbours, name)
         except VolprepError as error:
             if error.code != "VP3022":
                 raise
-            items.append(_misfit(name, grounds.profile))
+            items.append(_misfit(name, case.profile))
             continue
         trial = patches.try_form(name, layout)
         if trial.kept and whole is not None:
             level = layout.levels[0]
             if level.index not in wholes:
-                wholes[level.index] = WholeLevel(whole, _level_data(grounds, layout))
+                wholes[level.index] = WholeLevel(whole, _level_data(case, layout))
             trial = wholes[level.index].try_form(layout.volumes[0], name)
         forms.append(trial)
         items.append(_item(trial))
         if trial.kept:
-            return CompressionChoice(layout, tuple(items), tuple(forms))
-    return CompressionChoice(_laid_out(grounds, None), tuple(items), tuple(forms))
+            return CompressionChoice(name, tuple(items), tuple(forms))
+    return CompressionChoice(None, tuple(items), tuple(forms))
 
 
 def _misfit(name: CompressedFormat, profile: DeviceProfile) -> PlanItem:
     reason = (
         f"{bits_per_voxel(name):.3g} bits a voxel; profile {profile.name} has no room for a level of it as a mosaic"
     )
-    return PlanItem(name=f"textures as {name}", kept=False, reason=reason)
+    return PlanItem(name=f"textures as {name}", kind=KIND, kept=False, reason=reason)
 
 
-def _laid_out(grounds: CompressionGrounds, form: CompressedFormat | None) -> Layout:
-    return lay_out(grounds.channel, grounds.scene, grounds.profile, grounds.grid, grounds.values, form)
-
-
-def _level_data(grounds: CompressionGrounds, layout: Layout) -> LevelData:
+def _level_data(case: Case, layout: Layout) -> LevelData:
     return LevelData(
         level=layout.levels[0],
-        crop=grounds.crop,
-        grid=grounds.grid,
-        quantize=grounds.values.quantize,
-        functions=grounds.functions,
-        render=grounds.scene.render,
-        tolerance=grounds.scene.tolerance,
+        crop=case.crop,
+        grid=case.grid,
+        quantize=case.values.quantize,
+        functions=case.functions,
+        render=case.scene.render,
+        tolerance=case.scene.tolerance,
     )
 
 
@@ -179,6 +136,7 @@ def _item(trial: FormTrial) -> PlanItem:
     later = "; a build tries the whole level" if trial.kept and trial.basis == "sample" else ""
     return PlanItem(
         name=f"textures as {trial.format}",
+        kind=KIND,
         kept=trial.kept,
         reason=f"{bits_per_voxel(trial.format):.3g} bits a voxel; {found}, {limit} half of the tolerance{later}",
     )
@@ -187,16 +145,16 @@ def _item(trial: FormTrial) -> PlanItem:
 class _Patches:
     """Patches of the scan with the pictures of their codes."""
 
-    def __init__(self, grounds: CompressionGrounds) -> None:
-        values = grounds.values
-        self._tolerance = grounds.scene.tolerance
-        self._rays = COMPOSITINGS[grounds.scene.render.compositing].rays
-        self._spacing_mm = grounds.info.grid.spacing_mm_zyx[0]
+    def __init__(self, case: Case) -> None:
+        values = case.values
+        self._tolerance = case.scene.tolerance
+        self._rays = COMPOSITINGS[case.scene.render.compositing].rays
+        self._spacing_mm = case.info.grid.spacing_mm_zyx[0]
         self._quantizer = Quantizer(8, values.quantize.window)
-        stored = grounds.measured.stored_patches.astype(np.float64)
-        texels = self._quantizer.texels(stored * grounds.info.slope + grounds.info.intercept)
+        stored = case.measured.stored_patches.astype(np.float64)
+        texels = self._quantizer.texels(stored * case.info.slope + case.info.intercept)
         self._texels = np.rint(texels * 255).astype(np.uint8)
-        exact = [Table.exact(each) for each in grounds.functions]
+        exact = [Table.exact(each) for each in case.functions]
         self._tables = [each.resampled(values.quantize.window, values.entries) for each in exact]
         self._truth = [self._picture(texels, table) for table in self._tables]
 
@@ -230,7 +188,7 @@ class _Patches:
 
 def _through_blocks(texels: UInt8Array, name: CompressedFormat) -> Float64Array:
     """Encode and decode patches [patch, z, y, x], each slice of each in blocks of its own; gives values 0 to 1."""
-    # Encoders are heavy, and for those who compress.
+    # Encoders are heavy dependencies, needed only for compression.
     from volprep_formats.textures.blocks import decode_blocks, encode_blocks  # noqa: PLC0415
 
     block = BLOCKS[name]

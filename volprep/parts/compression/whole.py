@@ -1,8 +1,8 @@
 """How compression of a whole level changes the pictures that validation judges: measured, not estimated.
 
-The level is encoded as its stage will encode it, decoded as a GPU does, and its standard views are drawn by the oracle
-and compared with those of the source. So the error is that of codes and blocks together, the data error of validation.
-The oracle needs whole volumes: source and decoded level are files that are mapped into memory.
+The level is encoded as in its stage, decoded as on a GPU, and the oracle draws its standard views, which are compared
+with the same views of the source. So the error includes both codes and blocks: it is the data error of validation. The
+oracle needs whole volumes: source and decoded level are files that are mapped into memory.
 """
 
 import hashlib
@@ -46,18 +46,18 @@ class WholeSource:
     volume: RawVolume
     """Stored values."""
     info: SourceInfo
-    """What they are."""
+    """Description of the source."""
     sha256: str
     """Digest of the source."""
     progress: Progress
-    """Is told how far the work is."""
+    """Progress callback."""
     known: list[FormTrial] = field(default_factory=list)
-    """What was found out before; what is new is added."""
+    """Earlier results; new ones are added."""
 
 
 @dataclass(frozen=True)
 class LevelData:
-    """What is asked about: a level of a source, and how it is looked at."""
+    """The level of a source to test, and how it is drawn."""
 
     level: LevelPlan
     """The level."""
@@ -79,7 +79,7 @@ class WholeLevel:
     """A level with its true pictures. Each picture is drawn once for all forms."""
 
     def __init__(self, source: WholeSource, data: LevelData) -> None:
-        """Take the source, and what is asked about it."""
+        """Store the source and the parameters of the trial."""
         self._source = source
         self._data = data
         level = data.level
@@ -90,7 +90,7 @@ class WholeLevel:
     def try_form(self, volume: VolumePlan, form: CompressedFormat) -> FormTrial:
         """Encode the level in `form`, as `volume` lays it out; draw views until one is beyond half of the tolerance.
 
-        Encoding and pictures take the time of an encoder and of half a validation; what is known is not done again.
+        Encoding and drawing take as long as an encoder and half a validation, so known results are not computed again.
         """
         key = self._key(volume, form)
         for trial in self._source.known:
@@ -119,7 +119,7 @@ class WholeLevel:
         return trial
 
     def _key(self, volume: VolumePlan, form: CompressedFormat) -> str:
-        from volprep_formats.textures.blocks import encoder_of  # noqa: PLC0415 - for those who compress
+        from volprep_formats.textures.blocks import encoder_of  # noqa: PLC0415 - needed only for compression
 
         data = self._data
         records = (data.level, data.crop, data.quantize, *data.functions, data.render, data.tolerance, volume)
@@ -129,9 +129,9 @@ class WholeLevel:
 
     def _encode(self, volume: VolumePlan, form: CompressedFormat) -> tuple[list[UInt8Array], float]:
         """Blocks of each texture, [row, column, byte], and the seconds that encoding took."""
-        from volprep_formats.textures.blocks import encode_blocks  # noqa: PLC0415 - for those who compress
+        from volprep_formats.textures.blocks import encode_blocks  # noqa: PLC0415 - needed only for compression
 
-        assert volume.mosaic is not None  # noqa: S101 - what is compressed is a mosaic
+        assert volume.mosaic is not None  # noqa: S101 - compressed levels are mosaics
         parts, seconds = [], 0.0
         for part in range(volume.mosaic.textures):
             strips = []
@@ -145,8 +145,8 @@ class WholeLevel:
     def _decode(
         self, blocks: list[UInt8Array], volume: VolumePlan, form: CompressedFormat, decoded: NDArray[np.uint16]
     ) -> float:
-        """Decode all slices into `decoded`; give the mean square of what is wrong, in codes."""
-        from volprep_formats.textures.blocks import decoded_slices  # noqa: PLC0415 - for those who compress
+        """Decode all slices into `decoded`; return the mean square error, in codes."""
+        from volprep_formats.textures.blocks import decoded_slices  # noqa: PLC0415 - needed only for compression
 
         layout = volume.mosaic
         assert layout is not None  # noqa: S101 - as above

@@ -1,23 +1,27 @@
-"""What a package needs when users of the app edit transfer functions, and what it then cannot have.
+"""Requirements of a package whose users edit transfer functions, and the parts that it then cannot have.
 
-Where transfer functions are what they are, the plan leaves out all that they do not show. Where they may change,
-nothing may rest on them but tables that can be made anew: no crop, no values without codes, no filter, mesh or voxel
-that shows one function only.
+If transfer functions are fixed, the plan leaves out everything that they do not show. If they may change, only tables
+that can be rebuilt may depend on them: no crop, no values without codes, no filter, mesh or voxel that shows one
+function only.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels.joint_histogram import reference_mm
+from volprep.parts.levels.level_input import BY_LOOKS
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import LevelPlan
-from volprep.scene.scene import Scene
+from volprep.scene.scene import Scene, SliceSettings
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.editing.record import BINS, JointHistogram
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.textures.paletted import ENTRIES
 
+KIND = "joint-histograms"
+"""Kind of its item of the plan."""
 _HEADROOM = 4.0
 """Optical depth of a voxel, 98 % opacity, that tables of 8 bits leave room for: their scale is constant in shaders."""
 
@@ -26,24 +30,41 @@ def for_edits(scene: Scene, profile: DeviceProfile) -> Scene:
     """Return the scene with the wishes that editing brings, if it is to be editable. Raises VP3080 for others."""
     if not scene.editable:
         return scene
+    if not profile.has_shaders:
+        return _with_palettes(scene)
     frozen = {
-        f"profile {profile.name}, which has no shaders": not profile.has_shaders,
         f"classification {scene.render.classification}": scene.render.classification != "lookup",
-        "pyramid.filter appearance": scene.pyramid.filter == "appearance",
+        f"pyramid.filter {scene.pyramid.filter}": scene.pyramid.filter in BY_LOOKS,
         "[proxy]": scene.proxy is not None,
     }
+    _refuse(frozen)
+    skip = scene.skip.model_copy(update={"ranges": scene.skip.kind != "none"})
+    return scene.model_copy(update={"crop": "none", "skip": skip})
+
+
+def _with_palettes(scene: Scene) -> Scene:
+    """Return the scene of slices whose palettes are replaced: all values have codes, and all codes an entry."""
+    settings = scene.slices or SliceSettings()
+    _refuse(
+        {
+            f"slices.form {settings.form}": settings.form != "palette",
+            f"slices.palette_entries {settings.palette_entries}": settings.palette_entries < ENTRIES,
+        }
+    )
+    return scene.model_copy(update={"crop": "none"})
+
+
+def _refuse(frozen: Mapping[str, bool]) -> None:
     for what, wanted in frozen.items():
         if wanted:
             raise VolprepError("VP3080", what=what)
-    skip = scene.skip.model_copy(update={"ranges": scene.skip.kind != "none"})
-    return scene.model_copy(update={"crop": "none", "skip": skip})
 
 
 def plan_editing(scene: Scene, grid: Grid, levels: tuple[LevelPlan, ...]) -> EditingPlan | None:
     """Decide which levels have a joint histogram: all coarser ones, unless they hold labels, which nothing mixes."""
     if not scene.editable:
         return None
-    mixes = COMPOSITINGS[scene.render.compositing].level_filter is None and not scene.source.labels
+    mixes = not COMPOSITINGS[scene.render.compositing].level_filters and not scene.source.labels
     coarser = [level for level in levels if level.index > 0 and mixes]
     return EditingPlan(
         histograms=tuple(
@@ -60,12 +81,13 @@ def plan_editing(scene: Scene, grid: Grid, levels: tuple[LevelPlan, ...]) -> Edi
 
 
 def describe_editing(plan: EditingPlan | None) -> Iterator[PlanItem]:
-    """Return what the package holds for edits of transfer functions, if users make them."""
+    """Return the data that the package holds for edits of transfer functions, if users make them."""
     if plan is None:
         return
     if plan.histograms:
         yield PlanItem(
             name="joint histograms",
+            kind=KIND,
             kept=True,
             reason="users edit transfer functions: one matrix-vector product gives a level's table for any function; "
             "filters of levels and these matrices depend on no function",
@@ -74,4 +96,4 @@ def describe_editing(plan: EditingPlan | None) -> Iterator[PlanItem]:
         )
     else:
         reason = "no level needs one: each is drawn with the table of the transfer function itself"
-        yield PlanItem(name="joint histograms", kept=False, reason=reason)
+        yield PlanItem(name="joint histograms", kind=KIND, kept=False, reason=reason)

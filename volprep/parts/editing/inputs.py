@@ -1,7 +1,7 @@
-"""What an app does after its user has edited a transfer function: it makes new tables from what the package holds.
+"""Steps of an app after its user has edited a transfer function: make new tables from data in the package.
 
-The section "Editing transfer functions" of SPEC.md as code. What is drawn with the new tables is what a package would
-show that was built with the edited function.
+The section "Editing transfer functions" of SPEC.md as code. The picture with the new tables is that of a package built
+with the edited function.
 """
 
 import math

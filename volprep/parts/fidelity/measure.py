@@ -10,8 +10,8 @@ The record must hold for views that made no part of it. Errors of pictures diffe
   varies by less than 8 %, over 20 others too: 20 % are more than two and a half standard deviations of the difference;
 - the largest error of a view is the largest of many, whose distribution is Gumbel's. That one of 20 views exceeds a
   value with a probability of a thousandth takes 7.3 standard deviations above the mean; the standard deviation itself
-  is known to a quarter from 16 views. The record therefore states nine; and at least twice the mean, where by chance
-  the views are alike. No error of a premultiplied channel is larger than 1.
+  is known to a quarter from 16 views. The record therefore states nine; and at least twice the mean, in case the views
+  happen to have equal errors. No error of a premultiplied channel is larger than 1.
 """
 
 import math
@@ -84,7 +84,7 @@ class MeasuredFidelity:
 def measure(package: Package, scan: Volume, cameras: Sequence[Camera]) -> Iterator[MeasuredFidelity]:
     """Measure all levels of a package of one channel with all of its transfer functions.
 
-    Raises what `renderer_of` and the oracle raise.
+    Raises the errors of `renderer_of` and the oracle.
     """
     manifest = package.manifest
     for function in manifest.transfer_functions:
@@ -113,7 +113,7 @@ def measure(package: Package, scan: Volume, cameras: Sequence[Camera]) -> Iterat
 
 
 def stated(found: MeasuredFidelity) -> Fidelity:
-    """Return the record of what was measured, in three digits: two drivers may differ in the fourth."""
+    """Return the record of the measurements, in three digits: two drivers may differ in the fourth."""
     largest = np.array([view.maximum for view in found.views])
     mean = float(largest.mean())
     bound = max(mean + _DEVIATIONS * float(largest.std(ddof=1)), _LEAST_OF_MEAN * mean) + _STEP_OF_TARGET

@@ -33,7 +33,7 @@ def describe_hybrid(hybrid: Hybrid | None) -> Iterator[PlanItem]:
     if hybrid is not None:
         lines = "lines with all pixels" if hybrid.has_lines else "no lines"
         reason = f"the volume in a picture of {hybrid.longest_side} pixels along its longer side, {lines}"
-        yield PlanItem(name="hybrid resolution", kept=True, reason=reason, files=hybrid.shaders)
+        yield PlanItem(name="hybrid resolution", kind="hybrid", kept=True, reason=reason, files=hybrid.shaders)
 
 
 def _pair(name: str) -> ShaderPair:

@@ -1,6 +1,6 @@
-"""Lookup tables adapted to a coarse level, so that its pictures come as near as they can to those of level 0.
+"""Lookup tables adapted to a coarse level, to bring its pictures as close as possible to the pictures of level 0.
 
-A voxel of a coarse level is a mixture, and what its value should look like depends on what was mixed: a thin vessel has
+A voxel of a coarse level is a mixture, and the right look of its value depends on the values in it: a thin vessel has
 become a faint one, the border of a bone a broad one. The table is fitted to light: along random rays the light of level
 0 is known, and the entries are moved by Gauss-Newton steps until the light of the level misses it least in the square.
 Changes are linear between at most 256 knots, and rough changes cost a little, so that values that no ray meets follow
@@ -59,7 +59,7 @@ def fitted_table(samples: RaySamples, target: Float64Array, common: Float64Array
 
 @dataclass(frozen=True)
 class _Tried:
-    """A change of the knots, and what it does."""
+    """A change of the knots, and its effect."""
 
     change: Float64Array
     table: Float64Array
@@ -70,7 +70,7 @@ class _Tried:
 
 
 class _Fit:
-    """One problem: what changes of the knots make of the table, and what they cost."""
+    """One problem: the effect of changes of the knots on the table, and their cost."""
 
     def __init__(self, samples: RaySamples, target: Float64Array, common: Float64Array) -> None:
         self._samples = samples

@@ -1,8 +1,8 @@
-"""Which filters are worth a whole level: those that are nearly the best on blocks of the volume.
+"""Preselect the filters worth computing a whole level with: the ones that are nearly the best on blocks of the volume.
 
 Two blocks along each axis, about its quarters, so that each place of the volume is near one of them. Their size hardly
-depends on that of the volume: what is tried costs the same for a scan of 1 GB and of 20 GB. What is nearly the best
-there makes the whole level, and its light along rays through all of the volume decides.
+depends on that of the volume: the trial costs the same for a scan of 1 GB and of 20 GB. Filters that are nearly the
+best there make the whole level, and its light along rays through the whole volume decides.
 """
 
 import math
@@ -15,10 +15,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.parts.levels.aimed import aimed_lines
+from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.joint_histogram import joint_counts, reference_mm, shares_of_counts
+from volprep.parts.levels.level_input import Factors, LevelInput, level_slices
 from volprep.parts.levels.light import Histogram, RayLight, Sampled, score
-from volprep.parts.levels.made import Classified, Factors, level_slices
-from volprep.parts.levels.rays import random_lines, sample_sets
+from volprep.parts.levels.rays import RaySegments, random_lines, sample_sets
 from volprep.parts.levels.records import Trial
 from volprep.scan.slabs import RawVolume
 from volprep_formats.grid import Grid
@@ -27,32 +29,17 @@ from volprep_formats.package.channel import LevelFilter
 _MARGIN = 1.15
 """Filters whose error on blocks is below the least by this make the whole level."""
 _CELLS = 12
-"""Voxels of the level along an axis of a block at least, a third of which its faces reach."""
+"""Minimum number of voxels of the level along an axis of a block; a third of them lie within reach of its faces."""
 _EDGE = 96
 """Voxels of level 0 along an axis of a block, unless its cells need more."""
 _RAYS, _CHECK_RAYS = 250, 125
-"""Through each block."""
+"""Through each block; half of them are aimed at visible voxels."""
 _WEIGHTS = 24
-"""Along an axis of a block: as fine as those of a volume of 500 voxels are."""
+"""Along an axis of a block: as fine as for a volume of 500 voxels."""
 _LARGEST_IN_MEMORY_BYTES = 2**26
 """Larger blocks, of levels far down, are read slab by slab for each filter."""
 _LARGEST_SHARE = 1 / 4
 """Blocks that are more of the volume save too little."""
-
-
-@dataclass(frozen=True)
-class _InMemory(RawVolume):
-    """Voxels that are no file."""
-
-    voxels: NDArray[np.generic]
-
-    @classmethod
-    def of(cls, voxels: NDArray[np.generic]) -> "_InMemory":
-        z, y, x = voxels.shape
-        return cls(Path(), (z, y, x), voxels.dtype, voxels)
-
-    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        return self.voxels[z0:z1]
 
 
 @dataclass(frozen=True)
@@ -72,11 +59,18 @@ class _OnFile(RawVolume):
         rows = self.whole.read_rows(slice(first + z0, first + z1), slice(*y))
         return np.ascontiguousarray(rows[:, :, slice(*x)])
 
+    def read_rows(self, z: slice, y: slice) -> NDArray[np.generic]:
+        (first_z, _), (first_y, _), x = self.ranges_zyx
+        rows = self.whole.read_rows(
+            slice(first_z + z.start, first_z + z.stop), slice(first_y + y.start, first_y + y.stop)
+        )
+        return np.ascontiguousarray(rows[:, :, slice(*x)])
+
 
 def promising(
-    scan: Classified, factors: Factors, candidates: Sequence[LevelFilter], *, adapt: bool, editable: bool
+    scan: LevelInput, factors: Factors, candidates: Sequence[LevelFilter], *, adapt: bool, editable: bool
 ) -> tuple[tuple[LevelFilter, ...], tuple[Trial, ...]]:
-    """Return the filters that may be the best, and what was measured; all of them where blocks would save little."""
+    """Return the filters that may be the best, and the measurements; all filters if blocks would save little."""
     ranges = [_ranges(n, factor) for n, factor in zip(scan.grid.shape_zyx, factors, strict=True)]
     voxels = math.prod(sum(stop - start for start, stop in axis) for axis in ranges)
     if len(candidates) == 1 or voxels > _LARGEST_SHARE * math.prod(scan.grid.shape_zyx):
@@ -84,11 +78,11 @@ def promising(
     fine: list[Sampled] = []
     levels = {name: _Tried() for name in candidates}
     for seed, block in enumerate(_blocks(scan, ranges)):
-        lines = [random_lines(block.grid, count, 2 * seed + k) for k, count in enumerate((_RAYS, _CHECK_RAYS))]
+        lines = _lines(block, factors, 3 * seed)
         fine.append(Sampled(*sample_sets(block.volume, block.grid.spacing_mm_zyx, lines)))
         for name, tried in levels.items():
             began = time.perf_counter()
-            level = _InMemory.of(np.concatenate([each for each, _ in level_slices(block, name, factors)]))
+            level = InMemory.of(np.concatenate([each for each, _ in level_slices(block, name, factors)]))
             tried.seconds += time.perf_counter() - began
             tried.samples.append(Sampled(*sample_sets(level, block.spacing_mm_zyx(factors), lines)))
             if editable:
@@ -97,19 +91,32 @@ def promising(
     trials = {name: tried.compared(light, name, scan, factors) for name, tried in levels.items()}
     units = trials[candidates[0]]
     scores = {name: score(each, units, editable=editable) for name, each in trials.items()}
-    near = tuple(name for name in candidates if scores[name] <= _MARGIN * min(scores.values()))
-    return near, tuple(trial.model_copy(update={"on": "blocks"}) for each in trials.values() for trial in each)
+    near = [name for name in candidates if scores[name] <= _MARGIN * min(scores.values())]
+    if near.count("appearance") + near.count("raised") == 2:
+        # Both take the same fit, the dearest part of a level: blocks tell which is the better one.
+        near.remove(max(("appearance", "raised"), key=scores.__getitem__))
+    return tuple(near), tuple(trial.model_copy(update={"on": "blocks"}) for each in trials.values() for trial in each)
+
+
+def _lines(block: LevelInput, factors: Factors, seed: int) -> list[RaySegments]:
+    """Return rays through a block to fit along, to check along by chance, and aimed ones to choose along."""
+    blocks, aside = block.looks.seen_blocks, float(max(factors))
+    fit, check = (random_lines(block.grid, count, seed + k) for k, count in enumerate((_RAYS // 2, _CHECK_RAYS)))
+    at_seen = aimed_lines(block.grid, blocks, aside, _RAYS // 2, seed)
+    chosen = aimed_lines(block.grid, blocks, aside, _CHECK_RAYS, seed + 2)
+    # In a block that shows nothing there is nothing to aim at.
+    return [RaySegments.joined([fit, at_seen]), check, chosen if len(chosen.lengths_mm) else check]
 
 
 class _Tried:
-    """What a filter made of all blocks."""
+    """One filter's result for all blocks."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
         self.samples: list[Sampled] = []
         self.counts = np.zeros((256, 256), np.uint64)
 
-    def compared(self, light: RayLight, name: LevelFilter, scan: Classified, factors: Factors) -> list[Trial]:
+    def compared(self, light: RayLight, name: LevelFilter, scan: LevelInput, factors: Factors) -> list[Trial]:
         histogram = None
         if self.counts.any():
             histogram = Histogram(shares_of_counts(self.counts), reference_mm(scan.spacing_mm_zyx(factors)))
@@ -126,10 +133,10 @@ def _ranges(voxels: int, factor: int) -> list[tuple[int, int]]:
     return [(start, start + edge) for start in starts]
 
 
-def _blocks(scan: Classified, ranges: Sequence[Sequence[tuple[int, int]]]) -> Iterator[Classified]:
+def _blocks(scan: LevelInput, ranges: Sequence[Sequence[tuple[int, int]]]) -> Iterator[LevelInput]:
     for z, y, x in product(*ranges):
         part = _OnFile.of(scan.volume, (z, y, x))
         volume: RawVolume = part
         if part.slice_bytes * part.shape_zyx[0] <= _LARGEST_IN_MEMORY_BYTES:
-            volume = _InMemory.of(part.read_slab(0, part.shape_zyx[0]))
-        yield Classified(volume, Grid.of(part.shape_zyx, scan.grid.spacing_mm_zyx), scan.tables, _WEIGHTS)
+            volume = InMemory.of(part.read_slab(0, part.shape_zyx[0]))
+        yield LevelInput(volume, Grid.of(part.shape_zyx, scan.grid.spacing_mm_zyx), scan.tables, _WEIGHTS)

@@ -1,7 +1,7 @@
 """Levels of a package whose voxels are classified: colours and opacities in place of values.
 
-What the filter of a texture mixes here is premultiplied colour and opacity, so that a level of values that was fitted
-for what comes after classification is wrong for it. Ways to make a level are compared by the light of random rays:
+Here the filter of a texture mixes premultiplied colour and opacity, so a level of values that was fitted for
+interpolation before classification is wrong for it. Ways to make a level are compared by the light of random rays:
 
 - box, or another filter of values: values are reduced, and classified then.
 - transmittance: level 0 is classified, and what light does in the columns of each cell is averaged
@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.parts.levels.choice import CHECK_RAYS
+from volprep.parts.levels.appearance import plain_look
+from volprep.parts.levels.choose_level import CHECK_RAYS
 from volprep.parts.levels.fitted import fitted_slabs
+from volprep.parts.levels.level_input import LevelInput, level_slices, written
 from volprep.parts.levels.light import rmse_of
-from volprep.parts.levels.look import plain_look
-from volprep.parts.levels.made import Classified, level_slices, written
 from volprep.parts.levels.rays import random_lines, sample_level
 from volprep.parts.levels.records import LevelChoice, Trial
 from volprep.scan.slabs import RawVolume, slab_ranges
@@ -35,7 +35,7 @@ from volprep_formats.package.channel import LevelFilter
 Factors = tuple[int, int, int]
 
 CLASSIFIED_CANDIDATES: tuple[LevelFilter, ...] = ("box", "transmittance", "least-squares")
-"""What "auto" chooses from."""
+"""Candidates of "auto"."""
 _SEED = 3
 _CODES = 256
 
@@ -66,7 +66,7 @@ class _ChannelOfTexels(RawVolume):
 class ClassifiedChooser:
     """Makes the levels of one volume of classified voxels."""
 
-    def __init__(self, scan: Classified, voxels: Voxels) -> None:
+    def __init__(self, scan: LevelInput, voxels: Voxels) -> None:
         """Take the volume; `scan` has one lookup table, the transfer function's."""
         self._scan = scan
         self._voxels = voxels
@@ -119,9 +119,9 @@ class ClassifiedChooser:
 
 
 def classified_slices(
-    scan: Classified, voxels: Voxels, name: LevelFilter, factors: Factors
+    scan: LevelInput, voxels: Voxels, name: LevelFilter, factors: Factors
 ) -> Iterator[tuple[UInt8Array, int]]:
-    """Return the slices of a level [z, y, 4 x], with how many slices of level 0 they stand for."""
+    """Return the slices of a level [z, y, 4 x], with the number of slices of level 0 that they cover."""
     if name == "transmittance":
         made = _transmitted(scan, voxels, factors)
     elif name == "least-squares":
@@ -132,7 +132,7 @@ def classified_slices(
     return ((each.reshape(*each.shape[:2], -1), read) for each, read in made)
 
 
-def _transmitted(scan: Classified, voxels: Voxels, factors: Factors) -> Iterator[tuple[UInt8Array, int]]:
+def _transmitted(scan: LevelInput, voxels: Voxels, factors: Factors) -> Iterator[tuple[UInt8Array, int]]:
     volume = scan.volume
     by_code = voxels.straight(256**volume.dtype.itemsize)
     bytes_per_code = by_code[0].nbytes // volume.dtype.itemsize

@@ -1,20 +1,16 @@
-"""Which levels there could be, and how the device class can hold each of them."""
+"""Candidate levels of a pyramid, and the filter that makes them."""
 
 import math
 from typing import Literal
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels.reduce import LABEL_FILTERS
-from volprep.parts.mosaic.decision import as_compressed_mosaic, as_mosaic
-from volprep.plan.records import LevelPlan, VolumePlan
-from volprep.plan.room import Beside, Misfit, one_channel, too_large
-from volprep.scene.scene import MosaicSettings, Scene
+from volprep.plan.records import LevelPlan
+from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.texture import SampleFilter
-from volprep_formats.textures.block_formats import CompressedFormat
 
 _NEARLY_EQUAL = math.sqrt(2)
 """Spacings closer than this are halved together: of two axes the one that stays behind is never the finer one."""
@@ -32,7 +28,8 @@ def filter_of(scene: Scene) -> Literal["auto"] | LevelFilter:
     if wanted == "transmittance" and scene.render.classification != "preclassified":
         raise VolprepError("VP3044")
     if wanted == "auto":
-        return "mode" if labels else COMPOSITINGS[scene.render.compositing].level_filter or "auto"
+        filters = COMPOSITINGS[scene.render.compositing].level_filters
+        return "mode" if labels else filters[0] if len(filters) == 1 else "auto"
     if labels and wanted not in LABEL_FILTERS:
         raise VolprepError("VP3024", filter=wanted, possible=", ".join(sorted(LABEL_FILTERS)))
     return wanted
@@ -47,7 +44,7 @@ def candidate_levels(
 ) -> list[LevelPlan]:
     """List the levels from level 0 down to the first whose longest axis has at most so many voxels.
 
-    It ends before that where a voxel of the next would stand for more than 2^21. Each halves those axes of the one
+    It ends earlier if a voxel of the next level would cover more than 2^21 voxels. Each halves those axes of the one
     before whose spacing is nearly the smallest, so that voxels come closer to cubes; odd sizes round up. Where levels
     are mosaics only the longest of these axes is halved: the package holds one level, and the finest that fits loses
     less when the steps between levels are small.
@@ -84,51 +81,3 @@ def _halved(
         axes = [max(axes, key=lambda axis: shape[axis])]
     z, y, x = (f * 2 if axis in axes else f for axis, f in enumerate(factors))
     return z, y, x
-
-
-def fit_level(  # noqa: PLR0917 - the level, the device class, and what is wanted
-    level: LevelPlan,
-    bits: int,
-    profile: DeviceProfile,
-    beside: Beside,
-    wanted: MosaicSettings,
-    compression: CompressedFormat | None = None,
-    between: SampleFilter = "linear",
-) -> VolumePlan | Misfit:
-    """Lay a level out as the device class can hold it, beside other textures, or say why not.
-
-    `between` says how it is sampled.
-    """
-    if compression is not None:
-        return as_compressed_mosaic(level, compression, profile, beside, wanted.gutter)
-    if not profile.max_3d_texture_size:
-        return as_mosaic(level, bits, profile, beside, wanted, between)
-    volume = _as_texture3d(level, bits, profile, between)
-    return volume if isinstance(volume, Misfit) else too_large(volume, profile, beside) or volume
-
-
-def _as_texture3d(level: LevelPlan, bits: int, profile: DeviceProfile, between: SampleFilter) -> VolumePlan | Misfit:
-    texel = one_channel(bits, profile)
-    if texel is None:
-        return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
-    if max(level.shape_zyx) > profile.max_3d_texture_size:
-        return Misfit(
-            f"{by(level.shape_zyx)} voxels, but 3D textures of profile {profile.name} have at most "
-            f"{profile.max_3d_texture_size} along an axis"
-        )
-    name = f"volume-{level.name}"
-    return VolumePlan(
-        level=level.index,
-        names=(name,),
-        files=(f"textures/{name}.ktx2",),
-        format=texel,
-        shape_zyx=level.shape_zyx,
-        mosaic=None,
-        channels=(level.channel,),
-        filter=between,
-    )
-
-
-def by(shape_zyx: tuple[int, int, int]) -> str:
-    """Write a shape for people, x first."""
-    return "×".join(str(n) for n in reversed(shape_zyx))

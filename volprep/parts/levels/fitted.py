@@ -3,7 +3,8 @@
 - least-squares: in the values. The projection of level 0 onto what trilinear interpolation can say. A box filter's
   level is interpolated, and so smoothed, once more; this one has that taken out.
 - appearance: in what the scene's transfer functions make of the values, weighted by how much each part is seen
-  (volprep.parts.levels.look). A level for these transfer functions: what they show alike may be mixed up.
+  (volprep.parts.levels.appearance). The level suits these transfer functions: values that they show in the same way
+  may be mixed up.
 
 Both are volprep's own. They begin with the mean of each cell, and improve it by Gauss-Newton steps that take the sums
 of rows for the matrix; of values alone, these steps need level 0 only once, of looks each takes half of its rows, in
@@ -18,27 +19,27 @@ from typing import Any
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.parts.levels.look import Look, largest_code
+from volprep.parts.levels.appearance import Look, largest_code
 from volprep.parts.levels.means import Cells, Means, MeansOfVoxels, Strip, bins_per_code, edges_of_means
 from volprep.scan.slabs import RawVolume, slab_ranges
 
 Factors = tuple[int, int, int]
 
 _ITERATIONS = 4
-"""A voxel sees what lies so many voxels of its level away; with more of them pictures come no nearer. With three of any
-size light along rays is up to 2.5 % further away; from a level fitted to values, which overshoots where a transfer
-function is steep, two or three end 5 to 10 % further away."""
+"""Number of iterations: a voxel is influenced by voxels of its level up to this far away, and more iterations bring
+pictures no closer. With three of any size light along rays is up to 2.5 % further away; from a level fitted to values,
+which overshoots where a transfer function is steep, two or three end 5 to 10 % further away."""
 _STEP = 1.2
-"""Between plain steps and those that begin to overshoot where a transfer function is steep."""
+"""Step size, between plain steps and steps that begin to overshoot where a transfer function is steep."""
 
 
 def fitted_slabs(
     volume: RawVolume, factors_zyx: Factors, look: Look, means: Means | None = None
 ) -> Iterator[tuple[NDArray[Any], int]]:
-    """Return the slices of the level in order, some at a time, with the number of slices of level 0 they stand for.
+    """Return the slices of the level in order, a few at a time, with the number of slices of level 0 that they cover.
 
-    The bytes do not depend on the slabs: each reaches as far beyond what it gives as the iterations carry. Memory holds
-    such a slab. Level 0 is not read where the level's `means` are given.
+    The bytes do not depend on the slabs: each slab is extended by the reach of the iterations. Memory holds such a
+    slab. Level 0 is not read where the level's `means` are given.
     """
     if edges_of_means(factors_zyx) == (1, 1, 1):
         return _to_voxels(volume, factors_zyx, look)
@@ -130,7 +131,7 @@ def _windows(means: Means, strips: Iterable[tuple[int, int]], room: "_Room") -> 
 
 
 class _Room:
-    """Memory for three strips that follow each other, each of as many cells as the iterations carry."""
+    """Memory for three successive strips, each one cell deep for each iteration."""
 
     size = _ITERATIONS
     """Slices of the level in a strip; the last one of a volume may have fewer."""
@@ -163,7 +164,7 @@ class _Room:
         self.filled -= self.size
 
     def window(self) -> Strip:
-        """Return what is there."""
+        """Return the next slices."""
         return self._strips.part(slice(self._samples), slice(self.filled))
 
 

@@ -1,14 +1,15 @@
 """Tables of coarser levels for any transfer function, also one that is edited on the device: a matrix-vector product.
 
-The matrix says, for each value that a sample of the level may have, which values level 0 has where the level has it.
-A level's table averages what the transfer function makes of those: opacities of half a voxel of the level, and light.
-Opacities, because what is dense counts as much as it is seen; by the mean of extinctions the border of bone would be as
-dark as bone. The matrix depends on no transfer function.
+The matrix says, for each value that a sample of the level may have, which values level 0 has where the level has it. A
+level's table averages what the transfer function makes of those: opacities of half a voxel of the level, and light.
+Opacities, because a dense voxel counts only as far as it is visible; by the mean of extinctions the border of bone
+would be as dark as bone. The matrix depends on no transfer function.
 
-After the conditional mean of sparse pdf volumes (Sicat et al., 2014). What is ours: the level counts as it is drawn,
-between its voxels too, not as the cells that its voxels were made of (on six scans with two functions each the light of
-a box filter's levels 1 and 2 comes 30 and 39 % nearer to that of level 0, where cells give 12 and 22 %); the rarest
-fiftieth at both ends of a row is left out, so that what is empty stays empty; and half of a row is the value itself.
+After the conditional mean of sparse pdf volumes (Sicat et al., 2014). Differences from the paper: the level counts as
+it is drawn, between its voxels too, not as the cells that its voxels were made from (on six scans with two functions
+each the light of a box filter's levels 1 and 2 comes 30 and 39 % closer to that of level 0; with cells, 12 and 22 %);
+the rarest fiftieth at both ends of a row is left out, so that empty space stays empty; and half of a row is the value
+itself.
 """
 
 import numpy as np
@@ -35,7 +36,7 @@ def reference_mm(spacing_mm_zyx: tuple[float, float, float]) -> float:
 
 
 def joint_shares(volume: RawVolume, level: RawVolume, factors: Factors) -> Shares:
-    """Return the matrix [256, 256] of a level: row c holds the shares, in 1/65535, of what lies beneath its bin c."""
+    """Return the matrix [256, 256] of a level: row c is the distribution of level 0, in 1/65535, beneath bin c."""
     return shares_of_counts(joint_counts(volume, level, factors))
 
 
@@ -83,7 +84,7 @@ def level_table(shares: Shares, table: Float64Array, length_mm: float) -> Float6
     Returns
     -------
     NDArray
-        A table of the same shape. Colours where nothing is seen are those of `table`.
+        A table of the same shape. Invisible entries have the colours of `table`.
     """
     at = np.linspace(0.0, BINS - 1, len(table))
     opacity = -np.expm1(-table[:, 3] * length_mm)[:, None]

@@ -1,7 +1,7 @@
-"""What fitted levels are made of: cells of level 0, and means over parts of them.
+"""Input of fitted levels: cells of level 0, and means over parts of them.
 
-Where a voxel of a level stands for thousands of level 0, its means are a small part of level 0. Those of all such
-levels are kept on the disk in one pass over it, and whatever makes these levels reads only them.
+Where a voxel of a level covers thousands of voxels of level 0, its means are a small part of level 0. One pass over
+level 0 stores the means of all such levels on disk, and these levels are made from them alone.
 """
 
 import math
@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.parts.levels.look import Look, largest_code, write_means
+from volprep.parts.levels.appearance import Look, largest_code, write_means
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep_formats.arrays import Float32Array
 
 Factors = tuple[int, int, int]
 
 _SAMPLES = 4
-"""Along each axis of a voxel of the level. Where it stands for more voxels of level 0, means of these are samples: less
-work for each level below the second, and light as near (a head at an eighth: within 0.7 %; with two samples, 4 %)."""
+"""Along each axis of a voxel of the level. If it covers more voxels of level 0, their means are the samples: less work
+for each level below the second, and light as close (a head at an eighth: within 0.7 %; with two samples, 4 %)."""
 _LEAST_KEPT = 4**3
 """Voxels in a mean that is kept on the disk: a mean and its look take 20 bytes."""
 
@@ -70,7 +70,7 @@ class Cells:
         return level
 
     def codes(self, level: Float32Array, bins_per_code: float) -> NDArray[Any]:
-        """Return the codes of a fitted level, each in the range of its cell. What `level` holds is overwritten."""
+        """Return the codes of a fitted level, each in the range of its cell; overwrites `level`."""
         level /= np.float32(bins_per_code)
         codes: NDArray[Any] = np.rint(level, out=level).astype(self.box.dtype)
         np.clip(codes, self.low, self.high, out=codes)
@@ -93,7 +93,7 @@ class Strip:
 
     @classmethod
     def empty(cls, slab_zyx: Factors, factors_zyx: Factors, look: Look, dtype: np.dtype[np.generic]) -> Self:
-        """Return memory for those of a slab of this shape."""
+        """Return memory for the means of a slab of this shape."""
         z, y, x = _native.box_reduced_shape(slab_zyx, edges_of_means(factors_zyx))
         looks = np.empty((z, len(look.table), y, x, look.table.shape[2]), np.float32)
         cells = Cells.empty(_native.box_reduced_shape(slab_zyx, factors_zyx), dtype)
@@ -155,7 +155,7 @@ class KeptMeans:
 
     @classmethod
     def planned(cls, volume: RawVolume, factors_zyx: Factors, look: Look, scratch: Callable[[str], Path]) -> Self:
-        """Say where those of a level will be."""
+        """Return where the means of a level are stored."""
         name = "-".join(map(str, factors_zyx))
         edges = edges_of_means(factors_zyx)
         z, y, x = _native.box_reduced_shape(volume.shape_zyx, edges)
@@ -176,7 +176,7 @@ class KeptMeans:
 
     @property
     def files(self) -> tuple[RawVolume, ...]:
-        """Return what is on the disk, in the order of `Strip.arrays`."""
+        """Return the stored arrays, in the order of `Strip.arrays`."""
         return self.values, self.looks, self.box, self.low, self.high
 
     def read(self, begin: int, strip: Strip) -> None:

@@ -1,7 +1,7 @@
 """How strong the noise of a volume is, measured on the volume itself.
 
-The Laplacian of what a scan shows is small almost everywhere; what remains is noise, with a standard deviation that is
-the noise's times the root of the sum of the squared weights. The median of its size is not moved by edges.
+The Laplacian of the signal is small almost everywhere; the rest is noise, with the standard deviation of the noise
+times the root of the sum of the squared weights. The median of its size is not moved by edges.
 
 Large volumes are sampled, or this would take longer than the filter that asks for it: some slices, evenly spaced, and
 of large ones a band of rows each, band after band. Of the Laplacians of n voxels of noise alone the median is off by a
@@ -20,11 +20,11 @@ from volprep.scan.slabs import RawVolume, slab_ranges
 _DEVIATION_FROM_MEDIAN = 1.4826
 """Standard deviation of normal noise over the median of its size."""
 _ROUNDING = 1 / math.sqrt(12)
-"""Standard deviation of what rounding to a code adds."""
+"""Standard deviation of the error of rounding to a code."""
 _STENCIL = 3
 """Voxels that a second difference needs."""
 _EDGES = ((2048 + np.arange(2048) << np.arange(8)[:, None]) - 2048).ravel()
-"""The sizes of a Laplacian at which the bins of its histogram begin (_native.laplacian_histogram)."""
+"""Lower edges of the bins of the histogram of Laplacian sizes (_native.laplacian_histogram)."""
 _SAMPLED_VOXELS = 1 << 20
 """Voxels that are sampled at least."""
 _SAMPLED_SLICES = 8
@@ -80,7 +80,7 @@ def _all(volume: RawVolume) -> list[tuple[slice, slice]]:
 def _median(histogram: NDArray[np.uint64]) -> float:
     """Median of integers from their histogram, within the bin that it falls into as if that were evenly filled."""
     counts = histogram.astype(np.float64)
-    # A size of 0 stands for 0 to 1/2 only, any other for half a size on either side.
+    # A size of 0 covers 0 to 1/2 only, any other size half a unit on either side.
     half = counts.sum() / 2
     if half == 0:
         return 0.0

@@ -1,52 +1,67 @@
-"""Which levels are for previews only: their pictures will be beyond the scene's tolerance.
+"""Which levels are for previews only: their pictures may be beyond the scene's tolerance.
 
-What is known when a level is made is how far its light along random rays is from that of level 0. Validation draws nine
-views, each pixel the mean of four rays at least and as large as a voxel of the level, and takes the worst. Of 54 builds
-(eight scans, seven compositings, with and without light, labels, two channels; 119 coarse levels) the worst picture had
+When a level is made, the difference of its light from level 0 is known only along some rays: rays aimed at visible
+voxels, or, where no filter was tried, random rays that show something. Validation draws nine views, each pixel the
+mean of four rays at least and as large as a voxel of the level, and takes the worst. Its error was 0.3 to 0.8 of that
+along rays. FLIP and kept light are stricter than the root mean square; so a level is not for previews only if half of
+the tolerance is enough for its error along rays.
 
-    RMSE of the picture | in errors along rays: least, median, most
-    above 0.04          | 0.39, 0.59, 0.84
-    0.015 to 0.04       | 0.34, 0.52, 0.73
-    0.004 to 0.015      | 0.42, 0.61, 2.19; steps and 8 bits of the target are a part of these errors
+A mark excuses nothing by itself. Validation draws box means of the scan, too, and judges a marked level by the
+tolerance if these are within it: a bad level cannot excuse itself.
 
-Four fifths of the error along rays is the error to expect. With it all 55 levels beyond the default tolerance of 0.02
-were marked, and 19 of the 64 within it, most of these with more than 0.015; a factor of 0.7 marked 14 of them, and left
-no room for other scans. With seven other tolerances, from 0.005 to 0.04, all levels beyond were marked but 3 of 506.
-
-Pictures of several channels are not measured: a level is for previews there if it is so in a channel.
+Pictures of several channels are not measured: a level is for previews there if it is so in a channel. Nor are pictures
+of a scan with its segments, whose borders move with coarser labels: all their coarser levels are for previews.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from volprep.parts.levels.records import LevelChoice
+from volprep.parts.levels.records import LevelChoice, Trial
 from volprep_formats.package.manifest import Tolerance
 
-_PICTURES = 0.8
-"""Error to expect of the worst of nine pictures, in errors along rays."""
+_CERTAIN = 0.5
+"""Part of the tolerance within which the error along rays of a level must be that is not for previews."""
 
 
-def preview_levels(choices: Sequence[LevelChoice], finest: int, tolerance: Tolerance) -> frozenset[int]:
+def preview_levels(
+    choices: Sequence[LevelChoice], finest: int, tolerance: Tolerance, *, segments: bool = False
+) -> frozenset[int]:
     """Return the levels that are for previews only: the finest that is beyond, and all that are coarser.
 
-    The `finest` level of the package is never one of them: there is nothing else to settle on.
+    The `finest` level of the package is never one of them: there is nothing else to settle on. All others are in a
+    picture of `segments`.
     """
-    beyond = [choice.level for choice in choices if choice.level > finest and _expected(choice) > tolerance.rmse]
+    if segments:
+        return frozenset(choice.level for choice in choices if choice.level > finest)
+    beyond = [choice.level for choice in choices if choice.level > finest and _is_beyond(choice, tolerance)]
     return frozenset(choice.level for choice in choices if beyond and choice.level >= min(beyond))
 
 
-def preview_reason(choice: LevelChoice, tolerance: Tolerance) -> str:
+def preview_reason(choice: LevelChoice, tolerance: Tolerance, *, segments: bool = False) -> str:
     """Say why a level is for previews only."""
-    measured = f"along random rays its light is {_worst(choice):.2g} from that of level 0"
-    if _expected(choice) > tolerance.rmse:
-        expected = f"a picture may have {_PICTURES:g} times that, the tolerance is {tolerance.rmse:g}"
-    else:
-        expected = "a finer level is, too"
-    return f"for previews only: {measured}; {expected}"
+    if segments:
+        return "for previews only: how far segments of a coarser level are from those of level 0 is not measured"
+    if not _is_beyond(choice, tolerance):
+        return "for previews only: a finer level is, too"
+    measured = f"along rays its light is {error_along_rays(choice):.2g} from that of level 0"
+    return f"for previews only: {measured}, {_CERTAIN * tolerance.rmse:g} is allowed"
 
 
-def _expected(choice: LevelChoice) -> float:
-    return _PICTURES * _worst(choice)
+def _is_beyond(choice: LevelChoice, tolerance: Tolerance) -> bool:
+    return error_along_rays(choice) > _CERTAIN * tolerance.rmse
 
 
-def _worst(choice: LevelChoice) -> float:
-    return max((error.rmse for error in choice.errors), default=0.0)
+def error_along_rays(choice: LevelChoice) -> float:
+    """Return the error of the level: along rays aimed at visible voxels if it was tried along them."""
+    return max([error.rmse for error in choice.errors] + [*map(_error, _chosen(choice))], default=0.0)
+
+
+def _chosen(choice: LevelChoice) -> Iterable[Trial]:
+    own = {table.transfer for table in choice.tables}
+    for trial in choice.trials:
+        of_choice = (trial.filter, trial.on) == (choice.filter, "whole")
+        if of_choice and (trial.table == "adapted") == (trial.transfer in own):
+            yield trial
+
+
+def _error(trial: Trial) -> float:
+    return trial.rmse if trial.seen_rmse is None else trial.seen_rmse

@@ -6,7 +6,7 @@ the volume: memory depends on the number of samples, not on the depth of the vol
 views; those stay a test.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.parts.levels.look import largest_code
+from volprep.parts.levels.appearance import largest_code
+from volprep.parts.levels.in_memory import InMemory
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.texture import SampleFilter
 
-_MOST_SAMPLES = 8_000_000
+MOST_SAMPLES = 8_000_000
 """Along all rays together, in level 0: 32 MB."""
 _FEWEST_RAYS = 500
 
@@ -35,6 +36,22 @@ class RaySegments:
     """[n, 3], of length 1."""
     lengths_mm: Float64Array
     """[n]: length inside the box."""
+
+    @classmethod
+    def joined(cls, parts: "Sequence[RaySegments]") -> "RaySegments":
+        """Return the rays of all parts."""
+        starts_mm_xyz, directions_xyz, lengths_mm = (
+            np.concatenate(each) for each in zip(*map(_arrays, parts), strict=True)
+        )
+        return cls(starts_mm_xyz, directions_xyz, lengths_mm)
+
+    def part(self, begin: int, end: int) -> "RaySegments":
+        """Return rays begin to end - 1."""
+        return RaySegments(*(each[begin:end] for each in _arrays(self)))
+
+    def taken(self, order: NDArray[np.intp]) -> "RaySegments":
+        """Return some rays in another order."""
+        return RaySegments(*(each[order] for each in _arrays(self)))
 
 
 @dataclass(frozen=True)
@@ -73,12 +90,14 @@ class RaySamples:
         return cls(values, offsets, lengths_mm, parts[0].scale)
 
 
-def random_lines(grid: Grid, wanted: int, seed: int) -> RaySegments:
-    """Give rays that cross the box of `grid`; fewer than `wanted` where they would be long in voxels."""
+def random_lines(grid: Grid, wanted: int, seed: int, fewest: int = _FEWEST_RAYS) -> RaySegments:
+    """Return rays that cross the box of `grid`; less than `wanted` where they would be long in voxels.
+
+    There are at least `fewest`, unless less are wanted.
+    """
     extent_mm_xyz = np.array(grid.extent_mm_zyx[::-1])
     radius_mm = float(np.linalg.norm(extent_mm_xyz)) / 2
-    samples = 2 * radius_mm / min(grid.spacing_mm_zyx)
-    count = int(np.clip(_MOST_SAMPLES / samples, min(_FEWEST_RAYS, wanted), wanted))
+    count = fewer_if_long(grid, wanted, fewest)
     generator = np.random.default_rng(seed)
     parts: list[RaySegments] = []
     found = 0
@@ -88,11 +107,36 @@ def random_lines(grid: Grid, wanted: int, seed: int) -> RaySegments:
         across = _unit(normals[1] - (normals[1] * directions).sum(axis=1)[:, None] * directions)
         aside_mm = radius_mm * np.sqrt(generator.random(count))
         middles_mm = extent_mm_xyz / 2 + across * aside_mm[:, None]
-        lines = _inside(middles_mm, directions, extent_mm_xyz, min(grid.spacing_mm_zyx))
+        lines = inside_box(middles_mm, directions, extent_mm_xyz, min(grid.spacing_mm_zyx))
         parts.append(lines)
         found += len(lines.lengths_mm)
-    joined = [np.concatenate(each)[:count] for each in zip(*map(_arrays, parts), strict=True)]
-    return RaySegments(*joined)
+    return RaySegments.joined(parts).part(0, count)
+
+
+def fewer_if_long(grid: Grid, wanted: int, fewest: int = _FEWEST_RAYS) -> int:
+    """Return how many rays of `wanted` are few enough for memory; at least `fewest`, unless less are wanted."""
+    samples = float(np.linalg.norm(grid.extent_mm_zyx)) / min(grid.spacing_mm_zyx)
+    return int(np.clip(MOST_SAMPLES / samples, min(fewest, wanted), wanted))
+
+
+def ray_counts(
+    lengths_mm: Float64Array, spacing_mm_zyx: tuple[float, float, float], multiple: int = 1, per_voxel: int = 2
+) -> NDArray[np.int64]:
+    """Return how many samples rays of these lengths have: `per_voxel`, and a `multiple` of so many."""
+    counts = np.maximum(1, np.ceil(per_voxel * lengths_mm / (multiple * min(spacing_mm_zyx)))).astype(np.int64)
+    return counts * multiple
+
+
+def in_memory_parts(
+    lines: RaySegments, spacing_mm_zyx: tuple[float, float, float], per_voxel: int = 2
+) -> Iterator[RaySegments]:
+    """Yield the rays in parts whose samples fit in memory: about `MOST_SAMPLES` each."""
+    samples = np.cumsum(ray_counts(lines.lengths_mm, spacing_mm_zyx, per_voxel=per_voxel))
+    pieces = int(samples[-1]) // MOST_SAMPLES + 1
+    ends = np.searchsorted(samples, samples[-1] * np.arange(1, pieces) / pieces).tolist()
+    for begin, end in pairwise([0, *ends, len(samples)]):
+        if end > begin:
+            yield lines.part(begin, end)
 
 
 def sample_level(
@@ -102,14 +146,15 @@ def sample_level(
     *,
     between: SampleFilter = "linear",
     multiple: int = 1,
+    per_voxel: int = 2,
 ) -> RaySamples:
-    """Sample the codes of a level twice a voxel along rays through its box; one pass over the file.
+    """Sample the codes of a level along rays through its box, usually twice a voxel; one pass over the file.
 
-    `between` says what is between voxels: labels are not mixed. The samples of each ray are a `multiple` of so many.
+    `between` is the interpolation between voxels: labels are not mixed. The samples of each ray are a `multiple` of so
+    many.
     """
     spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
-    counts = np.maximum(1, np.ceil(2 * lines.lengths_mm / (multiple * spacing_mm_xyz.min()))).astype(np.int64)
-    counts *= multiple
+    counts = ray_counts(lines.lengths_mm, spacing_mm_zyx, multiple, per_voxel)
     offsets = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
     origins = np.ascontiguousarray(lines.starts_mm_xyz / spacing_mm_xyz - 0.5)
     directions = np.ascontiguousarray(lines.directions_xyz / spacing_mm_xyz)
@@ -126,6 +171,13 @@ def sample_level(
     return RaySamples(values, offsets, np.ascontiguousarray(lines.lengths_mm), scale)
 
 
+def sample_slices(
+    voxels: NDArray[np.generic], spacing_mm_zyx: tuple[float, float, float], lines: RaySegments, per_voxel: int = 2
+) -> RaySamples:
+    """Sample codes [z, y, x] in memory, as `sample_level` samples a file."""
+    return sample_level(InMemory.of(voxels), spacing_mm_zyx, lines, per_voxel=per_voxel)
+
+
 def sample_sets(
     volume: RawVolume,
     spacing_mm_zyx: tuple[float, float, float],
@@ -135,8 +187,7 @@ def sample_sets(
     multiple: int = 1,
 ) -> list[RaySamples]:
     """Sample a level along several sets of rays, as `sample_level` does; one pass over the file."""
-    joined = RaySegments(*(np.concatenate(each) for each in zip(*map(_arrays, lines), strict=True)))
-    samples = sample_level(volume, spacing_mm_zyx, joined, between=between, multiple=multiple)
+    samples = sample_level(volume, spacing_mm_zyx, RaySegments.joined(lines), between=between, multiple=multiple)
     ends = np.cumsum([0, *(len(each.lengths_mm) for each in lines)])
     return [samples.part(begin, end) for begin, end in pairwise(ends.tolist())]
 
@@ -151,7 +202,7 @@ def _sample_nearest(  # noqa: PLR0917 - as the kernel of the other filter takes 
 ) -> None:
     """Write the codes of the voxels that samples lie in, of those whose voxel is in the slab, without its last slice.
 
-    `lines` are in voxels; the last slice is that of the next slab, unless there is none.
+    `lines` are in voxels; the last slice belongs to the next slab, unless there is no next one.
     """
     counts = np.diff(offsets)
     number = np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
@@ -164,10 +215,10 @@ def _sample_nearest(  # noqa: PLR0917 - as the kernel of the other filter takes 
     values[here] = slab[z[here] - z0, y[here], x[here]]
 
 
-def _inside(
+def inside_box(
     points_mm: Float64Array, directions: Float64Array, extent_mm_xyz: Float64Array, shortest_mm: float
 ) -> RaySegments:
-    """Cut lines through points to the box from 0 to `extent_mm_xyz`; those that hardly touch it are dropped."""
+    """Cut lines through points to the box from 0 to `extent_mm_xyz`; lines that hardly touch it are dropped."""
     # A direction along an axis has no crossing with the planes across it: far away on both sides.
     safe = np.where(np.abs(directions) < 1e-12, 1e-12, directions)
     crossings = np.stack([-points_mm / safe, (extent_mm_xyz - points_mm) / safe])

@@ -1,4 +1,4 @@
-"""Records of what was measured and decided about levels when they were made."""
+"""Records of the measurements and decisions made while levels were built."""
 
 from typing import Literal
 
@@ -27,9 +27,14 @@ class Trial(Record):
     table: Literal["common", "adapted"]
     """Whether with the table of level 0, or one fitted to the level."""
     rmse: float
-    """Root mean square over rays and channels of the difference of light, premultiplied linear."""
+    """Root mean square over channels, and over random rays that show something, of the difference of light."""
+    seen_rmse: float | None = None
+    """The same over rays that are aimed at visible voxels: choices depend on it, and on kept light. None for classified
+    voxels."""
+    kept_light: float = 1.0
+    """Light of the level over that of level 0, along these rays; 1 if right."""
     seconds: float
-    """What it took to make the level, and the table if it is an adapted one."""
+    """Cost of making the level, and the table if it is an adapted one."""
 
 
 class LightError(Record):
@@ -38,12 +43,21 @@ class LightError(Record):
     transfer: str
     """Transfer function."""
     rmse: float
-    """Root mean square over random rays and channels of the difference of light, premultiplied linear, as the package
-    draws it: with the tables, the compositing and the lighting that it has."""
+    """Root mean square over channels, and over random rays that show something, of the difference of light as the
+    package draws it: with the tables, the compositing and the lighting that it has."""
+
+
+class MeasuredStep(Record):
+    """How far apart the samples of a ray may be in one level."""
+
+    step_mm: float
+    """Distance of the samples."""
+    reason: str
+    """Why."""
 
 
 class LevelChoice(Record):
-    """What was chosen for one level, and from what."""
+    """The choice for one level, and its candidates."""
 
     level: int
     """Number of the level."""
@@ -53,12 +67,16 @@ class LevelChoice(Record):
     """Lookup tables of its own, for those transfer functions that gain by them."""
     trials: tuple[Trial, ...] = ()
     """Everything that was tried; nothing where there was no choice."""
+    beyond_budget: bool = False
+    """Whether the level was not refined because that would cost more than the scene's `refine` allows."""
     errors: tuple[LightError, ...] = ()
-    """How far what was chosen is from level 0, for each transfer function."""
+    """Difference between the chosen level and level 0, for each transfer function."""
+    step: MeasuredStep | None = None
+    """The step that was measured on the level; None if the scene or the plan says it, or nothing is seen."""
 
     @property
     def tried(self) -> tuple[LightError, ...]:
-        """What was measured of what was chosen when it was tried: with its own table where it has one."""
+        """Measurements of the chosen candidate when it was tried: with its own table where it has one."""
         own = {table.transfer for table in self.tables}
         return tuple(
             LightError(transfer=trial.transfer, rmse=trial.rmse)
@@ -70,5 +88,5 @@ class LevelChoice(Record):
 
     @property
     def without_tables(self) -> "LevelChoice":
-        """The choice without the tables, which stand in the package."""
+        """The choice without the tables, which are in the package."""
         return self.model_copy(update={"tables": ()})

@@ -69,9 +69,10 @@ def reduced(volume: Voxels, factors_zyx: Factors, name: LevelFilter, noise: floa
 def reduced_slabs(
     volume: RawVolume, factors_zyx: Factors, name: LevelFilter, noise: float = 0.0
 ) -> Iterator[tuple[Voxels, int]]:
-    """Return the slices of the level in order, some at a time, with the number of slices of level 0 they stand for.
+    """Return the slices of the level in order, a few at a time, with the number of slices of level 0 that they cover.
 
-    The bytes are those of `reduced`. Memory holds a slab of level 0 and what the filter reaches beyond it.
+    The bytes equal the result of `reduced`. Memory holds a slab of level 0 and the slices that the filter reaches
+    beyond it.
     """
     chosen = _filter(name, factors_zyx, noise)
     depth = volume.shape_zyx[0]

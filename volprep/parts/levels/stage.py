@@ -1,24 +1,28 @@
 """Coarser levels: each is made from the codes of level 0 by its filter, and rounded once.
 
-Where the filter is to be chosen, the light along random rays decides (choice.py). It also decides whether a level gets
-a lookup table of its own. What was decided stands in the draft for later stages. Where voxels are classified, levels
+Where the filter is to be chosen, the light along random rays decides (choose_level.py). It also decides whether a level
+gets a lookup table of its own. The decision is kept in the draft for later stages. Where voxels are classified, levels
 are classified, too (classified.py).
 """
 
 from collections.abc import Iterator, Sequence
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.levels.choice import Chooser
+from volprep.parts.levels.appearance import Look
+from volprep.parts.levels.choose_level import Chooser
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
-from volprep.parts.levels.look import Look
-from volprep.parts.levels.made import FITTED, Classified, Factors, level_slices, look_of, written
+from volprep.parts.levels.level_input import BY_LOOKS, FITTED, Factors, LevelInput, level_slices, look_of, written
+from volprep.parts.levels.level_steps import LevelSteps
 from volprep.parts.levels.means import are_kept, keep_means
-from volprep.parts.levels.preview import preview_levels
+from volprep.parts.levels.preview import error_along_rays, preview_levels
+from volprep.parts.levels.projected import ProjectedChooser
 from volprep.parts.levels.records import LevelChoice
-from volprep.parts.levels.seen import RaySight, SeenLevels
-from volprep.parts.stage import Stage, Work, present
+from volprep.parts.levels.refined import AUTO, THOROUGH, RefineBudget
+from volprep.parts.levels.rendered_rays import RaySight, SeenLevels
+from volprep.parts.stage import Stage, Work, any_channel, present
 from volprep.parts.texels import voxels_of
 from volprep.parts.work import choice_name, classified_name, coarser_levels, codes_name, codes_of_source
+from volprep.plan.products import EditingPlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.transfer.lookup import lookup_table
@@ -30,44 +34,64 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 
-CANDIDATES: tuple[LevelFilter, ...] = ("box", "median", "least-squares", "appearance")
-"""What "auto" chooses from; the first is what the others are compared with."""
-FREE_CANDIDATES = tuple(name for name in CANDIDATES if name != "appearance")
+CANDIDATES: tuple[LevelFilter, ...] = (
+    "box",
+    "median",
+    "least-squares",
+    "appearance",
+    "feature-preserving",
+    "maximum",
+    "raised",
+    "refined",
+)
+"""Candidates of "auto"; the first is the reference of the comparison."""
+FREE_CANDIDATES = tuple(name for name in CANDIDATES if name not in BY_LOOKS)
 """Those that depend on no transfer function, for packages whose users edit them."""
-_NEVER_FAR_DOWN: frozenset[LevelFilter] = frozenset({"median"})
+_NEVER_FAR_DOWN: frozenset[LevelFilter] = frozenset({"median", "feature-preserving"})
 """Not tried where means are kept. On six scans with three choices of functions each, at 16 and 32 voxels along an edge,
 the median had 1.02 to 2.2 times box's error in all 36; with tables of histograms it was the best in 3 of 36, by 1.3 %
-at most."""
+at most. Both read level 0 again."""
 
 
 class _Drawing(Record):
-    """What of a plan says how levels are seen, apart from tables."""
+    """The fields of a plan that decide how levels are drawn, apart from tables."""
 
     compositing: CompositingName
     lit: bool
     tolerance: Tolerance
+    measure_steps: bool
+    segments: bool
+    labelled: bool
 
 
 def _drawing(plan: ChannelPlan) -> _Drawing:
     lit = any(program.lighting != "none" for program in plan.programs)
-    return _Drawing(compositing=plan.shared.compositing, lit=lit, tolerance=plan.render.tolerance)
+    return _Drawing(
+        compositing=plan.shared.compositing,
+        lit=lit,
+        tolerance=plan.render.tolerance,
+        measure_steps=plan.shared.measure_steps,
+        segments=any(program.classification == "preintegrated" for program in plan.programs),
+        labelled=plan.part(SegmentsPlan) is not None,
+    )
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *plan.preintegrated)
-    return (*common, _drawing(plan), *present(plan.editing), *(plan.volumes if plan.is_classified else ()))
+    return (*common, _drawing(plan), *present(plan.part(EditingPlan)), *(plan.volumes if plan.is_classified else ()))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    scan = Classified(codes_of_source(draft, plan), plan.grid, _tables(plan))
+    scan = LevelInput(codes_of_source(draft, plan), plan.grid, _tables(plan))
     coarser = [level for level in plan.levels if level.index > 0]
     looks = _looks_far_down(scan, coarser, plan)
     passes = sum(len(_candidates(level, plan)) for level in coarser) + bool(looks)
     progress.start("pyramid", passes * plan.grid.shape_zyx[0])
     if looks:
         scan.means.update(keep_means(scan.volume, looks, draft.scratch, progress.advance))
-    chooser = _chooser(scan, plan) if coarser else None
+    chooser = _chooser(scan, plan, coarser) if coarser else None
     seen = _seen(scan, plan) if coarser else None
+    steps = _steps(scan, plan) if coarser else None
     choices: list[LevelChoice] = []
     for level in coarser:
         candidates = _candidates(level, plan)
@@ -77,37 +101,76 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
             choice, codes = chooser.choose(level.index, level.factors_zyx, candidates, draft.scratch, progress.advance)
         errors = choice.tried if seen is None else seen.errors(codes, level.factors_zyx, choice.tables)
         choice = choice.model_copy(update={"errors": errors})
+        off = error_along_rays(choice)
+        step = None if steps is None else steps.measured(codes, level.factors_zyx, choice.tables, off)
+        choice = choice.model_copy(update={"step": step})
         name = classified_name(level.index) if plan.is_classified else codes_name(level.index, plan.channel)
         draft.write(name, "work", _bytes(codes))
         draft.write(choice_name(level.index, plan.channel), "work", choice.model_dump_json().encode())
         choices.append(choice)
     filters = {choice.level: choice.filter for choice in choices}
-    previews = preview_levels(choices, plan.levels[0].index, plan.render.tolerance)
+    labelled = _drawing(plan).labelled
+    previews = preview_levels(choices, plan.levels[0].index, plan.render.tolerance, segments=labelled)
     return Contribution(channel=ChannelPart(name=plan.channel, levels=coarser_levels(plan, filters, previews)))
 
 
-def _chooser(scan: Classified, plan: ChannelPlan) -> Chooser | ClassifiedChooser | None:
-    """Return what chooses a filter and tables by the light of lookup tables; None where these do not make the light."""
+def _chooser(
+    scan: LevelInput, plan: ChannelPlan, coarser: Sequence[LevelPlan]
+) -> Chooser | ClassifiedChooser | ProjectedChooser | None:
+    """Return what chooses filters, and tables where they make light; None where there is one filter for all scans."""
     if plan.is_classified:
         return ClassifiedChooser(scan, voxels_of(plan))
+    if _is_projected(plan):
+        return ProjectedChooser(scan, _sight(plan), [level.factors_zyx for level in coarser])
     if not _is_light_of_tables(plan):
         return None
-    return Chooser(scan, adapt=bool(plan.lookups or plan.preintegrated), editable=plan.editing is not None)
+    return Chooser(
+        scan,
+        adapt=bool(plan.lookups or plan.preintegrated) and not _drawing(plan).labelled,
+        editable=plan.part(EditingPlan) is not None,
+        levels=[level.factors_zyx for level in coarser],
+        budget=_budget(plan, coarser),
+    )
 
 
-def _seen(scan: Classified, plan: ChannelPlan) -> SeenLevels | None:
-    """Return what measures levels as they are drawn; None where their choice measured just that."""
-    drawing, quantize = _drawing(plan), plan.quantize
-    if plan.is_classified or (_is_light_of_tables(plan) and not drawing.lit):
+def _budget(plan: ChannelPlan, coarser: Sequence[LevelPlan]) -> RefineBudget | None:
+    """Return the budget of refinement; None if no level may be refined."""
+    if not any("refined" in _candidates(level, plan) for level in coarser):
         return None
+    return THOROUGH if any(level.refine == "thorough" for level in coarser) else AUTO
+
+
+def _seen(scan: LevelInput, plan: ChannelPlan) -> SeenLevels | None:
+    """Return what measures levels as they are drawn; None where their choice measured just that."""
+    is_measured = _is_projected(plan) or (_is_light_of_tables(plan) and not _drawing(plan).lit)
+    return None if plan.is_classified or is_measured else SeenLevels(scan, _sight(plan))
+
+
+def _sight(plan: ChannelPlan) -> RaySight:
+    drawing, quantize = _drawing(plan), plan.quantize
     compositing = COMPOSITINGS[drawing.compositing]
-    sight = RaySight(plan.transfer_functions, quantize.window, quantize.filter, compositing, drawing.lit)
-    return SeenLevels(scan, sight)
+    return RaySight(plan.transfer_functions, quantize.window, quantize.filter, compositing, drawing.lit)
+
+
+def _steps(scan: LevelInput, plan: ChannelPlan) -> LevelSteps | None:
+    """Return the function that measures steps; None where they are not measured on levels."""
+    drawing = _drawing(plan)
+    if not drawing.measure_steps:
+        return None
+    window, compositing = plan.quantize.window, COMPOSITINGS[drawing.compositing]
+    return LevelSteps(
+        scan, window, plan.transfer_functions, compositing, is_segments=drawing.segments, tolerance=drawing.tolerance
+    )
 
 
 def _is_light_of_tables(plan: ChannelPlan) -> bool:
     """Return whether rays make light of mixed values by lookup tables: labels are not mixed, projections have none."""
-    return COMPOSITINGS[plan.shared.compositing].level_filter is None and not plan.quantize.labels
+    return not COMPOSITINGS[plan.shared.compositing].level_filters and not plan.quantize.labels
+
+
+def _is_projected(plan: ChannelPlan) -> bool:
+    """Return whether what rays show of levels decides between filters of the compositing."""
+    return len(COMPOSITINGS[plan.shared.compositing].level_filters) > 1
 
 
 def _candidates(level: LevelPlan, plan: ChannelPlan) -> tuple[LevelFilter, ...]:
@@ -118,18 +181,23 @@ def _candidates(level: LevelPlan, plan: ChannelPlan) -> tuple[LevelFilter, ...]:
         return (level.filter,)
     if plan.is_classified:
         return CLASSIFIED_CANDIDATES
-    candidates = CANDIDATES if plan.editing is None else FREE_CANDIDATES
-    return tuple(name for name in candidates if not (name in _NEVER_FAR_DOWN and are_kept(level.factors_zyx)))
+    if _is_projected(plan):
+        return COMPOSITINGS[plan.shared.compositing].level_filters
+    candidates = CANDIDATES if plan.part(EditingPlan) is None else FREE_CANDIDATES
+    left_out = {"refined"} if level.refine == "none" else set()
+    if are_kept(level.factors_zyx):
+        left_out |= _NEVER_FAR_DOWN
+    return tuple(name for name in candidates if name not in left_out)
 
 
-def _looks_far_down(scan: Classified, coarser: Sequence[LevelPlan], plan: ChannelPlan) -> dict[Factors, Look]:
+def _looks_far_down(scan: LevelInput, coarser: Sequence[LevelPlan], plan: ChannelPlan) -> dict[Factors, Look]:
     """Return the looks of the levels, by their factors, for whose fits means are kept."""
     looks = {}
     for level in coarser:
-        fitted = FITTED.intersection(_candidates(level, plan))
+        fitted = (FITTED | BY_LOOKS).intersection(_candidates(level, plan))
         if fitted and are_kept(level.factors_zyx) and not plan.is_classified:
-            # Means with looks serve both.
-            name: LevelFilter = "appearance" if "appearance" in fitted else "least-squares"
+            # Means with looks serve all.
+            name: LevelFilter = "appearance" if BY_LOOKS & fitted else "least-squares"
             looks[level.factors_zyx] = look_of(scan, name, level.factors_zyx)
     return looks
 
@@ -144,7 +212,7 @@ def _tables(plan: ChannelPlan) -> dict[str, Float64Array]:
 
 
 def _made(
-    scan: Classified, level: LevelPlan, name: LevelFilter, draft: Draft, progress: Progress
+    scan: LevelInput, level: LevelPlan, name: LevelFilter, draft: Draft, progress: Progress
 ) -> tuple[LevelChoice, RawVolume]:
     slices = level_slices(scan, name, level.factors_zyx)
     codes = written(slices, draft.scratch(f"{level.index}.raw"), level.shape_zyx, progress.advance)
@@ -156,4 +224,9 @@ def _bytes(codes: RawVolume) -> Iterator[memoryview]:
         yield bytes_of(codes.read_slab(z0, z1))
 
 
-STAGE = Stage(name="pyramid", reads=("quantize",), channel=Work(_settings, _run))
+STAGE = Stage(
+    name="pyramid",
+    reads=("quantize",),
+    channel=Work(_settings, _run),
+    is_needed=any_channel(lambda plan: any(level.index for level in plan.levels)),
+)

@@ -1,14 +1,14 @@
 """Weights of the separable linear filters that make a level from level 0.
 
 Integers, so that sums of integers are exact on every machine; symmetric about the centre of the cell, so that nothing
-moves; with a power of two as their sum, so that a constant stays what it is. Lengths are in voxels of level 0, f is the
+moves; with a power of two as their sum, so that a constant is preserved. Lengths are in voxels of level 0, f is the
 factor along the axis.
 
 - bilinear: linear interpolation at the centre of the cell, as the two-step scheme of Schultz and Bailey's volume
-  renderer makes it: first within slices, then across them. Theirs rounds to bytes in between and makes each level
-  from the one before (two-step-bilinear in reduce.py); this one rounds once, so that the order of the steps does not
-  matter. For f = 2 it is the mean; for larger factors it reads only the two voxels beside the centre, where the box
-  reads all f: what lies between is lost.
+  renderer makes it: first within slices, then across them. Theirs rounds to bytes in between and makes each level from
+  the one before (two-step-bilinear in reduce.py); this one rounds once, so that the order of the steps does not matter.
+  For f = 2 it is the mean; for larger factors it reads only the two voxels beside the centre, where the box reads all
+  f: the voxels between are lost.
 - binomial: 1-3-3-1 for f = 2, and for f = 4, 8, ... what repeating that on unrounded levels comes to.
 - gaussian: standard deviation f / 2, cut off at three of them.
 - lanczos3: sinc(t) sinc(t / 3) for |t| < 3, t in voxels of the level; sharper, with negative weights.
@@ -82,7 +82,7 @@ def _distances(count: int) -> Float64Array:
 
 
 def _rounded(values: Float64Array, total: int) -> Weights:
-    """Scale to the sum `total` and round; the two weights in the middle, the largest, take what is missing."""
+    """Scale to the sum `total` and round; the two weights in the middle, the largest, absorb the remainder."""
     half = values[: len(values) // 2]
     rounded = np.rint(half / half.sum() * (total // 2)).astype(np.int32)
     rounded[-1] += total // 2 - rounded.sum()

@@ -16,7 +16,7 @@ MOST_TEXTURES = 8
 """Textures that one mosaic may take: the units that OpenGL ES 2.0 guarantees."""
 
 
-def as_mosaic(  # noqa: PLR0917 - the level, the device class, and what is wanted
+def as_mosaic(  # noqa: PLR0917 - the level, the device class, and the settings
     level: LevelPlan,
     bits: int,
     profile: DeviceProfile,
@@ -26,8 +26,8 @@ def as_mosaic(  # noqa: PLR0917 - the level, the device class, and what is wante
 ) -> VolumePlan | Misfit:
     """Lay a level out as a mosaic, or say why it cannot be one.
 
-    One texture of one channel is the smallest. Where it does not hold the slices, or the scene names an order, texels
-    of four channels do, in as many textures as it takes, and as the units and the memory of the device class allow.
+    One texture of one channel is the smallest. If it does not hold the slices, or the scene names an order, texels have
+    four channels, in one or more textures, as the units and the memory of the device class allow.
     """
     units = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
     one = Packing(gutter=wanted.gutter)
@@ -45,14 +45,14 @@ def as_mosaic(  # noqa: PLR0917 - the level, the device class, and what is wante
     if fitting:
         return min(fitting, key=lambda volume: (fetches(volume), texture_bytes(volume)))
     misfit = found[-1]
-    assert isinstance(misfit, Misfit)  # noqa: S101 - what is not a VolumePlan
+    assert isinstance(misfit, Misfit)  # noqa: S101 - the alternative is a VolumePlan
     return misfit
 
 
 def as_compressed_mosaic(
     level: LevelPlan, texel: CompressedFormat, profile: DeviceProfile, beside: Beside, gutter: int
 ) -> VolumePlan | Misfit:
-    """Lay a level out as a compressed mosaic, whose tiles begin with blocks of their own, or say why it cannot be."""
+    """Lay a level out as a compressed mosaic whose tiles begin on block boundaries, or return why it is impossible."""
     block = BLOCKS[texel]
     textures = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
     packing = Packing(4 if block.components == 4 else 1, "interleaved", gutter, block.size)
@@ -101,7 +101,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
 
 
 def mosaic_text(layout: MosaicLayout) -> str:
-    """Say in a few words what a mosaic looks like."""
+    """Describe a mosaic in a few words."""
     textures = "" if layout.textures == 1 else f" in each of {layout.textures} textures"
     gutter = f" with gutters of {layout.gutter}" if layout.gutter else ""
     return f"mosaic of {layout.tiles_x}×{layout.tiles_y} tiles{gutter}{textures}"
@@ -118,12 +118,12 @@ def describe_mosaic(
     four = layout.slices_per_texel == 4
     if four and wanted.order != "auto":
         reason = f"the scene asks for {layout.order} slices"
-    yield PlanItem(name="four channels", kept=four, reason=reason)
+    yield PlanItem(name="four channels", kind="mosaic-channels", kept=four, reason=reason)
     if not four:
         return
     one = most_slices(tile, Packing(4, layout.order, layout.gutter), room)
     reason = f"one texture of four channels has room for {one} slices, and there are {layout.slices}"
-    yield PlanItem(name="several textures", kept=layout.textures > 1, reason=reason)
+    yield PlanItem(name="several textures", kind="mosaic-textures", kept=layout.textures > 1, reason=reason)
     if wanted.order == "auto" and between == "linear":
         overlaps = layout.order == "overlapping"
         reason = (
@@ -133,7 +133,7 @@ def describe_mosaic(
                 "it takes a third more memory: more than there is, or more textures, among which each fetch must choose"
             )
         )
-        yield PlanItem(name="overlapping slices", kept=overlaps, reason=reason)
+        yield PlanItem(name="overlapping slices", kind="mosaic-overlap", kept=overlaps, reason=reason)
 
 
 def part_names(name: str, textures: int) -> tuple[str, ...]:
@@ -142,7 +142,7 @@ def part_names(name: str, textures: int) -> tuple[str, ...]:
 
 
 def mosaic_of(level: LevelPlan, packing: Packing, textures: int, profile: DeviceProfile) -> MosaicLayout | Misfit:
-    """Find the mosaic of a level in at most so many textures, or say why there is none."""
+    """Find the mosaic of a level in at most this many textures, or return why it does not fit."""
     room = room_of(profile, textures)
     return fit_mosaic(level.shape_zyx, packing, room) or _no_room(level, packing, room, profile)
 

@@ -140,7 +140,7 @@ def pack_mosaic(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, p
 
 
 def _planes(read_slab: Callable[[int, int], Texels], layout: MosaicLayout, first_tile: int) -> Iterator[Texels | None]:
-    """Read, for each slice of a texel, the slices of a row of tiles; None where there are none.
+    """Read, for each slice of a texel, the slices of a row of tiles; None if there are no slices.
 
     The slices of a channel begin with that of the row's first tile and end with that of its last.
     """

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
+from volprep.parts.hidden.texels import flattened_reader, flattening
 from volprep.parts.mosaic.packing import pack_mosaic
-from volprep.parts.stage import Shapes, Stage, Work
-from volprep.parts.texels import encode_strip, volume_reader, volume_texture
+from volprep.parts.stage import Shapes, Stage, Work, any_channel
+from volprep.parts.texels import encode_strip, volume_texture
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import bytes_of
 from volprep_formats.arrays import Texels
@@ -17,7 +18,7 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    return tuple(volume for volume in plan.volumes if volume.mosaic is not None)
+    return (*(volume for volume in plan.volumes if volume.mosaic is not None), *flattening(plan))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
@@ -25,7 +26,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     progress.start("mosaic", sum(layout.tiles_y * layout.textures for _, layout in mosaics))
     textures = []
     for volume, layout in mosaics:
-        read = volume_reader(draft, plan, volume)
+        read = flattened_reader(draft, plan, volume)
         for part, path in enumerate(volume.files):
             draft.write(path, "texture", _file(volume, pack_mosaic(read, layout, part), progress))
             textures.append(volume_texture(volume, part, plan.profile))
@@ -44,4 +45,9 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
     return {path: volume.shape_zyx for volume in plan.own_volumes if volume.mosaic for path in volume.files}
 
 
-STAGE = Stage(name="mosaic", reads=("quantize", "pyramid"), channel=Work(_settings, _run, _shapes))
+STAGE = Stage(
+    name="mosaic",
+    reads=("quantize", "pyramid"),
+    channel=Work(_settings, _run, _shapes),
+    is_needed=any_channel(lambda plan: any(volume.mosaic is not None for volume in plan.volumes)),
+)

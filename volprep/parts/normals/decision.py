@@ -1,7 +1,7 @@
 """Normals: which textures hold them, in which format, and how much room they take beside the volume.
 
-Without 3D textures they are mosaics of one slice in a texel, with the components side by side: what was filtered across
-an edge of a tile would be a wrong normal, so that positions are clamped as in mosaics of values, without gutters.
+Without 3D textures they are mosaics of one slice in a texel, with the components side by side: filtering across an edge
+of a tile would give a wrong normal, so positions are clamped as in mosaics of values, without gutters.
 """
 
 import math
@@ -20,6 +20,8 @@ from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.textures.gl_formats import size_bytes
 
+KIND = "normals"
+"""Kind of its item of the plan."""
 # Formats of the code alone, and with the length of the gradient in one channel more.
 _FORMATS: dict[NormalCode, tuple[tuple[TextureFormat, ...], tuple[TextureFormat, ...]]] = {
     "biased8": (("RGB8",), ("RGBA8",)),
@@ -37,7 +39,7 @@ _WHY = {
 
 
 def wanted_normals(scene: Scene) -> NormalSettings | None:
-    """Return the settings of normals: those of the scene, the default if its lighting needs them, else None."""
+    """Return the settings of normals: the scene's, the default if its lighting needs them, else None."""
     reads = scene.render.lighting != "none" and scene.lighting.normals == "volume"
     return scene.normals or (NormalSettings() if reads else None)
 
@@ -60,7 +62,7 @@ def normal_format(settings: NormalSettings, profile: DeviceProfile) -> TextureFo
 def beside_level(
     beside: Beside, level: LevelPlan, settings: NormalSettings | None, profile: DeviceProfile
 ) -> Beside | Misfit:
-    """Add the normals of a level to what is sampled beside its volume, or say why they do not fit."""
+    """Add the normals of a level to the textures sampled beside its volume, or return why they do not fit."""
     if settings is None:
         return beside
     fit = _fitted(level, settings, profile, beside)
@@ -122,11 +124,12 @@ def plan_normals(
 
 
 def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelPlan, ...]) -> Iterator[PlanItem]:
-    """List what was decided about normals."""
+    """List the decisions about normals."""
     voxels = sum(math.prod(level.shape_zyx) for level in levels)
     if normals is None:
         yield PlanItem(
             name="normals",
+            kind=KIND,
             kept=False,
             reason="the scene has no lighting, so no shader reads a normal"
             if scene.render.lighting == "none"
@@ -142,6 +145,7 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
     axes = "the volume's axes, in which shaders have positions" if normals.space == "box" else "the patient's axes"
     yield PlanItem(
         name="normals",
+        kind=KIND,
         kept=True,
         reason=f"{use}; {normals.kernel} differences ({_WHY[normals.kernel]}), code {normals.code} as "
         f"{normals.format}{form}, along {axes}",
@@ -150,6 +154,7 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
     )
     yield PlanItem(
         name="lengths of gradients",
+        kind="gradient-lengths",
         kept=normals.magnitude,
         reason="in the last channel of the normals, as the scene asks"
         if normals.magnitude

@@ -13,7 +13,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalSpace
 
 DIVISORS: dict[GradientKernel, int] = {"forward": 1, "central": 2, "thesis": 44, "sobel": 32, "isotropic": 72}
-"""What each kernel's sum of differences of a ramp is, for a slope of 1 a voxel."""
+"""Each kernel's sum of differences of a ramp with a slope of 1 a voxel."""
 _LARGEST_RATIO = 1e12
 """Beyond this ratio of spacings squares of float32 would vanish; an axis so long has no slope to speak of."""
 
@@ -34,7 +34,7 @@ def gradient_matrix(grid: Grid, space: NormalSpace, kernel: GradientKernel, phys
 
 
 def length_scale(grid: Grid, kernel: GradientKernel, physical_per_code: float = 1.0) -> float:
-    """What makes the length of a vector of `direction_matrix` one in physical units per millimetre."""
+    """Factor that scales a vector of `direction_matrix` to physical units per millimetre."""
     return abs(physical_per_code) / (DIVISORS[kernel] * min(grid.spacing_mm_zyx))
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from volprep.kernels import _native
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.normals.gradient import direction_matrix, length_scale
-from volprep.parts.stage import Shapes, Stage, Work, present, required
+from volprep.parts.stage import Shapes, Stage, Work, any_channel, present, required
 from volprep.parts.work import codes_of_source
 from volprep.plan.products import NormalsPlan, NormalTexturePlan
 from volprep.plan.records import ChannelPlan, LevelPlan
@@ -31,11 +31,11 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    return (plan.grid, plan.quantize, *plan.levels, *present(plan.normals))
+    return (plan.grid, plan.quantize, *plan.levels, *present(plan.part(NormalsPlan)))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    normals = required(plan.normals)
+    normals = required(plan.part(NormalsPlan))
     source = codes_of_source(draft, plan)
     progress.start("normals", source.shape_zyx[0] * (len(normals.textures) + normals.magnitude))
     encoder = _Encoder(plan, normals, source, progress)
@@ -138,8 +138,13 @@ class _Encoder:
 
 
 def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
-    textures = required(plan.normals).textures
+    textures = required(plan.part(NormalsPlan)).textures
     return {path: texture.shape_zyx for texture in textures for path in texture.files}
 
 
-STAGE = Stage(name="normals", reads=("quantize",), channel=Work(_settings, _run, _shapes))
+STAGE = Stage(
+    name="normals",
+    reads=("quantize",),
+    channel=Work(_settings, _run, _shapes),
+    is_needed=any_channel(lambda plan: plan.part(NormalsPlan)),
+)

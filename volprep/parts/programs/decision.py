@@ -21,7 +21,7 @@ VERTEX = "shaders/raycast.vert"
 
 
 def require_technique(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3130 for what the technique of the scene does not go with, VP3164 where the profile cannot do it."""
+    """Raise VP3130 for settings that the technique does not support, VP3164 where the profile does not support it."""
     render = scene.render
     technique = TECHNIQUES[render.technique]
     possible = {
@@ -42,18 +42,18 @@ def require_technique(scene: Scene, profile: DeviceProfile) -> None:
 
 
 def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3160 to VP3162 for shadows without a light, on devices that cannot, or with what they do not go with."""
+    """Raise VP3160 to VP3162 for shadows without a light, on unsuitable devices, or with unsupported settings."""
     shadows, render = scene.lighting.shadows, scene.render
     if shadows == "none":
         return
     if light_of(scene) is None:
         raise VolprepError("VP3160", shadows=shadows, lighting=render.lighting)
-    if profile.api != "es3.0":
+    if profile.graphics.dialect != "es300":
         raise VolprepError("VP3161", shadows=shadows, profile=profile.name, api=profile.api)
     wanted = _TECHNIQUE_OF.get(shadows)
     possible = {
         f"technique {render.technique}": render.technique == wanted if wanted else TECHNIQUES[render.technique].loops,
-        # The pieces around a point do not hold what lies between them and the light.
+        # The pieces around a point do not hold the volume between them and the light.
         "[grid]": scene.grid is None,
     }
     if shadows == "map":
@@ -97,7 +97,7 @@ def passes_before(technique: TechniqueName, shadows: Shadows) -> int:
 
 
 def shader_files(program: ProgramDesign) -> tuple[str, ...]:
-    """Return the files of the shaders of a program, those of its passes too."""
+    """Return the files of the shaders of a program, including its passes."""
     shadows = "none" if program.light is None else program.light.shadows
     passes = range(passes_before(program.technique, shadows))
     sorting = tile_files(program) if program.technique == "tiles" else ()
@@ -147,6 +147,7 @@ def _program(name: str, transfer: str, volumes: Sequence[VolumePlan], scene: Sce
         lighting=render.lighting,
         normals_from=scene.lighting.normals if render.lighting != "none" else "volume",
         light=light_of(scene),
+        baked=scene.lighting.baked != "none",
         technique=render.technique,
         vertex=VERTEX if render.technique in _PREFIX else f"shaders/{render.technique}.vert",
         fragment=f"shaders/{name}.frag",

@@ -28,34 +28,36 @@ from volprep_formats.package.texture import SampleFilter
 from volprep_formats.package.transfer_function import TransferFunction
 
 AUTO_CUTOFF = 0.998
-"""Opacity at which rays end unless the scene says another: no pixel is off by more than half a step of 8 bits."""
+"""Default opacity cutoff of rays: no pixel is off by more than half a step of 8 bits."""
 LEAST_SHARE = 0.15
 """Part of the samples that must lie behind it, where none is lit."""
 _QUESTION = LEAST_SHARE / (1.0 - LEAST_SHARE)
-"""What asking costs, in samples without light: where that part lies behind, asking the others costs as much."""
+"""Cost of the opacity test, in samples without light: if this fraction of the samples lies behind, testing the others
+costs as much as it saves."""
 _LIT_BY_HELD, _LIT_BY_SLOPES = 2.4, 6.5
-"""What light costs, in samples without light, for a sample that shows something."""
-_ITEM = "early ray termination"
+"""Cost of lighting a visible sample, in samples without light: with stored normals, and with differences of values."""
+KIND = "early-end"
+"""Kind of its item of the plan."""
 
 
 @dataclass(frozen=True)
 class EarlyEnd:
-    """What is known of rays that end early, of one channel or of several."""
+    """Early ray termination of one channel or of several."""
 
     opacity: float
     """Bound on the opacity of any ray."""
     behind: float
     """Part of the samples that lie behind the point where a ray passes the cutoff."""
     saved: float
-    """What these cost, in samples without light, over the number of all samples."""
+    """Cost of these samples, in samples without light, divided by the number of all samples."""
 
     @property
     def pays(self) -> bool:
-        """Whether what is saved is more than what asking the samples before costs."""
+        """Whether the samples saved outweigh the cost of the test."""
         return self.saved >= _QUESTION * (1.0 - self.behind)
 
     def cutoff(self, scene: Scene) -> float | None:
-        """Return the opacity at which rays end; None if they run to their end."""
+        """Return the opacity cutoff of rays; None if they run to their end."""
         if _never(scene) is not None:
             return None
         cutoff = cutoff_of(scene)
@@ -66,7 +68,7 @@ class EarlyEnd:
 
 
 def cutoff_of(scene: Scene) -> float:
-    """Return the opacity at which rays of a scene would end."""
+    """Return the opacity cutoff that the rays of a scene would have."""
     wanted = scene.render.opacity_cutoff
     return AUTO_CUTOFF if wanted == "auto" else wanted
 
@@ -79,13 +81,13 @@ def most(found: Sequence[EarlyEnd]) -> EarlyEnd:
 
 
 def light_cost(scene: Scene) -> float:
-    """Return what light costs, in samples without light, for a sample that shows something."""
+    """Return the cost of light, in samples without light, for a visible sample."""
     if scene.render.lighting == "none":
         return 0.0
     return _LIT_BY_HELD if scene.lighting.normals == "volume" else _LIT_BY_SLOPES
 
 
-def behind_cutoff(  # noqa: PLR0917 - rays, and what is asked of them
+def behind_cutoff(  # noqa: PLR0917 - rays and their parameters
     functions: Sequence[TransferFunction],
     rays_zyx: Sequence[Float64Array],
     spacing_mm_zyx: Sequence[float],
@@ -95,7 +97,8 @@ def behind_cutoff(  # noqa: PLR0917 - rays, and what is asked of them
 ) -> tuple[float, float]:
     """Return the largest `behind` and the largest `saved` of `EarlyEnd`, each over all transfer functions.
 
-    `rays_zyx` are physical values along each axis, [voxel, ray]; rays go both ways. `light` is what `light_cost` gives.
+    `rays_zyx` are physical values along each axis, [voxel, ray]; rays go both ways. `light` is the result of
+    `light_cost`.
     """
     shares = [_shares(Table.exact(each), rays_zyx, spacing_mm_zyx, between, cutoff, light) for each in functions]
     return max(behind for behind, _ in shares), max(saved for _, saved in shares)
@@ -137,7 +140,7 @@ def describe_early_end(found: EarlyEnd, cutoff: float | None, scene: Scene) -> P
     """Return whether rays end early, and why."""
     reason = _never(scene)
     if reason is not None:
-        return PlanItem(name=_ITEM, kept=False, reason=reason)
+        return PlanItem(name="early ray termination", kind=KIND, kept=False, reason=reason)
     wanted = cutoff_of(scene)
     reason = (
         f"the most opaque values, along the whole diagonal, give opacity {found.opacity:.6g}; rays may end at "
@@ -149,4 +152,4 @@ def describe_early_end(found: EarlyEnd, cutoff: float | None, scene: Scene) -> P
         reason = f"{reason}; to ask each sample costs more time than that"
     if scene.editable:
         reason = f"{reason}, and users may edit transfer functions"
-    return PlanItem(name=_ITEM, kept=cutoff is not None, reason=reason)
+    return PlanItem(name="early ray termination", kind=KIND, kept=cutoff is not None, reason=reason)

@@ -30,20 +30,48 @@ class PatchRays:
     step_mm: float
     """Distance of the samples."""
     views: tuple[slice, ...]
-    """Rays that run as those of one view do: oblique to all axes, along z, along y, along x."""
+    """Rays that run like the rays of one view: oblique to all axes, along z, along y, along x."""
+    headlight: Float64Array | None = None
+    """[sample, ray]: cosine between ray and gradient, if samples are lit."""
 
 
-def patch_rays(patches: Float64Array, spacing_mm_zyx: Sequence[float], length_mm: float) -> PatchRays:
-    """Return rays of this length through `patches` [patch, z, y, x]."""
+def patch_rays(patches: Float64Array, spacing_mm_zyx: Sequence[float], length_mm: float, *, lit: bool) -> PatchRays:
+    """Return rays of this length through `patches` [patch, z, y, x]; `lit` says whether samples are lit."""
     samples = max(1, math.ceil(length_mm / min(spacing_mm_zyx) * FINE))
     count = int(np.clip(_SAMPLES // samples, _FEWEST_RAYS, _MOST_RAYS)) // 5 * 5
     views = tuple(slice(first * count // 5, stop * count // 5) for first, stop in ((0, 2), (2, 3), (3, 4), (4, 5)))
     shape = np.array(patches.shape[1:], dtype=np.float64)
     starts, directions = _lines(np.random.default_rng(_SEED), views, shape)
     step_mm = length_mm / samples
+    velocities = directions / np.array(spacing_mm_zyx)
     values = np.empty((samples, count))
-    _native.sample_patches(patches, starts, directions / np.array(spacing_mm_zyx), step_mm, values)
-    return PatchRays(values, step_mm, views)
+    _native.sample_patches(patches, starts, velocities, step_mm, values)
+    if not lit:
+        return PatchRays(values, step_mm, views)
+    squared = np.zeros_like(values)
+    for axis, spacing_mm in enumerate(spacing_mm_zyx, 1):
+        along = np.empty_like(values)
+        _native.sample_patches(_differences(patches, axis, spacing_mm), starts, velocities, step_mm, along)
+        squared += along**2
+    return PatchRays(values, step_mm, views, _cosines(values, step_mm, np.sqrt(squared)))
+
+
+def _differences(patches: Float64Array, axis: int, spacing_mm: float) -> Float64Array:
+    """Return central differences along an axis, one-sided at the ends."""
+    if patches.shape[axis] == 1:
+        return np.zeros_like(patches)
+    return np.ascontiguousarray(np.gradient(patches, spacing_mm, axis=axis))
+
+
+def _cosines(values: Float64Array, step_mm: float, steepness: Float64Array) -> Float64Array:
+    """Return the cosine between rays and gradients of length `steepness`; 1 without a gradient.
+
+    The gradient along a ray is the change of its values, also where a patch has thrown it back.
+    """
+    if len(values) == 1:
+        return np.ones_like(values)
+    along = np.abs(np.gradient(values, step_mm, axis=0))
+    return np.divide(along, steepness, out=np.ones_like(values), where=steepness > along)
 
 
 def _lines(

@@ -4,14 +4,12 @@ from collections.abc import Sequence
 
 from volprep.parts.programs.composed import composed
 from volprep.parts.stage import Stage, Work, present
-from volprep.plan.products import SkipTablePlan
+from volprep.plan.products import ProxyPlan, SkipPlan, SkipTablePlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan, Plan
-from volprep.shading.compose import Dialect
 from volprep.shading.overlay import overlay_texts
 from volprep.shading.rays import depth_shader
 from volprep_formats.package.manifest import Contribution, RenderSettings, SubvolumeFiles
 from volprep_formats.package.parts.proxy.record import Proxy
-from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program, ProgramDesign
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
@@ -27,47 +25,43 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
         *plan.volumes,
         *plan.tables,
         *plan.programs,
-        *(() if plan.subvolumes is None else plan.subvolumes.programs),
-        *(() if plan.proxy is None else plan.proxy.programs),
+        *(program for part in (plan.part(SubvolumesPlan), plan.part(ProxyPlan)) if part for program in part.programs),
     )
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     subvolumes, proxy = draft.manifest.subvolumes, draft.manifest.proxy
-    around_points = () if plan.subvolumes is None or subvolumes is None else plan.subvolumes.programs
-    at_meshes = () if plan.proxy is None or proxy is None else plan.proxy.programs
+    pieces, meshes, skip = plan.part(SubvolumesPlan), plan.part(ProxyPlan), plan.part(SkipPlan)
+    around_points = () if pieces is None or subvolumes is None else pieces.programs
+    at_meshes = () if meshes is None or proxy is None else meshes.programs
     progress.start("shaders", len(plan.programs) + len(around_points) + len(at_meshes))
-    writer = _Writer(draft, plan.render, () if plan.skip is None else plan.skip.tables, progress)
+    writer = _Writer(draft, plan.render, () if skip is None else skip.tables, progress)
     programs = writer.programs(plan.programs)
     if subvolumes is not None:
         subvolumes = SubvolumeFiles(grid=subvolumes.grid, programs=writer.programs(around_points))
     if proxy is not None:
-        draft.write(proxy.depth, "shader", depth_shader(_dialect(plan.profile)).encode())
+        draft.write(proxy.depth, "shader", depth_shader(plan.profile.dialect).encode())
         proxy = Proxy(depth=proxy.depth, programs=writer.programs(at_meshes))
     return Contribution(programs=programs, subvolumes=subvolumes, proxy=proxy)
 
 
-def _dialect(profile: DeviceProfile) -> Dialect:
-    return "es100" if profile.api == "es2.0" else "es300"
-
-
 def _settings_together(plan: Plan) -> tuple[Record, ...]:
     parts = [(*each.levels, *each.volumes, *each.tables) for each in plan.drawn_together]
-    return (*present(plan.together), plan.shared, *(record for part in parts for record in part))
+    return (*present(plan.joint), plan.shared, *(record for part in parts for record in part))
 
 
 def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     """Write what puts a small picture between lines, and the programs of the picture of several channels."""
     hybrid = plan.shared.render.hybrid
     for name, pair in () if hybrid is None else hybrid.pairs.items():
-        texts = overlay_texts(name, _dialect(plan.shared.profile))
+        texts = overlay_texts(name, plan.shared.profile.dialect)
         for path, text in zip((pair.vertex, pair.fragment), texts, strict=True):
             draft.write(path, "shader", text.encode("ascii"))
-    if plan.together is None:
+    if plan.joint is None:
         return Contribution()
-    progress.start("shaders", len(plan.together.programs))
-    writer = _Writer(draft, plan.shared.render, plan.together.skip_tables, progress)
-    return Contribution(programs=writer.programs(plan.together.programs))
+    progress.start("shaders", len(plan.joint.programs))
+    writer = _Writer(draft, plan.shared.render, plan.joint.skip_tables, progress)
+    return Contribution(programs=writer.programs(plan.joint.programs))
 
 
 class _Writer:
@@ -100,7 +94,21 @@ class _Writer:
 
 STAGE = Stage(
     name="shaders",
-    reads=("transfer", "normals", "bricks", "skip", "proxy", "grid"),
+    reads=(
+        "quantize",
+        "pyramid",
+        "transfer",
+        "normals",
+        "light",
+        "mosaic",
+        "texture",
+        "bricks",
+        "segments",
+        "skip",
+        "proxy",
+        "grid",
+    ),
     channel=Work(_settings, _run),
     package=Work(_settings_together, _run_together),
+    is_needed=lambda plan: plan.joint is not None or any(channel.programs for channel in plan.channels),
 )

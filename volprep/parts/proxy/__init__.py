@@ -1,1 +1,1 @@
-"""Proxy geometry: closed meshes around what is visible, at which rays begin."""
+"""Proxy geometry: closed meshes around visible voxels; rays begin on them."""

@@ -1,7 +1,7 @@
 """Proxy geometry: for which transfer functions rays begin at a mesh, from the blocks that import measured.
 
-Beginning later saves the samples in front of what is seen, whether or not the ray ends in it, and all of rays that see
-nothing. Hollows behind the first face are for skip tables, with which it combines.
+Beginning later saves the samples in front of the first visible voxel, whether or not the ray ends in it, and all
+samples of rays that meet none. Hollows behind the first face are left to skip tables, which can be combined with it.
 """
 
 import math
@@ -23,6 +23,8 @@ LEAST_SHARE = 0.1
 """Part of the samples that it must save. The two passes over a mesh of thousands of triangles cost a GPU little, but
 the software driver as much as half of the samples of a small picture (bench_proxy.py: 48 % saved, 2.2 times slower with
 9878 triangles; 75 % saved, 1.2 times faster with 1478)."""
+KIND = "proxy"
+"""Kind of its items of the plan."""
 VERTEX = "shaders/proxy.vert"
 """Vertex shader of both passes."""
 DEPTH = "shaders/proxy-depth.frag"
@@ -66,7 +68,7 @@ def saved_share(occupied: Occupied, form: ProxyForm) -> float:
     """Part of the samples in front of what a mesh of this form encloses, over rays along the six directions of axes."""
     enclosed = occupied
     if form in {"convex", "box"} and occupied.any():
-        # What lies between occupied blocks along an axis lies in their convex hull.
+        # The space between occupied blocks along an axis lies in their convex hull.
         for axis in (0, 1, 2):
             forth, back = (np.logical_or.accumulate(each, axis) for each in (enclosed, np.flip(enclosed, axis)))
             enclosed = forth & np.flip(back, axis)
@@ -98,7 +100,9 @@ def describe_proxy(
         elif kept:
             reason = f"{_saved(share)}; form {plan.form}, blocks of {plan.block}³ cells"
         yield PlanItem(
-            name=item_name(function.name),
+            name=f"proxy geometry {function.name}",
+            kind=KIND,
+            transfer=function.name,
             kept=kept and bool(files),
             reason=reason if files or not kept else "the package holds none of the levels that the scene names",
             files=(*common, *files) if files else (),
@@ -106,11 +110,6 @@ def describe_proxy(
         )
         if files:
             common = ()
-
-
-def item_name(transfer: str) -> str:
-    """Name of the item of a transfer function."""
-    return f"proxy geometry {transfer}"
 
 
 def _why_not(wanted: ProxySettings, transfer: str, share: float) -> str | None:

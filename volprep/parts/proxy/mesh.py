@@ -1,7 +1,7 @@
 """Closed meshes around occupied blocks, in four forms (Díaz-García et al. 2018, section 3, figure 2).
 
 Positions are whole numbers: quarters of a voxel of the level, from the volume's corner. The planes between blocks of B
-cells lie in voxel centres, at 4·B·k + 2; the first and the last are those of the volume, since the outer half voxels
+cells lie in voxel centres, at 4·B·k + 2; the first and the last are the volume's faces, since the outer half voxels
 belong to the outer blocks. Quarters, so that two blocks that touch at an edge alone have room for a vertex each on it.
 """
 

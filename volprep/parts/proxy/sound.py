@@ -11,7 +11,7 @@ from volprep_formats.package.parts.proxy.record import ProxyForm
 
 
 def problems_of(mesh: ProxyMesh, occupied: Occupied, planes: Planes, form: ProxyForm) -> Iterator[str]:
-    """Return what is wrong with a mesh around the occupied blocks, in one sentence each; empty if nothing is wrong."""
+    """Return the faults of a mesh around the occupied blocks, in one sentence each; empty if it is sound."""
     if not occupied.any():
         if len(mesh.triangles) or len(mesh.positions_xyz):
             yield "nothing is occupied, but it has triangles"
@@ -79,7 +79,7 @@ def _open_edges(triangles: NDArray[np.int32]) -> Iterator[str]:
 
 
 def _outside_of_planes(mesh: ProxyMesh, corners_xyz: NDArray[np.int32]) -> Iterator[str]:
-    """Around what is convex, every corner lies on or behind the plane of each triangle."""
+    """In a convex mesh, every corner lies on or behind the plane of each triangle."""
     corners = corners_xyz.astype(np.int64)
     a, b, c = (mesh.positions_xyz[mesh.triangles[:, k]].astype(np.int64) for k in range(3))
     normals = np.cross(b - a, c - a)

@@ -1,10 +1,10 @@
 """Occupied blocks of level 0 from an OpenVDB tree, without its voxels: for sources that are mostly background.
 
 For programs that want the mesh of a .vdb file and no package. A package's own meshes come from its codes, which its
-build has made anyway: to measure those takes 1 ms for 112×222×111 voxels of smoke, and 21 ms for 273×353×242 of which
-4 % are active, where the tree, read by a guarded worker, takes 220 and 370 ms. It saves who uses it reading the voxels,
-100 and 1650 ms (blocks of 8³, one thread of a loaded machine). Codes rise with values, so that the code of a block's
-least value is its least code: both ways give the same blocks.
+build has made anyway: measuring the codes takes 1 ms for 112×222×111 voxels of smoke, and 21 ms for 273×353×242 voxels
+with 4 % active; reading the tree in a guarded worker takes 220 and 370 ms. A program that reads the tree need not read
+the voxels, which would take 100 and 1650 ms (blocks of 8³, one thread of a loaded machine). Codes rise with values, so
+that the code of a block's least value is its least code: both ways give the same blocks.
 """
 
 import numpy as np

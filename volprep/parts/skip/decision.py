@@ -1,7 +1,7 @@
 """Whether empty space is skipped, for each transfer function: only if enough blocks are empty.
 
-What is empty follows from ranges of blocks of 16³ voxels, which the pass over the source measures. What skipping costs
-where nothing is empty was measured too: `make bench` draws scans with every table and without.
+Emptiness follows from the value ranges of blocks of 16³ voxels, which the pass over the source measures. The cost of
+skipping where nothing is empty was measured too: `make bench` draws scans with every table and without.
 """
 
 import math
@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS, Compositing
-from volprep.parts.levels.decision import by
 from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
 from volprep.parts.skip.occupancy import Occupied, occupied_blocks, threshold_per_mm
 from volprep.parts.texture.mipmaps import chain_bytes
 from volprep.plan.products import BlockRangesPlan, NormalsPlan, SkipPlan, SkipTablePlan
 from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
 from volprep.plan.room import one_channel
+from volprep.plan.shape_text import shape_text
 from volprep.scan.block_ranges import BlockRanges, Triple
 from volprep.scan.statistics import MEASURED_BLOCK, Measured
 from volprep.scene.scene import SkipSettings
@@ -39,13 +39,17 @@ LEAST_SHARE = 0.05
 """Part of the samples that must lie in empty blocks. Tables that saved none cost up to 2 % of the time, through mosaics
 5 %; where 10 % lay in empty blocks they gained 10 %, with 21 % 17 to 23 %, with 33 % 36 to 70 % (an engine, a fly and a
 head). Blocks finer than the measured ones save more."""
+KIND = "skip-table"
+"""Kind of the item of a skip table."""
+RANGES_KIND = "block-ranges"
+"""Kind of the item of the ranges of blocks."""
 _TABLE16 = 16
 _LARGEST_LOOKUP_BYTES = 4096 * 8
 
 
 @dataclass(frozen=True)
 class Found:
-    """What the decision depends on, beside the scene."""
+    """Inputs of the decision besides the scene."""
 
     profile: DeviceProfile
     """Class of devices."""
@@ -62,15 +66,17 @@ class Found:
     volumes: tuple[VolumePlan, ...]
     """Their textures."""
     measured: Measured
-    """What was measured."""
+    """Measurements of the source."""
     normals: NormalsPlan | None = None
     """Their normals."""
     compositing: Compositing = COMPOSITINGS["emission-absorption"]
-    """What rays make of what they meet: it says what is empty."""
+    """The compositing; it decides which voxels are empty."""
     editable: bool = False
-    """Whether users may edit transfer functions: what is empty now says little then."""
+    """Whether users may edit transfer functions: the empty space of the current ones then means little."""
     loops: bool = True
-    """Whether a fragment takes several samples, of which it may skip some."""
+    """Whether a fragment takes several samples and may skip some of them."""
+    among: Occupied | None = None
+    """Measured blocks of the source in which a transfer function may show something; None means all."""
 
 
 def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], found: Found) -> SkipPlan:
@@ -90,8 +96,8 @@ def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], fou
 def empty_share(function: TransferFunction, epsilon: float, found: Found) -> float:
     """Share of the samples that lie in measured blocks, within the crop, in which a transfer function shows nothing.
 
-    The lesser of two: of all samples, for rays that run to their end; and of those in front of what is first seen and
-    in it, for rays that end there, over the six directions of the axes.
+    The smaller of two fractions: of all samples, for rays that run to their end; and of the samples up to and including
+    the first visible block, for rays that end there, over the six directions of the axes.
     """
     return _share(measured_occupied(function, epsilon, found))
 
@@ -108,7 +114,7 @@ def skip_together(
     Gives a table for each level or none, the reason, and the bytes of the tables.
     """
     found = media[0][1]
-    # What each may lose adds up.
+    # The losses add up.
     epsilon = wanted.epsilon / len(media)
     share = _share(np.any([measured_occupied(function, epsilon, each) for function, each in media], axis=0))
     kind, block = _kind_and_block(wanted, found.levels[0])
@@ -135,7 +141,8 @@ def measured_occupied(function: TransferFunction, epsilon: float, found: Found) 
     )
     table = found.compositing.visible(Table.exact(function).resampled((low, high), found.entries))
     threshold = threshold_per_mm(epsilon, math.hypot(*found.grid.extent_mm_zyx))
-    return occupied_blocks(BlockRanges(least, most, MEASURED_BLOCK), table, threshold)
+    occupied = occupied_blocks(BlockRanges(least, most, MEASURED_BLOCK), table, threshold)
+    return occupied if found.among is None else occupied & found.among[inside]
 
 
 def _share_in_front(occupied: Occupied) -> float:
@@ -177,7 +184,7 @@ def _no_room(wanted: SkipSettings, found: Found) -> str | None:
         shape = _table_shape(level, kind, block)
         size = math.prod(shape)
         if _layout(shape, profile) is None:
-            return f"a table of {by(shape)} entries does not fit into a texture of profile {profile.name}"
+            return f"a table of {shape_text(shape)} entries does not fit into a texture of profile {profile.name}"
         units, beside_bytes = _normals_of(level, found.normals)
         # One table of a transfer function, at the most as half floats of 4096 entries, is beside it.
         if chain_bytes(found.volumes, volume) + beside_bytes + size + _LARGEST_LOOKUP_BYTES > profile.max_texture_bytes:
@@ -213,6 +220,8 @@ def describe_skip(
             size = math.prod(_table_shape(found.levels[0], kind, block))
         yield PlanItem(
             name=f"skip table {function.name}",
+            kind=KIND,
+            transfer=function.name,
             kept=bool(tables),
             reason=reason,
             files=tuple(table.file for table in tables),
@@ -221,6 +230,7 @@ def describe_skip(
     if plan.ranges:
         yield PlanItem(
             name="ranges of blocks",
+            kind=RANGES_KIND,
             kept=True,
             reason="an app makes new skip tables from them when its users change a transfer function",
             files=tuple(ranges.file for ranges in plan.ranges),

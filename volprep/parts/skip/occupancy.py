@@ -4,8 +4,8 @@ With S[j] the number of entries 0 to j whose extinction is above a threshold, a 
 if no such entry lies between, S[ceil(b)] = S[floor(a) - 1] with values in entries: what a texture filter makes of the
 entries around a value is never more than the greater of the two. The range is taken one entry wider at both ends: a
 shader finds position and block in float32, and may believe a sample to be in the next block; it is then a rounding
-beyond the face that both share, and its value as little beyond the range. A pre-integrated segment sees all values
-between those of its ends, which a block's range holds too where both ends lie in the block.
+beyond the face that both share, and its value as little beyond the range. A pre-integrated segment covers all values
+between its two ends, which a block's range holds too where both ends lie in the block.
 """
 
 import math
@@ -51,7 +51,7 @@ def occupied_blocks(ranges: BlockRanges, extinction_per_mm: Float64Array, thresh
 def opaque_blocks(ranges: BlockRanges, reference_mm: float, threshold_per_mm: float = 0.0) -> Occupied:
     """Say of each block of classified voxels, [z, y, x], whether a sample inside may have more extinction than that.
 
-    `ranges` are those of opacities of `reference_mm`, in bytes: between texels of no opacity there is none.
+    `ranges` are ranges of opacities of `reference_mm`, in bytes: between texels without opacity there is no opacity.
     """
     extinction = medium_of_texels(np.arange(256)[:, None].repeat(4, axis=1) / 255, reference_mm)[1]
     found: Occupied = (extinction > threshold_per_mm)[ranges.high]
@@ -59,7 +59,7 @@ def opaque_blocks(ranges: BlockRanges, reference_mm: float, threshold_per_mm: fl
 
 
 def threshold_per_mm(epsilon: float, longest_mm: float) -> float:
-    """Extinction with which a whole ray of `longest_mm` has the opacity `epsilon`: what skipping may cost."""
+    """Extinction that gives a whole ray of `longest_mm` the opacity `epsilon`, the allowed loss by skipping."""
     return -math.log1p(-epsilon) / longest_mm
 
 

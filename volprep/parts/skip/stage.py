@@ -1,7 +1,7 @@
-"""Empty-space skipping: each level and transfer function gets the table by which rays jump.
+"""Empty-space skipping: give each level and transfer function a table that lets rays jump.
 
-What a block holds is measured on the texels of the package as the GPU reads them, and what a transfer function shows
-on the table that the shader reads: nothing that a sample could see is left out because of rounding.
+The contents of a block are measured on the texels of the package as the GPU reads them, and the visible values on the
+table that the shader reads, so that rounding never hides a visible sample.
 """
 
 import math
@@ -17,11 +17,12 @@ from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import visible_extinction
 from volprep.parts.stage import Shapes, Stage, Work, present, required
 from volprep.parts.texels import texels_of, voxels_of
-from volprep.plan.products import BlockRangesPlan, SkipTablePlan
+from volprep.plan.products import BlockRangesPlan, SkipPlan, SkipTablePlan
 from volprep.plan.records import ChannelPlan, LevelPlan, Plan
-from volprep.scan.block_ranges import BlockRanges, Triple
+from volprep.scan.block_ranges import BlockRanges, Triple, blocks_with
 from volprep.scan.slabs import bytes_of
 from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping, SkipTable
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
@@ -33,7 +34,7 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return (
-        *present(plan.skip),
+        *present(plan.part(SkipPlan)),
         plan.grid,
         *plan.levels,
         *plan.volumes,
@@ -42,7 +43,7 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    skip = required(plan.skip)
+    skip = required(plan.part(SkipPlan))
     progress.start("skip", len(plan.levels))
     textures: list[Texture] = []
     tables: list[SkipTable] = []
@@ -70,13 +71,13 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
 
 
 def _settings_together(plan: Plan) -> tuple[Record, ...]:
-    parts = [(each.skip, *each.levels, *each.volumes, *each.tables) for each in plan.drawn_together]
-    return (*present(plan.together), plan.shared.grid, *(record for part in parts for record in present(*part)))
+    parts = [(each.part(SkipPlan), *each.levels, *each.volumes, *each.tables) for each in plan.drawn_together]
+    return (*present(plan.joint), plan.shared.grid, *(record for part in parts for record in present(*part)))
 
 
 def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     """Write the tables of the picture of several channels."""
-    wanted = plan.together.skip_tables if plan.together else ()
+    wanted = plan.joint.skip_tables if plan.joint else ()
     if not wanted:
         return Contribution()
     progress.start("skip", len(wanted))
@@ -89,7 +90,7 @@ def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
         textures.append(texture)
         tables.append(table)
         progress.advance()
-    epsilon = required(group[0].skip).epsilon
+    epsilon = required(group[0].part(SkipPlan)).epsilon
     return Contribution(textures=tuple(textures), skipping=Skipping(epsilon=epsilon, tables=tuple(tables)))
 
 
@@ -106,7 +107,7 @@ def _occupied(
     draft: Draft, plan: ChannelPlan, level: LevelPlan, transfer: str, ranges: BlockRanges, *, channels: int = 1
 ) -> Occupied:
     """Return which blocks a transfer function shows; of several `channels` each may lose its part of the opacity."""
-    epsilon = required(plan.skip).epsilon / channels
+    epsilon = required(plan.part(SkipPlan)).epsilon / channels
     threshold = threshold_per_mm(epsilon, math.hypot(*plan.grid.extent_mm_zyx))
     if plan.is_classified:
         return opaque_blocks(ranges, voxels_of(plan).reference_mm, threshold)
@@ -114,12 +115,16 @@ def _occupied(
 
 
 def _occupied_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> Occupied:
-    """Return which blocks any of the channels shows that are drawn together."""
-    transfers = plan.together.transfers if plan.together else ()
+    """Return which blocks any of the channels, or any style of the labels in them, shows in a picture of several."""
+    transfers = plan.joint.transfers if plan.joint else ()
     each = [
         _occupied(draft, part, level, name, ranges_on_gpu(draft, part, level, block), channels=len(transfers))
         for name, part in zip(transfers, plan.drawn_together, strict=True)
     ]
+    if plan.segments is not None:
+        labels = held_labels(draft.manifest.textures, level.index, draft.read_bytes)
+        styles = np.array([transfers.index(label.transfer) for label in plan.segments.labels])[labels]
+        each = [occupied & blocks_with(styles == style, block) for style, occupied in enumerate(each)]
     found: Occupied = np.any(each, axis=0)
     return found
 
@@ -182,18 +187,25 @@ def _write(
 
 
 def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
-    skip = required(plan.skip)
+    skip = required(plan.part(SkipPlan))
     shapes = {table.file: table.shape_zyx for table in skip.tables}
     return shapes | {ranges.file: ranges.shape_zyx for ranges in skip.ranges}
 
 
 def _shapes_together(_draft: Draft, plan: Plan) -> Shapes:
-    return {table.file: table.shape_zyx for table in (plan.together.skip_tables if plan.together else ())}
+    return {table.file: table.shape_zyx for table in (plan.joint.skip_tables if plan.joint else ())}
+
+
+def _is_needed(plan: Plan) -> bool:
+    plans = [channel.part(SkipPlan) for channel in plan.channels]
+    together = plan.joint is not None and bool(plan.joint.skip_tables)
+    return together or any(skip is not None and (skip.tables or skip.ranges) for skip in plans)
 
 
 STAGE = Stage(
     name="skip",
-    reads=("quantize", "pyramid", "transfer", "mosaic"),
+    reads=("quantize", "pyramid", "transfer", "mosaic", "segments"),
     channel=Work(_settings, _run, _shapes),
     package=Work(_settings_together, _run_together, _shapes_together),
+    is_needed=_is_needed,
 )

@@ -1,4 +1,4 @@
-"""What a shader may show of each entry of a transfer function's table, decoded from its file."""
+"""Visible extinction of each entry of a transfer function's table, decoded from its file."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,6 +7,7 @@ from volprep.compositing import COMPOSITINGS
 from volprep.plan.records import ChannelPlan
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
+from volprep_formats.package.integral_table import IntegralTable
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.tables import table_for
 from volprep_formats.package.texture import Texture
@@ -15,14 +16,14 @@ from volprep_formats.textures import ktx2
 
 Extinctions = Float64Array
 _ENTRIES = 4096
-"""Entries that stand for a function that has no table."""
+"""Number of entries used for a function that has no table."""
 
 
 def visible_extinction(draft: Draft, plan: ChannelPlan, transfer: str, level: int) -> Extinctions:
-    """Return what can be seen at each entry of a table, 0 for nothing: entry j of N is at the stored value j / (N - 1).
+    """Return the visible extinction at each entry of a table; entry j of N is at the stored value j / (N - 1).
 
-    Of a pre-integrated table an entry is the greatest of the segments between it and its neighbours: a segment shows
-    something only if one between two entries inside it does.
+    Of a pre-integrated table an entry is the greatest mean between any two columns that are nearest to it: a segment
+    shows something only if one between two columns inside it does.
     """
     function = next(each for each in plan.transfer_functions if each.name == transfer)
     visible = COMPOSITINGS[plan.shared.compositing].visible
@@ -48,7 +49,7 @@ def _extinctions(draft: Draft, plan: ChannelPlan, transfer: str, level: int) -> 
 
 
 def _between_points(plan: ChannelPlan, transfer: str) -> Extinctions:
-    """Return what a function that is evaluated exactly shows at entries, and at each of them what lies beside it."""
+    """Return the largest extinction at each entry and beside it, for a function that is evaluated exactly."""
     table = Table.exact(next(each for each in plan.transfer_functions if each.name == transfer))
     low, high = plan.quantize.window
     entries: Extinctions = np.interp(np.linspace(low, high, _ENTRIES), table.values, table.extinction_per_mm)
@@ -61,13 +62,16 @@ def _between_points(plan: ChannelPlan, transfer: str) -> Extinctions:
 
 def entry_extinctions(texture: Texture, texels: NDArray[np.generic]) -> Extinctions:
     """Decode the texels [row, column, RGBA] of a table."""
-    alpha = texels[..., 3].astype(np.float64)
-    found = alpha if texture.max_extinction_per_mm is None else texture.max_extinction_per_mm * (alpha / 255) ** 2
     if texture.role == "transfer":
-        row: Extinctions = found[0]
-        return row
-    result: Extinctions = np.diagonal(found).copy()
-    for beside in (np.diagonal(found, 1), np.diagonal(found, -1)):
-        result[:-1] = np.maximum(result[:-1], beside)
-        result[1:] = np.maximum(result[1:], beside)
+        alpha = texels[0, :, 3].astype(np.float64)
+        return alpha if texture.max_extinction_per_mm is None else texture.max_extinction_per_mm * (alpha / 255) ** 2
+    ends = texture.stored_range or (0.0, 1.0)
+    _, between = IntegralTable.of_texels(texels[None], ends, texture.max_extinction_per_mm or 0.0).between
+    values = np.linspace(0.0, 1.0, _ENTRIES)
+    places = (values - ends[0]) / (ends[1] - ends[0]) * len(between)
+    result: Extinctions = between[np.clip(places.astype(np.intp), 0, len(between) - 1)]
+    # Intervals narrower than an entry, or with an end within one, count for the entries on both sides.
+    edges = np.linspace(*ends, len(between) + 1) * (_ENTRIES - 1)
+    for beside in (np.floor(edges[:-1]), np.ceil(edges[1:])):
+        np.maximum.at(result, np.clip(beside, 0, _ENTRIES - 1).astype(np.intp), between)
     return result

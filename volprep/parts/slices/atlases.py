@@ -1,8 +1,8 @@
-"""Stacks of slices: textures for them, their texels, and their colours.
+"""Stacks of slices: textures for them, and their texels.
 
 2D texture slicing after Moser and Weiskopf (2008, section 4): a polygon for each slice of the stack that faces the
-viewer most, blended back to front. There each slice is a texture and its size rounds up to powers of two; here slices
-of any size share textures, and what remains empty is known.
+viewer most, blended back to front. In the paper each slice is a texture and its size rounds up to powers of two; here
+slices of any size share textures, and the unused texels are known.
 
 A texel holds the opacity of a path as long as the distance of the slices, so that each stack has opacities of its own
 where the spacing is not the same along all axes. A ray that meets the slices at an angle has a longer way between two
@@ -15,11 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.scan.slabs import RawVolume, slab_ranges
-from volprep.transfer.preclassified import classified_texels
 from volprep_formats.arrays import UInt8Array
-from volprep_formats.package.function_table import Table
 from volprep_formats.package.parts.slices.record import AXES, SliceLayout, StackAxis
-from volprep_formats.package.transfer_function import TransferFunction
 
 Shape3 = tuple[int, int, int]
 
@@ -98,7 +95,7 @@ def _options(slice_yx: tuple[int, int], slices: int, largest: int, *, square: bo
             atlas = Atlas((height, width), columns, tiles)
             if tiles not in best or _cost(atlas) < _cost(best[tiles]):
                 best[tiles] = atlas
-    # What takes as much as another with more tiles is of no use.
+    # A layout is of no use if another has more tiles and no more texels.
     kept: list[Atlas] = []
     for tiles in sorted(best, reverse=True):
         if not kept or best[tiles].texels < kept[-1].texels:
@@ -129,7 +126,7 @@ def layouts(atlases: tuple[Atlas, ...], axis: StackAxis, shape_zyx: Shape3) -> I
 
 
 def atlas_codes(volume: RawVolume, layout: SliceLayout, shape_yx: tuple[int, int]) -> UInt8Array:
-    """Read the codes of a texture [y, x]; what lies beyond the tiles is 0. Reads the level once, slab by slab."""
+    """Read the codes of a texture [y, x]; texels beyond the tiles are 0. Reads the level once, slab by slab."""
     atlas = np.zeros(shape_yx, np.uint8)
     rows, columns = layout.slice_shape_yx
     stop = layout.first + layout.slices
@@ -146,8 +143,3 @@ def atlas_codes(volume: RawVolume, layout: SliceLayout, shape_yx: tuple[int, int
             tile = atlas[top : top + rows, left : left + columns]
             tile[rows_here] = slab.take(at, axis=axis)
     return atlas
-
-
-def code_colours(function: TransferFunction, window: tuple[float, float], distance_mm: float) -> UInt8Array:
-    """Colour of each of the 256 codes, premultiplied, with the opacity of a path of `distance_mm`: [256, RGBA]."""
-    return classified_texels(Table.exact(function), np.linspace(*window, 256), distance_mm)

@@ -4,13 +4,16 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from volprep.parts.levels.decision import by, candidate_levels, filter_of
-from volprep.parts.slices.atlases import code_colours, fit_atlases, layouts, slice_shape_yx
+from volprep.parts.levels.decision import candidate_levels, filter_of
+from volprep.parts.slices.atlases import fit_atlases, layouts, slice_shape_yx
+from volprep.plan.item_kinds import LEVEL
 from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Misfit
+from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import RenderWishes, Scene, SliceSettings
 from volprep.transfer.palette import best_palette
+from volprep.transfer.preclassified import code_colours
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
@@ -38,7 +41,7 @@ class SlicesChoice:
     misfits: tuple[tuple[LevelPlan, Misfit], ...]
     """Finer levels, and why they do not fit."""
     settings: SliceSettings
-    """What the scene wants."""
+    """The settings of the scene."""
 
 
 def plan_of_slices(
@@ -52,11 +55,11 @@ def plan_of_slices(
     texel = _texel(scene, settings, profile)
     made_by = filter_of(scene)
     if made_by == "auto":
-        # Voxels are classified before anything is between them. What is fitted to values between voxels shows worse:
+        # Voxels are classified before anything is between them. Levels fitted to values between voxels look worse:
         # engine and shell at half resolution, views along the axes: 1.1 to 1.9 times the error of box.
         made_by = "box"
     candidates = candidate_levels(channel, grid, scene.pyramid.coarsest_longest_axis, profile, made_by)
-    fits = [_fitted(level, grid, settings, texel, profile, functions) for level in candidates]
+    fits = [_fitted(level, grid, settings, texel, profile, functions, editable=scene.editable) for level in candidates]
     found = next((pair for pair in zip(candidates, fits, strict=True) if isinstance(pair[1], SlicesPlan)), None)
     misfits = [fit for fit in fits if isinstance(fit, Misfit)]
     if found is None:
@@ -91,13 +94,15 @@ def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> Tex
     return texel
 
 
-def _fitted(  # noqa: PLR0917 - the level, the device class, and what is wanted of it
+def _fitted(  # noqa: PLR0917 - the level, the device class, and the settings
     level: LevelPlan,
     grid: Grid,
     settings: SliceSettings,
     texel: TextureFormat,
     profile: DeviceProfile,
     functions: tuple[TransferFunction, ...],
+    *,
+    editable: bool,
 ) -> SlicesPlan | Misfit:
     spacing_mm = grid.coarser(level.factors_zyx).spacing_mm_zyx if level.index else grid.spacing_mm_zyx
     stacks: list[SliceStackPlan] = []
@@ -119,7 +124,13 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and what is wanted 
                 for part, (atlas, layout) in enumerate(layouts(atlases, axis, level.shape_zyx))
             )
             stacks.append(SliceStackPlan(transfer=function.name, distance_mm=spacing_mm[AXES[axis]], textures=textures))
-    plan = SlicesPlan(level=level.index, format=texel, palette_entries=settings.palette_entries, stacks=tuple(stacks))
+    plan = SlicesPlan(
+        level=level.index,
+        format=texel,
+        palette_entries=settings.palette_entries,
+        stacks=tuple(stacks),
+        editable=editable,
+    )
     size = sum(stack_bytes(stack, texel) for stack in stacks[: len(settings.stacks)])
     if size > profile.max_texture_bytes:
         return Misfit(
@@ -140,16 +151,25 @@ def _texels(stack: SliceStackPlan) -> int:
 
 
 def describe_slices(plan: ChannelPlan, choice: SlicesChoice) -> Iterator[PlanItem]:
-    """List what was decided about levels and stacks of slices."""
+    """List the decisions about levels and stacks of slices."""
     slices, settings = choice.slices, choice.settings
     for level, misfit in choice.misfits:
         size = math.prod(level.shape_zyx) * len(settings.stacks) * BYTES_PER_TEXEL[slices.format]
-        yield PlanItem(name=f"level {level.index}", kept=False, reason=misfit.reason, size_bytes=size)
+        yield PlanItem(
+            name=f"level {level.index}",
+            kind=LEVEL,
+            level=level.index,
+            kept=False,
+            reason=misfit.reason,
+            size_bytes=size,
+        )
     held = choice.level
     yield PlanItem(
         name=f"level {held.index}",
+        kind=LEVEL,
+        level=held.index,
         kept=True,
-        reason=f"{by(held.shape_zyx)} voxels, the finest whose stacks of slices fit",
+        reason=f"{shape_text(held.shape_zyx)} voxels, the finest whose stacks of slices fit",
     )
     functions = {function.name: function for function in plan.transfer_functions}
     for stack in slices.stacks:
@@ -157,9 +177,12 @@ def describe_slices(plan: ChannelPlan, choice: SlicesChoice) -> Iterator[PlanIte
     for axis in sorted(AXES.keys() - set(settings.stacks)):
         size = math.prod(held.shape_zyx) * BYTES_PER_TEXEL[slices.format]
         reason = "the scene does not ask for them: along this axis a viewer sees other slices from the side"
-        yield PlanItem(name=f"slices across {axis}", kept=False, reason=reason, size_bytes=size)
+        yield PlanItem(name=f"slices across {axis}", kind="slices", kept=False, reason=reason, size_bytes=size)
     yield PlanItem(
-        name="shaders", kept=False, reason=f"profile {plan.profile.name} has no shaders: it blends textured polygons"
+        name="shaders",
+        kind="shaders",
+        kept=False,
+        reason=f"profile {plan.profile.name} has no shaders: it blends textured polygons",
     )
 
 
@@ -171,6 +194,8 @@ def _stack_item(plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, fu
     sizes = ", ".join(f"{texture.shape_yx[1]}×{texture.shape_yx[0]}" for texture in stack.textures)
     return PlanItem(
         name=f"slices of {stack.transfer} across {layout.axis}",
+        kind="slices",
+        transfer=stack.transfer,
         kept=True,
         reason=f"{count} slices of {columns}×{rows} voxels, {stack.distance_mm:.4g} mm apart, in textures of {sizes}: "
         f"{wasted:.1%} of the texels stay empty; with one texture for each slice it would be "
@@ -188,6 +213,8 @@ def _rounded(voxels: int) -> int:
 def _colours(plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, function: TransferFunction) -> str:
     if slices.format == "RGBA8":
         return "four bytes a voxel"
+    if slices.editable:
+        return "texels are codes and entry j of the palette is the colour of code j, so that an edit replaces 1 kB"
     colours = code_colours(function, plan.quantize.window, stack.distance_mm)
     palette = best_palette(colours, slices.palette_entries)
     if palette.maximum == 0.0:

@@ -4,15 +4,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from volprep.parts.slices.atlases import atlas_codes, code_colours
-from volprep.parts.stage import Shapes, Stage, Work, required
+from volprep.parts.slices.atlases import atlas_codes
+from volprep.parts.stage import Shapes, Stage, Work, any_channel, required
 from volprep.parts.work import codes_of_level
 from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume, bytes_of
-from volprep.transfer.palette import best_palette
+from volprep.transfer.palette import best_palette, palette_of_codes
+from volprep.transfer.preclassified import code_colours, largest_opacity
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
@@ -25,11 +27,11 @@ _CODES = 256
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    return (required(plan.slices), plan.quantize, plan.grid, *plan.levels, *plan.transfer_functions)
+    return (required(plan.part(SlicesPlan)), plan.quantize, plan.grid, *plan.levels, *plan.transfer_functions)
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    slices = required(plan.slices)
+    slices = required(plan.part(SlicesPlan))
     codes = codes_of_level(draft, plan, slices.level)
     functions = {function.name: function for function in plan.transfer_functions}
     progress.start("slices", sum(len(stack.textures) for stack in slices.stacks))
@@ -42,14 +44,16 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
             if slices.format == "RGBA8":
                 draft.write(texture.file, "texture", _rgba(colours, atlas))
             else:
-                palette = best_palette(colours, slices.palette_entries, weights)
+                palette = (
+                    palette_of_codes(colours)
+                    if slices.editable
+                    else best_palette(colours, slices.palette_entries, weights)
+                )
                 draft.write(texture.file, "texture", paletted.encode(palette.colours, palette.indices[atlas]))
-            # Where nothing can be seen, any bound will do.
-            largest = float(colours[:, 3].max()) / 255 or 1.0
-            layout = texture.layout.model_copy(update={"largest_opacity": largest})
+            layout = texture.layout.model_copy(update={"largest_opacity": largest_opacity(colours)})
             textures.append(_record(plan, slices, stack, texture, part=part, layout=layout))
             progress.advance()
-    return Contribution(textures=tuple(textures))
+    return Contribution(textures=tuple(textures), editing=Editing() if slices.editable else None)
 
 
 def _histogram(codes: RawVolume) -> Float64Array:
@@ -90,8 +94,15 @@ def _record(
 
 
 def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
-    return {each.file: (1, *each.shape_yx) for stack in required(plan.slices).stacks for each in stack.textures}
+    return {
+        each.file: (1, *each.shape_yx) for stack in required(plan.part(SlicesPlan)).stacks for each in stack.textures
+    }
 
 
-STAGE = Stage(name="slices", reads=("quantize", "pyramid", "transfer"), channel=Work(_settings, _run, _shapes))
-"""Reads transfer, because that stage drops the textures of transfer functions that it does not know."""
+STAGE = Stage(
+    name="slices",
+    # Transfer drops the textures of transfer functions that it does not know.
+    reads=("quantize", "pyramid", "transfer"),
+    channel=Work(_settings, _run, _shapes),
+    is_needed=any_channel(lambda plan: plan.part(SlicesPlan)),
+)

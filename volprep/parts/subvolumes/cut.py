@@ -1,6 +1,6 @@
 """A box of level 0 around a place that the user chose, at full resolution, out of a package that has sub-volumes.
 
-The custom sub-volume of the Big Volume Renderer (Schultz and Bailey, 7.4). Only the voxels of the box are read, from
+The custom sub-volume of the Beaver Volume Renderer (Schultz and Bailey, 7.4). Only the voxels of the box are read, from
 the file of the whole level or from the pieces that the box meets.
 """
 
@@ -41,7 +41,7 @@ class LevelMark(Record):
 
 
 class CutRecord(Record):
-    """A cut: what was taken from where."""
+    """A cut: its package, its box and its cost."""
 
     package: str
     """Name of the scene."""
@@ -75,7 +75,7 @@ class Cut:
     texels: NDArray[np.generic]
     """[z, y, x], uint8, uint16 or float16, as the textures of the package hold them."""
     record: CutRecord
-    """What it is."""
+    """Description of the cut."""
     nearest: bool = False
     """Whether voxels are labels."""
 
@@ -94,7 +94,7 @@ def cut(package: Package, center_xyz: tuple[float, float, float], size: int) -> 
     """Cut a box of at most `size` voxels along each axis around the voxel `center_xyz` of level 0.
 
     A box that would reach beyond the volume is moved inside; an axis shorter than `size` is taken whole. Raises VP4051
-    for a center outside the volume, and what `cut_box` raises.
+    for a center outside the volume, and the errors of `cut_box`.
     """
     grid = package.manifest.grid
     if package.manifest.subvolumes is None or grid is None:
@@ -202,7 +202,7 @@ def _met(cuts: Cuts, along: slice) -> list[tuple[int, slice]]:
 def _with_shared(grid: SubvolumeGrid, place: Index, span: Box, box: Box, empty: set[Index]) -> Box:
     """Return the voxels that are read from a piece, with the shared ones above it where a piece there is empty.
 
-    An empty piece has one code for all, which is not what is between its voxels and those of its neighbour.
+    An empty piece has one code for all voxels, which is wrong between its voxels and its neighbour's.
     """
     above = set(product(*((at, at + 1) for at in place)))
     if above.isdisjoint(empty):

@@ -33,8 +33,8 @@ def write_cut(
 ) -> CutRecord:
     """Cut a box and write cut.ktx2, cut.png and cut.json, in this order, into `folder`.
 
-    `center_xyz` is a voxel of level 0, or with `world` a place in the patient in millimetres. Raises what `cut`
-    raises, VP1251 where a file exists and `force` is not given, VP4020 where nothing can be written.
+    `center_xyz` is a voxel of level 0, or with `world` a place in the patient in millimetres. Raises the errors of
+    `cut`, VP1251 where a file exists and `force` is not given, VP4020 where nothing can be written.
     """
     names = [folder / name for name in ("cut.ktx2", "cut.png", "cut.json")]
     for path in names:

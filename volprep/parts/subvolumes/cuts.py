@@ -1,8 +1,8 @@
 """The grid of sub-volumes: where level 0 is cut, what meets at each point, and which way leads on.
 
-From the Big Volume Renderer (Schultz and Bailey, 7.3.4 to 7.3.7), with three differences. Neighbours share a layer of
-voxels. A remainder makes a smaller last piece, so that no voxel is lost. And the angle from which x and y count is
-22.5° at both ends of theta: printed is 27.5° at one end, and a mirrored view would not give the mirrored move.
+From the Beaver Volume Renderer (Schultz and Bailey, 7.3.4 to 7.3.7), with three differences. Neighbours share a layer
+of voxels. A remainder makes a smaller last piece, so that no voxel is lost. And x and y count from an angle of 22.5°
+at both ends of theta: the paper prints 27.5° at one end, and a mirrored view would not give the mirrored move.
 """
 
 import math
@@ -76,7 +76,7 @@ def step_from(grid: SubvolumeGrid, point: int, moves: Sequence[Move]) -> int:
 def _kind(place_zyx: tuple[int, ...], counts_zyx: tuple[int, ...]) -> PointKind:
     outermost = [at in (0, count) for at, count in zip(place_zyx, counts_zyx, strict=True)]
     if sum(outermost) == 2:
-        # What varies is the axis on which the point is not outermost.
+        # The only variable is the axis on which the point is not outermost.
         return "column edge" if not outermost[1] else "edge"
     kinds: dict[int, PointKind] = {3: "corner", 1: "plane", 0: "interior"}
     return kinds[sum(outermost)]

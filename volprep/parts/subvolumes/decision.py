@@ -5,12 +5,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from volprep.parts.levels.decision import by
 from volprep.parts.programs.decision import VERTEX, light_of
 from volprep.parts.subvolumes.cuts import cuts_along
 from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.plan.room import Misfit, one_channel
+from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -22,8 +22,8 @@ from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 
 GRID = "subvolumes/grid.json"
 """File that says where level 0 is cut."""
-ITEM = "sub-volumes"
-"""Name of the item; seal adds the files of the pieces, since only the stage knows which are empty."""
+KIND = "sub-volumes"
+"""Kind of its item of the plan."""
 _LEAST_SIZE = 16
 """Voxels of a piece along an axis: smaller ones are not proposed, a sixth of them would be layers that are shared."""
 _HELD = 8
@@ -41,13 +41,13 @@ class Proposal:
     file_bytes: int
     """Size of all pieces."""
     device_bytes: int
-    """Of those that a device draws at a time."""
+    """Size of the textures of the pieces that a device draws at a time."""
 
 
 def propose(scene: Scene, profile: DeviceProfile, grid: Grid, bits: int) -> Proposal | Misfit:
-    """Propose the fewest pieces of which a device holds eight in half of its memory, all nearly of one size.
+    """Propose the fewest pieces, nearly of one size, such that a device holds eight in half of its memory.
 
-    The other half is for a coarser level, and what else is sampled.
+    The other half is for a coarser level and all other textures.
     """
     if scene.render.classification == "preclassified":
         return Misfit("pieces hold values, and the voxels of this scene are classified")
@@ -138,12 +138,12 @@ def _program(function: TransferFunction, scene: Scene) -> ProgramDesign:
 
 
 def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
-    """Return whether there are sub-volumes, and why; where the scene could have some, which, and what they cost."""
-    subvolumes = plan.subvolumes
+    """Return whether there are sub-volumes, and why; where the scene could have some, also their layout and cost."""
+    subvolumes = plan.part(SubvolumesPlan)
     whole_fits = plan.levels[0].index == 0
     if subvolumes is None:
         if whole_fits:
-            yield PlanItem(name=ITEM, kept=False, reason="the whole volume fits into one texture")
+            yield PlanItem(name="sub-volumes", kind=KIND, kept=False, reason="the whole volume fits into one texture")
         else:
             yield _left_out(scene, plan)
         return
@@ -154,9 +154,10 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
     if subvolumes.whole is not None and all(subvolumes.whole not in volume.files for volume in plan.volumes):
         files.append(subvolumes.whole)
     yield PlanItem(
-        name=ITEM,
+        name="sub-volumes",
+        kind=KIND,
         kept=True,
-        reason=f"{asked}{fits}: {by(pieces_zyx)} pieces of at most {subvolumes.size} voxels along an axis; "
+        reason=f"{asked}{fits}: {shape_text(pieces_zyx)} pieces of at most {subvolumes.size} voxels along an axis; "
         f"neighbours share a layer of voxels{_light_text(scene)}",
         files=tuple(files),
         size_bytes=size_bytes,
@@ -169,7 +170,7 @@ def _is_lit(scene: Scene) -> bool:
 
 
 def _slopes(scene: Scene) -> NormalsFrom:
-    """Return what shaders light pieces by: eight textures of normals beside those of values are more than 16 units."""
+    """Return the source of normals for lit pieces: textures of normals would exceed 16 units."""
     return "forward" if scene.lighting.normals == "forward" else "central"
 
 
@@ -184,12 +185,13 @@ def _light_text(scene: Scene) -> str:
 def _left_out(scene: Scene, plan: ChannelPlan) -> PlanItem:
     proposed = propose(scene, plan.profile, plan.grid, plan.quantize.bits)
     if isinstance(proposed, Misfit):
-        return PlanItem(name=ITEM, kept=False, reason=proposed.reason)
+        return PlanItem(name="sub-volumes", kind=KIND, kept=False, reason=proposed.reason)
     return PlanItem(
-        name=ITEM,
+        name="sub-volumes",
+        kind=KIND,
         kept=False,
         reason=f"the scene has no table [grid]. With size = {proposed.size} level 0 is "
-        f"{by(proposed.pieces_zyx)} pieces, of which a device draws eight at a time in {proposed.device_bytes} bytes "
-        f'of textures; --grid auto, or a table [grid] with size = "auto", takes that',
+        f"{shape_text(proposed.pieces_zyx)} pieces, of which a device draws eight at a time in {proposed.device_bytes} "
+        f'bytes of textures; --grid auto, or a table [grid] with size = "auto", takes that',
         size_bytes=proposed.file_bytes,
     )

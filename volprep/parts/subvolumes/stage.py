@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.stage import Stage, Work, present, required
+from volprep.parts.stage import Stage, Work, any_channel, present, required
 from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points
 from volprep.parts.subvolumes.decision import GRID
 from volprep.parts.texels import texel_reader, texels_of
@@ -35,11 +35,11 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    return (*present(plan.subvolumes), plan.quantize, *plan.transfer_functions, *plan.tables)
+    return (*present(plan.part(SubvolumesPlan)), plan.quantize, *plan.transfer_functions, *plan.tables)
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    wanted = required(plan.subvolumes)
+    wanted = required(plan.part(SubvolumesPlan))
     codes = codes_of_source(draft, plan)
     z, y, x = (cuts_along(n, wanted.size) for n in codes.shape_zyx)
     progress.start("grid", (len(z) - 1) * (len(y) - 1) * (len(x) - 1))
@@ -76,7 +76,7 @@ def _pieces(
 
 
 def _piece(draft: Draft, plan: ChannelPlan, codes: NDArray[Any], file: str) -> Subvolume:
-    wanted = required(plan.subvolumes)
+    wanted = required(plan.part(SubvolumesPlan))
     low, high = int(codes.min()), int(codes.max())
     if not wanted.pieces or _is_empty(plan, wanted, low, high):
         return Subvolume(minimum=low, maximum=high)
@@ -107,4 +107,9 @@ def _whole(wanted: SubvolumesPlan, codes: RawVolume) -> Iterator[bytes | memoryv
         yield bytes_of(read(z0, z1))
 
 
-STAGE = Stage(name="grid", reads=("quantize",), channel=Work(_settings, _run))
+STAGE = Stage(
+    name="grid",
+    reads=("quantize",),
+    channel=Work(_settings, _run),
+    is_needed=any_channel(lambda plan: plan.part(SubvolumesPlan)),
+)

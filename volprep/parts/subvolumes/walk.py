@@ -25,7 +25,7 @@ _MIDDLE = (0.5, 0.5, 0.5)
 
 @dataclass(frozen=True)
 class Ground:
-    """What a walk leads through."""
+    """The volume that a walk leads through."""
 
     grid: SubvolumeGrid
     """The sub-volumes."""
@@ -59,11 +59,11 @@ class Walker:
     """Where a viewer is."""
 
     ground: Ground
-    """What he walks through."""
+    """The volume that he walks through."""
     forward: Vector
     """Direction in which he looks, in the patient's space (LPS)."""
     up: Vector
-    """What is up in the picture."""
+    """Up direction of the picture."""
     zoom: float = 1.0
     """How many times larger the volume is than where its diagonal fills the picture."""
     level: int | None = None
@@ -103,7 +103,7 @@ class Walker:
     def direction_xyz(self) -> Float64Array:
         """Direction of view along the index axes."""
         along: Float64Array = np.array(self.ground.level_grid.direction).T @ np.array(self.forward)
-        # What rounding leaves of a right angle is no direction.
+        # The rounding error of a right angle is not a direction.
         return np.where(np.abs(along) < 1e-9 * np.linalg.norm(along), 0.0, along)
 
     @property

@@ -1,24 +1,27 @@
 """Levels as the mipmaps of one texture, for apps that choose the level for each draw or each sample.
 
 OpenGL halves every axis and rounds down, while levels round up, so that no voxel is lost: 447 voxels have 224 at level
-1, and a texture of 447 texels has a mipmap of 223, whose texels would lie elsewhere. So the finest level gets as many
-texels as make all halvings whole, 448 for up to six mipmaps: its last voxels are repeated, beyond the end of the
-volume's box, where the clamped field has the same values. Each mipmap is then its level of the pyramid, by whatever
-filter, and texture coordinates are the same for all.
+1, and a texture of 447 texels has a mipmap of 223, whose texels would lie elsewhere. So the finest level is padded
+until all halvings are whole, 448 for up to six mipmaps: its last voxels are repeated, beyond the end of the volume's
+box, where the clamped field has the same values. Each mipmap is then its level of the pyramid, by whatever filter, and
+texture coordinates are the same for all.
 """
 
 from collections.abc import Iterator, Sequence
 from typing import Literal
 
-from volprep.parts.levels.decision import by
 from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit
+from volprep.plan.shape_text import shape_text
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.textures.gl_formats import size_bytes
+
+KIND = "mipmaps"
+"""Kind of their item of the plan."""
 
 
 def mipmap_levels(
@@ -69,15 +72,19 @@ def describe_mipmaps(levels: Sequence[LevelPlan], volumes: Sequence[VolumePlan])
     if finest.mosaic is not None or finest.bricks is not None:
         return
     if finest.mipmap is None:
-        yield PlanItem(name="mipmaps", kept=False, reason="the scene does not ask for them: each level is a texture")
+        yield PlanItem(
+            name="mipmaps", kind=KIND, kept=False, reason="the scene does not ask for them: each level is a texture"
+        )
         return
     voxels = sum(size_bytes(finest.format, level.shape_zyx) for level in levels)
     texels = chain_bytes(volumes, finest)
     yield PlanItem(
         name="mipmaps",
+        kind=KIND,
         kept=True,
-        reason=f"the scene asks for them: {len(levels)} levels in one texture of {by(finest.shape_zyx)} texels, "
-        f"so that {by(levels[0].shape_zyx)} voxels halve evenly; that takes {texels - voxels} bytes more",
+        reason=f"the scene asks for them: {len(levels)} levels in one texture of {shape_text(finest.shape_zyx)} "
+        f"texels, so that {shape_text(levels[0].shape_zyx)} voxels halve evenly; that takes {texels - voxels} bytes "
+        "more",
     )
 
 
@@ -85,7 +92,7 @@ def _misfit(chain: Sequence[VolumePlan], profile: DeviceProfile, beside: Beside)
     size, shape = chain_bytes(chain, chain[0]), chain[0].shape_zyx
     if max(shape) > profile.max_3d_texture_size:
         limit = f"profile {profile.name} holds at most {profile.max_3d_texture_size} along an axis"
-        return Misfit(f"its mipmaps need {by(shape)} texels, but a 3D texture of {limit}")
+        return Misfit(f"its mipmaps need {shape_text(shape)} texels, but a 3D texture of {limit}")
     if size + beside.bytes > profile.max_texture_bytes:
         limit = f"the {profile.max_texture_bytes} that profile {profile.name} has for textures"
         return Misfit(f"{size} bytes with mipmaps, and {beside.bytes} for other textures, are more than {limit}")

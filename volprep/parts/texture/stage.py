@@ -5,8 +5,9 @@ from itertools import groupby
 
 import numpy as np
 
-from volprep.parts.stage import Shapes, Stage, Work
-from volprep.parts.texels import volume_reader, volume_texture
+from volprep.parts.hidden.texels import flattened_reader, flattening
+from volprep.parts.stage import Shapes, Stage, Work, any_channel
+from volprep.parts.texels import volume_texture
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import bytes_of, slab_ranges
 from volprep_formats.package.manifest import Contribution
@@ -19,7 +20,8 @@ from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, KTX2_FORMAT
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     classified = [each for each in plan.transfer_functions if any(each.name == v.transfer for v in plan.volumes)]
-    return (*(volume for volume in plan.volumes if volume.mosaic is None and volume.bricks is None), *classified)
+    volumes = (volume for volume in plan.volumes if volume.mosaic is None and volume.bricks is None)
+    return (*volumes, *classified, *flattening(plan))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
@@ -34,7 +36,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
 
 
 def _texels(draft: Draft, plan: ChannelPlan, volume: VolumePlan, progress: Progress) -> Iterator[memoryview]:
-    read = volume_reader(draft, plan, volume)
+    read = flattened_reader(draft, plan, volume)
     shape_zyx = plan.level(volume.level).shape_zyx
     depth, height, width = shape_zyx
     below, *beside = (texels - n for texels, n in zip(volume.shape_zyx, shape_zyx, strict=True))
@@ -51,4 +53,9 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
     return {path: volume.shape_zyx for volume in volumes for path in volume.files}
 
 
-STAGE = Stage(name="texture", reads=("quantize", "pyramid"), channel=Work(_settings, _run, _shapes))
+STAGE = Stage(
+    name="texture",
+    reads=("quantize", "pyramid"),
+    channel=Work(_settings, _run, _shapes),
+    is_needed=any_channel(lambda plan: any(volume.mosaic is None and volume.bricks is None for volume in plan.volumes)),
+)

@@ -1,4 +1,4 @@
-"""Which channels are drawn into one picture, and from which textures. Channels that show nothing are left out.
+"""Decide which channels are drawn into one picture, and their textures. Channels that show nothing are left out.
 
 The light of several media in one place is the sum of what each emits, behind the sum of what all absorb (Max 1995): the
 integral of sum(c_i tau_i) exp(-integral of sum(tau_i)). So no channel lies in front of another, and their order is
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 from volprep.parts.programs.decision import ray_casters, shader_files
+from volprep.parts.skip.decision import KIND as SKIP_KIND
 from volprep.parts.skip.decision import Found, skip_together
 from volprep.parts.texture.mipmaps import chain_bytes
 from volprep.parts.together.packing import Packed
@@ -25,8 +26,10 @@ from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import size_bytes
 
+KIND = "together"
+"""Kind of the items of a picture of several channels."""
 _EXACT = 4096
-"""Entries that stand for a function that has no table."""
+"""Number of entries used for a function that has no table."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +39,13 @@ class DrawnTogether:
     transfers: dict[str, str]
     """Name of the transfer function of each channel, in the order of the scene."""
     items: tuple[PlanItem, ...]
-    """What was left out."""
+    """The channels that were left out."""
 
 
 def choose_together(plans: Sequence[ChannelPlan], measured: Sequence[Measured], scene: Scene) -> DrawnTogether:
     """Choose the channels of the picture that the scene wants; none where fewer than two show something.
 
-    Raises VP1245 for what cannot be drawn together.
+    Raises VP1245 for channels that cannot be drawn together.
     """
     if scene.together is None:
         return DrawnTogether({}, ())
@@ -60,11 +63,13 @@ def choose_together(plans: Sequence[ChannelPlan], measured: Sequence[Measured], 
             seen[plan.channel] = name
             continue
         reason = f"{name} shows none of its values, {low:g} to {high:g}"
-        items.append(PlanItem(name=f"{scene.together.name}: channel {plan.channel}", kept=False, reason=reason))
+        items.append(
+            PlanItem(name=f"{scene.together.name}: channel {plan.channel}", kind=KIND, kept=False, reason=reason)
+        )
     if len(seen) < 2:
         shown = ", ".join(seen.values()) or "none"
         reason = f"fewer than two channels show something: {shown}"
-        return DrawnTogether({}, (*items, PlanItem(name=scene.together.name, kept=False, reason=reason)))
+        return DrawnTogether({}, (*items, PlanItem(name=scene.together.name, kind=KIND, kept=False, reason=reason)))
     obstacle = next(_obstacles([plan for plan in plans if plan.channel in seen], scene), None)
     if obstacle is not None:
         _refuse(scene, obstacle)
@@ -74,7 +79,7 @@ def choose_together(plans: Sequence[ChannelPlan], measured: Sequence[Measured], 
 def plan_together(
     plans: Sequence[ChannelPlan], measured: Sequence[Measured], drawn: DrawnTogether, packed: Packed, scene: Scene
 ) -> tuple[TogetherPlan | None, tuple[PlanItem, ...]]:
-    """Return the programs of the picture, where there is one, and what was decided.
+    """Return the programs of the picture, if there is one, and the decisions.
 
     `packed` says whether its channels share texels. Raises VP1245 where the profile cannot hold them at one time.
     """
@@ -94,6 +99,8 @@ def plan_together(
     programs = tuple(ray_casters(name, levels, scene))
     item = PlanItem(
         name=name,
+        kind=KIND,
+        transfer=name,
         kept=True,
         reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes "
         f"{'one fetch' if shares else f'{len(group)} fetches'} of values, and {len(group)} of colours",
@@ -113,14 +120,22 @@ def _skipping(
     levels: Sequence[LevelPlan],
     scene: Scene,
 ) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
-    """Decide whether rays skip what all channels leave empty."""
+    """Decide whether rays skip the space that is empty in all channels."""
     name = scene.together.name if scene.together else ""
     media = [(_function(plan, drawn.transfers[plan.channel]), founds[plan.channel]) for plan in group]
     tables, reason, size = skip_together(scene.skip, name, media, levels)
     if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
         tables, reason = (), "there is no room for it beside all channels"
     files = tuple(table.file for table in tables)
-    item = PlanItem(name=f"skip table {name}", kept=bool(tables), reason=reason, files=files, size_bytes=size)
+    item = PlanItem(
+        name=f"skip table {name}",
+        kind=SKIP_KIND,
+        transfer=name,
+        kept=bool(tables),
+        reason=reason,
+        files=files,
+        size_bytes=size,
+    )
     return tables, item
 
 
@@ -129,7 +144,7 @@ def _function(plan: ChannelPlan, name: str) -> TransferFunction:
 
 
 def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> Found:
-    """What a decision about the empty space of one channel depends on."""
+    """Inputs of a decision about the empty space of one channel."""
     return Found(
         profile=plan.profile,
         crop=plan.crop,

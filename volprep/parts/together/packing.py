@@ -11,29 +11,27 @@ are drawn together.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
-from volprep.parts.levels.decision import by
 from volprep.parts.mosaic.decision import MOST_TEXTURES, mosaic_of, mosaic_text, part_names
 from volprep.parts.mosaic.packing import Packing
 from volprep.parts.texture.mipmaps import in_one_texture
+from volprep.plan.products import NormalsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
-from volprep.scene.scene import Scene
+from volprep.scene.scene import Compression, Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import TextureFormat
-from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.gl_formats import size_bytes
 
 _FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 3: ("RGB8",), 4: ("RGBA8",)}
-ITEM = "packed channels"
-_COMPONENTS = ("first", "second", "third", "fourth")
-_OF_ONE_CHANNEL = frozenset(("four channels", "several textures", "overlapping slices"))
-"""What is said of mosaics that hold one channel."""
+_MOST = 4
+"""Components of a texel."""
 
 
 @dataclass(frozen=True)
 class Packed:
-    """Levels that several channels share, or none; and what was decided."""
+    """Levels that several channels share, if any, and the decisions."""
 
     volumes: tuple[VolumePlan, ...]
     """Textures in common, of each level."""
@@ -42,23 +40,9 @@ class Packed:
     items: tuple[PlanItem, ...]
     """The decision, where there is one to make."""
 
-    def plan(self, plan: ChannelPlan) -> ChannelPlan:
-        """Return the plan of a channel with the textures that it shares."""
-        return plan.model_copy(update={"volumes": self.volumes}) if self._holds(plan) else plan
-
-    def described(self, plan: ChannelPlan, items: Sequence[PlanItem]) -> tuple[PlanItem, ...]:
-        """Return the items of a channel as they are where it shares textures."""
-        if not self._holds(plan):
-            return tuple(items)
-        held = {f"level {volume.level}": volume for volume in self.volumes}
-        return tuple(
-            _shared(plan, item, held[item.name]) if item.name in held else item
-            for item in items
-            if item.name not in _OF_ONE_CHANNEL
-        )
-
-    def _holds(self, plan: ChannelPlan) -> bool:
-        return any(plan.channel in volume.channels for volume in self.volumes)
+    def of(self, plan: ChannelPlan) -> tuple[VolumePlan, ...]:
+        """Return the textures of a channel: the ones it shares, or its own."""
+        return self.volumes if any(plan.channel in each.channels for each in self.volumes) else plan.volumes
 
 
 def pack_channels(plans: Sequence[ChannelPlan], scene: Scene, together: Sequence[str]) -> Packed:
@@ -70,7 +54,7 @@ def pack_channels(plans: Sequence[ChannelPlan], scene: Scene, together: Sequence
     group = [plan for plan in plans if wanted != "auto" or plan.channel in together]
     names = tuple(plan.channel for plan in group)
     apart = sum(texture_bytes(volume) for plan in (group or plans) for volume in plan.volumes)
-    reason = "the scene keeps them apart" if wanted == "apart" else next(_obstacles(group), None)
+    reason = "the scene keeps them apart" if wanted == "apart" else next(_obstacles(group, scene), None)
     volumes = [] if reason else [_packed(group, level, names, scene.mosaic.gutter) for level in group[0].levels]
     if volumes and scene.textures.mipmaps:
         levels, profile = group[0].levels, group[0].profile
@@ -78,13 +62,14 @@ def pack_channels(plans: Sequence[ChannelPlan], scene: Scene, together: Sequence
     misfit = next((volume for volume in volumes if isinstance(volume, Misfit)), None)
     if reason or misfit is not None:
         reason = reason or f"packed they do not fit: {misfit.reason if misfit else ''}"
-        item = PlanItem(name=ITEM, kept=False, reason=reason, size_bytes=apart)
+        item = PlanItem(name="packed channels", kind="packed-channels", kept=False, reason=reason, size_bytes=apart)
         return Packed((), reason, (item,) if len(plans) > 1 else ())
     made = tuple(volume for volume in volumes if isinstance(volume, VolumePlan))
     layout = "3D texture" if made[0].mosaic is None else mosaic_text(made[0].mosaic)
     reason = f"one fetch from a {made[0].format} {layout} gives {', '.join(names)}; apart they take {apart} bytes"
     item = PlanItem(
-        name=ITEM,
+        name="packed channels",
+        kind="packed-channels",
         kept=True,
         reason=reason,
         files=tuple(dict.fromkeys(file for volume in made for file in volume.files)),
@@ -93,13 +78,13 @@ def pack_channels(plans: Sequence[ChannelPlan], scene: Scene, together: Sequence
     return Packed(made, reason, (item,))
 
 
-def _obstacles(group: Sequence[ChannelPlan]) -> Iterator[str]:
+def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
     """Return the reasons why channels cannot share texels, the most important first. Each assumes the ones before."""
     if len(group) < 2:
         yield "each program draws one channel, and would fetch the others in vain"
-    if len(group) > len(_COMPONENTS):
-        yield f"a texel has {len(_COMPONENTS)} components, and there are {len(group)} channels"
-    if any(volume.format in BLOCKS for plan in group for volume in plan.volumes):
+    if len(group) > _MOST:
+        yield f"a texel has {_MOST} components, and there are {len(group)} channels"
+    if scene.textures.compression in get_args(Compression):
         yield "compressed texels hold one channel"
     differences = {
         "bits": {str(plan.quantize.bits) for plan in group},
@@ -150,17 +135,11 @@ def _beside(group: Sequence[ChannelPlan], level: int) -> Beside:
     units = size = 0
     for plan in group:
         tables = [size_bytes(table.format, (1, 1, table.entries)) for table in plan.lookups]
-        tables += [size_bytes(table.format, (1, table.entries, table.entries)) for table in plan.preintegrated]
-        normals = [] if plan.normals is None else [each for each in plan.normals.textures if each.level == level]
+        tables += [size_bytes(table.format, table.shape_zyx) for table in plan.preintegrated]
+        planned = plan.part(NormalsPlan)
+        normals = [] if planned is None else [each for each in planned.textures if each.level == level]
         units += (1 if tables else 0) + sum(len(each.files) for each in normals)
         size += max(tables, default=0)
-        if plan.normals is not None:
-            size += sum(size_bytes(plan.normals.format, each.shape_zyx) * len(each.files) for each in normals)
+        if planned is not None:
+            size += sum(size_bytes(planned.format, each.shape_zyx) * len(each.files) for each in normals)
     return Beside(units=units, bytes=size)
-
-
-def _shared(plan: ChannelPlan, item: PlanItem, volume: VolumePlan) -> PlanItem:
-    place = _COMPONENTS[volume.channels.index(plan.channel)]
-    shape = by(plan.level(volume.level).shape_zyx)
-    reason = f"{shape} voxels in the {place} component of {', '.join(volume.names)}"
-    return PlanItem(name=item.name, channel=item.channel, kept=item.kept, reason=reason)

@@ -1,15 +1,17 @@
 """Which bits and window the stored values get, and how long the lookup tables are: measured, not guessed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
+
+import numpy as np
 
 from volprep.compositing import COMPOSITINGS, Compositing
 from volprep.parts.values.window import Window, is_exact, windows
+from volprep.plan.decisions import ValueChoice
 from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views, worst
 from volprep.plan.records import QuantizePlan
 from volprep.plan.room import has_exact_16_bits
-from volprep.scan.relabelled import LARGEST_LABEL
+from volprep.scan.relabelled import LARGEST_LABEL, MOST_LABELS
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import QuantizeSettings, Scene
 from volprep_formats.arrays import Float64Array
@@ -24,29 +26,14 @@ from volprep_formats.source import SourceInfo
 SHARE = 0.5
 """Part of the scene's tolerance that the codes may use; the rest is for the level, the step and the arithmetic."""
 TABLE_SHARE = 0.05
-"""Part of the scene's tolerance by which a smaller table may be worse than the largest one."""
+"""Fraction of the scene's tolerance that a smaller table may add to the error of the largest one."""
 _ENTRIES = (256, 512, 1024, 2048, 4096)
 """Lengths of a lookup table: the longest has 32 kB as half floats, less than one slice of a volume."""
+_MANY_LABELS_WINDOW = (0.0, 65535 / 64)
+"""Window of labels above 255: a label is 64 codes, so that its half float is exact, and four entries of the longest
+table: between two entries there is no second label."""
 _EDITABLE_ENTRIES = {8: 256, 16: 2048}
 """Where functions may be edited, tables are as fine as texels: codes of 8 bits, and half floats, which have 11."""
-
-
-@dataclass(frozen=True)
-class ValueChoice:
-    """A quantizer and tables, and what they cost."""
-
-    quantize: QuantizePlan
-    """Bits and window."""
-    quantizer: Quantizer
-    """The same, with what texels make of them."""
-    entries: int
-    """Length of each lookup table."""
-    error: PictureDifference
-    """What codes and tables together change in the sample of rays, at worst over the transfer functions."""
-    narrow_error: PictureDifference | None
-    """What 8 bits would have changed, where 16 were chosen because of it."""
-    exact: bool
-    """Whether every stored value of the source has a code of its own."""
 
 
 class _Bench:
@@ -62,14 +49,18 @@ class _Bench:
     ) -> None:
         self._compositing = compositing
         self._rays_zyx = measured.rays_zyx
+        # Rays through voxels see no mixture across them, and the others begin at the box's other faces.
+        self._pairs_zyx = [np.ascontiguousarray(pairs[:, ::-1]) for pairs in measured.pairs_zyx]
         self._spacing_mm_zyx = spacing_mm_zyx
         self._between: SampleFilter = between
         self._tables = [Table.exact(function) for function in functions]
-        self._truth = [self._pictures(self._rays_zyx, table) for table in self._tables]
+        rays = [*self._rays_zyx, *map(self._between_pairs, self._pairs_zyx)]
+        self._truth = [self._pictures(rays, table) for table in self._tables]
 
     def error(self, quantizer: Quantizer, entries: int) -> PictureDifference:
         """Largest errors over the transfer functions."""
-        values = [quantizer.decoded(quantizer.texels(rays)) for rays in self._rays_zyx]
+        values = [quantizer.decoded(quantizer.texels(rays)) for rays in (*self._rays_zyx, *self._pairs_zyx)]
+        values[3:] = map(self._between_pairs, values[3:])
         errors = [
             difference_of_views(self._pictures(values, table.resampled(quantizer.window, entries)), truth)
             for table, truth in zip(self._tables, self._truth, strict=True)
@@ -77,8 +68,15 @@ class _Bench:
         return worst(errors)
 
     def _pictures(self, rays_zyx: Sequence[Float64Array], table: Table) -> list[Float64Array]:
-        pairs = zip(rays_zyx, self._spacing_mm_zyx, strict=True)
-        return [self._compositing.rays(rays, spacing_mm, table, self._between) for rays, spacing_mm in pairs]
+        return [
+            self._compositing.rays(rays, spacing_mm, table, self._between)
+            for rays, spacing_mm in zip(rays_zyx, 2 * self._spacing_mm_zyx, strict=True)
+        ]
+
+    def _between_pairs(self, pairs: Float64Array) -> Float64Array:
+        """Return the rays in the middle between pairs of rays [2, voxel, pair]; labels are not mixed."""
+        between: Float64Array = pairs.mean(axis=0) if self._between == "linear" else pairs[0]
+        return between
 
 
 def choose_values(
@@ -90,13 +88,14 @@ def choose_values(
 ) -> ValueChoice:
     """Choose bits, window and length of the lookup tables.
 
-    Labels keep their value: 8 bits and a window from 0 to 255. Else 8 bits if, with the best window, they change the
-    pictures of the sample of rays by at most half of the scene's tolerance, or if the profile has no wider format; else
-    16. Where users may edit transfer functions, all values have codes, and 8 bits are enough only if they give every
-    stored value a code of its own. Raises VP3020 when the scene asks for bits that the profile does not have, VP3021
-    for a window without width, VP3025 for labels that are none.
+    Labels keep their value: 8 bits and a window from 0 to 255, or 16 bits for more of them. Else 8 bits if, with the
+    best window, they change the pictures of the sample of rays by at most half of the scene's tolerance, or if the
+    profile has no wider format; else 16. Where users may edit transfer functions, all values have codes. There, and for
+    surfaces, 8 bits are enough only if they give every stored value a code of its own. Raises VP3020 when the scene
+    asks for bits that the profile does not have, VP3021 for a window without width, VP3025 and VP3026 for labels that
+    have no code.
     """
-    settings = _label_settings(scene.quantize, measured) if scene.source.labels else scene.quantize
+    settings = _label_settings(scene.quantize, measured, profile) if scene.source.labels else scene.quantize
     between: SampleFilter = "nearest" if scene.source.labels else "linear"
     compositing = COMPOSITINGS[scene.render.compositing]
     bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between, compositing)
@@ -113,7 +112,9 @@ def choose_values(
         return min(pairs, key=lambda pair: pair[0].rmse)
 
     def enough(error: PictureDifference, quantizer: Quantizer) -> bool:
-        if scene.editable:
+        # At a silhouette the smallest error of a value decides whether a ray hits: all of a pixel, not a grade of it.
+        # Too few of the sampled rays graze a surface to measure that.
+        if scene.editable or compositing.isovalue:
             return is_exact(quantizer.bits, quantizer.window, info, measured.statistics)
         return within_share(error, scene.tolerance)
 
@@ -124,29 +125,38 @@ def choose_values(
             break
     error, quantizer = trials[-1]
     narrow_error = trials[0][0] if quantizer is not trials[0][1] else None
-    if scene.editable:
+    if scene.source.labels and quantizer.bits == 16:
+        entries = _ENTRIES[-1]
+        error = bench.error(quantizer, entries)
+    elif scene.editable:
         entries = min(_EDITABLE_ENTRIES[quantizer.bits], lengths[-1])
         error = bench.error(quantizer, entries)
     else:
         entries, error = _shortest_table(bench, quantizer, lengths, error.rmse + TABLE_SHARE * scene.tolerance.rmse)
     return ValueChoice(
-        quantize=QuantizePlan(bits=quantizer.bits, window=quantizer.window, labels=scene.source.labels),
+        quantize=QuantizePlan(bits=quantizer.bits, window=quantizer.window, labels=bool(scene.source.labels)),
         quantizer=quantizer,
         entries=entries,
         error=error,
         narrow_error=narrow_error,
-        exact=scene.source.labels or is_exact(quantizer.bits, quantizer.window, info, measured.statistics),
+        exact=bool(scene.source.labels) or is_exact(quantizer.bits, quantizer.window, info, measured.statistics),
     )
 
 
-def _label_settings(settings: QuantizeSettings, measured: Measured) -> QuantizeSettings:
-    """Settings under which the code of a label is the label. Half floats have only 11 bits."""
+def _label_settings(settings: QuantizeSettings, measured: Measured, profile: DeviceProfile) -> QuantizeSettings:
+    """Settings under which the code of a label is the label, or 64 times the label where there are more than 255."""
     low, high = measured.statistics.minimum, measured.statistics.maximum
-    if low < 0 or high > LARGEST_LABEL:
+    if low < 0 or high > MOST_LABELS:
         raise VolprepError("VP3025", problem=f"the values of the source go from {low:g} to {high:g}")
     if settings != QuantizeSettings():
         raise VolprepError("VP3025", problem="the scene asks for other codes in quantize")
-    return QuantizeSettings(bits=8, window=(0.0, float(LARGEST_LABEL)))
+    if high <= LARGEST_LABEL:
+        return QuantizeSettings(bits=8, window=(0.0, float(LARGEST_LABEL)))
+    if not has_bits(profile, 16) or profile.max_texture_size < _ENTRIES[-1]:
+        fields = {"count": f"{high:g}", "low": "1", "high": f"{high:g}", "most": LARGEST_LABEL}
+        how = "Choose a profile with textures of 16 bits, such as gles3, or split the labels over several files."
+        raise VolprepError("VP3026", **fields, profile=f"for {profile.name}", how=how)
+    return QuantizeSettings(bits=16, window=_MANY_LABELS_WINDOW)
 
 
 def has_bits(profile: DeviceProfile, bits: Literal[8, 16]) -> bool:

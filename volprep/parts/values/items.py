@@ -1,38 +1,25 @@
-"""What the plan tells people about the border and the codes, and what its decisions depend on."""
+"""Items of the plan about the crop and the codes."""
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from volprep.parts.classification.decision import Tables
-from volprep.parts.levels.decision import by
-from volprep.parts.values.decision import SHARE, ValueChoice, has_bits
+from volprep.compositing import COMPOSITINGS
+from volprep.parts.values.decision import SHARE, has_bits
 from volprep.parts.values.labels import label_reason
-from volprep.plan.records import ChannelPlan, LevelPlan, Shared, VolumePlan
-from volprep.plan.room import Misfit, has_exact_16_bits
+from volprep.plan.decisions import ValueChoice
+from volprep.plan.records import ChannelPlan, Shared
+from volprep.plan.room import has_exact_16_bits
+from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.source import SourceInfo
 
-
-@dataclass(frozen=True)
-class Grounds:
-    """What the decisions rest on."""
-
-    scene: Scene
-    """What the user wants."""
-    info: SourceInfo
-    """What the source is."""
-    values: ValueChoice
-    """Codes, and what they cost."""
-    candidates: list[LevelPlan]
-    """Levels that there could be."""
-    fits: list[VolumePlan | Misfit]
-    """How the device class can hold each of them."""
-    tables: Tables
-    """What the package classifies with."""
+BORDER_KIND = "empty-border"
+"""Kind of the item of the crop."""
+WIDE_KIND = "wide-values"
+"""Kind of the item of 16-bit codes."""
 
 
 def describe_border(shared: Shared, scene: Scene, info: SourceInfo) -> Iterator[PlanItem]:
@@ -41,12 +28,14 @@ def describe_border(shared: Shared, scene: Scene, info: SourceInfo) -> Iterator[
     cropped = math.prod(source) - math.prod(shared.grid.shape_zyx)
     stored_bytes = np.dtype(info.stored_type).itemsize
     if scene.crop == "none":
-        yield PlanItem(name="empty border", kept=True, reason="the scene keeps the whole scan")
+        yield PlanItem(name="empty border", kind=BORDER_KIND, kept=True, reason="the scene keeps the whole scan")
     elif cropped:
         yield PlanItem(
             name="empty border",
+            kind=BORDER_KIND,
             kept=False,
-            reason=f"no transfer function shows it; {by(shared.grid.shape_zyx)} of {by(source)} voxels remain",
+            reason=f"no transfer function shows it; {shape_text(shared.grid.shape_zyx)} of {shape_text(source)} voxels "
+            "remain",
             size_bytes=cropped * stored_bytes,
         )
 
@@ -62,15 +51,23 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     if plan.quantize.labels:
         yield PlanItem(
             name="labels",
+            kind="labels",
             kept=True,
-            reason=label_reason(plan.transfer_functions, plan.render.step_mm),
+            reason=label_reason(scene.render, plan.transfer_functions, plan.render.step_mm),
         )
     if plan.quantize.bits == 8:
-        yield PlanItem(name="8-bit values", kept=True, reason=f"window {low:g} to {high:g}; {exact}{change}; {limit}")
+        yield PlanItem(
+            name="8-bit values",
+            kind="narrow-values",
+            kept=True,
+            reason=f"window {low:g} to {high:g}; {exact}{change}; {limit}",
+        )
         reason = _why_not_wide(plan, scene)
     else:
         reason = f"window {low:g} to {high:g}; {_why_wide(scene, values)}; {_wide_texels(plan)}; {change}; {limit}"
-    yield PlanItem(name="16-bit values", kept=plan.quantize.bits == 16, reason=reason, size_bytes=voxels)
+    yield PlanItem(
+        name="16-bit values", kind=WIDE_KIND, kept=plan.quantize.bits == 16, reason=reason, size_bytes=voxels
+    )
 
 
 def _wide_texels(plan: ChannelPlan) -> str:
@@ -86,6 +83,8 @@ def _why_wide(scene: Scene, values: ValueChoice) -> str:
     if scene.editable:
         return "users may edit transfer functions, and 8 bits would not give every value its own code"
     narrow = values.narrow_error
+    if narrow is not None and COMPOSITINGS[scene.render.compositing].isovalue:
+        return "8 bits would move the surface, and with it whole pixels of its silhouette"
     if narrow is not None:
         return f"8 bits would change the sample of rays by {narrow.text}"
     return "the scene asks for 16 bits" if scene.quantize.bits == 16 else "the profile has no narrower format"

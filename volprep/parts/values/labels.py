@@ -1,14 +1,16 @@
 """Label volumes: voxels are numbers of things, and no mixture of two may be seen.
 
-A sample has the label of its voxel. Where a ray cuts the corner of a voxel, samples may miss all of it, or count it a
-whole step too long: the opacity of one step is what such a ray is off by, however fine the voxels are.
+A sample has the label of its voxel. Shaders split the segments of emission-absorption where a ray passes from voxel to
+voxel. Elsewhere samples may miss the corner of a voxel, or count it a whole step too long: the opacity of one step is
+what such a ray is off by, however fine the voxels are.
 """
 
 import math
 from collections.abc import Sequence
 
-from volprep.scan.relabelled import LARGEST_LABEL
-from volprep.scene.scene import Scene
+from volprep.scan.relabelled import LARGEST_LABEL, MOST_LABELS
+from volprep.scene.scene import RenderWishes, Scene
+from volprep.shading.classification import splits_voxels
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
@@ -31,21 +33,36 @@ def require_distinct_labels(scene: Scene) -> None:
         raise VolprepError("VP3043", problem=f"they share the {render.palette_entries} entries of the palette")
 
 
-def label_step_voxels(functions: Sequence[TransferFunction], voxel_mm: float, tolerance: Tolerance) -> float:
-    """Return the distance of samples in voxels of `voxel_mm`.
+def label_step_voxels(
+    render: RenderWishes, functions: Sequence[TransferFunction], voxel_mm: float, tolerance: Tolerance
+) -> tuple[float, str]:
+    """Return the distance of samples in voxels of `voxel_mm`, and the reason.
 
-    It is so short that the densest label, along one step, has an opacity of a quarter of the largest error.
+    Shaders split segments of emission-absorption at the faces of voxels, which is exact for steps of up to a voxel.
+    Other samples have the label of one voxel: the step is so short that the densest label, along one step, has an
+    opacity of a quarter of the largest error.
     """
-    densest_per_mm = max(Table.exact(function).largest_extinction(0, LARGEST_LABEL) for function in functions)
-    allowed_mm = -math.log1p(-_SHARE * tolerance.maximum) / max(densest_per_mm, 1e-12)
-    return max(_FINEST_STEP_VOXELS, min(_LONGEST_STEP_VOXELS, allowed_mm / voxel_mm))
+    if splits_voxels(render.technique, render.compositing, render.classification):
+        return 1.0, "segments are split at the faces of voxels, which is exact for steps of up to a voxel"
+    allowed_mm = -math.log1p(-_SHARE * tolerance.maximum) / max(_densest_per_mm(functions), 1e-12)
+    voxels = max(_FINEST_STEP_VOXELS, min(_LONGEST_STEP_VOXELS, allowed_mm / voxel_mm))
+    return voxels, "along one step the densest label stays within a quarter of the largest error"
 
 
-def label_reason(functions: tuple[TransferFunction, ...], step_mm: float) -> str:
+def label_reason(render: RenderWishes, functions: tuple[TransferFunction, ...], step_mm: float) -> str:
     """Say for people what becomes of labels, drawn with this step."""
-    densest_per_mm = max(Table.exact(function).largest_extinction(0, LARGEST_LABEL) for function in functions)
-    return (
+    said = (
         "codes are labels, coarser levels hold no others, and a sample has the label of the voxel that it is in: "
-        f"between two labels there is none; a ray that cuts a corner of the densest one within a step of {step_mm:.3g} "
-        f"mm is off by up to {-math.expm1(-densest_per_mm * step_mm):.2g}"
+        "between two labels there is none"
     )
+    if splits_voxels(render.technique, render.compositing, render.classification):
+        return said
+    opacity = -math.expm1(-_densest_per_mm(functions) * step_mm)
+    return (
+        f"{said}; a ray that cuts a corner of the densest one within a step of {step_mm:.3g} mm is off by up to "
+        f"{opacity:.2g}"
+    )
+
+
+def _densest_per_mm(functions: Sequence[TransferFunction]) -> float:
+    return max(Table.exact(function).largest_extinction(0, MOST_LABELS) for function in functions)

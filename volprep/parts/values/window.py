@@ -1,10 +1,11 @@
 """Windows that are worth trying: the physical values of the smallest and the largest code."""
 
 import math
-from itertools import pairwise
 
+from volprep.transfer.integral import varied_range
 from volprep_formats.package.channel import Statistics
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.package.function_table import Table
+from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
 Window = tuple[float, float]
@@ -14,21 +15,13 @@ _LARGEST_8_BIT = 255
 
 def visible_range(functions: tuple[TransferFunction, ...]) -> Window | None:
     """Range of the values that at least one function tells apart; None if none tells any."""
-    ends = [
-        (lower.value, upper.value)
-        for function in functions
-        for lower, upper in pairwise(function.points)
-        if not _same_picture(lower, upper)
-    ]
-    if not ends:
-        return None
-    return min(low for low, _ in ends), max(high for _, high in ends)
+    return varied_range([Table.exact(function) for function in functions])
 
 
 def windows(
     bits: int, info: SourceInfo, statistics: Statistics, functions: tuple[TransferFunction, ...]
 ) -> list[Window]:
-    """List windows, the widest first: all values; those that are told apart, with a margin; those without.
+    """List windows, the widest first: all values; the distinguishable ones with a margin; the same without.
 
     A narrow window has finer codes, but moves surfaces: a voxel that it clips is wrong in every cell that it touches.
     """
@@ -68,8 +61,3 @@ def _on_steps(window: Window, bits: int, info: SourceInfo, statistics: Statistic
     if steps > _LARGEST_8_BIT:
         return None
     return low, low + _LARGEST_8_BIT / (_LARGEST_8_BIT // steps) * step
-
-
-def _same_picture(lower: TransferPoint, upper: TransferPoint) -> bool:
-    invisible = lower.extinction_per_mm == upper.extinction_per_mm == 0.0
-    return invisible or (lower.colour == upper.colour and lower.extinction_per_mm == upper.extinction_per_mm)

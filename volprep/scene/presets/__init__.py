@@ -4,28 +4,30 @@ The numbers are our own. Those for CT are Hounsfield units and millimetres; thos
 the measured range, with opacity for a part of the scan's diagonal.
 """
 
-import colorsys
 import tomllib
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from volprep.scene.points import TransferWish
+from volprep_formats.label_tables.table import made_colour
 from volprep_formats.package.transfer_function import Fraction
 
-_LABELS = 255
-_GOLDEN = (5**0.5 - 1) / 2
-"""Golden angle, as part of a turn: multiples of it keep apart however many there are."""
+PRESET_LABELS = 255
+"""Labels that the preset "labels" has colours for."""
 
 
 class Preset(TransferWish):
     """A transfer function for a kind of scan."""
 
     shows: str
-    """What it shows, in a line."""
+    """Description, in a line."""
     lit: bool = False
     """Whether it looks flat without light."""
+    lighting: Mapping[str, object] = Field(default_factory=dict)
+    """Settings of [lighting] that a scene takes which says nothing of `lighting.baked`."""
     label_colours: tuple[str, ...] = ()
     """For labels, which have no points of their own: "#rrggbb" of labels 1, 2 and so on; the others are made."""
     label_opacity: Fraction = 0.0
@@ -42,17 +44,10 @@ class Preset(TransferWish):
 def _label_points(first: list[str], opacity: float) -> list[dict[str, object]]:
     """Return two points for each label, which owns the values from half below it to half above."""
     points: list[dict[str, object]] = [{"value": 0.5, "colour": first[0], "opacity": 0.0}]
-    for label in range(1, _LABELS + 1):
-        colour = first[label - 1] if label <= len(first) else _made_colour(label)
+    for label in range(1, PRESET_LABELS + 1):
+        colour = first[label - 1] if label <= len(first) else made_colour(label)
         points += [{"value": label + side, "colour": colour, "opacity": opacity} for side in (-0.5, 0.5)]
     return points
-
-
-def _made_colour(label: int) -> str:
-    """Return a colour whose hue is the golden angle away from its neighbours', in four kinds of light and dark."""
-    lightness, saturation = ((0.62, 0.65), (0.45, 0.6), (0.75, 0.55), (0.55, 0.35))[label % 4]
-    shares = colorsys.hls_to_rgb(label * _GOLDEN % 1.0, lightness, saturation)
-    return "#" + "".join(f"{round(255 * share):02x}" for share in shares)
 
 
 def preset_names() -> tuple[str, ...]:
@@ -63,8 +58,15 @@ def preset_names() -> tuple[str, ...]:
 
 @cache
 def load_preset(name: str) -> Preset:
-    """Read a preset. Raises ValueError, with the names that there are, for another name."""
+    """Read a preset. Raises ValueError, listing the valid names, for an unknown name."""
     if name not in preset_names():
         msg = f"preset: there is no {name}, only {', '.join(preset_names())}"
         raise ValueError(msg)
-    return Preset.model_validate(tomllib.loads((files(__name__) / f"{name}.toml").read_text(encoding="utf-8")))
+    return Preset.model_validate(_settings(name))
+
+
+def _settings(name: str) -> dict[str, object]:
+    """Return the settings of a preset's file; missing ones come from the preset that it is `like`."""
+    own = tomllib.loads((files(__name__) / f"{name}.toml").read_text(encoding="utf-8"))
+    like = own.pop("like", None)
+    return own if like is None else {**_settings(like), **own}

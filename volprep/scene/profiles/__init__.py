@@ -1,7 +1,7 @@
 """Classes of devices, and single devices, a TOML file each. Users may name one of these or give the path of their own.
 
-A file has the fields of a profile, and may have a table [sources] that says for each where its number comes from. Those
-that come with volprep say it for every number; where nobody has published one, that is what stands there.
+A file has the fields of a profile, and may have a table [sources] that says for each where its number comes from. The
+profiles of volprep have one for every number, with a note where no source is published.
 """
 
 from pathlib import Path
@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.record import problems
 from volprep_formats.toml_file import read_toml_file
 
@@ -20,6 +20,8 @@ _SOURCES = "sources"
 class ProfileFile(DeviceProfile):
     """A file of a profile: its limits, and where they come from."""
 
+    texture_formats: tuple[TextureFormat, ...]
+    """Formats that can be uploaded and filtered linearly."""
     sources: dict[str, str] = Field(default_factory=dict)
     """Where each number comes from, by the name of its key. No part of a package."""
 
@@ -54,7 +56,7 @@ def load_profile(name_or_path: str, base: Path) -> DeviceProfile:
 
 
 def load_sheet(name_or_path: str, base: Path) -> ProfileFile:
-    """Read a profile with its sources. Raises what `load_profile` raises."""
+    """Read a profile with its sources. Raises the errors of `load_profile`."""
     if name_or_path.endswith(".toml"):
         path = base / name_or_path
     elif name_or_path in class_names():

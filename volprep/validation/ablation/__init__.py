@@ -1,1 +1,1 @@
-"""Leaving out, proved: what each item of a package gains, and what each that was left out would change."""
+"""Ablation: the gain of each item of a package, and the change by each item that was left out."""

@@ -1,6 +1,7 @@
-"""Bytes, time, error and change of variants: each is held against the package as planned."""
+"""Measure bytes, time, error and change of variants against the package as planned."""
 
 import time
+import zlib
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ from volprep.render.renderer import Renderer
 from volprep.render.timing import Spread, paired_ms
 from volprep.truth.averaged import averaged
 from volprep.truth.decoded import Volume, light_of_scan
+from volprep.truth.seen import seen_error
 from volprep.validation.ablation.records import Measurement, Ratio
 from volprep.validation.pixels import pixels_of
 from volprep.validation.precise import finite, most_precise
@@ -28,8 +30,8 @@ _SHORT = (0.125, 0.25, 0.5, 1.0)
 """Steps, as parts of the nominal one, of pictures in which the place of samples shall not matter."""
 
 _LEAST_TURNS, _SECONDS = 15, 2.0
-"""How often two packages are drawn in turns at least, and how long. Of two alike, 12 of 15 ratios are on one side of 1
-once in fifty times."""
+"""Minimum number of turns, and minimum time, for which two packages are drawn alternately. For two equally fast
+packages, 12 of 15 ratios fall on one side of 1 once in fifty runs."""
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "SwiftShader")
 """Drivers that draw with the processor."""
 
@@ -47,7 +49,7 @@ class Timed:
 
 
 class PackageGauge:
-    """Measures packages against one that is as planned."""
+    """Measures packages against the one that is as planned."""
 
     def __init__(self, planned: Package, scan: Volume, picture_size: int) -> None:
         self.planned = planned
@@ -61,18 +63,19 @@ class PackageGauge:
         self.clock: Literal["wall", "processor"] = (
             "processor" if any(name in self.renderer for name in _SOFTWARE) else "wall"
         )
-        """What times are told by."""
+        """Clock that is used."""
         self.transfers = tuple(program.transfer for program in self.subject.programs)
         """Transfer functions that are drawn."""
 
     def measured(
         self, package: Package, transfers: Sequence[str], milliseconds: float, ratio: Ratio | None = None
     ) -> Measurement:
-        """Return bytes and errors of a package beside its time; `ratio` is that to the planned one."""
+        """Return bytes and errors of a package with its time; `ratio` is its time over the planned package's."""
         costs = _costs(package.manifest, transfers)
         found = [self.errors(package, transfer) for transfer in transfers]
         return Measurement(
             package_bytes=sum(record.size_bytes for record in package.manifest.files),
+            transport_bytes=_transport_bytes(package),
             upload_bytes=sum(upload for upload, _ in costs),
             gpu_bytes=sum(memory for _, memory in costs),
             milliseconds=milliseconds,
@@ -114,7 +117,7 @@ class PackageGauge:
     def level_error(self, package: Package, transfer: str, level: int) -> float:
         """Return the root mean square error of a coarse level over all views, with one pixel for a voxel.
 
-        A table is fitted to light from everywhere, so that single views may lose by it.
+        A table is fitted to light from all directions, so single views may be worse with it.
         """
         found = next(each for each in package.manifest.levels if each.index == level)
         pixels = pixels_of(self.subject, found)
@@ -126,7 +129,7 @@ class PackageGauge:
         return float(np.sqrt(np.mean(squares)))
 
     def change(self, package: Package, transfers: Sequence[str]) -> tuple[float, float]:
-        """Return how far pictures of a package are from those of the planned one: as `errors`, over the transfers."""
+        """Return the errors of a package's pictures against the planned package's, as `errors` over the transfers."""
         found = [self._change(package, transfer) for transfer in transfers]
         return max(rmse for rmse, _ in found), max(maximum for _, maximum in found)
 
@@ -142,9 +145,9 @@ class PackageGauge:
         return worst_difference(self._drawn(package, transfer, None), self._drawn(self.planned, transfer, None))
 
     def _integrals(self, package: Package, transfer: str) -> dict[str, FloatArray]:
-        """Integrate what a package holds, in all views.
+        """Integrate a package's data, in all views.
 
-        Rays begin at the faces of the box. In another box all samples lie elsewhere, and of lit scenes, whose light
+        Rays begin at the faces of the box. In another box all samples lie elsewhere, and for lit scenes, whose light
         jumps from sample to sample, even an eighth of the step left 0.009 of that.
         """
         subject = Subject(package, self.subject.scan, self.subject.shape_hw[0])
@@ -161,7 +164,7 @@ class PackageGauge:
         return self._short[key]
 
     def _with_short_steps(self, package: Package, transfer: str, part: float) -> dict[str, Float32Array] | None:
-        """Draw all views into a float target; None where package or driver cannot take so short steps."""
+        """Draw all views into a float target; None if package or driver cannot take so short steps."""
         step_mm = part * self.subject.render.step_mm
 
         def draw(target: Target) -> dict[str, Float32Array] | None:
@@ -185,7 +188,7 @@ class PackageGauge:
             return {name: renderer.render(view, self.subject.shape_hw) for name, view in views}
 
     def _truth(self, package: Package, transfer: str) -> Mapping[str, FloatArray]:
-        """Return the pictures that a package should give: of lit ones, lit by its own light."""
+        """Return the true pictures of a package; a lit one is lit by its own light."""
         light = light_of_scan(package.manifest)
         key = (transfer, repr(light))
         if key not in self._truths:
@@ -212,12 +215,9 @@ class PackageGauge:
 
 
 def worst_difference(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -> tuple[float, float]:
-    """Return the largest root mean square and the largest difference over views."""
-    differences = [np.asarray(one[name], np.float64) - other[name] for name in one]
-    return (
-        max(float(np.sqrt(np.square(each).mean())) for each in differences),
-        max(float(np.abs(each).max()) for each in differences),
-    )
+    """Return the largest root mean square over seen pixels, and the largest difference, over views."""
+    found = [seen_error(one[name], other[name]) for name in one]
+    return max(each.rmse for each in found), max(each.maximum for each in found)
 
 
 def _finest(package: Package) -> int:
@@ -230,3 +230,9 @@ def _costs(manifest: Manifest, transfers: Sequence[str]) -> list[tuple[int, int]
     for cost in sorted(manifest.costs, key=lambda each: each.level, reverse=True):
         found[cost.transfer] = cost.upload_bytes, cost.gpu_bytes
     return [found[transfer] for transfer in transfers if transfer in found]
+
+
+def _transport_bytes(package: Package) -> int:
+    """Return the size of the textures as a server sends them, deflated."""
+    files = (record.path for record in package.manifest.files if record.role == "texture")
+    return sum(len(zlib.compress(package.read_bytes(file), 1)) for file in files)

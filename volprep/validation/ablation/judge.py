@@ -1,16 +1,18 @@
-"""Whether an item is worth what it costs: from bytes, times, errors and changes, and from nothing else."""
+"""Judge whether an item is worth its cost, only from bytes, times, errors and changes."""
 
 from collections.abc import Sequence
 
+from volprep.parts.ablation import Gain
 from volprep.parts.values.decision import SHARE
-from volprep.validation.ablation.items import Gain
 from volprep.validation.ablation.records import AblationRow, Measurement, Outcome, Ratio
 from volprep_formats.package.manifest import Tolerance
 
 MOST_CHANGE = 0.5 / 255
-"""Half a step of 8 bits: what nobody sees."""
+"""Half a step of 8 bits: an invisible difference."""
 _CLEARLY_FASTER = 0.9
-"""What was left out because it does not pay must not make pictures faster by a tenth."""
+"""Items left out as not worth their cost must not make pictures faster by a tenth."""
+_LEAST_TRANSPORT = 0.95
+"""Items left out as not worth their cost must not save a twentieth of the bytes on the network."""
 _LEAST_SAVING = 0.5
 """Part of the next finer level that a level must save an app to upload, if it is not drawn faster."""
 
@@ -18,10 +20,10 @@ _LEAST_SAVING = 0.5
 def judged_added(
     row: AblationRow, gain: Gain, planned: Measurement, tolerance: Tolerance, *, lossy: bool
 ) -> AblationRow:
-    """Judge what was put in: it must change no view, and, where the plan decides, gain nothing.
+    """Judge an item that was put in: it must change no view and, where the plan decides, gain nothing.
 
-    What trades accuracy may change single pixels: of it the root mean square of a view counts. Where that is more than
-    anybody sees, but within the part of the tolerance that one decision may take, the scene has allowed the trade.
+    An item that trades accuracy may change single pixels: the root mean square of a view counts. If that is visible,
+    but within the part of the tolerance that one decision may take, the scene has allowed the trade.
     """
     change, other = row.change_rmse if lossy else row.change_maximum, row.other
     if change is None or other is None or other.ratio is None:
@@ -33,7 +35,11 @@ def judged_added(
             return _with(row, "traded for bytes", f"{told}; the scene allows RMSE {allowed:.2g} for one decision")
         return _with(row, "wrongly left out", f"{told}; {MOST_CHANGE:.2g} is allowed")
     faster = other.ratio.high < _CLEARLY_FASTER
-    smaller = gain == "memory" and other.gpu_bytes < planned.gpu_bytes and other.ratio.low <= 1.0
+    saved = {
+        "memory": other.gpu_bytes < planned.gpu_bytes,
+        "transport": other.transport_bytes < _LEAST_TRANSPORT * planned.transport_bytes,
+    }
+    smaller = saved.get(gain, False) and other.ratio.low <= 1.0
     if row.chosen_by == "plan" and (faster or smaller):
         return _with(row, "wrongly left out", f"{told}, so it would pay")
     return _with(row, "rightly left out", told)
@@ -42,15 +48,16 @@ def judged_added(
 def judged_without(
     row: AblationRow, gain: Gain, planned: Measurement, tolerance: Tolerance, differing: Sequence[str]
 ) -> AblationRow:
-    """Judge what was taken out: validation must fail without it, or what it gains be lost.
+    """Judge an item that was taken out: without it, validation must fail or its gain must be lost.
 
-    `differing` is what the manifest then says otherwise than the scene.
+    `differing` lists how the variant's manifest differs from the scene.
     """
     other = row.other
     if other is None or other.ratio is None or row.change_rmse is None:
         return row
-    if other.rmse > tolerance.rmse or other.maximum > tolerance.maximum:
-        return _with(row, "earns its place", f"without it RMSE is {other.rmse:.3g}, which is beyond the tolerance")
+    beyond = _newly_beyond(other, planned, tolerance)
+    if beyond:
+        return _with(row, "earns its place", f"without it {beyond}; with it, it is within the tolerance")
     if gain == "time":
         return _with(row, _kept_for_time(other.ratio), f"without it {_time(other)}")
     earns, told = {
@@ -60,7 +67,14 @@ def judged_without(
         ),
         "memory": (
             other.gpu_bytes > planned.gpu_bytes,
-            f"without it GPU memory is {other.gpu_bytes / max(planned.gpu_bytes, 1):.2f} × as much; {_time(other)}",
+            f"without it, {other.gpu_bytes / max(planned.gpu_bytes, 1):.2f} times the GPU memory; {_time(other)}",
+        ),
+        "transport": (
+            other.transport_bytes > planned.transport_bytes,
+            (
+                "without it the bytes sent over the network are "
+                f"{other.transport_bytes / max(planned.transport_bytes, 1):.2f} times as large"
+            ),
         ),
         "truth": (
             row.change_rmse > MOST_CHANGE and other.rmse > planned.rmse,
@@ -70,14 +84,27 @@ def judged_without(
     return _with(row, _kept_if(earns), told)
 
 
+def _newly_beyond(other: Measurement, planned: Measurement, tolerance: Tolerance) -> str:
+    """Name the errors that are beyond the tolerance without an item, and within it with the item; empty if none is."""
+    errors = (
+        ("RMSE over seen pixels", other.rmse, planned.rmse, tolerance.rmse),
+        ("the largest error", other.maximum, planned.maximum, tolerance.maximum),
+    )
+    return " and ".join(
+        f"{name} is {without:.3g}, {allowed:g} is allowed"
+        for name, without, with_it, allowed in errors
+        if without > allowed >= with_it
+    )
+
+
 def _kept_for_time(without: Ratio) -> Outcome:
     if without.low > 1.0:
         return "earns its place"
-    return "does not earn its place" if without.high < 1.0 else "not told apart"
+    return "does not earn its place" if without.high < 1.0 else "not distinguishable"
 
 
 def level_outcome(row: AblationRow, finer: int, upload_bytes: int) -> AblationRow:
-    """Judge a coarse level: it must be drawn faster than the next finer one, or save half of what is uploaded."""
+    """Judge a coarse level: it must be drawn faster than the next finer one, or save half of the uploaded bytes."""
     other = row.other
     if other is None or other.ratio is None:
         return row

@@ -1,4 +1,4 @@
-"""Take each item out of a package, put each into it that was left out, and tell what that changes."""
+"""Take each item out of a package, add each item that was left out, and measure the changes."""
 
 import math
 import re
@@ -7,12 +7,14 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
+from volprep.parts.ablation import AblationItem, Changes
+from volprep.plan.item_kinds import LEVEL, OWN_TABLE, PREVIEW
 from volprep.render.choose import ray_caster_of
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan, own_table
 from volprep.validation.ablation.gauge import PackageGauge
-from volprep.validation.ablation.items import ITEMS, Item
+from volprep.validation.ablation.items import ITEMS
 from volprep.validation.ablation.judge import MOST_CHANGE, judged_added, judged_without, level_outcome, table_outcome
 from volprep.validation.ablation.records import Ablation, AblationRow, Measurement, Outcome
 from volprep.validation.altered import with_common_tables
@@ -20,19 +22,17 @@ from volprep.validation.curves.scan import read_scan, write_scan
 from volprep.validation.exact.manifests import manifest_differences
 from volprep.validation.scan import Judge
 from volprep.validation.sweep import SWEEP_VIEW
-from volprep.validation.variants import Changes, Workshop, merged, with_changes
+from volprep.validation.variants import Workshop, merged, with_changes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
 
 MOST_VOXELS = 2**24
-"""Of a larger scan means are measured: some fifteen packages are built."""
+"""Largest scan that is measured as it is; of a larger one, means are: some fifteen packages are built."""
 
 _MOST_PIXELS = 512
 """Width and height of pictures of levels."""
-_OWN_TABLE = " of level "
-"""In the name of the item of the plan for a level's own table."""
 
 
 def measure_ablation(
@@ -40,8 +40,8 @@ def measure_ablation(
 ) -> Ablation:
     """Measure every item of the package that has `manifest`, with the scene of `judge`; `folder` is for files.
 
-    Of several channels the first one counts. Raises VP6080 for devices without shaders, and what a build of the scene
-    itself raises; a variant that cannot be is told.
+    Only the first channel is measured. Raises VP6080 for devices without shaders, and the errors of building the scene
+    itself; a variant that cannot be built is reported.
     """
     began = time.perf_counter()
     if not manifest.profile.has_shaders:
@@ -99,9 +99,9 @@ class VariantBench:
         self._same = self._what_stays()
 
     def _what_stays(self) -> Changes:
-        """Return what variants share with the package as planned, so that they differ in one item alone.
+        """Return the settings that variants share with the package as planned, so that they differ in one item alone.
 
-        All have its step, and filters of levels are not chosen again, which takes most of the time of a build.
+        All have its step, and filters of levels are not chosen again, because that takes most of the time of a build.
         """
         manifest = self.planned.manifest
         voxel_mm = min(manifest.levels[0].grid.spacing_mm_zyx)
@@ -122,19 +122,19 @@ class VariantBench:
         yield from self._undrawable()
         progress.advance()
 
-    def left_out(self) -> list[Item]:
-        """Return what the package with everything has and the planned one has not."""
+    def left_out(self) -> list[AblationItem]:
+        """Return the items of the package with everything that the planned one lacks."""
         names = {item.name for item, _, kept in self._wanted() if item.with_everything and not kept}
         return [item for item in ITEMS if item.name in names and item.added(self.scene) is not None]
 
-    def _wanted(self) -> Iterator[tuple[Item, str | None, bool]]:
+    def _wanted(self) -> Iterator[tuple[AblationItem, str | None, bool]]:
         for item in ITEMS:
             for transfer in self.gauge.transfers if item.for_each_transfer else (None,):
                 has = item.has(self.planned.manifest, transfer or self.gauge.transfers[0])
                 if has is not None:
                     yield item, transfer, has
 
-    def _row(self, item: Item, transfer: str | None, *, kept: bool) -> AblationRow:
+    def _row(self, item: AblationItem, transfer: str | None, *, kept: bool) -> AblationRow:
         transfers = self.gauge.transfers if transfer is None else (transfer,)
         changes = item.without if kept else item.added(self.scene)
         row = AblationRow(
@@ -142,9 +142,9 @@ class VariantBench:
             transfer=transfer,
             kept=kept,
             chosen_by=item.chosen_by(self.scene),
-            reason=_reason(self.planned.manifest, item.said_by, transfer),
+            reason=_reason(self.planned.manifest, item.kind, transfer),
             other=None,
-            outcome="cannot be had",
+            outcome="not available",
             finding="no scene has it that does not have it already",
         )
         if changes is None:
@@ -174,8 +174,8 @@ class VariantBench:
             return self.measured_as_planned
         return self.gauge.measured(self.planned, transfers, self.measured_as_planned.milliseconds)
 
-    def everything(self, added: Sequence[Item]) -> tuple[Package, Measurement] | None:
-        """Make the package with these items put in at once; None where there is none, or nothing to put in."""
+    def everything(self, added: Sequence[AblationItem]) -> tuple[Package, Measurement] | None:
+        """Make the package with all of these items put in; None if there are no items or it cannot be built."""
         changes: Changes = self._same
         for item in added:
             changes = merged(changes, item.added(self.scene) or {})
@@ -195,12 +195,13 @@ class VariantBench:
         drawn = sorted(each.level for each in manifest.costs if each.transfer == transfer)
         uploads = {each.level: each for each in manifest.costs if each.transfer == transfer}
         for finer, level in pairwise(drawn):
-            # The planned package draws the level in question, the other one what is drawn without it.
+            # The planned package draws the level in question, the other package draws the level that replaces it.
             timed = self.gauge.timed(self.planned, (transfer,), (level, finer))
             rmse, maximum = self.gauge.errors(self.planned, transfer, finer)
             files = sum(self._bytes_of(texture.file) for texture in manifest.textures if texture.level == level)
             other = Measurement(
                 package_bytes=self.measured_as_planned.package_bytes - files,
+                transport_bytes=self.measured_as_planned.transport_bytes,
                 upload_bytes=uploads[finer].upload_bytes,
                 gpu_bytes=uploads[finer].gpu_bytes,
                 milliseconds=timed.other_ms,
@@ -213,9 +214,9 @@ class VariantBench:
                 transfer=transfer,
                 kept=True,
                 chosen_by="plan",
-                reason=_reason(manifest, f"level {level}", None),
+                reason=_reason(manifest, LEVEL, None, level),
                 other=other,
-                outcome="not told apart",
+                outcome="not distinguishable",
                 finding="",
             )
             yield level_outcome(row, finer, uploads[level].upload_bytes)
@@ -234,16 +235,16 @@ class VariantBench:
                     transfer=transfer,
                     kept=True,
                     chosen_by="plan",
-                    reason=_reason(manifest, f"lookup table {transfer} of level {level}", None),
+                    reason=_reason(manifest, OWN_TABLE, transfer, level),
                     other=None,
-                    outcome="not told apart",
+                    outcome="not distinguishable",
                     finding="",
                 )
                 own = gauge.level_error(self.planned, transfer, level)
                 yield table_outcome(row, own, gauge.level_error(without, transfer, level))
 
     def _gauge_for_levels(self) -> PackageGauge:
-        """Return a gauge whose pictures have two rays along each voxel of level 1: fewer would tell of chance alone."""
+        """Return a gauge whose pictures have two rays along each voxel of level 1: fewer would measure chance."""
         coarser = self.planned.manifest.levels[1:]
         if not coarser:
             return self.gauge
@@ -253,13 +254,13 @@ class VariantBench:
         return self.gauge if pixels <= subject.shape_hw[0] else PackageGauge(self.planned, subject.scan, pixels)
 
     def _undrawable(self) -> Iterator[AblationRow]:
-        """Take away what no other item is about: textures and shaders without which a program draws nothing."""
+        """Remove data that no other item covers: textures and shaders that a program cannot draw without."""
         manifest = self.planned.manifest
         for item in manifest.plan:
             files = set(item.files)
             textures = [each for each in manifest.textures if each.file in files]
             levels = {each.level for each in textures if each.role == "volume"} - {manifest.levels[0].index}
-            if not item.kept or not files or item.name == "preview" or levels or _is_known(item.name):
+            if not item.kept or not files or item.kind == PREVIEW or levels or _is_known(item.kind):
                 continue
             outcome, finding = self._drawn_without(item.name, files)
             yield AblationRow(
@@ -297,13 +298,16 @@ class VariantBench:
         return next(record.size_bytes for record in self.planned.manifest.files if record.path == path)
 
 
-def _is_known(name: str) -> bool:
-    return _OWN_TABLE in name or any(name.startswith(item.said_by) for item in ITEMS)
+def _is_known(kind: str) -> bool:
+    return kind == OWN_TABLE or any(item.kind == kind for item in ITEMS)
 
 
-def _reason(manifest: Manifest, begins: str, transfer: str | None) -> str | None:
-    """Return what the plan says of an item, of that which is kept if there are several."""
-    name = begins if transfer is None else f"{begins} {transfer}"
-    found = [item for item in manifest.plan if item.name.startswith(name)]
+def _reason(manifest: Manifest, kind: str, transfer: str | None, level: int | None = None) -> str | None:
+    """Return the plan's reason for an item of this kind: that of the kept item, if there are several."""
+    found = [
+        item
+        for item in manifest.plan
+        if item.kind == kind and transfer in {None, item.transfer} and level in {None, item.level}
+    ]
     said = next((item for item in found if item.kept), found[0] if found else None)
     return None if said is None else said.reason

@@ -1,4 +1,4 @@
-"""What ablation found, as frozen records. The page shows nothing else."""
+"""Frozen records of the ablation results. The page shows nothing else."""
 
 from typing import Annotated, Literal
 
@@ -16,18 +16,18 @@ Outcome = Literal[
     "rightly left out",
     "traded for bytes",
     "wrongly left out",
-    "not told apart",
-    "cannot be had",
+    "not distinguishable",
+    "not available",
 ]
-"""Of an item that is kept: whether it is worth what it costs. Of one that is not: whether anybody would miss it; traded
-for bytes: one might, but the tolerance of the scene allows it. Not told apart: times spread more than what they differ
-by. Cannot be had: this scan, or this class of devices, has no such package."""
+"""For a kept item: whether it is worth its cost. For an item left out: whether it would be missed. Traded for bytes: it
+might be missed, but the tolerance of the scene allows it. No measurable difference: times spread more than they differ.
+Not available: this scan, or this class of devices, has no such package."""
 FAULTS: frozenset[Outcome] = frozenset(("does not earn its place", "wrongly left out"))
-"""Outcomes by which the plan is wrong, where it decides."""
+"""Outcomes that show a wrong plan, where the plan decides."""
 
 
 class Ratio(Record):
-    """How much longer a picture takes than one of the planned package; both were drawn in turns, over and over."""
+    """Ratio of a picture's time to the planned package's; both were drawn in turns, many times."""
 
     median: Size
     """Median over the turns."""
@@ -36,16 +36,18 @@ class Ratio(Record):
     high: Size
     """Third quartile."""
     turns: Count
-    """How many turns there were."""
+    """Number of turns."""
 
 
 class Measurement(Record):
-    """One package: what it takes, and how near its pictures are to the scan."""
+    """One package: its costs, and the error of its pictures against the scan."""
 
     package_bytes: ByteCount
     """All files but the manifest."""
+    transport_bytes: ByteCount
+    """Textures as they go over the network, deflated."""
     upload_bytes: ByteCount
-    """What an app uploads to draw the finest level, the sum over the transfer functions that were drawn."""
+    """Bytes that an app uploads to draw the finest level, summed over the transfer functions that were drawn."""
     gpu_bytes: ByteCount
     """The memory that it takes on a device."""
     milliseconds: Size
@@ -62,7 +64,7 @@ class AblationRow(Record):
     """One item, taken out of the package if it is kept, put into it if it is not."""
 
     item: str
-    """What it is."""
+    """Description of the item."""
     transfer: str | None = None
     """Transfer function that it is for; null if it is for all."""
     kept: bool
@@ -70,29 +72,29 @@ class AblationRow(Record):
     chosen_by: Literal["plan", "scene"]
     """Whether the plan decides about it, or the scene alone."""
     reason: str | None
-    """Why, in the words of the plan; null where it does not say."""
+    """Reason, in the words of the plan; null if the plan gives none."""
     other: Measurement | None
-    """The package with it taken out, or put in; null where there is no such package."""
+    """The package with it taken out, or put in; null if there is no such package."""
     change_rmse: Size | None = None
-    """How far the pictures of that package are from those of the planned one: root mean square of the worst view. Both
-    are drawn into a float target, with steps so short that it does not matter where samples lie."""
+    """Error of that package's pictures against the planned one's: root mean square of the worst view. Both are drawn
+    into a float target, with steps so short that the positions of the samples do not matter."""
     change_maximum: Size | None = None
     """The same as the largest difference of a channel of a pixel, in any view."""
     outcome: Outcome
-    """What follows."""
+    """Outcome."""
     finding: str
-    """Why it follows, in words."""
+    """Reason for the outcome, in words."""
 
 
 class Ablation(Record):
-    """What every item of a package is worth."""
+    """Value of every item of a package."""
 
     profile: str
     """Class of devices."""
     transfers: tuple[str, ...]
     """Transfer functions that were drawn."""
     timed_view: str
-    """View that was timed. Errors are those of all standard views."""
+    """View that was timed. Errors cover all standard views."""
     picture_size: Count
     """Width and height of the pictures."""
     reduced_by: Count
@@ -100,31 +102,31 @@ class Ablation(Record):
     shape_zyx: tuple[Count, Count, Count]
     """Voxels of level 0 of the planned package."""
     tolerance: Tolerance
-    """What the scene allows."""
+    """Tolerance of the scene."""
     most_change: Size
-    """How much a view may change at most if something is put in that was left out."""
+    """Largest change of a view that is allowed when an item that was left out is put in."""
     renderer: str
     """The OpenGL ES that drew."""
     clock: Literal["wall", "processor"]
-    """What times are told by: where the processor draws, its time, which other programs hardly disturb."""
+    """Clock. Software drawing is measured in processor time, which other programs hardly disturb."""
     seconds: Size
-    """What the measurement took."""
+    """Duration of the measurement."""
     planned: Measurement
     """The package as planned."""
     noise: Ratio
-    """Time of the planned package over itself, measured in the same way: what is not beyond this is noise."""
+    """Time of the planned package over itself, measured in the same way: smaller differences are noise."""
     everything: Measurement | None
-    """The package with everything that could be put in at once; null where that cannot be."""
+    """The package with every possible item put in together; null if it cannot be built."""
     everything_has: tuple[str, ...]
-    """What that one has beside what the plan keeps."""
+    """Items of that package that the plan does not keep."""
     rows: tuple[AblationRow, ...]
     """Every item."""
     not_measured: tuple[str, ...] = ()
-    """What was left out of the measurement, and why."""
+    """Items that were not measured, and why."""
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Items about which the plan is wrong, by its own measure; what the scene asks for is no fault of the plan."""
+        """Items about which the plan is wrong, by its own measure; requests of the scene are not faults of the plan."""
         return tuple(name_of(row) for row in self.rows if row.outcome in FAULTS and row.chosen_by == "plan")
 
 

@@ -1,7 +1,7 @@
-"""Every choice that has a curve: one entry of a list for each. A new choice is one more entry.
+"""List of every choice that has a curve, one entry per choice. A new choice is one more entry.
 
-A variant is the scene with some keys changed. What a package has of a choice is read from its manifest, for variants
-and for the package on trial alike, so that no name stands here twice.
+A variant is the scene with some keys changed. The value that a package has is read from its manifest, for variants and
+for the package under test, so that no name is written twice.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,16 +9,25 @@ from dataclasses import dataclass, field
 from typing import get_args
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.ablation import Changes
 from volprep.parts.compression.decision import FORMATS
+from volprep.parts.compression.decision import KIND as COMPRESSION
+from volprep.parts.normals.decision import KIND as NORMALS
+from volprep.parts.programs.early_end import KIND as EARLY_END
+from volprep.parts.proxy.decision import KIND as PROXY
+from volprep.parts.skip.decision import KIND as SKIP
+from volprep.parts.values.items import WIDE_KIND
+from volprep.plan.item_kinds import LEVEL, TABLES
+from volprep.plan.records import LookupPlan, PreintegratedPlan
 from volprep.scene.scene import Scene
+from volprep.techniques import TECHNIQUES
 from volprep.validation.altered import with_common_tables
 from volprep.validation.curves.records import Cost
-from volprep.validation.variants import Changes
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
-from volprep_formats.package.program import NormalsFrom
+from volprep_formats.package.program import ClassificationName, NormalsFrom, Sampling
 from volprep_formats.package.reader import Package
 
 _ALONE: Changes = {"pyramid": {"coarsest_longest_axis": 100_000}}
@@ -37,9 +46,24 @@ _FILTERS = (
     "appearance",
 )
 _CUTOFFS = (0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.9995, 0.9999)
+_SIZES = (0.5, 1.0, 2.0)
+_SAMPLINGS: dict[Sampling, str] = {
+    "texture3d": "3D texture",
+    "mosaic": "mosaic",
+    "bricks": "bricks",
+    "subvolumes": "sub-volumes",
+}
 _BLOCKS = (2, 4, 8, 16)
 _TABLES = ("lookup", "preintegrated")
-"""Classifications with tables, of which a level may have its own."""
+"""Classifications with tables; a level may have its own."""
+_CLASSIFICATION_KINDS: dict[ClassificationName, str] = {
+    "lookup": TABLES[LookupPlan],
+    "preintegrated": TABLES[PreintegratedPlan],
+    "palette": "palette",
+    "control-points": "control-points",
+    "preclassified": "classified-voxels",
+}
+"""Kind of the item of the plan, for each classification."""
 
 
 @dataclass(frozen=True)
@@ -47,15 +71,21 @@ class Variant:
     """One way to make and to draw a package."""
 
     wanted: str
-    """What is wanted, for people, where it cannot be had."""
+    """Description of the wanted value, for a variant that cannot be built."""
     changes: Changes = field(default_factory=dict)
-    """What differs from the scene."""
+    """Changes to the scene."""
     level: int = 0
     """Level that is drawn."""
     steps: tuple[float, ...] = (1.0,)
-    """Steps, as multiples of the one that the package has for this level."""
+    """Steps, as multiples of the package's step for this level."""
     altered: Callable[[Package], Package] | None = None
-    """What is done to the package, where no key of a scene makes the variant."""
+    """Change to the package, if no key of a scene makes the variant."""
+    profile: Changes | None = None
+    """Changes to the profile."""
+    size: float = 1.0
+    """Width and height of the picture, relative to the report's."""
+    named: str = ""
+    """Name of the variant, if the package is the same; if empty, the package's value."""
 
 
 @dataclass(frozen=True)
@@ -63,24 +93,24 @@ class Choice:
     """One thing that is chosen."""
 
     name: str
-    """What it is."""
+    """Description of the choice."""
     question: str
-    """What its curve answers."""
+    """Question that its curve answers."""
     cost: Cost
-    """What its variants cost."""
+    """Kind of cost of its variants."""
     variants: Callable[[Scene], Sequence[Variant]]
-    """Its variants, for a scene; none where it does not come up."""
+    """Its variants, for a scene; empty if the choice does not apply."""
     named: Callable[[Manifest], str]
-    """What a package has of it."""
+    """Reads the value that a package has."""
     item: Callable[[Manifest], str]
-    """How the name of the item begins that says in the plan why the package has it."""
+    """Kind of the item of the plan that gives the reason."""
     whatever_it_costs: bool = False
-    """Whether variants are made that the plan would refuse for their error: the tolerance is wide, step and bits are
-    those of the scene."""
+    """Whether to make variants that the plan would refuse for their error: the tolerance is then wide, and step and
+    bits are the scene's."""
     compared_at: int = 0
-    """Level at which variants are compared with the package on trial."""
+    """Level where variants are compared with the package under test."""
     absent: str = "the scene does not have it"
-    """Why there may be no variants."""
+    """Possible reason for having no variants."""
 
 
 def _classifications(scene: Scene) -> list[Variant]:
@@ -94,6 +124,26 @@ def _classifications(scene: Scene) -> list[Variant]:
         )
         for name in names
         for level in (0, 1)
+    ]
+
+
+def _techniques(_: Scene) -> list[Variant]:
+    return [Variant(name, {"render": {"technique": name}, **_ALONE}, steps=_STEPS[1:4]) for name in TECHNIQUES]
+
+
+def _layouts(_: Scene) -> list[Variant]:
+    # Without a kept border, bricks and whole textures hold the same voxels.
+    return [
+        Variant("3D texture", {"bricks": None, **_ALONE}, steps=_STEPS[1:4]),
+        Variant("bricks", {"bricks": {}, **_ALONE}, steps=_STEPS[1:4]),
+        Variant("mosaic", {"bricks": None, **_ALONE}, steps=_STEPS[1:4], profile={"max_3d_texture_size": 0}),
+    ]
+
+
+def _sizes(_: Scene) -> list[Variant]:
+    return [
+        Variant(f"{size:g}× the pixels along an edge", _ALONE, steps=_STEPS[1:4], size=size, named=f"{size:g}× size")
+        for size in _SIZES
     ]
 
 
@@ -118,7 +168,7 @@ def _gradients(scene: Scene) -> list[Variant]:
 
 def _tables(scene: Scene) -> list[Variant]:
     compositing = COMPOSITINGS[scene.render.compositing]
-    if scene.source.labels or compositing.level_filter or scene.render.classification not in _TABLES:
+    if scene.source.labels or compositing.level_filters or scene.render.classification not in _TABLES:
         return []
     return [
         Variant(f"{tables}, {name}", {"render": {"classification": tables}}, level, (2.0, 1.0), altered)
@@ -156,6 +206,14 @@ def _compressions(scene: Scene) -> list[Variant]:
 
 def _classification_name(manifest: Manifest) -> str:
     return manifest.programs[0].classification
+
+
+def _technique_name(manifest: Manifest) -> str:
+    return manifest.programs[0].technique
+
+
+def _layout_name(manifest: Manifest) -> str:
+    return _SAMPLINGS[manifest.programs[0].sampling]
 
 
 def _skip_name(manifest: Manifest) -> str:
@@ -207,7 +265,7 @@ CHOICES: tuple[Choice, ...] = (
         "milliseconds",
         lambda _: [Variant(f"level {level}", {}, level, _STEPS) for level in range(_LEVELS)],
         lambda _: "",
-        lambda _: "step of level",
+        lambda _: "step",
     ),
     Choice(
         "classification",
@@ -215,9 +273,31 @@ CHOICES: tuple[Choice, ...] = (
         "milliseconds",
         _classifications,
         _classification_name,
-        lambda manifest: {"lookup": "lookup table", "preintegrated": "pre-integrated table", "palette": "palette"}.get(
-            _classification_name(manifest), "voxels classified"
-        ),
+        lambda manifest: _CLASSIFICATION_KINDS[manifest.programs[0].classification],
+    ),
+    Choice(
+        "technique",
+        "How should a program go through the volume?",
+        "milliseconds",
+        _techniques,
+        _technique_name,
+        lambda _: "shaders",
+    ),
+    Choice(
+        "layout",
+        "What does it cost to keep voxels in bricks, or in a mosaic?",
+        "milliseconds",
+        _layouts,
+        _layout_name,
+        lambda _: LEVEL,
+    ),
+    Choice(
+        "picture size",
+        "How do time and error change with the size of the picture?",
+        "milliseconds",
+        _sizes,
+        lambda _: "1× size",
+        lambda _: "",
     ),
     Choice(
         "bits of a voxel",
@@ -225,7 +305,7 @@ CHOICES: tuple[Choice, ...] = (
         "bytes",
         lambda _: [Variant(f"{bits} bits", {"quantize": {"bits": bits}, **_ALONE}) for bits in (8, 16)],
         _bits_name,
-        lambda manifest: _bits_name(manifest).replace(" bits", "-bit values"),
+        lambda _: WIDE_KIND,
     ),
     Choice(
         "compressed texels",
@@ -233,7 +313,7 @@ CHOICES: tuple[Choice, ...] = (
         "bytes",
         _compressions,
         _form_name,
-        lambda _: "compress",
+        lambda _: COMPRESSION,
         whatever_it_costs=True,
         absent="labels and bricks are not compressed",
     ),
@@ -243,7 +323,7 @@ CHOICES: tuple[Choice, ...] = (
         "bytes",
         _normals,
         _normals_name,
-        lambda _: "normals",
+        lambda _: NORMALS,
         absent="the scene has no lighting",
     ),
     Choice(
@@ -252,7 +332,7 @@ CHOICES: tuple[Choice, ...] = (
         "milliseconds",
         _gradients,
         _gradients_name,
-        lambda _: "normals",
+        lambda _: NORMALS,
         absent="the scene has no lighting",
     ),
     Choice(
@@ -261,7 +341,7 @@ CHOICES: tuple[Choice, ...] = (
         "milliseconds",
         _tables,
         _tables_name,
-        lambda _: "lookup table",
+        lambda _: TABLES[LookupPlan],
         absent="levels of this scene have no tables of their own",
         compared_at=1,
     ),
@@ -274,15 +354,15 @@ CHOICES: tuple[Choice, ...] = (
             for cutoff in (*_CUTOFFS, 1.0)
         ],
         _cutoff_name,
-        lambda _: "early ray termination",
+        lambda _: EARLY_END,
     ),
     Choice(
         "empty-space skipping",
-        "Which table, with which blocks, lets rays jump furthest?",
+        "Which table, and which block size, lets rays jump furthest?",
         "milliseconds",
         _skips,
         _skip_name,
-        lambda _: "skip table",
+        lambda _: SKIP,
     ),
     Choice(
         "proxy geometry",
@@ -290,7 +370,7 @@ CHOICES: tuple[Choice, ...] = (
         "milliseconds",
         _proxies,
         _proxy_name,
-        lambda _: "proxy",
+        lambda _: PROXY,
     ),
     Choice(
         "filter of levels",
@@ -298,7 +378,7 @@ CHOICES: tuple[Choice, ...] = (
         "seconds",
         _filters,
         _filter_name,
-        lambda _: "level 1",
+        lambda _: "level-filter",
         compared_at=1,
         absent="labels and classified voxels have filters of their own",
     ),

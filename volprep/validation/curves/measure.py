@@ -1,34 +1,31 @@
 """Measure every choice: build each variant from the scan, draw and time it, and compare it with the oracle."""
 
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
+from volprep.parts.ablation import Changes
 from volprep.render.choose import ray_caster_of
-from volprep.render.timing import Spread
+from volprep.render.renderer import Renderer
 from volprep.scene.channels import drawn_channels
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan
-from volprep.truth.metrics import flip_error
+from volprep.truth.seen import seen_flip
 from volprep.validation.curves.choices import CHOICES, Choice, Variant
-from volprep.validation.curves.records import (
-    Cost,
-    Curve,
-    CurveErrors,
-    CurvePoint,
-    CurvesReport,
-    Milliseconds,
-    Refusal,
-    plotted_cost,
-)
+from volprep.validation.curves.front import with_front
+from volprep.validation.curves.records import Curve, CurveErrors, CurvePoint, CurvesReport, Refusal
 from volprep.validation.curves.scan import read_scan, write_scan
 from volprep.validation.records import Driver
 from volprep.validation.scan import Judge
 from volprep.validation.subject import Subject, errors, render_settings
 from volprep.validation.sweep import SWEEP_VIEW
-from volprep.validation.variants import Changes, Workshop, merged, with_changes
+from volprep.validation.times import Milliseconds, in_turns
+from volprep.validation.variants import Workshop, merged, with_changes
 from volprep.validation.views import driver_of
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
@@ -36,8 +33,8 @@ from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
 
-_LEAST_PICTURES, _SECONDS = 5, 0.6
-"""Of each variant so many pictures at least are timed, and until so much time has passed."""
+_TURNS = 9
+"""In how many turns all variants of a choice are drawn."""
 
 
 def measure_curves(
@@ -45,8 +42,8 @@ def measure_curves(
 ) -> CurvesReport:
     """Measure the choices of the package that has `manifest`, with the scene of `judge`; `folder` is for files.
 
-    Of several channels the first one counts. Raises VP6050 for devices without shaders, and what a build of the scene
-    itself raises; a variant that cannot be is told.
+    Only the first channel is measured. Raises VP6050 for devices without shaders, and the errors of building the scene
+    itself; a variant that cannot be built is reported.
     """
     began = time.perf_counter()
     if not manifest.profile.has_shaders:
@@ -78,29 +75,48 @@ def measure_curves(
 
 def _curve(bench: "_Bench", choice: Choice, manifest: Manifest, progress: Progress) -> Curve:
     variants = choice.variants(bench.scene)
-    points: dict[str, CurvePoint] = {}
+    trials: dict[str, _Trial] = {}
     refused: list[Refusal] = []
-    for variant in variants:
-        try:
-            drawn = {point.label: point for point in bench.points(choice, variant, choice.named(manifest))}
-            same = next(iter(drawn))
-            if drawn.keys() <= points.keys() and same != variant.wanted:
-                refused.append(Refusal(label=variant.wanted, problem=f"the plan makes the same of it as of {same}"))
-            points |= {label: point for label, point in drawn.items() if label not in points}
-        except VolprepError as error:
-            refused.append(Refusal(label=variant.wanted, problem=f"{error.code} {error.summary}"))
-        progress.advance()
-    items = [item for item in manifest.plan if item.name.startswith(choice.item(manifest))]
+    with ExitStack() as stack:
+        for variant in variants:
+            try:
+                drawn = {trial.label: trial for trial in bench.trials(stack, choice, variant, choice.named(manifest))}
+                same = next(iter(drawn))
+                if drawn.keys() <= trials.keys() and same != variant.wanted:
+                    refused.append(Refusal(label=variant.wanted, problem=f"the plan makes the same of it as of {same}"))
+                trials |= {label: trial for label, trial in drawn.items() if label not in trials}
+            except VolprepError as error:
+                refused.append(Refusal(label=variant.wanted, problem=f"{error.code} {error.summary}"))
+            progress.advance()
+        points = tuple(bench.timed(trials)) if trials else ()
+    items = [item for item in manifest.plan if item.kind == choice.item(manifest)]
     said = next((item for item in items if item.kept), items[0] if items else None)
     return Curve(
         name=choice.name,
         question=choice.question,
         cost=choice.cost,
-        points=_with_front(tuple(points.values()), choice.cost),
+        points=with_front(points, choice.cost),
         refused=tuple(refused),
         reason=None if said is None else said.reason,
         left_out=None if variants else choice.absent,
     )
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A variant that is open to be drawn."""
+
+    label: str
+    renderer: Renderer
+    box_from_clip: Float64Array
+    shape_hw: tuple[int, int]
+    step_mm: float
+    point: Callable[[Milliseconds, Milliseconds | None], CurvePoint]
+    """Its point, when its times are known."""
+
+    def draw_ms(self) -> float:
+        """Draw once, and return the milliseconds."""
+        return self.renderer.time_ms(self.box_from_clip, self.shape_hw, self.step_mm, repeats=1, warm=False)
 
 
 class _Bench:
@@ -113,68 +129,86 @@ class _Bench:
         self.transfer = package.manifest.transfer_functions[0].name
         scan = read_scan(request.scene.source, light_of_scan(package.manifest))
         self.subject = Subject(package, scan, picture_size)
-        self._box_from_clip: Float64Array = self.subject.views[SWEEP_VIEW]
         voxel_mm = min(package.manifest.levels[0].grid.spacing_mm_zyx)
         self._wide: Changes = {
-            "tolerance": {"rmse": 1.0, "maximum": 1.0},
+            "tolerance": {"rmse": 1.0, "maximum": 1.0, "flip": 1.0, "kept_light": 0.0},
             "quantize": {"bits": package.manifest.quantization.bits if package.manifest.quantization else "auto"},
             "render": {"step_voxels": self.subject.render.step_mm / voxel_mm},
         }
-        self._truths: dict[str, FloatArray] = {}
+        self._truths: dict[tuple[str, int], FloatArray] = {}
+        self.turns = _TURNS
 
     def driver(self) -> Driver:
-        """Return who draws."""
+        """Return the description of the renderer."""
         package = self._workshop.make({}).package
         with ray_caster_of(package, None, self.transfer)(package, transfer=self.transfer) as renderer:
             return driver_of(renderer)
 
-    def points(self, choice: Choice, variant: Variant, chosen: str) -> Iterator[CurvePoint]:
-        """Build a variant, and draw it with each of its steps."""
-        made = self._workshop.make(merged(variant.changes, self._wide) if choice.whatever_it_costs else variant.changes)
+    def trials(self, stack: ExitStack, choice: Choice, variant: Variant, chosen: str) -> Iterator[_Trial]:
+        """Build a variant, open it on `stack`, and compare a picture of each of its steps with the truth."""
+        changes = merged(variant.changes, self._wide) if choice.whatever_it_costs else variant.changes
+        made = self._workshop.make(changes, variant.profile)
         package = made.package if variant.altered is None else variant.altered(made.package)
-        name = choice.named(package.manifest)
+        name = variant.named or choice.named(package.manifest)
         level = f"level {variant.level}" if variant.level or not name else ""
         series = ", ".join(filter(None, (name, level)))
-        truth = self._truth(package)
+        pixels = round(self.subject.shape_hw[0] * variant.size)
+        truth = self._truth(package, pixels)
         nominal_mm = render_settings(package).step_of(variant.level)
         kind = ray_caster_of(package, variant.level, self.transfer)
-        with kind(package, level=variant.level, transfer=self.transfer) as renderer:
-            for ratio in variant.steps:
-                step_mm = ratio * nominal_mm
-                if not renderer.draws_step(step_mm):
-                    continue
-                picture = renderer.render(self._box_from_clip, self.subject.shape_hw, step_mm)
-                times = renderer.draw_times(
-                    self._box_from_clip, self.subject.shape_hw, step_mm, least=_LEAST_PICTURES, seconds=_SECONDS
-                )
-                yield CurvePoint(
+        renderer = stack.enter_context(kind(package, level=variant.level, transfer=self.transfer))
+        # A package with its border has a larger box.
+        camera = self.subject.cameras[SWEEP_VIEW].box_from_clip(package.manifest.levels[0].grid, aspect=1.0)
+        for ratio in variant.steps:
+            step_mm = ratio * nominal_mm
+            if not renderer.draws_step(step_mm):
+                continue
+            yield _Trial(
+                label=series if len(variant.steps) == 1 else f"{series}, {ratio:g}× step",
+                renderer=renderer,
+                box_from_clip=camera,
+                shape_hw=(pixels, pixels),
+                step_mm=step_mm,
+                point=partial(
+                    _point,
                     label=series if len(variant.steps) == 1 else f"{series}, {ratio:g}× step",
                     series=series,
                     level=variant.level,
                     step_mm=step_mm,
-                    errors=_errors(picture, truth),
-                    wall=_milliseconds(times.wall),
-                    gpu=None if times.gpu is None else _milliseconds(times.gpu),
+                    errors=_errors(renderer.render(camera, (pixels, pixels), step_mm), truth),
                     upload_bytes=_upload_bytes(package.manifest, variant.level),
                     package_bytes=sum(record.size_bytes for record in package.manifest.files),
                     build_seconds=made.seconds,
                     chosen=name == chosen and ratio == 1.0 and variant.level == choice.compared_at,
                     on_front=False,
-                )
+                ),
+            )
 
-    def _truth(self, package: Package) -> FloatArray:
-        """Return the picture that a package should give: of lit ones, lit by its own light."""
+    def timed(self, trials: Mapping[str, _Trial]) -> Iterator[CurvePoint]:
+        """Time all variants of a choice in turns; the picture that each was compared with is not counted."""
+        times = in_turns({label: trial.draw_ms for label, trial in trials.items()}, self.turns)
+        for label, trial in trials.items():
+            gpu = trial.renderer.gpu_times(trial.box_from_clip, trial.shape_hw, trial.step_mm, self.turns)
+            yield trial.point(times[label], None if gpu is None else Milliseconds.of(gpu))
+
+    def _truth(self, package: Package, pixels: int) -> FloatArray:
+        """Return the true picture of a package; a lit one is lit by its own light."""
         light = light_of_scan(package.manifest)
-        if repr(light) not in self._truths:
-            subject = Subject(package, replace(self.subject.scan, normals=light), self.subject.shape_hw[0])
-            self._truths[repr(light)] = subject.truth(self.transfer, SWEEP_VIEW).rgba
-        return self._truths[repr(light)]
+        key = repr(light), pixels
+        if key not in self._truths:
+            subject = Subject(package, replace(self.subject.scan, normals=light), pixels)
+            self._truths[key] = subject.truth(self.transfer, SWEEP_VIEW).rgba
+        return self._truths[key]
+
+
+def _point(wall: Milliseconds, gpu: Milliseconds | None, **fields: Any) -> CurvePoint:
+    return CurvePoint(wall=wall, gpu=gpu, **fields)
 
 
 def _errors(picture: FloatArray, truth: FloatArray) -> CurveErrors:
-    found, seen = errors(picture, truth), flip_error(picture, truth)
+    found, seen = errors(picture, truth), seen_flip(picture, truth)
     return CurveErrors(
-        rmse=found.rmse,
+        rmse=found.seen_rmse,
         maximum=found.maximum,
         ssim_black=found.ssim_black,
         ssim_white=found.ssim_white,
@@ -183,24 +217,9 @@ def _errors(picture: FloatArray, truth: FloatArray) -> CurveErrors:
     )
 
 
-def _milliseconds(times: Spread) -> Milliseconds:
-    return Milliseconds(median=times.median, low=times.low, high=times.high, pictures=times.count)
-
-
 def _upload_bytes(manifest: Manifest, level: int) -> int:
     sizes = {record.path: record.size_bytes for record in manifest.files}
     files = {texture.file for texture in manifest.textures if texture.level in {None, level}}
     if manifest.proxy is not None:
         files |= {mesh.file for mesh in manifest.proxy.meshes if mesh.file is not None and mesh.level == level}
     return sum(sizes[path] for path in files)
-
-
-def _with_front(points: Sequence[CurvePoint], cost: Cost) -> tuple[CurvePoint, ...]:
-    """Mark what is on the Pareto front: nothing else costs no more, and is no less near."""
-
-    def is_beaten(point: CurvePoint) -> bool:
-        here = (plotted_cost(point, cost), point.errors.rmse)
-        others = [(plotted_cost(each, cost), each.errors.rmse) for each in points]
-        return any(other[0] <= here[0] and other[1] <= here[1] and other != here for other in others)
-
-    return tuple(point.model_copy(update={"on_front": not is_beaten(point)}) for point in points)

@@ -1,17 +1,19 @@
-"""curves.json: what each choice costs and how wrong it is, as frozen records. The page shows nothing else."""
+"""Frozen records of curves.json: the cost and the error of each choice. The page shows nothing else."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep.validation.records import Driver, NonNegative
+from volprep.validation.records import Driver
+from volprep.validation.seen_records import NonNegative
+from volprep.validation.times import Milliseconds
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.values import ByteCount
 from volprep_formats.record import Record
 
 Cost = Literal["milliseconds", "bytes", "seconds"]
-"""What a choice costs: time to draw a picture, bytes that a device uploads, or time to build."""
+"""Cost of a choice: time to draw a picture, bytes that a device uploads, or time to build."""
 
 COST_NAMES: dict[Cost, str] = {
     "milliseconds": "median milliseconds per draw",
@@ -22,10 +24,10 @@ COST_NAMES: dict[Cost, str] = {
 
 
 class CurveErrors(Record):
-    """How far a picture is from the truth."""
+    """Errors of a picture against the truth."""
 
     rmse: NonNegative
-    """Root mean square over all pixels and the four channels, premultiplied linear."""
+    """Root mean square over seen pixels and the four channels, premultiplied linear."""
     maximum: NonNegative
     """Largest difference of one channel of one pixel, premultiplied linear."""
     ssim_black: float
@@ -33,29 +35,16 @@ class CurveErrors(Record):
     ssim_white: float
     """Structural similarity over white, sRGB, on the foreground."""
     flip_black: NonNegative
-    """FLIP over black, mean of the foreground, at 67 pixels a degree."""
+    """FLIP over black, mean of seen pixels, at 67 pixels a degree."""
     flip_white: NonNegative
-    """FLIP over white, mean of the foreground, at 67 pixels a degree."""
-
-
-class Milliseconds(Record):
-    """Several times for the same picture."""
-
-    median: NonNegative
-    """Median."""
-    low: NonNegative
-    """First quartile."""
-    high: NonNegative
-    """Third quartile."""
-    pictures: Count
-    """How many were drawn."""
+    """FLIP over white, mean of seen pixels, at 67 pixels a degree."""
 
 
 class CurvePoint(Record):
     """One variant, drawn and compared."""
 
     label: str
-    """What it is."""
+    """Description of the variant."""
     series: str
     """Points of one series belong together: they differ in the step alone."""
     level: Annotated[int, Field(ge=0)]
@@ -67,7 +56,7 @@ class CurvePoint(Record):
     wall: Milliseconds
     """Time of a picture by the clock on the wall."""
     gpu: Milliseconds | None
-    """Time of a picture by the driver's own clock; null where it has none."""
+    """Time of a picture by the driver's own clock; null if it has none."""
     upload_bytes: ByteCount
     """Texture and mesh files that a device uploads for this picture."""
     package_bytes: ByteCount
@@ -77,35 +66,35 @@ class CurvePoint(Record):
     chosen: bool
     """Whether the package on trial has this."""
     on_front: bool
-    """Whether no other variant costs less or as much, and is as near to the truth or nearer."""
+    """Whether no other variant is clearly better in cost or in error, and in neither clearly worse."""
 
 
 class Refusal(Record):
     """A variant that cannot be, for this scan and this class of devices."""
 
     label: str
-    """What was wanted."""
+    """Value that was wanted."""
     problem: str
-    """Why not, with the code of the diagnostic if there is one."""
+    """Reason why it cannot be built, with the code of the diagnostic if there is one."""
 
 
 class Curve(Record):
     """One choice, and all its variants."""
 
     name: str
-    """What is chosen."""
+    """Description of the choice."""
     question: str
-    """What the curve answers."""
+    """Question that the curve answers."""
     cost: Cost
-    """What the variants differ in, besides the error."""
+    """Cost in which the variants differ, besides the error."""
     points: tuple[CurvePoint, ...]
     """Variants that were drawn."""
     refused: tuple[Refusal, ...] = ()
-    """Variants that cannot be."""
+    """Variants that cannot be built."""
     reason: str | None
-    """Why the package on trial has what it has, in the words of its plan; null where the plan does not say."""
+    """Reason for the value of the package under test, in the words of its plan; null if the plan gives none."""
     left_out: str | None = None
-    """Why nothing was measured; null where something was."""
+    """Reason why nothing was measured; null if something was."""
 
 
 class CurvesReport(Record):
@@ -126,22 +115,34 @@ class CurvesReport(Record):
     reduced_by: Count
     """Voxels of the scan, along each axis, that were averaged for the measurement; 1: the scan itself."""
     shape_zyx: tuple[Count, Count, Count]
-    """Voxels of what was measured."""
+    """Voxels of the measured scan."""
     tolerance: Tolerance
-    """What the scene allows."""
+    """Tolerance of the scene."""
     driver: Driver
     """The OpenGL ES that drew."""
     seconds: NonNegative
-    """What the measurement took."""
+    """Duration of the measurement."""
     curves: tuple[Curve, ...]
     """One for each choice."""
 
 
 def plotted_cost(point: CurvePoint, cost: Cost) -> float:
-    """Return what a variant costs, in the unit of its name."""
+    """Return the cost of a variant, in the unit of its name."""
     costs = {
         "milliseconds": point.wall.median,
         "bytes": point.upload_bytes / 1e6,
         "seconds": point.build_seconds,
     }
     return costs[cost]
+
+
+Range = tuple[float, float]
+"""Least and greatest."""
+
+
+def cost_range(point: CurvePoint, cost: Cost) -> Range:
+    """Return the range of a variant's cost: quartiles of times of draws, one build, exact bytes."""
+    if cost == "milliseconds":
+        return point.wall.low, point.wall.high
+    found = plotted_cost(point, cost)
+    return (0.9 * found, 1.1 * found) if cost == "seconds" else (found, found)

@@ -49,21 +49,21 @@ class _Means:
 def write_scan(
     spec: SourceSpec, path: Path, progress: Progress, most_voxels: int | None = None
 ) -> tuple[SourceSpec, int]:
-    """Write the scan, or means of its voxels so that there are at most MOST_VOXELS, to the NRRD file `path`.
+    """Write the scan, or means of its voxels, at most MOST_VOXELS, to the NRRD file `path`.
 
-    Return the source that reads it, and how many voxels along each axis a mean is of.
+    Return the source that reads it, and the number of voxels along each axis that one mean covers.
     """
     with opened_channel("scan", spec, None, progress) as source:
         voxels = int(np.prod(source.info.grid.shape_zyx))
         factor = max(1, int(np.ceil((voxels / (most_voxels or MOST_VOXELS)) ** (1 / 3) - 1e-6)))
         progress.start("scan for variants", -(-source.info.grid.shape_zyx[0] // factor))
-        nrrd.write(_Means(source, factor, labels=spec.labels), path, progress)
-    return SourceSpec(path=str(path), format="nrrd", labels=spec.labels), factor
+        nrrd.write(_Means(source, factor, labels=bool(spec.labels)), path, progress)
+    return SourceSpec(path=str(path), format="nrrd", labels=bool(spec.labels)), factor
 
 
 def read_scan(spec: SourceSpec, light: Normals) -> Volume:
-    """Read a scan whole; `light` is what lights it."""
+    """Read a whole scan; `light` is its lighting."""
     with opened_channel("scan", spec, None, Silent()) as source:
         info = source.info
         stored = source.read_slab(0, info.grid.shape_zyx[0])
-    return Volume(np.ascontiguousarray(stored), info.grid, info.slope, info.intercept, spec.labels, light)
+    return Volume(np.ascontiguousarray(stored), info.grid, info.slope, info.intercept, bool(spec.labels), light)

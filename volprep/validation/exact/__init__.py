@@ -1,1 +1,1 @@
-"""What follows exactly from the scan: derived again, and compared with what the package holds."""
+"""Derive everything that follows exactly from the scan again, and compare it with the package."""

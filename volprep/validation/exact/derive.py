@@ -1,26 +1,32 @@
-"""The package made again from scene and scan, by the stages that build packages, and compared while it is made.
+"""Build the package again from scene and scan with the build stages, and compare each result with the package.
 
-What is derived: codes and their window, every texture, normals, skip tables, meshes, histograms, pieces, shaders, and
-the manifest. A new part is compared as soon as it is a stage.
+Compared are: codes and their window, every texture, normals, skip tables, meshes, histograms, pieces, shaders, and the
+manifest. A new part is compared as soon as it is a stage.
 
-This finds every byte that is not what this version makes of the scan. It is no second opinion on the stages themselves,
-because they are the same code: that they are right is for the pictures, whose oracle shares no code with them, and for
-the tests, which compare each kernel with a slow twin.
+This finds every byte that this version would not make of the scan. It does not check the stages themselves, because it
+runs the same code: the pictures, the witness and the tests, which compare each kernel with a slow twin, check those.
+docs/VALIDATED.md lists what pictures and stages share.
 
-Where a filter of levels, or a compressed form, was chosen by trying several, the choice is taken from the record of
-origin, or else from the manifest; the texels are derived with what was chosen.
+If a filter of levels, or a compressed form, was chosen by trying several, the choice is taken from the record of
+origin, or else from the manifest; the texels are derived with that choice.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.registry import PARTS
+from volprep.parts.segments.stage import labels_of_source
 from volprep.parts.source_field import source_field
 from volprep.pipeline.import_draft import Imported, import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.seal import STAGE as SEAL
-from volprep.pipeline.stages import STAGES, run_stage
+from volprep.pipeline.stage_graph import STAGES
+from volprep.pipeline.stages import run_stage
 from volprep.plan.records import ChannelPlan, LevelPlan, Plan
 from volprep.scene.request import Request
 from volprep.truth.decoded import Volume
@@ -30,28 +36,30 @@ from volprep.validation.records import Derivation
 from volprep.validation.scan import Judge
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views
-from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
 
 
 @dataclass(frozen=True)
 class Derived:
-    """What follows from scene and scan."""
+    """Contents derived from scene and scan."""
 
     record: Derivation
-    """What was compared, and what differs."""
+    """Compared items, and their differences."""
     manifest: Manifest
     """The manifest that follows, as that of a draft."""
     scans: dict[str, Volume]
     """The scan of each channel at full precision, files that the system maps into memory."""
+    labels: NDArray[np.uint16] | None = None
+    """Labels of its segments [z, y, x], numbered as in the package; None if it has none."""
 
 
 def derive(package: Package, found: Judge, folder: Path, progress: Progress) -> Derived:
     """Make `package` again in the empty folder `folder`, which then holds the scan, and compare.
 
-    Raises what reading the scan and planning raise, VP6013 if it is not the scan that the package names, VP4020 where
-    there is no room for the scan and its codes.
+    Raises the errors of reading the scan and of planning, VP6013 if it is not the scan that the package names, VP4020
+    if there is no room for the scan and its codes.
     """
     request = Request(found.scene, found.profile, found.scene_path)
     imported = import_draft(prepare(request), folder, progress)
@@ -65,11 +73,22 @@ def derive(package: Package, found: Judge, folder: Path, progress: Progress) -> 
         record=Derivation(
             files=len(draft.compared),
             size_bytes=sum(draft.compared.values()),
-            findings=tuple(findings_of(package, draft)),
+            findings=tuple(findings_of(package, draft, _settled(draft, plan))),
         ),
         manifest=draft.manifest,
         scans={name: source_field(draft, view) for name, view in channel_views(draft.manifest).items()},
+        labels=None
+        if plan.segments is None
+        else labels_of_source(draft, plan.segments, draft.manifest.source.info.grid),
     )
+
+
+def _settled(draft: ComparingDraft, plan: Plan) -> tuple[PlanItem, ...]:
+    """Return the items of the plan with the decisions that only the data could make."""
+    items = plan.items
+    for part in PARTS:
+        items = part.settle(items, draft, plan)
+    return items
 
 
 def _require_same_scan(manifest: Manifest, derived: Manifest, found: Judge) -> None:

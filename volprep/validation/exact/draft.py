@@ -1,4 +1,4 @@
-"""A draft that compares what stages write with what a package holds, slab by slab, and keeps working data only."""
+"""A draft that compares each slab that a stage writes with the package's, and keeps working data only."""
 
 import json
 from collections.abc import Iterable, Iterator
@@ -22,14 +22,14 @@ _SMALL_BYTES = 16 * 1024 * 1024
 
 @dataclass(frozen=True)
 class FileDifference:
-    """Where a file of the package is not what was derived."""
+    """First difference between a file of the package and the derived file."""
 
     size_bytes: int
     """Size that the derived file has."""
     first: int | None
-    """Place of the first other byte; None where the package has no such file."""
+    """Place of the first differing byte; None if the package has no such file."""
     count: int
-    """Number of bytes that differ, those that are missing or too many included."""
+    """Number of differing bytes, including missing and surplus bytes."""
 
 
 class ComparingDraft(Draft):
@@ -45,7 +45,7 @@ class ComparingDraft(Draft):
         self._held = {record.path: record for record in package.manifest.files}
         self._streamed: set[str] = set()
         self.differences: dict[str, FileDifference] = {}
-        """What was found, by path."""
+        """Findings by path."""
         self.compared: dict[str, int] = {}
         """Size of each file that was compared, by path."""
 
@@ -61,14 +61,14 @@ class ComparingDraft(Draft):
         if small is not None:
             return super().write(path, role, small)
         self._streamed.add(path)
-        # An empty file stands for what is not stored: a step of the draft moves files.
+        # A file that is not stored gets an empty file in its place: a step of the draft moves files.
         super().write(path, role, b"")
         record = FileRecord(path=path, role=role, size_bytes=self.compared[path], sha256="0" * 64)
         self._pending[path] = record
         return record
 
     def read_bytes(self, path: str) -> bytes:
-        """Read a file that a stage made; what was not stored comes from the package, with which it was compared."""
+        """Read a file that a stage made; one that was not stored comes from the package, which had the same bytes."""
         return self._package.read_bytes(path) if path in self._streamed else super().read_bytes(path)
 
     def _compared(self, path: str, chunks: Iterable[Chunk]) -> FileDifference | None:
@@ -96,7 +96,7 @@ class ComparingDraft(Draft):
 
 
 class _Kept:
-    """Chunks that are remembered as long as they are few."""
+    """Chunks that are kept in memory while there are few."""
 
     def __init__(self, chunks: Iterable[Chunk]) -> None:
         self._chunks = chunks
@@ -118,7 +118,7 @@ class _Kept:
 
 
 def _as_written(package: Path, path: str) -> Contents:
-    """Open a file of the package; of a texture that was supercompressed for transport, what the stage had written."""
+    """Open a file of the package; for a texture that was supercompressed for transport, its form before that."""
     contents = open_contents(package, path)
     if not path.endswith(".ktx2") or not ktx2.is_supercompressed(contents.read(ktx2.HEADER_BYTES)):
         return contents

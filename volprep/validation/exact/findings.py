@@ -1,4 +1,4 @@
-"""What differs between a package and what was derived, said so that a person finds it: the item and the place."""
+"""Describe differences between a package and its derived contents by item and place."""
 
 from collections.abc import Iterator, Sequence
 from math import prod
@@ -8,10 +8,10 @@ import numpy as np
 
 from volprep.parts.work import generator
 from volprep.validation.exact.draft import ComparingDraft, FileDifference
-from volprep.validation.exact.manifests import manifest_differences
+from volprep.validation.exact.manifests import manifest_differences, plan_differences, priced_differences
 from volprep.validation.records import Deviation
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import COMPONENTS, Texture
 from volprep_formats.textures import ktx2
@@ -19,14 +19,18 @@ from volprep_formats.textures import ktx2
 _GRAVEST_FIRST = ("VP6030", "VP6031", "VP6034", "VP6044", "VP6033")
 
 
-def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Deviation]:
-    """Return what of `package` is not what the stages have made with `draft`."""
+def findings_of(package: Package, draft: ComparingDraft, items: Sequence[PlanItem]) -> Iterator[Deviation]:
+    """Return the differences between `package`, the results of the stages in `draft`, and `items` of its plan."""
     manifest, derived = package.manifest, draft.manifest
     same_version = manifest.generator == generator()
     if not same_version:
         problem = f"was made by {manifest.generator}; {generator()} may choose otherwise"
         yield Deviation(code="VP6033", item="the package", problem=problem)
-    for problem in manifest_differences(manifest, derived):
+    problems = [*manifest_differences(manifest, derived), *priced_differences(manifest)]
+    if same_version:
+        # Another version may say the same in other words.
+        problems += plan_differences(manifest.plan, items)
+    for problem in problems:
         yield Deviation(code="VP6031", item="manifest.json", problem=problem)
     shaders = {record.path for record in derived.files if record.role == "shader"}
     for path, difference in draft.differences.items():
@@ -44,7 +48,7 @@ def findings_of(package: Package, draft: ComparingDraft) -> Iterator[Deviation]:
 
 
 def error_of(findings: Sequence[Deviation], package: Path) -> VolprepError:
-    """Return what to say of a package with `findings`: all of the gravest kind."""
+    """Return the description of a package with `findings`: all findings of the gravest kind."""
     code = min((finding.code for finding in findings), key=_GRAVEST_FIRST.index)
     found = [finding for finding in findings if finding.code == code]
     listed = "; ".join(f"{finding.item}: {finding.problem}" for finding in found)
@@ -52,7 +56,7 @@ def error_of(findings: Sequence[Deviation], package: Path) -> VolprepError:
 
 
 def item_of(manifest: Manifest, path: str) -> str:
-    """Return what a file is, with its path."""
+    """Return the description of a file, with its path."""
     for texture in manifest.textures:
         if texture.file == path:
             level = "" if texture.level is None else f" of level {texture.level}"
@@ -64,7 +68,7 @@ def item_of(manifest: Manifest, path: str) -> str:
 def _place(difference: FileDifference, texture: Texture | None) -> str:
     if difference.first is None:
         return "is not there"
-    listed = f"{difference.count} of {difference.size_bytes} bytes are not what follows from the scan"
+    listed = f"{difference.count} of {difference.size_bytes} bytes differ from those derived from the scan"
     where = f"the first is byte {difference.first}"
     size = None if texture is None else _bytes_per_texel(texture)
     if texture is not None and size is not None:
@@ -77,7 +81,7 @@ def _place(difference: FileDifference, texture: Texture | None) -> str:
 
 
 def _bytes_per_texel(texture: Texture) -> int | None:
-    """Return the size of a texel; None where a file holds blocks, indices or several mipmaps."""
+    """Return the size of a texel; None if a file holds blocks, indices or several mipmaps."""
     if texture.mipmap is not None or texture.gl.format is None:
         return None
     return COMPONENTS[texture.gl.format] * (1 if texture.gl.type in {"BYTE", "UNSIGNED_BYTE"} else 2)
@@ -96,7 +100,16 @@ def _within_a_step(package: Package, draft: ComparingDraft, texture: Texture) ->
         return False
     if images[0].format != images[1].format or images[0].shape_zyx != images[1].shape_zyx:
         return False
-    numbers = [
-        (each.data.view(np.uint16) if each.data.dtype == np.float16 else each.data).astype(np.int64) for each in images
+    # Only entries may differ. The header before them defines how they are read: components, orientation, colour space.
+    heads = [
+        ktx2.plain(read(texture.file), texture.file)[: -image.data.nbytes]
+        for read, image in zip((package.read_bytes, draft.read_bytes), images, strict=True)
     ]
+    if heads[0] != heads[1]:
+        return False
+    is_integral = texture.role == "preintegrated"
+    whole = (
+        np.uint16 if images[0].data.dtype == np.float16 else np.dtype("<u4") if is_integral else images[0].data.dtype
+    )
+    numbers = [each.data.view(whole).astype(np.int64) for each in images]
     return bool(np.abs(numbers[0] - numbers[1]).max() <= 1)

@@ -1,26 +1,68 @@
-"""Two manifests compared field by field: the one on trial, and the one that follows from scene and scan."""
+"""Compare two manifests field by field: the one under test, and the one that follows from scene and scan."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.parts.costs.count import draw_costs
 
 _ROUNDING = 1e-9
 """Relative difference of numbers that two machines may compute differently."""
 _NAMES = ("name", "texture", "transfer", "index", "kind", "file", "channel")
-"""Fields by which entries of a list are told apart, for messages."""
+"""Fields that identify an entry of a list, for messages."""
+_CHOSEN = "filter of level"
+"""Items of the plan on a filter that was chosen by trying several."""
+_MEASURED = ("RMSE", "random rays", "standard views")
+"""Words that mark a reason as measured."""
 _NOT_DERIVED = {"generator", "state", "stages", "files", "preview", "plan", "fidelity"}
-"""Fields that say who wrote the package, what its files are, and why: other checks are for them."""
+"""Fields for the writer of the package, its files, and reasons: other checks cover them."""
 
 
 def manifest_differences(found: Manifest, derived: Manifest) -> list[str]:
-    """Return what the manifest `found` says otherwise than `derived`, a sentence for each field."""
+    """Return the differences of the manifest `found` from `derived`, a sentence for each field."""
     exclude = _NOT_DERIVED
     # Seal adds them, which is the last stage and draws.
     derived = derived.model_copy(update={"costs": draw_costs(derived)})
     one, other = (each.model_dump(mode="json", exclude=exclude) for each in (found, derived))
     return [*_differences(one, other, "")]
+
+
+def plan_differences(found: Sequence[PlanItem], derived: Sequence[PlanItem]) -> Iterator[str]:
+    """Return the differences of the plan `found` from `derived`, a sentence for each field.
+
+    Two things are not compared: the item of a filter that was chosen by trying several, which is not tried again, and
+    reasons with errors measured along rays, which the build measures on the finished levels.
+    """
+    one, other = ({(item.channel, item.name): item for item in plan} for plan in (found, derived))
+    for key in [*other, *(key for key in one if key not in other)]:
+        channel, name = key
+        where = f"plan[{name}]" if channel is None else f"plan[{name} of {channel}]"
+        if key not in one:
+            yield f"{where} is not there, but follows from the scene"
+        elif key not in other:
+            if not name.startswith(_CHOSEN):
+                yield f"{where} does not follow from the scene"
+        else:
+            yield from (f"{where}.{problem}" for problem in _item_differences(one[key], other[key]))
+
+
+def _item_differences(found: PlanItem, derived: PlanItem) -> Iterator[str]:
+    for field in sorted(PlanItem.model_fields.keys() - {"name", "channel", "reason", "size_bytes"}):
+        if getattr(found, field) != getattr(derived, field):
+            yield f"{field} is {getattr(found, field)}, {getattr(derived, field)} follows from the scene"
+    if not derived.files and found.size_bytes != derived.size_bytes:
+        yield f"size_bytes is {found.size_bytes}, {derived.size_bytes} follows from the scene"
+    if found.reason != derived.reason and not any(word in derived.reason for word in _MEASURED):
+        yield f"reason is {_shown(found.reason)}, {_shown(derived.reason)} follows from the scene"
+
+
+def priced_differences(manifest: Manifest) -> Iterator[str]:
+    """Return items of the plan whose size differs from that of their files."""
+    sizes = {record.path: record.size_bytes for record in manifest.files}
+    for item in manifest.plan:
+        expected = sum(sizes.get(path, 0) for path in item.files)
+        if item.files and item.size_bytes != expected:
+            yield f"plan[{item.name}].size_bytes is {item.size_bytes}, its files have {expected}"
 
 
 def _differences(found: object, derived: object, where: str) -> Iterator[str]:

@@ -1,1 +1,1 @@
-"""A second renderer that shares no code with ours: VTK's, drawing the scan itself."""
+"""Second opinions: VTK draws the scan, and independent libraries read scan, scene and package again."""

@@ -1,17 +1,17 @@
 """Whether VTK, which draws the scan with the same cameras and functions, agrees with the truth and with the package.
 
-Our renderer and the oracle are ours: a mistake of both would be seen by neither. VTK shares no code with them. Its
-pictures have errors of their own, which its pictures tell. For each channel of each pixel they are
+With its own code, VTK draws the data that volprep has read: voxels, their places, cameras and control points. Its
+pictures have errors of their own, which are estimated from the pictures. For each channel of each pixel they are
 
 - its steps, and its samples of the transfer function: the scan is drawn twice, with half the step and twice the
   samples. A rule of first order, which VTK's is where rays enter and where it looks for a maximum, is then wrong by
-  what this changes; one of second order by a third of that. Twice the change is allowed, because of few pixels the
-  change may be smaller than it is on the average.
+  what this changes; one of second order by a third of that. Twice the change is allowed, because for a few
+  pixels the change may be smaller than on average.
 - its target of 8 bits: half of 1/255.
 - its rays, which end at an opacity of 254/255: where a pixel is as opaque as that, another 1/255.
 
 The bound of a view is the root mean square of their sum. Single pixels may be further off: where a step meets a thin
-structure, both steps may miss it by chance. So the largest difference is told, and not judged.
+structure, both steps may miss it by chance. So the largest difference is reported, not judged.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,7 +25,9 @@ from volprep.validation.pictures import coloured, gain_for, largest_difference
 from volprep.validation.views import Statement
 from volprep.validation.witness.records import NotWitnessed, Witness, WitnessedProgram, WitnessView
 from volprep.validation.witness.vtk_views import MOST_VOXELS, Blend, VtkViews, draw_views
+from volprep.vtk.process import has_pyvista
 from volprep_formats.arrays import Float32Array, FloatArray
+from volprep_formats.installation import how_to_add
 from volprep_formats.package.program import CompositingName
 
 _BLENDS: Mapping[CompositingName, Blend] = {"emission-absorption": "composite", "maximum": "maximum"}
@@ -36,10 +38,13 @@ _OPAQUE = 253.5 / 255
 
 
 def ask_witness(statements: Iterable[Statement], kept_view: str, scratch: Path) -> Witness:
-    """Let VTK draw what it can. `kept_view` is the view whose pictures are written.
+    """Let VTK draw the programs that it can draw. `kept_view` is the view whose pictures are written.
 
-    Raises VP6040 where pyvista is not installed, VP6041 where VTK cannot draw.
+    Without pyvista nothing is drawn, and that is named. Raises VP6041 if VTK cannot draw.
     """
+    if not has_pyvista():
+        absent = f"pyvista is not installed, which is in the extra witness: {how_to_add('witness')}"
+        return Witness(renderer=None, driver=None, programs=(), missing=(NotWitnessed(item="VTK", reason=absent),))
     found: list[WitnessedProgram] = []
     missing: list[NotWitnessed] = []
     views: VtkViews | None = None
@@ -71,6 +76,8 @@ def _why_not(asked: Statement) -> str | None:
     subject = asked.bench.subject
     if subject.is_of_several:
         return "VTK composites several volumes otherwise; each channel by itself is witnessed"
+    if subject.has_baked_light(asked.program.transfer):
+        return "its light was computed once, which VTK does not have; path tracing judges it"
     if subject.scan.normals is not None:
         return "it is lit, and VTK measures gradients and lights otherwise"
     if subject.scan.nearest:

@@ -1,9 +1,10 @@
-"""What a second renderer says of the pictures of a package."""
+"""Records of the witnesses: VTK's pictures, and the second reading."""
 
 from typing import Annotated
 
 from pydantic import Field
 
+from volprep.validation.witness.check import WitnessCheck
 from volprep_formats.grid import Count
 from volprep_formats.record import Record
 
@@ -20,11 +21,11 @@ class WitnessView(Record):
     truth_rmse: NonNegative
     """VTK's picture against the oracle's, root mean square over all pixels and channels, premultiplied linear."""
     truth_maximum: NonNegative
-    """Largest difference of one channel of one pixel, premultiplied linear; told, not judged."""
+    """Largest difference of one channel of one pixel, premultiplied linear; reported, not judged."""
     drawn_rmse: NonNegative
     """VTK's picture against the one that the package draws, root mean square."""
     bound: NonNegative
-    """What VTK's own picture may be wrong by, root mean square; the error against truth must stay below it, that
+    """Largest error of VTK's own picture, root mean square; the error against truth must stay below it, that
     against the package's picture below it and the scene's tolerance together."""
     step_part: NonNegative
     """The part of the bound that its steps and its samples of the transfer function make."""
@@ -53,27 +54,34 @@ class WitnessedProgram(Record):
 
 
 class NotWitnessed(Record):
-    """Something that VTK cannot draw as it should be."""
+    """Something that a witness cannot read or draw as it should be."""
 
     item: str
-    """What it is."""
+    """Name of the program or item."""
     reason: str
-    """Why VTK does not draw it."""
+    """The reason."""
 
 
 class Witness(Record):
-    """What VTK says, drawing the scan with the same cameras and transfer functions."""
+    """VTK's pictures of the scan with the same cameras and transfer functions, and the second reading."""
 
     renderer: str | None
-    """VTK and pyvista with their versions; null where there was nothing that VTK can draw."""
+    """VTK and pyvista with their versions; null if there was nothing that VTK can draw."""
     driver: str | None
     """The OpenGL that VTK drew with: GL_RENDERER and GL_VERSION; null as above."""
     programs: tuple[WitnessedProgram, ...]
-    """What was witnessed."""
+    """Programs that VTK drew."""
     missing: tuple[NotWitnessed, ...] = ()
-    """What was not."""
+    """Programs and items that no witness covers."""
+    checks: tuple[WitnessCheck, ...] = ()
+    """Comparisons of the second reading of scan, scene and package."""
 
     @property
     def disagreeing(self) -> tuple[str, ...]:
         """Programs with a view that VTK does not agree with."""
         return tuple(each.program for each in self.programs if not each.passed)
+
+    @property
+    def contradicted(self) -> tuple[str, ...]:
+        """Items about which the second reading disagrees."""
+        return tuple(each.item for each in self.checks if not each.passed)

@@ -1,4 +1,4 @@
-"""The standard views of a scan, drawn by VTK, each with two steps, of which the finer is what VTK says."""
+"""The standard views of a scan, drawn by VTK, each with two steps. The finer one is VTK's answer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ Blend = Literal["composite", "maximum"]
 MOST_VOXELS = 2**27
 """VTK holds the scan in float32, once in memory and once in a texture: 512 MiB each."""
 _STEPS_VOXELS = (0.809, 0.4045)
-"""Of the shortest edge of a voxel. Half the golden ratio, so that samples along an axis are in step with no voxels: in
-step, two steps can miss the same maxima, and differ by less than both are wrong."""
+"""Step as a part of the shortest edge of a voxel. Half the golden ratio, so that samples along an
+axis are in step with no voxels: in step, two steps can miss the same maxima, and differ by less than both are wrong."""
 _ENTRIES = (2048, 4096)
 """Samples of the transfer function: doubled with the steps, so that the pictures differ by the error of both."""
 _SECONDS = 1800.0
@@ -28,7 +28,7 @@ _SECONDS = 1800.0
 
 @dataclass(frozen=True)
 class VtkViews:
-    """What VTK has drawn."""
+    """Pictures that VTK drew."""
 
     coarse: Float32Array
     """[view, H, W, 4], premultiplied linear: twice the step, half the samples of the transfer function."""
@@ -49,7 +49,7 @@ def draw_views(
 ) -> VtkViews:
     """Draw the scan from all cameras, `pixels` high and wide. `scratch` takes the scan, at most 2^27 voxels.
 
-    Raises VP6040 where pyvista is not installed, VP6041 where VTK cannot draw.
+    Raises VP6040 if pyvista is not installed, VP6041 if VTK cannot draw.
     """
     grid, points = scan.grid, function.points
     paths = [scratch / f"witness-{name}" for name in ("scan.npy", "task.npz", "pictures.npz")]

@@ -19,12 +19,13 @@ export function nearest(points, level, stepMm) {
 
 /**
  * @param {any} report
- * @param {{transfer: string, level: number, step: number, edited: boolean, lit: boolean, cut: boolean}} now
+ * @param {{transfer: string, level: number, step: number, edited: boolean, lit: boolean, segments: boolean, cut: boolean}} now
  */
-export function accuracy(report, { transfer, level, step, edited, lit, cut }) {
+export function accuracy(report, { transfer, level, step, edited, lit, segments, cut }) {
   const program = report.programs.find((/** @type {any} */ each) => each.transfer === transfer);
   if (!program) return [hint("The report has no measurement of this transfer function.")];
   if (lit) return [hint("You have moved the light. The report knows the package's own.")];
+  if (segments) return [hint("You have shown or hidden segments. The report knows the package's own choice.")];
   if (edited) return [hint("You have changed the transfer function. The report knows the package's own.")];
   const points = program.sweep.points;
   const around = /** @type {any[]} */ (nearest(points, level, step));

@@ -42,21 +42,32 @@ async function exactly(stream, expected) {
   return all;
 }
 
+/** Half a step of 8 bits: what is fainter rounds to black. */
+const LEAST_SEEN = 0.5 / 255;
+
 /**
- * How far a picture is from the truth, premultiplied linear, over all pixels and channels.
+ * How far a picture is from the truth, premultiplied linear: over all pixels and channels, and over the pixels in which
+ * one of the two shows something.
  * @param {Uint8Array | Uint8ClampedArray} pixels RGBA, row 0 on top
  * @param {Uint16Array} planes
  */
 export function errorOf(pixels, planes) {
   const count = planes.length / 4;
-  let sum = 0;
-  let maximum = 0;
-  for (let channel = 0; channel < 4; channel++) {
-    for (let pixel = 0; pixel < count; pixel++) {
-      const difference = Math.abs(pixels[4 * pixel + channel] / 255 - planes[channel * count + pixel] / 65535);
-      sum += difference * difference;
-      if (difference > maximum) maximum = difference;
+  let [sum, ofSeen, seen, maximum] = [0, 0, 0, 0];
+  for (let pixel = 0; pixel < count; pixel++) {
+    let [own, brightest] = [0, 0];
+    for (let channel = 0; channel < 4; channel++) {
+      const drawn = pixels[4 * pixel + channel] / 255;
+      const truth = planes[channel * count + pixel] / 65535;
+      const difference = Math.abs(drawn - truth);
+      own += difference * difference;
+      maximum = Math.max(maximum, difference);
+      brightest = Math.max(brightest, drawn, truth);
     }
+    sum += own;
+    if (brightest <= LEAST_SEEN) continue;
+    ofSeen += own;
+    seen++;
   }
-  return { rmse: Math.sqrt(sum / planes.length), maximum };
+  return { rmse: Math.sqrt(sum / planes.length), seen_rmse: seen ? Math.sqrt(ofSeen / (4 * seen)) : 0, maximum };
 }

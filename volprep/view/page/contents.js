@@ -1,4 +1,4 @@
-/** What the package holds, what was left out and why, and what that costs. */
+/** Contents of the package: parts, omitted items with the reasons, and sizes. */
 import { make } from "./dom.js";
 import { bytes, voxels } from "./numbers.js";
 

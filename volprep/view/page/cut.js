@@ -6,7 +6,7 @@ import { showProblem } from "./problems.js";
 const STEPS = 200;
 
 /**
- * @param {import("./stage.js").Stage} stage
+ * @param {import("../runtime/stage.js").Stage} stage
  * @param {any} manifest
  * @param {() => void} changed
  */
@@ -94,7 +94,7 @@ function axisField(name, axis, box, extent, apply) {
   return { element: make("fieldset", {}, make("legend", {}, name), ...rows), show };
 }
 
-/** What each axis of the box is in the patient, as far as it is along one of the patient's. @param {any} grid */
+/** Names of the axes of the box: the nearest directions of the patient. @param {any} grid */
 function axisNames(grid) {
   const ways = [["right", "left"], ["front", "back"], ["feet", "head"]];
   return [0, 1, 2].map((axis) => {

@@ -1,4 +1,4 @@
-/** Names of this device: GPU, browser, system. Nothing else of it is told. */
+/** Names of this device: GPU, browser, system. Nothing else is recorded. */
 
 /**
  * @param {any} gl

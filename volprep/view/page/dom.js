@@ -37,7 +37,7 @@ export function svg(tag, attributes = {}, ...children) {
  * @param {string} caption
  * @param {string[]} headings
  * @param {(Node | string)[][]} rows the first cell of each names it
- * @param {(index: number) => boolean} [isNow] whether a row is what is shown now
+ * @param {(index: number) => boolean} [isNow] whether a row belongs to the current picture
  */
 export function table(caption, headings, rows, isNow = () => false) {
   const head = make("thead", {}, make("tr", {}, ...headings.map((each) => make("th", { scope: "col" }, each))));

@@ -2,6 +2,7 @@
 import { make, svg } from "./dom.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
+import { css, linear } from "./srgb.js";
 
 const WIDTH = 340;
 const HEIGHT = 130;
@@ -16,7 +17,7 @@ const SURFACES = ["first-hit", "isosurface"];
 /** @typedef {{value: number, colour: [number, number, number], extinction_per_mm: number}} Point */
 
 /**
- * @param {import("./stage.js").Stage} stage
+ * @param {import("../runtime/stage.js").Stage} stage
  * @param {any} manifest
  * @param {HTMLElement} place
  * @param {() => void} changed
@@ -42,7 +43,8 @@ export function functionEditor(stage, manifest, place, changed) {
   };
   const show = () => {
     const picture = stage.renderer.program;
-    const together = manifest.together?.name === picture ? manifest.together.transfers : null;
+    const joint = [manifest.together, manifest.segments].find((each) => each?.name === picture);
+    const together = joint ? joint.transfers : null;
     const names = together ?? [picture];
     place.replaceChildren(...names.map((/** @type {string} */ name) => one(name, together !== null)));
   };
@@ -148,7 +150,7 @@ class Curve {
     const title = svg("text", { x: WIDTH / 2, y: HEIGHT - 3, "text-anchor": "middle" }, `value${this.#unit ? ` in ${this.#unit}` : ""}; height: extinction per mm, up to ${number(this.#most)}`);
     const focused = document.activeElement?.parentNode === this.element;
     const handles = this.#editable ? points.map((point, index) => this.#handle(point, index)) : [];
-    // Fingers are wider than what they point at.
+    // Fingers are wider than their targets.
     const reach = handles.map((each, index) => svg("circle", { class: "reach", cx: each.getAttribute("cx"), cy: each.getAttribute("cy"), r: 18, "data-index": index }));
     this.element.replaceChildren(svg("line", { class: "axis", x1: LEFT, x2: WIDTH - RIGHT, y1: floor, y2: floor }), ...areas, line, label(this.#low, "start"), label(this.#high, "end"), title, ...reach, ...handles);
     if (focused) handles[this.#chosen]?.focus();
@@ -287,19 +289,4 @@ function between(a, b, share) {
 function strips(a, b) {
   const count = a.colour.every((each, index) => each === b.colour[index]) ? 1 : 16;
   return Array.from({ length: count }, (_, index) => [between(a, b, index / count), between(a, b, (index + 1) / count)]);
-}
-
-/** @param {readonly number[]} colour linear @returns {string} #rrggbb */
-function css(colour) {
-  const encoded = colour.map((each) => (each <= 0.0031308 ? 12.92 * each : 1.055 * each ** (1 / 2.4) - 0.055));
-  return `#${encoded.map((each) => Math.round(clamp(each, 0, 1) * 255).toString(16).padStart(2, "0")).join("")}`;
-}
-
-/** @param {string} text #rrggbb @returns {[number, number, number]} */
-function linear(text) {
-  const one = (/** @type {number} */ at) => {
-    const value = parseInt(text.slice(at, at + 2), 16) / 255;
-    return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
-  };
-  return [one(1), one(3), one(5)];
 }

@@ -1,4 +1,4 @@
-/** Where the page finds what it shows: beside it on the server, or inside it when it is one file. */
+/** Files of the page: beside it on the server, or inside it when it is one file. */
 
 /**
  * @typedef {{generator: string, package: string, manifest_sha256: string, report: string | null, truth: string | null, devices: string | null}} Settings
@@ -6,7 +6,7 @@
 
 const SETTINGS = "view.json";
 
-/** What the page is told of where things are. @returns {Promise<Settings>} */
+/** Addresses of package and report. @returns {Promise<Settings>} */
 export async function settings() {
   const inside = document.getElementById(SETTINGS);
   return inside ? JSON.parse(inside.textContent ?? "") : (await fetched(SETTINGS)).json();

@@ -9,7 +9,7 @@ const OUTSIDE = 0.55;
 
 /**
  * Shows the controls if a program has such a light. The light moves on a sphere around the volume.
- * @param {import("./stage.js").Stage} stage
+ * @param {import("../runtime/stage.js").Stage} stage
  * @param {any} manifest
  * @param {() => void} changed told when the light is elsewhere
  */
@@ -35,7 +35,7 @@ export function lightControls({ renderer }, manifest, changed) {
   const { centre, diagonal } = middle(manifest.grid);
   const away = light.place_mm_xyz.map((/** @type {number} */ each, /** @type {number} */ axis) => each - centre[axis]);
   const own = Math.hypot(...away);
-  // What these shadows need is a view of the whole volume from the light.
+  // These shadows need a view of the whole volume from the light.
   const distance = ["map", "half-angle"].includes(light.shadows) ? Math.max(own, OUTSIDE * diagonal) : own;
   const [around, height] = [byId("light-around"), byId("light-height")];
   const text = () => {

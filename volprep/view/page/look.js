@@ -1,25 +1,27 @@
-/** Which picture is drawn, at which level, with which step, over what. */
+/** Choices of the picture: function, level, step, background. */
 import { byId, make } from "./dom.js";
 import { bytes, number, voxels } from "./numbers.js";
 import { showProblem } from "./problems.js";
 
+/** @type {Record<string, string>} */
+const BACKGROUNDS = { black: "#000000", white: "#ffffff" };
 /** Steps of the slider for a factor of two. */
 const NOTCHES = 4;
 const [FINEST, COARSEST] = [-3 * NOTCHES, 3 * NOTCHES];
 
 /**
- * @param {import("./stage.js").Stage} stage
+ * @param {import("../runtime/stage.js").Stage} stage
  * @param {any} manifest
- * @param {() => void} changed told when what is drawn is another
+ * @param {() => void} changed called when the picture changes
  */
 export function lookControls(stage, manifest, changed) {
   const { renderer } = stage;
-  const [transfer, level, step, background] = ["transfer", "level", "step", "background"].map(byId);
-  transfer.replaceChildren(...renderer.programs.map(({ name, together }) => make("option", { value: name }, together ? `${name} (all channels together)` : named(manifest, name))));
+  const [transfer, level, step] = ["transfer", "level", "step"].map(byId);
+  transfer.replaceChildren(...renderer.programs.map(({ name, together }) => make("option", { value: name }, together ? `${name} (${name === manifest.segments?.name ? "the scan with its segments" : "all channels together"})` : named(manifest, name))));
   transfer.value = renderer.program;
   transfer.disabled = renderer.programs.length < 2;
   Object.assign(step, { min: FINEST, max: COARSEST, step: 1, value: 0, disabled: false });
-  /** Each level has a step of its own, of which the slider is a multiple. */
+  /** Each level has a step of its own, and the slider is a factor for it. */
   let packageStep = renderer.packageStep;
   const setStep = () => {
     packageStep = renderer.packageStep;
@@ -64,13 +66,19 @@ export function lookControls(stage, manifest, changed) {
     stepText();
     changed();
   });
-  background.addEventListener("change", () => {
-    stage.background = background.value;
-    byId("frame").classList.toggle("white", background.value === "white");
-  });
+  backgroundControl();
   levels();
   stepText();
   return { levels, lock: (/** @type {boolean} */ is) => [transfer, level, step].forEach((each) => (each.disabled = is || (each !== step && each.length < 2))) };
+}
+
+/** The choice of a background. */
+export function backgroundControl() {
+  const background = byId("background");
+  background.addEventListener("change", () => {
+    byId("picture").setAttribute("background", BACKGROUNDS[background.value]);
+    byId("frame").classList.toggle("white", background.value === "white");
+  });
 }
 
 /** A transfer function by name, with its channel where there are several. @param {any} manifest @param {string} name */
@@ -82,7 +90,7 @@ function named(manifest, name) {
 /** @param {any} manifest @param {string} picture @param {number} index */
 function levelText(manifest, picture, index) {
   const level = manifest.channels[0].levels.find((/** @type {any} */ each) => each.index === index);
-  const files = new Set(manifest.textures.filter((/** @type {any} */ each) => each.level === index && ["volume", "bricks", "normals"].includes(each.role)).map((/** @type {any} */ each) => each.file));
+  const files = new Set(manifest.textures.filter((/** @type {any} */ each) => each.level === index && ["volume", "bricks", "normals", "labels"].includes(each.role)).map((/** @type {any} */ each) => each.file));
   const size = manifest.files.filter((/** @type {any} */ each) => files.has(each.path)).reduce((/** @type {number} */ sum, /** @type {any} */ each) => sum + each.size_bytes, 0);
   return `${index}${index === 0 ? " (finest)" : ""}: ${voxels(level.grid.shape_zyx)}, ${bytes(size)}${level.preview_only ? ", for previews" : ""}`;
 }

@@ -1,18 +1,22 @@
-/** The page: opens the package, draws it, and puts together what stands beside the picture. */
-import { openPackage } from "../runtime/volpkg.js";
+/** The page: opens the package, draws it, and adds the controls. */
+import "../runtime/element.js";
+import { words } from "../runtime/fidelity.js";
+import { FIRST_VIEW } from "../runtime/stage.js";
 import { accuracy } from "./accuracy.js";
 import { contents } from "./contents.js";
 import { cutControls } from "./cut.js";
 import { byId, make } from "./dom.js";
 import { functionEditor } from "./editor.js";
 import { json, packageSource, settings } from "./files.js";
-import { listen } from "./gestures.js";
 import { lightControls } from "./light.js";
 import { lookControls } from "./look.js";
 import { measureControls } from "./measure.js";
+import { lend } from "./lend.js";
 import { bytes, number, voxels } from "./numbers.js";
 import { showProblem } from "./problems.js";
-import { FIRST_VIEW, Stage } from "./stage.js";
+import { segmentControls } from "./segments.js";
+import { sliceControls } from "./slices.js";
+import { rendererOf, showSlices } from "./slices_page.js";
 
 const VIEWS = {
   anterior: "the front",
@@ -26,116 +30,139 @@ const VIEWS = {
   "posterior-left": "behind, left and below",
 };
 
-/** What was loaded is told until nothing has come for so long. */
-const QUIET_MS = 700;
-
 async function start() {
   const told = await settings();
-  const status = byId("status");
-  status.textContent = "opening the package …";
-  let loaded = 0;
-  const seen = /** @type {Map<string, number>} */ (new Map());
-  let quiet = 0;
-  let notes = () => "";
-  const onProgress = (/** @type {{file: string, loaded: number}} */ at) => {
-    loaded += at.loaded - (seen.get(at.file) ?? 0);
-    seen.set(at.file, at.loaded);
-    status.textContent = `loading: ${bytes(loaded)}`;
-    clearTimeout(quiet);
-    quiet = setTimeout(() => (status.textContent = notes()), QUIET_MS);
-  };
-  const pack = await openPackage(packageSource(told.package), { onProgress });
+  const viewer = byId("picture");
+  viewer.options = { create: rendererOf };
+  await opened(viewer, packageSource(told.package));
+  const { package: pack, stage } = viewer;
   const { manifest } = pack;
   document.title = `${manifest.name} · volprep view`;
   byId("title").textContent = manifest.name;
   byId("subtitle").textContent = subtitle(manifest);
   byId("contents-body").replaceChildren(...contents(manifest));
-  const stage = new Stage(byId("picture"), pack);
-  await stage.start();
-  notes = () => stage.renderer.notes.join(" ");
-  byId("picture").addEventListener("webglcontextlost", () => (status.textContent = "The browser has taken the graphics away; the picture comes back with them."));
-  byId("picture").addEventListener("webglcontextrestored", () => (status.textContent = ""));
+  viewControls(stage);
+  toggle("annotations", viewer);
+  if (manifest.profile.api === "es1.1") showSlices(stage, pack);
+  else await showVolume(viewer, told);
+  // For tests, and for the console.
+  Object.assign(window, { volprep: { stage, pack } });
+}
+
+/**
+ * Adds the controls of a volume.
+ * @param {any} viewer @param {import("./files.js").Settings} told
+ */
+async function showVolume(viewer, told) {
+  const { stage } = viewer;
+  const { manifest } = viewer.package;
   const report = told.report ? await json(told.report).catch(() => null) : null;
   const look = lookControls(stage, manifest, () => changed());
   const editor = functionEditor(stage, manifest, byId("function"), () => changed());
   const cut = cutControls(stage, manifest, () => changed());
   const light = lightControls(stage, manifest, () => changed());
+  const segments = segmentControls(stage, manifest, () => changed());
+  const slices = sliceControls(stage, manifest);
   let picture = stage.renderer.program;
-  const changed = () => {
+  const changed = async () => {
     const { renderer } = stage;
     if (picture !== renderer.program) editor.show();
     picture = renderer.program;
+    slices.show();
     if (report) {
-      const now = { transfer: renderer.program, level: renderer.level, step: renderer.step, edited: editor.isEdited(), lit: light.isMoved(), cut: cut.isCut() };
+      const now = {
+        transfer: renderer.program,
+        level: renderer.level,
+        step: renderer.step,
+        edited: editor.isEdited(),
+        lit: light.isMoved(),
+        segments: segments.isChanged(),
+        cut: cut.isCut(),
+      };
       byId("error").replaceChildren(...accuracy(report, now));
     }
+    const record = await renderer.fidelity(viewer.measured);
+    byId("fidelity").textContent = record && record.source !== "unknown" ? words(record) : "";
   };
-  stage.onchange = () => {
+  stage.renderer.addEventListener("change", () => {
     look.levels();
     changed();
-  };
-  cameraControls(stage);
+  });
+  stage.gl.canvas.addEventListener("webglcontextrestored", () => showProblem(null));
+  toggle("ruler", viewer, "measuring");
   if (told.truth && report) {
-    measureControls(byId("measure"), told, { lend: (work) => undisturbed(stage, [editor, cut, light], look, report.picture_size, work), tolerance: report.tolerance.rmse });
+    measureControls(byId("measure"), told, {
+      lend: (work) => undisturbed(stage, [editor, cut, light, segments], look, report.picture_size, work),
+      tolerance: report.tolerance.rmse,
+      measured: (record) => {
+        viewer.measured = record;
+        changed();
+      },
+    });
   }
   changed();
-  // For tests and for who opens the console: what draws.
-  Object.assign(window, { volprep: { stage, pack } });
 }
 
-/** Measures the package as it is: without edits, without cuts, and with the controls locked. @param {Stage} stage @param {{takeBack: () => Promise<() => unknown>}[]} changes @param {{lock: (is: boolean) => void}} look @param {number} size @param {(bench: any) => Promise<any>} work */
+/** Measures the package as it is: without edits, without cuts, and with the controls locked. @param {import("../runtime/stage.js").Stage} stage @param {{takeBack: () => Promise<() => unknown>}[]} changes @param {{lock: (is: boolean) => void}} look @param {number} size @param {(bench: any) => Promise<any>} work */
 async function undisturbed(stage, changes, look, size, work) {
   const again = [];
   look.lock(true);
   try {
     await stage.renderer.ready;
     for (const each of changes) again.push(await each.takeBack());
-    return await stage.lend(size, work);
+    return await lend(stage, size, work);
   } finally {
     for (const each of again) await each();
     look.lock(false);
   }
 }
 
-/** @param {Stage} stage */
-function cameraControls(stage) {
+/**
+ * Opens the package; resolves with the first picture. Errors, now and later, are shown over the picture.
+ * @param {import("../runtime/element.js").VolumeViewer} viewer @param {string | Blob} source
+ */
+function opened(viewer, source) {
+  return new Promise((resolve) => {
+    viewer.addEventListener("load", resolve, { once: true });
+    viewer.addEventListener("error", (event) => {
+      event.preventDefault();
+      showProblem(/** @type {any} */ (event).detail);
+    });
+    viewer.open(source);
+  });
+}
+
+/**
+ * A button that sets an attribute of the viewer, or takes it away.
+ * @param {string} id of the button @param {HTMLElement} viewer @param {string} [attribute]
+ */
+function toggle(id, viewer, attribute = id) {
+  const button = byId(id);
+  button.addEventListener("click", () => {
+    button.setAttribute("aria-pressed", String(viewer.toggleAttribute(attribute)));
+  });
+  button.disabled = false;
+}
+
+/** @param {import("../runtime/stage.js").Stage} stage */
+function viewControls(stage) {
   const from = byId("from");
   from.append(...Object.entries(VIEWS).map(([name, text]) => make("option", { value: name }, `Seen from ${text}`)));
   from.value = FIRST_VIEW;
-  const moved = () => {
-    from.value = "";
-    stage.moving();
-  };
-  const look = (/** @type {string} */ name) => {
-    stage.orbit.look(name);
-    stage.redraw();
-    from.value = name;
-  };
-  const save = async () => {
-    try {
-      const link = make("a", { href: URL.createObjectURL(await stage.picture()), download: `${byId("title").textContent}.png` });
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
-    } catch (error) {
-      showProblem(error);
-    }
-  };
-  from.addEventListener("change", () => from.value && look(from.value));
-  byId("reset").addEventListener("click", () => look(FIRST_VIEW));
-  byId("save").addEventListener("click", save);
-  listen(byId("picture"), stage.orbit, { moved, reset: () => look(FIRST_VIEW), save });
-  for (const each of [from, byId("reset"), byId("save")]) each.disabled = false;
+  from.addEventListener("change", () => from.value && stage.look(from.value));
+  stage.onview = (name) => (from.value = name);
+  from.disabled = false;
 }
 
 /** @param {any} manifest */
 function subtitle(manifest) {
   const { info } = manifest.channels[0].source;
   const size = manifest.files.reduce((/** @type {number} */ sum, /** @type {any} */ each) => sum + each.size_bytes, 0);
-  const extent = [...manifest.grid.extent_mm_zyx].reverse().map((each) => number(each)).join(" × ");
+  const extent = [...manifest.grid.extent_mm_zyx]
+    .reverse()
+    .map((each) => number(each))
+    .join(" × ");
   return `${info.modality || info.format}, ${voxels(manifest.grid.shape_zyx)} voxels, ${extent} mm; package of ${bytes(size)} for ${manifest.profile.name}`;
 }
 
-start().catch((error) => {
-  byId("status").textContent = "";
-  showProblem(error);
-});
+start().catch(showProblem);

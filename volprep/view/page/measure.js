@@ -1,4 +1,4 @@
-/** The part of the page that measures this device, shows what came of it, and sends or saves it. */
+/** The part of the page that measures this device, shows the result, and sends or saves it. */
 import { STEADY, errorAgainstTime, spread } from "./chart.js";
 import { make, table } from "./dom.js";
 import { measure } from "./measuring.js";
@@ -8,9 +8,9 @@ import { PageError, problem } from "./problems.js";
 /**
  * @param {HTMLElement} place
  * @param {import("./files.js").Settings} settings
- * @param {{lend: (work: (bench: any) => Promise<any>) => Promise<any>, tolerance: number | null}} page
+ * @param {{lend: (work: (bench: any) => Promise<any>) => Promise<any>, tolerance: number | null, measured: (record: any) => void}} page
  */
-export function measureControls(place, settings, { lend, tolerance }) {
+export function measureControls(place, settings, { lend, tolerance, measured }) {
   const button = make("button", { type: "button", className: "main" }, "Measure");
   const result = make("div", { role: "status", "aria-live": "polite" });
   const goes = settings.devices ? "The result is sent to the volprep that serves this page." : "The result stays here; you can save it as a file.";
@@ -34,6 +34,7 @@ export function measureControls(place, settings, { lend, tolerance }) {
     try {
       const record = await lend((bench) => measure(bench, settings, { progress, signal: stop.signal }));
       result.replaceChildren(...shown(record, tolerance));
+      measured(record);
       await deliver(record, settings, result);
     } catch (error) {
       const stopped = stop.signal.aborted;
@@ -89,7 +90,7 @@ function curveOf(program, tolerance, titled) {
   ];
 }
 
-/** Sends what was measured, where somebody takes it; it can be saved in any case. @param {any} record @param {import("./files.js").Settings} settings @param {HTMLElement} place */
+/** Sends the measurement, if the server takes it; it can be saved in any case. @param {any} record @param {import("./files.js").Settings} settings @param {HTMLElement} place */
 async function deliver(record, settings, place) {
   const text = `${JSON.stringify(record, null, 2)}\n`;
   const blob = new Blob([text], { type: "application/json" });

@@ -1,6 +1,6 @@
 /**
  * The measurement: nine views and a sweep of steps and levels, drawn here, read back, compared with the truth, timed.
- * Pictures come first, then times, so that a device which must stop early has told what is wrong before how fast it is.
+ * Pictures come first, then times, so that a device that must stop early has reported its errors before its speed.
  */
 import { errorOf, truthPicture } from "./compare.js";
 import { deviceNames } from "./device.js";
@@ -8,11 +8,17 @@ import { file, json } from "./files.js";
 import { Clock } from "./timing.js";
 
 const LIMIT_MS = 60_000;
-/** Time that is kept for the last draw, which tells whether the device became slower. */
+/** Time that is kept for the last draw, which shows whether the device became slower. */
 const KEPT_MS = 3_000;
 const MOST_FOR_A_POINT_MS = 2_500;
 const LEAST_FOR_A_POINT_MS = 250;
 const NOMINAL_MS = 1_500;
+/** Sizes of the picture, in units of that of the points: the last has the pixels of a small telephone. */
+const SIZES = [1, 2, 4];
+/** Time that is kept for them. */
+const SIZES_MS = 8_000;
+/** A size whose draw would take longer is left out. */
+const MOST_FOR_A_SIZE_MS = 2_000;
 
 /**
  * @typedef {{level: number, step_mm: number}} Point
@@ -29,6 +35,8 @@ const NOMINAL_MS = 1_500;
  * @property {(boxFromClip: number[], stepMm: number, index: number) => void} draw draws into one of two targets
  * @property {() => Uint8Array} pixels of the target that was drawn last, RGBA, row 0 on top
  * @property {() => void} wait returns when everything has been drawn
+ * @property {(size: number) => void} resize changes width and height of both targets
+ * @property {(transfer: string, level: number) => string} form technique, and format of the voxels
  */
 
 /**
@@ -64,12 +72,14 @@ class Run {
     const first = await this.#nominal();
     const programs = /** @type {any[]} */ ([]);
     for (const program of truth.programs) programs.push(await this.#sweep(program));
+    const sizes = /** @type {any[][]} */ ([]);
+    for (const program of truth.programs) sizes.push(await this.#sizes(program));
     const last = await this.#nominal();
     const { manifest } = bench;
     const sources = manifest.channels.map((/** @type {any} */ each) => ({ channel: each.name, sha256: each.source.sha256 }));
     return {
       format: "volprep-device",
-      version: "1.0",
+      version: "1.1",
       generator: settings.generator,
       package: {
         name: manifest.name.slice(0, 120),
@@ -92,6 +102,8 @@ class Run {
         views: seen[index],
         sweep_view: program.sweep_view,
         points: programs[index],
+        levels: this.#levels(program),
+        sizes: sizes[index],
       })),
       throttling: { first_ms: first.draw_ms, last_ms: last.draw_ms },
       left_out: this.#leftOut.slice(0, 64),
@@ -128,7 +140,7 @@ class Run {
     for (const [index, point] of program.points.entries()) {
       const done = before + index;
       await this.#step(0.35 + (0.6 * done) / all, `${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm`);
-      const budget = (this.#remaining() - KEPT_MS) / (all - done);
+      const budget = (this.#remaining() - KEPT_MS - SIZES_MS) / (all - done);
       if (budget < LEAST_FOR_A_POINT_MS) {
         this.#leftOut.push(`${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm: no time`);
         continue;
@@ -147,6 +159,55 @@ class Run {
       }
     }
     return found;
+  }
+
+  /**
+   * Times the nominal draw of a program in pictures of growing size: the canvas of an app has many times the pixels.
+   * @param {TruthProgram} program
+   */
+  async #sizes(program) {
+    const { bench, truth } = this;
+    const view = program.views.find((each) => each.view === program.sweep_view);
+    const found = /** @type {any[]} */ ([]);
+    if (!view) return found;
+    await bench.choose(program.transfer, program.level);
+    try {
+      for (const size of SIZES.map((times) => times * truth.picture_size)) {
+        await this.#step(0.96, `${program.transfer}, ${size} × ${size} pixels`);
+        const before = found[found.length - 1];
+        const expected = before ? before.draw_ms * (size / before.size) ** 2 : 0;
+        const budget = Math.min((this.#remaining() - KEPT_MS) / truth.programs.length, MOST_FOR_A_POINT_MS);
+        const isLarge = size > bench.gl.getParameter(bench.gl.MAX_TEXTURE_SIZE);
+        const isQuick = 2 * expected < budget && expected < MOST_FOR_A_SIZE_MS;
+        const time = isQuick && !isLarge ? await this.#timeOf(view, program, size, budget) : null;
+        if (!time) {
+          const why = isLarge ? "more than a texture of this device" : "no time";
+          this.#leftOut.push(`${program.transfer}, pictures of ${size} × ${size} pixels: ${why}`);
+          break;
+        }
+        found.push({ size, ...time });
+      }
+    } finally {
+      bench.resize(truth.picture_size);
+    }
+    return found;
+  }
+
+  /** @param {TruthView} view @param {TruthProgram} program @param {number} size @param {number} budget */
+  #timeOf(view, program, size, budget) {
+    this.bench.resize(size);
+    this.#draw(view.box_from_clip, this.#stepOf(program));
+    return this.clock.time(budget);
+  }
+
+  /** How the package holds the levels of a program. @param {TruthProgram} program */
+  #levels({ transfer, level, points }) {
+    const { bench } = this;
+    return [...new Set([level, ...points.map((each) => each.level)])].map((index) => {
+      const cost = bench.manifest.costs.find((/** @type {any} */ each) => each.transfer === transfer && each.level === index);
+      const form = bench.form(transfer, index).slice(0, 300);
+      return { level: index, form, upload_bytes: cost.upload_bytes, gpu_bytes: cost.gpu_bytes };
+    });
   }
 
   /** Times the usual draw of the first program: at the beginning and at the end. */

@@ -1,17 +1,16 @@
-/** What goes wrong, for people: code, what is wrong, what to do. Never a blank picture without a word. */
+/** Errors for people: code, problem, remedy. Never a blank picture without a word. */
 import { byId, make } from "./dom.js";
 
 /** The words of the catalogue of volprep for what only the page finds; a test compares. @type {Record<string, [string, string]>} */
 export const WORDS = {
-  VP7041: ["this browser draws no WebGL: {reason}", "Use a browser with WebGL, and allow it graphics acceleration."],
   VP7042: [
     "the page could not go on: {reason}",
     "Load it again; if that does not help, report the browser and these words.",
   ],
-  VP7043: ["what was measured did not arrive: {reason}", "Save it as a file, and put the file into the folder of measurements."],
+  VP7043: ["the measurements did not arrive: {reason}", "Save it as a file, and put the file into the folder of measurements."],
 };
 
-/** An error with a permanent code, as those of the runtime are. */
+/** An error with a permanent code, like errors of the runtime. */
 export class PageError extends Error {
   /** @param {string} code @param {Record<string, unknown>} fields */
   constructor(code, fields) {

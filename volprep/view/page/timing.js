@@ -1,7 +1,7 @@
 /**
  * How long a draw takes. Frames are locked to the display and most phones have no timer queries, so that many draws are
  * made before one wait, and the time of a draw is the slope of time over their number. The wait is to read one pixel:
- * WebGL 1 has no fences, those of WebGL 2 are only looked at between tasks, and `finish` waits for nothing in browsers.
+ * WebGL 1 has no fences, WebGL 2 checks its fences only between tasks, and `finish` waits for nothing in browsers.
  */
 
 const REPEATS = 5;
@@ -14,8 +14,8 @@ const AGREEMENT = 2;
 /**
  * @typedef {object} Drawer
  * @property {WebGLRenderingContext | WebGL2RenderingContext} gl
- * @property {(index: number) => void} draw draws once, each time into the other of two targets: a tile-based GPU leaves
- *   out what is drawn over in the same target, and would be timed as if it drew the last picture alone
+ * @property {(index: number) => void} draw draws once, each time into the other of two targets: a tile-based GPU skips
+ *   pictures that are drawn over in the same target, and would be timed as if it drew the last one alone
  * @property {() => void} wait returns when everything has been drawn
  *
  * @typedef {{draw_ms: number, fastest_ms: number, slowest_ms: number, draws: number}} Time
@@ -30,14 +30,14 @@ export class Clock {
   constructor(drawer) {
     this.#drawer = drawer;
     this.#query = queryOf(drawer.gl);
-    /** What times the draws. @type {"timer-query" | "fence"} */
+    /** Method that times the draws. @type {"timer-query" | "fence"} */
     this.kind = "fence";
-    /** What was found about timer queries, in words. */
+    /** Result of trying timer queries, in words. */
     this.note = this.#query ? "" : "this browser has none";
   }
 
   /**
-   * Takes timer queries if this device has them and they say what waiting says.
+   * Takes timer queries if this device has them and they agree with waiting.
    * Call it when the draw that is timed is the usual one.
    * @param {number} budgetMs
    */
@@ -156,7 +156,7 @@ function queryOf(gl) {
   if (!extension) return null;
   const elapsed = extension.TIME_ELAPSED_EXT;
   return async (work) => {
-    gl.getParameter(extension.GPU_DISJOINT_EXT); // forgets what was before
+    gl.getParameter(extension.GPU_DISJOINT_EXT); // clears earlier interruptions
     const query = two ? gl.createQuery() : one.createQueryEXT();
     if (two) gl.beginQuery(elapsed, query);
     else one.beginQueryEXT(elapsed, query);

@@ -1,1 +1,1 @@
-"""A package on disk: drafts, whole files, locks, publishing, folders and single files read alike."""
+"""A package on disk: drafts, files, locks, publishing, and reading from a folder or a single file."""

@@ -10,14 +10,14 @@ from io import FileIO
 _AHEAD = 2
 """Chunks that may wait for digest or disk while the next is made."""
 _DISK_BYTES = 16 * 1024 * 1024
-"""The disk begins when so much waits for it. 81 MB that it gets at the end take it as long as the digest takes."""
+"""Bytes after which writing to the disk begins. Writing 81 MB at the end takes as long as the digest."""
 
 
 def write_chunks(file: FileIO, chunks: Iterable[bytes | memoryview]) -> tuple[int, str]:
-    """Write chunks one after another; give the number of bytes and their SHA-256.
+    """Write chunks one after another; return the number of bytes and their SHA-256.
 
-    A chunk must not change after it was given. What was written is durable when the file has been synced once more.
-    Raises OSError, and what `chunks` raises.
+    A chunk must not change after it was passed. The data is durable when the file has been synced once more. Raises
+    OSError, and the errors of `chunks`.
     """
     digest = hashlib.sha256()
     size = waits = 0

@@ -1,4 +1,4 @@
-"""Where the files of a package are: in a folder, or in one zip that holds them as they are."""
+"""Access to the files of a package: in a folder, or uncompressed in one zip."""
 
 import os
 import zlib
@@ -21,15 +21,15 @@ class Contents:
     """One file of a package: a part of an open file. Use it as a context manager."""
 
     name: str
-    """Its name in the package."""
+    """Name in the package."""
     file: BufferedReader
     """The file that it is in."""
     start_bytes: int
-    """Where it begins."""
+    """Offset of the file."""
     size_bytes: int
     """Size."""
     crc32: int | None = None
-    """CRC-32 that the zip says it has; None in a folder."""
+    """CRC-32 recorded in the zip; None in a folder."""
 
     def __enter__(self) -> Self:
         return self
@@ -40,7 +40,7 @@ class Contents:
         self.file.close()
 
     def read(self, most: int | None = None) -> bytes:
-        """Read all of it, or its first `most` bytes. Raises VP4061 where all of it has not the CRC of the zip."""
+        """Read all of it, or its first `most` bytes. Raises VP4061 if the whole fails the CRC of the zip."""
         self.file.seek(self.start_bytes)
         data = self.file.read(self.size_bytes if most is None else min(most, self.size_bytes))
         is_whole = most is None or most >= self.size_bytes
@@ -49,12 +49,12 @@ class Contents:
         return data
 
     def part(self, begin: int, count: int) -> bytes:
-        """Read the bytes from `begin` on, at most so many."""
+        """Read at most a number of bytes from `begin` on."""
         self.file.seek(self.start_bytes + begin)
         return self.file.read(max(0, min(count, self.size_bytes - begin)))
 
     def blocks(self) -> Iterator[bytes]:
-        """Read all of it, a block at a time. Raises VP4061 at the end where all of it has not the CRC of the zip."""
+        """Read all of it, a block at a time. Raises VP4061 at the end if it does not match the CRC of the zip."""
         self.file.seek(self.start_bytes)
         left, crc32 = self.size_bytes, 0
         while block := self.file.read(min(left, _BLOCK_BYTES)):
@@ -68,7 +68,7 @@ class Contents:
 def open_contents(package: Path, name: str) -> Contents:
     """Open the file `name` of the package at `package`.
 
-    Raises VP4007 if it is missing or a link, VP4002 for a zip that is no package.
+    Raises VP4007 if it is missing or a link, VP4002 for a zip that is not a package.
     """
     if package.is_file():
         place = single_file.place_of(package, name)
@@ -78,14 +78,14 @@ def open_contents(package: Path, name: str) -> Contents:
 
 
 def holds(package: Path, name: str) -> bool:
-    """Return whether a package has a file of this name, or a link. Raises VP4002 for a zip that is no package."""
+    """Return whether a package has a file or link of this name. Raises VP4002 for a zip that is not a package."""
     return name in single_file.places(package) if package.is_file() else os.path.lexists(package / name)
 
 
 def sizes_of(package: Path) -> dict[str, int | None]:
-    """Give the size in bytes of everything in a package, by name with forward slashes; None for what is no file.
+    """Return the size in bytes of everything in a package, by name with forward slashes; None if it is not a file.
 
-    Raises VP4002 for a zip that is no package.
+    Raises VP4002 for a zip that is not a package.
     """
     if package.is_file():
         return {name: place.size_bytes for name, place in sorted(single_file.places(package).items())}

@@ -1,16 +1,16 @@
 """A package under construction. Each stage adds to it in one step, which happens completely or not at all.
 
-What a stage writes collects in the hidden folder `.stage`, at last with the manifest as it will be. The rename that
-gives `.stage/manifest.json` its name is the step. After it, files that are no longer named are removed, the new ones
-move to their places, and `manifest.json` is replaced last. A process killed before the step leaves the draft as it
-was; what one killed after it left to do is done by the next `Draft.open`. After a power cut this holds for drafts that
-are lasting: each step of these waits for the disk.
+A stage collects its files in the hidden folder `.stage`, and last writes the new manifest there. The rename that gives
+`.stage/manifest.json` its name is the step. After it, files that are no longer named are removed, the new ones move to
+their places, and `manifest.json` is replaced last. A process killed before the step leaves the draft unchanged; work
+left unfinished after the step is completed by the next `Draft.open`. For drafts created as `lasting` this also holds
+after a power cut: each step waits for the disk.
 """
 
 import hashlib
 import os
 import shutil
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Self
 
@@ -34,7 +34,7 @@ _STAGE = ".stage"
 
 
 class Draft:
-    """A package under construction. Make one with `create`, or go on with `open`."""
+    """A package under construction. Make one with `create`, or resume one with `open`."""
 
     def __init__(self, folder: Path, manifest: Manifest, *, lasting: bool = True) -> None:
         """Use `create` or `open`."""
@@ -48,8 +48,8 @@ class Draft:
     def create(cls, folder: Path, heading: Heading, *, lasting: bool = True) -> Self:
         """Make the folder of a new draft, and its parents.
 
-        `lasting` says whether it must outlive a power cut. Takes an empty folder, and one that a killed `create` left.
-        Raises VP4023 where `folder` holds anything else, VP4020 where it cannot be written.
+        `lasting` drafts survive a power cut. Accepts an empty folder, and one that a killed `create` left. Raises
+        VP4023 if `folder` holds anything else, VP4020 if it cannot be written.
         """
         with output_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
@@ -62,10 +62,10 @@ class Draft:
 
     @classmethod
     def open(cls, folder: Path, *, lasting: bool = True) -> Self:
-        """Go on with a draft, after finishing or dropping what a killed process left; `lasting` as for `create`.
+        """Reopen a draft, after completing or discarding the work of a killed process; `lasting` as for `create`.
 
-        Raises VP4001 to VP4004 for what is no readable package, VP4006 for a sealed one, VP4012 while another
-        process runs a stage on it.
+        Raises VP4001 to VP4004 if it is not a readable package, VP4006 for a sealed one, VP4012 while another process
+        runs a stage on it.
         """
         recover(folder)
         manifest = read_manifest(folder)
@@ -85,14 +85,14 @@ class Draft:
 
     @property
     def files(self) -> tuple[FileRecord, ...]:
-        """Files of the last commit, and those written since."""
+        """Files of the last commit, and files written since."""
         return (
             *(record for record in self._manifest.files if record.path not in self._pending),
             *self._pending.values(),
         )
 
     def write(self, path: str, role: FileRole, data: bytes | Iterable[bytes | memoryview]) -> FileRecord:
-        """Write the file `path` of the package, for example "textures/volume.ktx2"; give its size and digest.
+        """Write the file `path` of the package, for example "textures/volume.ktx2"; return its size and digest.
 
         Chunks must not change after they were given. The file counts from the next `commit` on; until then only this
         object sees it. Raises VP4020 where it cannot be written, VP4012 while another process runs a stage.
@@ -108,7 +108,7 @@ class Draft:
         return record
 
     def read_bytes(self, path: str) -> bytes:
-        """Read a file that this or an earlier stage wrote. Raises VP4014 if there is none."""
+        """Read a file that this or an earlier stage wrote. Raises VP4014 if the file is missing."""
         if path in self._pending:
             folder = self._folder / _STAGE / "files"
         elif any(record.path == path for record in self._manifest.files):
@@ -126,19 +126,37 @@ class Draft:
         return folder / name
 
     def commit(
-        self, stage: StageRecord, heading: Heading | None = None, drop: Collection[str] = (), *, seal: bool = False
+        self,
+        stage: StageRecord,
+        heading: Heading | None = None,
+        drop: Collection[str] = (),
+        *,
+        order: Sequence[str] = (),
+        seal: bool = False,
     ) -> None:
-        """Add what `stage` made: the one step from the draft before the stage to the draft after it.
+        """Commit the output of `stage`: the one step from the draft before the stage to the draft after it.
 
-        The record's `files` are filled in here: all files written since the last commit. What an earlier run of the
-        same stage, the stages after it, and those in `drop` have made is dropped, files and contributions alike.
-        `heading` replaces what the manifest says of the package as a whole. `seal` ends the draft: working data and
-        stage records go. Raises VP4020 where it cannot be written, VP4012 if another process came between.
+        The record's `files` are filled in here: all files written since the last commit. The output of an earlier run
+        of the same stage and of the stages in `drop` is removed, files and contributions. `heading` replaces the
+        manifest's entries about the package as a whole. `order` lists names of stages in the order in which the
+        manifest holds their output; stages that it does not list come first, as they ran. `seal` ends the draft:
+        working data and stage records go. Raises VP4020 if it cannot be written, VP4012 if another process changed the
+        draft.
         """
+        self._step(_after(self._manifest, stage, heading or self._manifest, drop, self._pending, order, seal=seal))
+
+    def drop(self, names: Collection[str], heading: Heading) -> None:
+        """Remove the output of some stages, in one step, and replace the manifest's entries about the whole package."""
+        before = self._manifest
+        kept = tuple(record for record in before.stages if record.name not in names)
+        files = _owned(before, kept) | self._pending
+        self._step(assembled(heading, kept, files.values(), "draft"))
+
+    def _step(self, after: Manifest) -> None:
+        """Bring the draft from its current manifest to `after`."""
         before = self._manifest
         with output_errors(self._folder):
             staging = self._begin()
-            after = _after(before, stage, heading or before, drop, self._pending, seal=seal)
             self._check_staged()
             manifest = staging / MANIFEST_IN_MAKING
             manifest.write_bytes(encode_manifest(after))
@@ -179,7 +197,7 @@ class Draft:
 
 
 def require_room(folder: Path) -> None:
-    """Raise VP4023 where a new draft cannot be made: a folder that holds anything but what a killed `create` left.
+    """Raise VP4023 if a new draft cannot be made: the folder holds anything but the remains of a killed `create`.
 
     Raises VP4020 where a file or a link to nowhere is in the way.
     """
@@ -189,11 +207,11 @@ def require_room(folder: Path) -> None:
 
 
 def recover(folder: Path) -> None:
-    """Finish or drop what a killed process left in a draft. Raises VP4012 while another process runs a stage."""
+    """Complete or discard the work of a killed process in a draft. Raises VP4012 while another process runs a stage."""
     staging = folder / _STAGE
     if not staging.is_dir():
         return
-    # First of all: in a folder that is no package, a folder with this name is not ours to remove.
+    # Check first: in a folder that is not a package, a folder with this name must not be removed.
     read_manifest(folder)
     with output_errors(folder):
         lock = Lock(staging / "lock", folder)
@@ -204,26 +222,31 @@ def recover(folder: Path) -> None:
         lock.release()
 
 
-def _after(
+def _after(  # noqa: PLR0917 - the draft before the stage, and what the stage changes
     before: Manifest,
     stage: StageRecord,
     heading: Heading,
     drop: Collection[str],
     pending: dict[str, FileRecord],
+    order: Sequence[str],
     *,
     seal: bool,
 ) -> Manifest:
     """Return the manifest as it is after `stage` wrote `pending`."""
-    names = [record.name for record in before.stages]
-    earlier = before.stages[: names.index(stage.name)] if stage.name in names else before.stages
-    kept = tuple(record for record in earlier if record.name not in drop)
-    owned = {path for record in kept for path in record.files}
-    files = {record.path: record for record in before.files if record.path in owned} | pending
+    kept = tuple(record for record in before.stages if record.name != stage.name and record.name not in drop)
+    files = _owned(before, kept) | pending
     if seal:
         files = {path: record for path, record in files.items() if record.role != "work"}
     done = StageRecord(name=stage.name, key=stage.key, files=tuple(sorted(pending)), made=stage.made)
-    stages = (*kept, done)
+    places = {name: place for place, name in enumerate(order)}
+    stages = sorted((*kept, done), key=lambda record: places.get(record.name, -1))
     return assembled(heading, stages, files.values(), "sealed" if seal else "draft")
+
+
+def _owned(before: Manifest, kept: Collection[StageRecord]) -> dict[str, FileRecord]:
+    """Return the files that the stages of `kept` wrote, by path."""
+    owned = {path for record in kept for path in record.files}
+    return {record.path: record for record in before.files if record.path in owned}
 
 
 def _roll_forward(folder: Path, before: Manifest, after: Manifest, *, lasting: bool) -> None:

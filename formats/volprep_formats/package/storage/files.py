@@ -12,7 +12,12 @@ from volprep_formats.output import sync_folder
 MANIFEST = "manifest.json"
 """Name of the manifest in a package."""
 MANIFEST_IN_MAKING = f".{MANIFEST}.new"
-"""What a process that is killed while it writes the manifest may leave."""
+"""Temporary file that a process killed while writing the manifest may leave."""
+
+SEGMENT_LABELS = "work/segments.raw"
+"""Labels of segments on the grid of the source, 16 bits each; drafts only."""
+FOUND_SEGMENTS = "work/segments.json"
+"""Segments found by the import; drafts only."""
 
 
 def source_name(channel: str) -> str:
@@ -21,12 +26,12 @@ def source_name(channel: str) -> str:
 
 
 def replace_file(path: Path, data: bytes, *, lasting: bool = True) -> None:
-    """Give `path` in a package the content `data`, whole or not at all, where `lasting` after a power cut, too.
+    """Write `data` to `path` in a package atomically, with `lasting` also across a power cut.
 
     Raises OSError.
 
-    What a killed process leaves has always the same name, MANIFEST_IN_MAKING for the manifest: a package holds nothing
-    that is not known.
+    The partial file of a killed process has a fixed name, MANIFEST_IN_MAKING for the manifest: a package holds only
+    known files.
     """
     temporary = path.with_name(f".{path.name}.new")
     try:
@@ -47,8 +52,8 @@ def replace_file(path: Path, data: bytes, *, lasting: bool = True) -> None:
 def open_inside(folder: Path, name: str) -> BufferedReader:
     """Open the regular file `name` of the package at `folder` for reading, following no symbolic link.
 
-    Every folder on the way is opened relative to the one before, so that nothing can be swapped between a check and
-    the use of what was checked. Raises VP4007.
+    Every folder of the path is opened relative to its parent, so that no file can be swapped between its check and its
+    use. Raises VP4007.
     """
     *parents, last = name.split("/")
     try:
@@ -58,7 +63,7 @@ def open_inside(folder: Path, name: str) -> BufferedReader:
                 inner = os.open(parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=descriptor)
                 os.close(descriptor)
                 descriptor = inner
-            # O_NONBLOCK: opening a pipe that nobody writes to would wait for ever.
+            # O_NONBLOCK: opening a pipe without a writer would block for ever.
             opened = os.open(last, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=descriptor)
         finally:
             os.close(descriptor)
@@ -86,9 +91,9 @@ def names_in(folder: Path) -> list[str]:
 
 
 def sizes_in(folder: Path) -> dict[str, int | None]:
-    """Give the size of everything that `names_in` lists, in bytes; None for what is no regular file.
+    """Return the size in bytes of each file that `names_in` lists, or None for anything but a regular file.
 
-    Nothing is listed of a folder that cannot be read. Without a `Path` for each: for 315 files those took 8 ms of 17.
+    Folders that cannot be read are skipped. Avoids a `Path` per file: for 315 files they took 8 ms of 17.
     """
     found: dict[str, int | None] = {}
     folders = [("", os.fspath(folder))]
@@ -109,7 +114,7 @@ def sizes_in(folder: Path) -> dict[str, int | None]:
 
 
 def remove_empty(inner: Path, folder: Path) -> None:
-    """Remove the folder `inner` and those around it, up to `folder`, as far as they are empty."""
+    """Remove the folder `inner` and its parents, up to `folder`, as far as they are empty."""
     while inner != folder:
         try:
             inner.rmdir()

@@ -1,12 +1,10 @@
 """Publishing: a package is renamed into place only when it is complete, also over an older one."""
 
-import ctypes
-import errno
 import os
 from pathlib import Path, PurePosixPath
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.output import output_errors, sync_all, sync_folder
+from volprep_formats.output import exchange, output_errors, rename_new, sync_all, sync_folder
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.storage.draft import recover
 from volprep_formats.package.storage.files import (
@@ -17,22 +15,17 @@ from volprep_formats.package.storage.files import (
     remove_empty,
 )
 
-_AT_FDCWD = -100
-_RENAME_NOREPLACE = 1
-_RENAME_EXCHANGE = 2
-_NOT_SUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
-
 
 def publish(partial: Path, target: Path) -> None:
     """Move the sealed package at `partial` to `target`, in one step, and remove the older package from there.
 
     Both must lie on one file system. On Linux the two folders are exchanged (renameat2), so that at every moment
-    `target` is the older or the newer package. Where the system or the file system cannot exchange, the older one is
-    first renamed to `partial` with ".old" appended: a process killed just there leaves none under the name, and the
-    next `publish` removes what it left. A process killed after the exchange leaves the older package at `partial`: a
-    sealed package that is found there must be removed (`remove_package`), not published.
+    `target` is the older or the newer package. If the system or the file system cannot exchange, the older package is
+    first renamed to `partial` with ".old" appended: a process killed at that moment leaves no package under the name,
+    and the next `publish` cleans up. A process killed after the exchange leaves the older package at `partial`: a
+    sealed package found there must be removed (`remove_package`), not published.
 
-    Raises VP4001 to VP4005 if `partial` is no sealed package, VP4021 or VP4022 if something else is in the way, and
+    Raises VP4001 to VP4005 if `partial` is not a sealed package, VP4021 or VP4022 if `target` is something else, and
     VP4020 if the system refuses.
     """
     recover(partial)
@@ -44,14 +37,14 @@ def publish(partial: Path, target: Path) -> None:
     if os.path.lexists(aside) and os.path.lexists(target):
         remove_package(aside)
     with output_errors(target):
-        # A draft need not have been lasting; what has a name is.
+        # A draft need not be lasting, but a published package must be.
         files = [path_inside(partial, name) for name in (*(record.path for record in manifest.files), MANIFEST)]
         folders = {folder for file in files for folder in file.parents if folder.is_relative_to(partial)}
         sync_all([*files, *folders])
         if os.path.lexists(target):
-            _exchange(partial, target, aside)
-        elif not _renameat2(partial, target, _RENAME_NOREPLACE):
-            partial.rename(target)
+            exchange(partial, target, aside)
+        else:
+            rename_new(partial, target)
         sync_folder(target.parent)
     for older in (partial, aside):
         if os.path.lexists(older):
@@ -59,7 +52,7 @@ def publish(partial: Path, target: Path) -> None:
 
 
 def check_target(target: Path) -> None:
-    """Raise VP4021 or VP4022 if `publish` would refuse `target`: it is no package, or holds files of others."""
+    """Raise VP4021 or VP4022 if `publish` would refuse `target`: not a package, or with other files in it."""
     if os.path.lexists(target):
         _own_names(target)
 
@@ -67,7 +60,7 @@ def check_target(target: Path) -> None:
 def remove_package(folder: Path) -> None:
     """Remove a package or a draft: the files that its manifest names, and the folder. An empty folder goes, too.
 
-    Raises VP4021 if it is no package, VP4022 if other files are in it, VP4012 while another process works on it,
+    Raises VP4021 if it is not a package, VP4022 if other files are in it, VP4012 while another process works on it,
     VP4020 if the system refuses. The manifest goes last, so that what a killed removal leaves can be removed again.
     """
     names = _own_names(folder)
@@ -83,44 +76,20 @@ def _own_names(folder: Path) -> list[str]:
     if folder.is_symlink():
         raise VolprepError("VP4021", path=folder, problem="it is a symbolic link")
     if folder.is_dir():
-        # Not what lies below: a folder that is no package may be a whole disk.
+        # Do not look deeper: a folder that is not a package may be a whole disk.
         with output_errors(folder):
             names = [entry.name for entry in folder.iterdir()]
-        if set(names) <= {MANIFEST_IN_MAKING}:  # what a killed create or removal leaves
+        if set(names) <= {MANIFEST_IN_MAKING}:  # left by a killed create or removal
             return names
     try:
         read_manifest(folder)
     except VolprepError as error:
-        raise VolprepError("VP4021", path=folder, problem=error.summary) from error
+        raise VolprepError("VP4021", path=folder, problem=error.summary.removeprefix(f"{folder}: ")) from error
     recover(folder)
     named = [*(record.path for record in read_manifest(folder).files), MANIFEST]
-    # A folder that is empty, because what was in it is missing, is the package's all the same.
+    # An empty folder, whose files are missing, still belongs to the package.
     own = {*named, *(f"{parent}/" for name in named for parent in PurePosixPath(name).parents)}
     others = [name for name in names_in(folder) if name not in own]
     if others:
         raise VolprepError("VP4022", path=folder, count=len(others), first=others[0])
     return named
-
-
-def _exchange(partial: Path, target: Path, aside: Path) -> None:
-    if _renameat2(partial, target, _RENAME_EXCHANGE):
-        return
-    target.rename(aside)
-    try:
-        partial.rename(target)
-    except OSError:
-        aside.rename(target)
-        raise
-
-
-def _renameat2(source: Path, target: Path, flags: int) -> bool:
-    """Rename in one step as `flags` say. False where the system or the file system has no such call."""
-    call = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
-    if call is None:
-        return False
-    if call(_AT_FDCWD, os.fsencode(source), _AT_FDCWD, os.fsencode(target), ctypes.c_uint(flags)) == 0:
-        return True
-    code = ctypes.get_errno()
-    if code in _NOT_SUPPORTED:
-        return False
-    raise OSError(code, os.strerror(code))

@@ -1,1 +1,1 @@
-"""DICOM series, as files or folders of them."""
+"""DICOM series, given as files or folders."""

@@ -3,7 +3,6 @@
 Source: DICOM PS3.10 (file format), PS3.5 (A.5 deflated data sets).
 """
 
-import io
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,7 +17,7 @@ from pydicom.filereader import read_dataset, read_file_meta_info
 from pydicom.tag import BaseTag
 from pydicom.uid import UID, ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.readers.dicom.element import PIXEL_DATA, pixel_element
 from volprep_formats.readers.dicom.fields import PRIVATE_TAGS, TAGS, raw_text, raw_value
 from volprep_formats.readers.dicom.frames import elements_of, frame_count, frame_slices, sequence
@@ -32,7 +31,7 @@ _TAGS: list[BaseTag | int] = [*TAGS.values(), *PRIVATE_TAGS]
 
 @contextmanager
 def quiet_pydicom() -> Iterator[None]:
-    """Keep pydicom from judging and printing: what matters is checked here, and said in our own words."""
+    """Silence the validation and warnings of pydicom: volprep has its own checks and messages."""
     with config.disable_value_validation(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
@@ -48,16 +47,21 @@ def any_slices(path: Path, file: BinaryIO, *, deflated: bool) -> tuple[SliceImag
 
 
 def _slices(path: Path, file: BinaryIO, *, deflated: bool) -> tuple[SliceImage, ...]:
-    stream: BinaryIO
     if deflated:
-        meta, implicit, little = read_file_meta_info(path), False, True
-        stream = io.BytesIO(inflated_data_set(path))
-        data: Dataset = read_dataset(stream, implicit, little, stop_when=_at_pixels, specific_tags=_TAGS)
-    else:
-        stream = file
-        whole = pydicom.dcmread(stream, stop_before_pixels=True, force=True, specific_tags=_TAGS)
-        data, meta = whole, whole.file_meta
-        implicit, little = (bool(said) for said in whole.original_encoding)
+        meta = read_file_meta_info(path)
+        with inflated_data_set(path) as stream:
+            data = read_dataset(stream, False, True, stop_when=_at_pixels, specific_tags=_TAGS)
+            return _slices_of(path, stream, data, meta, (False, True))
+    whole = pydicom.dcmread(file, stop_before_pixels=True, force=True, specific_tags=_TAGS)
+    implicit, little = whole.original_encoding
+    return _slices_of(path, file, whole, whole.file_meta, (bool(implicit), bool(little)))
+
+
+def _slices_of(
+    path: Path, stream: BinaryIO, data: Dataset, meta: Dataset, encoding: tuple[bool, bool]
+) -> tuple[SliceImage, ...]:
+    """Return the slices of a parsed header; `stream` is at the pixels, `encoding` is implicit VR and little endian."""
+    implicit, little = encoding
     syntax = UID(str(meta.get("TransferSyntaxUID", ""))) or _bare_syntax(implicit, little)
     encapsulated = syntax.is_transfer_syntax and syntax.is_encapsulated
     element = pixel_element(stream, implicit, little, encapsulated=encapsulated)
@@ -67,7 +71,7 @@ def _slices(path: Path, file: BinaryIO, *, deflated: bool) -> tuple[SliceImage, 
         if not raw_value(elements, "Rows")[0] and "Image Storage" not in sop_class.name:
             return ()
         # Not kept for later as the problem of this image: even the series that it names may be cut off.
-        raise VolprepError("VP1031", path=path, what="it ends before the pixel data")
+        raise VolprepError("VP1031", path=path, what=Said("it ends before the pixel data"))
     image = slice_image(path, elements, str(syntax), element)
     image = replace(image, has_real_world_values=bool(sequence(data, "RealWorldValueMappingSequence")))
     frames = frame_count(data)

@@ -1,6 +1,7 @@
-"""Which compressed transfer syntaxes of DICOM are read, each by which decoder, and whether this machine has it.
+"""Compressed transfer syntaxes of DICOM that can be read, the decoder of each, and whether it is installed.
 
-Each has one decoder of imagecodecs: two decoders of lossy data need not round alike. Source: DICOM PS3.6, annex A.
+Each has exactly one decoder of imagecodecs, because two decoders of lossy data may round differently. Source: DICOM
+PS3.6, annex A.
 """
 
 from dataclasses import dataclass
@@ -36,14 +37,14 @@ NAMES = {uid: name for uid, name, _ in SYNTAXES}
 
 @dataclass(frozen=True)
 class Codec:
-    """One transfer syntax and what decodes it here."""
+    """A transfer syntax and its decoder."""
 
     name: str
     """Short name of the transfer syntax."""
     decoders: tuple[str, ...]
     """Name of its decoder; empty when it is not installed."""
     missing: tuple[str, ...]
-    """What must be installed for it; empty when it is."""
+    """Package to install for it; empty if it is installed."""
 
 
 def is_installed() -> bool:

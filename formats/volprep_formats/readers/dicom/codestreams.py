@@ -1,6 +1,6 @@
-"""What JPEG, JPEG-LS and JPEG 2000 data declare of the picture that they hold, read without decoding anything.
+"""Picture size and type declared by JPEG, JPEG-LS and JPEG 2000 data, read without decoding.
 
-A decoder allocates what its data declares, whatever the file around them says. Sources: ITU-T T.81 (B.2.2, frame
+A decoder allocates the declared size, whatever the surrounding file declares. Sources: ITU-T T.81 (B.2.2, frame
 header), T.87 (C.2.2), T.800 (A.5.1, SIZ).
 """
 
@@ -17,7 +17,7 @@ _FRAMES = frozenset((*range(0xC0, 0xD0), 0xF7)) - {0xC4, 0xC8, 0xCC}
 _INTERVAL, _ENTROPY_CODED = 0xDD, 0xDA
 
 MOST_TILES = 65535
-"""JPEG 2000 numbers no more tiles."""
+"""Largest number of tiles in JPEG 2000."""
 
 Coding = Literal["sequential DCT", "lossless", "JPEG-LS", "JPEG 2000", "another process of JPEG"]
 _CODINGS: dict[int, Coding] = {0xC0: "sequential DCT", 0xC1: "sequential DCT", 0xC3: "lossless", 0xF7: "JPEG-LS"}
@@ -25,7 +25,7 @@ _CODINGS: dict[int, Coding] = {0xC0: "sequential DCT", 0xC1: "sequential DCT", 0
 
 @dataclass(frozen=True)
 class Declared:
-    """What a codestream says about itself."""
+    """Picture properties that a codestream declares."""
 
     coding: Coding
     rows: int
@@ -34,22 +34,22 @@ class Declared:
     precision: int
     """Bits of each value."""
     signed: bool
-    """JPEG 2000 alone can say so."""
+    """Only JPEG 2000 can declare signed values."""
     tiles: int = 1
-    """Number of tiles of JPEG 2000; more than it can number where their size is unsound."""
+    """Number of tiles of JPEG 2000; above the limit if the tile size is invalid."""
 
 
 @dataclass(frozen=True)
 class JpegScan:
-    """Where the coded pixels of a JPEG picture begin."""
+    """Position of the coded pixels of a JPEG picture."""
 
     start: int
     restart_interval: int
-    """Number of units between two restart markers; 0 where there are none."""
+    """Number of units between two restart markers; 0 without restart markers."""
 
 
 def declared(data: bytes) -> Declared | None:
-    """What the first frame header of JPEG or JPEG-LS, or the SIZ segment of JPEG 2000, says; None if there is none."""
+    """Return the content of the first frame header of JPEG or JPEG-LS, or of the SIZ segment of JPEG 2000, or None."""
     if data[:2] == _SOI:
         return _jpeg(data)
     start = data.find(_SOC_SIZ, 0, _LARGEST_JP2_HEADER) if data.startswith(_JP2_SIGNATURE) else 0
@@ -66,7 +66,7 @@ def declared(data: bytes) -> Declared | None:
 
 
 def scan_of(data: bytes) -> JpegScan | None:
-    """Where the first scan of JPEG data begins; None if there is none."""
+    """Return the position of the first scan of JPEG data, or None."""
     interval = 0
     for marker, at, length in _segments(data):
         if marker == _INTERVAL and length == 4:
@@ -88,7 +88,7 @@ def _jpeg(data: bytes) -> Declared | None:
 
 
 def _segments(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """Marker, place and length of each segment before the end, as far as they are sound."""
+    """Yield marker, position and length of each segment before the end, as far as they are valid."""
     at = 2
     while at + 4 <= len(data) and data[at] == 0xFF:
         marker = data[at + 1]

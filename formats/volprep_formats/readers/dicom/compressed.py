@@ -1,4 +1,4 @@
-"""Compressed DICOM pictures: what their data say of themselves, and their values. Decoders run in worker processes.
+"""Compressed DICOM pictures: their declared properties, and their values. Decoders run in worker processes.
 
 Source: DICOM PS3.5, 8.2 and annexes A and G.
 """
@@ -78,8 +78,8 @@ def decode_compressed(pixels: EncodedPixels) -> NDArray[np.generic]:
         raise undecodable(pixels, error) from error
 
 
-def _fragments(value: bytes, *, is_bare: bool) -> Iterator[bytes]:
-    """Values of the items that hold one picture; the first item of a whole value is a table, and none of them."""
+def _fragments(value: bytes | bytearray, *, is_bare: bool) -> Iterator[bytes]:
+    """Return the items of one picture. The first item of a whole value is a table, and is skipped."""
     at, is_table = 0, not is_bare
     while at + 8 <= len(value):
         group, number, length = struct.unpack_from("<HHL", value, at)
@@ -90,13 +90,13 @@ def _fragments(value: bytes, *, is_bare: bool) -> Iterator[bytes]:
             msg = "an item is cut off"
             raise ValueError(msg)
         if not is_table:
-            yield value[at + 8 : at + 8 + length]
+            yield bytes(value[at + 8 : at + 8 + length])
         is_table = False
         at += 8 + length
 
 
 def _checked(pixels: EncodedPixels, frame: bytes) -> Declared:
-    """What the data say of themselves, where it agrees with the header."""
+    """Return the properties that the data declares, after checking them against the header."""
     if _NEXT_PICTURE.search(frame):
         told = {"frames": 1, "expected": "one compressed picture", "actual": "several"}
         raise VolprepError("VP1045", path=pixels.path, **told)
@@ -127,7 +127,7 @@ def _checked(pixels: EncodedPixels, frame: bytes) -> Declared:
 
 
 def _fewest_bits(said: Declared) -> int:
-    """Least that such a picture can be coded in; what declares more than it can hold keeps its decoder busy."""
+    """Fewest bits that can code such a picture. Less data than that would only keep the decoder busy."""
     if said.coding == "lossless":  # a code for each pixel
         return said.rows * said.columns
     if said.coding == "sequential DCT":  # two codes for each block
@@ -136,7 +136,7 @@ def _fewest_bits(said: Declared) -> int:
 
 
 def _decoded(pixels: EncodedPixels, said: Declared, frame: bytes) -> NDArray[np.generic]:
-    """Values as the decoder gives them."""
+    """Return the values in the decoder's type."""
     import imagecodecs  # noqa: PLC0415 - a worker alone needs it
 
     decoder = DECODERS[pixels.transfer_syntax]

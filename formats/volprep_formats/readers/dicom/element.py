@@ -1,7 +1,4 @@
-"""The element that holds the pixels of a DICOM file: where its value lies, and whether all of it is there.
-
-Source: DICOM PS3.5 (7.1 data elements, A.4 encapsulated pixel data).
-"""
+"""The element that holds the pixels of a DICOM file: its position, and whether it is complete."""
 
 import io
 import struct
@@ -21,7 +18,7 @@ _MOST_ITEMS = 2**20
 
 @dataclass(frozen=True)
 class PixelElement:
-    """The element that holds the pixels: where its value lies in the file, or in its inflated data set."""
+    """The element that holds the pixels: its position in the file, or in the inflated data set."""
 
     is_float: bool
     """FloatPixelData or DoubleFloatPixelData."""
@@ -31,7 +28,7 @@ class PixelElement:
     size_bytes: int | None
     """Length of the value, of an encapsulated one with its items and the delimiter; None when the file ends first."""
     present_bytes: int
-    """What the file holds of it."""
+    """Bytes of the value that are in the file."""
     items: tuple[tuple[int, int], ...]
     """Offset and length of the value of each item of an encapsulated value; the first is its table."""
     table: tuple[int, ...]
@@ -56,7 +53,7 @@ def pixel_element(stream: BinaryIO, implicit: bool, little: bool, *, encapsulate
 
 
 def native_element(header: bytes, start: int, file_bytes: int, *, little: bool = True) -> PixelElement | None:
-    """Interpret the bytes at `start` as those of pixel data that is not encapsulated; None if they are none.
+    """Interpret the bytes at `start` as pixel data that is not encapsulated, or return None.
 
     `header` is tag, type and length (12 bytes), or tag and length (8 bytes).
     """

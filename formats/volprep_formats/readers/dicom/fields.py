@@ -1,7 +1,7 @@
-"""The attributes of a DICOM header that are read, and their values as sound ones.
+"""The DICOM attributes that are read, and their checked values.
 
-Only the attributes in `TAGS` are ever looked at: that list is what protects the patient's identity. Values are checked
-here, so that the rest of the reader computes with sound numbers. Source: DICOM PS3.6 (tags), PS3.5 (6.2 values).
+Only the attributes in `TAGS` are read: that list protects the patient's identity. Values are checked here, so that the
+rest of the reader computes with valid numbers. Source: DICOM PS3.6 (tags), PS3.5 (6.2 values).
 """
 
 import math
@@ -14,7 +14,7 @@ from pathlib import Path
 from volprep_formats.diagnostics import VolprepError
 
 LARGEST_NUMBER = 1e6
-"""Of anything that a header says; lengths may be as many times smaller than a millimetre."""
+"""Largest magnitude of any header value. Lengths in mm must be at least the inverse of it."""
 
 VARIANTS = (
     "EchoTime",
@@ -24,8 +24,9 @@ VARIANTS = (
     "DiffusionBValue",
     "AcquisitionNumber",
     "ImageType",
+    "ComplexImageComponent",
 )
-"""Attributes that tell apart several images at one place."""
+"""Attributes that distinguish several images at one position."""
 
 TAGS = {
     "EchoTime": 0x0018_0081,
@@ -35,6 +36,15 @@ TAGS = {
     "DiffusionBValue": 0x0018_9087,
     "AcquisitionNumber": 0x0020_0012,
     "ImageType": 0x0008_0008,
+    "ComplexImageComponent": 0x0008_9208,
+    "InstanceNumber": 0x0020_0013,
+    "ImagesInAcquisition": 0x0020_1002,
+    "InConcatenationNumber": 0x0020_9162,
+    "InConcatenationTotalNumber": 0x0020_9163,
+    "GridFrameOffsetVector": 0x3004_000C,
+    "DoseGridScaling": 0x3004_000E,
+    "DoseUnits": 0x3004_0002,
+    "MRImageFrameTypeSequence": 0x0018_9226,
     "SOPClassUID": 0x0008_0016,
     "SOPInstanceUID": 0x0008_0018,
     "SeriesInstanceUID": 0x0020_000E,
@@ -82,13 +92,13 @@ TAGS = {
     "CardiacSynchronizationSequence": 0x0018_9118,
     "NominalCardiacTriggerDelayTime": 0x0020_9153,
 }
-"""The only attributes that are read, besides `PRIVATE_TAGS`, and their tags: group and element."""
+"""Tags (group and element) of the only attributes that are read, besides `PRIVATE_TAGS`."""
 MOSAIC_CREATOR, MOSAIC_COUNT = 0x0019_0010, 0x0019_100A
 CSA_CREATOR, CSA_HEADER = 0x0029_0010, 0x0029_1010
 PRIVATE_TAGS = (MOSAIC_CREATOR, MOSAIC_COUNT, CSA_CREATOR, CSA_HEADER)
-"""Where Siemens writes how many slices a mosaic holds, and which way they follow each other."""
+"""Siemens elements with the number of slices of a mosaic, and their direction."""
 Elements = Mapping[int, tuple[bytes, str]]
-"""Values of elements as they stand in the file, and their byte order ("<" or ">"), by tag; no sequences."""
+"""Raw element values and their byte order ("<" or ">"), by tag; no sequences."""
 
 _BINARY = frozenset(
     (
@@ -100,9 +110,11 @@ _BINARY = frozenset(
         "BitsStored",
         "HighBit",
         "PixelRepresentation",
+        "InConcatenationNumber",
+        "InConcatenationTotalNumber",
     )
 )
-"""Those of them that are stored as 16-bit numbers, the others being text."""
+"""Attributes stored as 16-bit numbers; the others are text."""
 _LONGEST_UID = 64
 _UID = re.compile(f"[0-9.]{{1,{_LONGEST_UID}}}")
 _VARIANT_FORMS = {
@@ -112,26 +124,26 @@ _VARIANT_FORMS = {
     "TemporalPositionIndex": "L",
     "FrameAcquisitionNumber": "H",
 }
-"""Forms of what tells images apart, where it is no text."""
+"""Formats of the binary attributes."""
 
 
 def raw_value(data: Elements, keyword: str) -> tuple[bytes, str]:
-    """Value of an attribute as it stands in the file, and its byte order; empty when missing, or a sequence."""
+    """Return the raw value of an attribute and its byte order; empty if it is missing or a sequence."""
     return raw_element(data, TAGS[keyword])
 
 
 def raw_element(data: Elements, tag: int) -> tuple[bytes, str]:
-    """Value of the element `tag` as it stands in the file, and its byte order; empty when missing, or a sequence."""
+    """Return the raw value of the element `tag` and its byte order; empty if it is missing or a sequence."""
     return data.get(tag, (b"", "<"))
 
 
 def raw_text(data: Elements, keyword: str) -> str:
-    """Value of a text attribute as it stands in the file."""
+    """Return the raw value of a text attribute."""
     return raw_value(data, keyword)[0].decode("latin-1").strip(" \0")
 
 
 def variant_text(data: Elements, keyword: str) -> str:
-    """Value of an attribute that tells images apart, as text; a binary number as its digits."""
+    """Return a distinguishing attribute as text; a binary number as its digits."""
     value, order = raw_value(data, keyword)
     form = _VARIANT_FORMS.get(keyword)
     if form is None:
@@ -140,7 +152,7 @@ def variant_text(data: Elements, keyword: str) -> str:
 
 
 class Fields:
-    """Attributes of one data set as sound values. The first that is wrong becomes `problem`.
+    """Checked attributes of one data set. The first invalid one becomes `problem`.
 
     Values are converted here and not by pydicom: it takes three times as long, and damaged ones can raise anything.
     """
@@ -151,15 +163,15 @@ class Fields:
         self._data = data
 
     def refuse(self, code: str, **fields: object) -> None:
-        """Remember why this image cannot be used, unless a reason is known already."""
+        """Record why this image cannot be used, unless a reason is already recorded."""
         self.problem = self.problem or VolprepError(code, path=self.path, **fields)
 
     def text(self, keyword: str) -> str:
-        """Value as text; empty when missing."""
+        """Return the value as text; empty when missing."""
         return raw_text(self._data, keyword)
 
     def uid(self, keyword: str) -> str:
-        """Value as a UID; empty when missing. What is none is a problem, and comes escaped and cut to its length."""
+        """Return a UID, or empty if missing. An invalid UID is a problem, and is escaped and truncated."""
         text = self.text(keyword)
         if not text or _UID.fullmatch(text):
             return text
@@ -167,7 +179,7 @@ class Fields:
         return ascii(text)[1:-1][:_LONGEST_UID]
 
     def numbers(self, keyword: str, count: int) -> tuple[float, ...] | None:
-        """Value as `count` finite numbers of sane size; None when missing or wrong."""
+        """Return `count` finite numbers of plausible size; None when missing or invalid."""
         value, order = raw_value(self._data, keyword)
         numbers = _words(value, order) if keyword in _BINARY else _decimals(value)
         if not numbers:
@@ -180,17 +192,17 @@ class Fields:
         return numbers
 
     def number(self, keyword: str) -> float | None:
-        """Value as one finite number; None when missing or wrong."""
+        """Return one finite number; None when missing or invalid."""
         numbers = self.numbers(keyword, 1)
         return None if numbers is None else numbers[0]
 
     def hint(self, keyword: str) -> float | None:
-        """Value as one number that geometry seldom needs; None when missing or wrong, which is no problem by itself."""
+        """Return an optional number; None when missing or invalid, which is not a problem by itself."""
         found = Fields(self.path, self._data).number(keyword)
         return found or None
 
     def count(self, keyword: str, low: int, high: int) -> int:
-        """Value as a whole number from low to high; `low`, and a problem, when it is missing or wrong."""
+        """Return an integer from low to high; `low`, and a problem, when it is missing or invalid."""
         number = self.number(keyword)
         if number is None:
             self.refuse("VP1036", keyword=keyword)
@@ -204,7 +216,7 @@ class Fields:
 # Most values of a series are the same in all its slices.
 @lru_cache(maxsize=4096)
 def _decimals(value: bytes) -> tuple[float, ...]:
-    """Numbers of a decimal string; NaN for what is none."""
+    """Parse the numbers of a decimal string; NaN where invalid."""
     text = value.decode("latin-1").strip(" \0")
     try:
         return tuple(float(part) for part in text.split("\\")) if text else ()
@@ -214,7 +226,7 @@ def _decimals(value: bytes) -> tuple[float, ...]:
 
 @lru_cache(maxsize=4096)
 def _words(value: bytes, order: str) -> tuple[float, ...]:
-    """16-bit numbers; NaN where a byte is left over."""
+    """Return 16-bit numbers; NaN where a byte is left over."""
     if len(value) % 2:
         return (math.nan,)
     return tuple(float(n) for n in struct.unpack(f"{order}{len(value) // 2}H", value))

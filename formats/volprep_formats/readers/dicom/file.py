@@ -1,14 +1,15 @@
-"""One DICOM file: is it one, and what slices does it hold. Source: DICOM PS3.10 (file format)."""
+"""Recognise a DICOM file and list its slices. Source: DICOM PS3.10 (file format)."""
 
 from pathlib import Path
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.readers.dicom.header import SliceImage, slice_image
 from volprep_formats.readers.dicom.inflate import DEFLATED, meta_end_bytes
 from volprep_formats.readers.dicom.kind import SUFFIXES, has_prefix
 from volprep_formats.readers.dicom.mosaic import is_mosaic, mosaic_slices
 from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
 
+NO_HEADER = Said("it has no DICOM header")
 _HEAD_BYTES = 2**12
 _BARE_BEGINNINGS = frozenset((b"\x02\0\0\0", b"\x08\0\0\0", b"\x08\0\x05\0", b"\x08\0\x08\0", b"\x08\0\x16\0"))
 
@@ -19,11 +20,11 @@ def read_slices(path: Path) -> tuple[SliceImage, ...]:
 
 
 def slices_of(path: Path, plain: PlainHeader | None) -> tuple[SliceImage, ...]:
-    """Return the slices of a DICOM file, whose header is read if it is not plain; none if it is sound but has no image.
+    """Return the slices of a DICOM file, reading its header unless it is plain; none for a valid file without an image.
 
     Raises VolprepError VP1003 when the file cannot be read, VP1032 when it begins as DICOM and cannot be parsed, VP1031
-    when it ends within its header, or its name says DICOM and it is none. Lesser faults stand in the `problem` of what
-    it returns, which then may be the picture as a whole.
+    when it ends within its header, or has a DICOM name and other content. Lesser errors are in the `problem` of a
+    returned slice, which may then be the whole picture.
     """
     if plain is None:
         return _unusual_slices(path)
@@ -50,10 +51,10 @@ def _unusual_slices(path: Path) -> tuple[SliceImage, ...]:
             raise VolprepError("VP1032", path=path, error=type(error).__name__) from error
         return ()
     if cut_off:
-        raise VolprepError("VP1031", path=path, what="it ends before its data set begins")
+        raise VolprepError("VP1031", path=path, what=Said("it ends before its data set begins"))
     # macOS leaves a "._NAME" with its own data beside NAME.
     if path.suffix.lower() in SUFFIXES and not path.name.startswith("._"):
-        raise VolprepError("VP1031", path=path, what="it has no DICOM header")
+        raise VolprepError("VP1031", path=path, what=NO_HEADER)
     return ()
 
 

@@ -1,18 +1,19 @@
-"""Enhanced multi-frame images: one file with many slices, each with functional groups that say where it lies.
+"""Enhanced multi-frame images: one file with many slices, each with functional groups that hold its position.
 
-What all frames have in common stands in the shared groups, what differs in those of each frame. A multi-frame image
-without these groups says nowhere where its frames lie, and is refused. Source: DICOM PS3.3, C.7.6.16; for the frames
-of encapsulated pixel data PS3.5, A.4.
+The shared groups hold the attributes common to all frames, the per-frame groups the others. A multi-frame image without
+these groups has no frame positions, and is refused. Source: DICOM PS3.3, C.7.6.16; for the frames of encapsulated pixel
+data PS3.5, A.4.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
 from pydicom.dataelem import RawDataElement
 from pydicom.dataset import Dataset
 from pydicom.uid import UID, ExplicitVRBigEndian
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.readers.dicom.element import PixelElement
 from volprep_formats.readers.dicom.fields import (
     PRIVATE_TAGS,
@@ -33,12 +34,13 @@ _GROUP_OF_VARIANT = {
     "DiffusionBValue": ("MRDiffusionSequence", "DiffusionBValue"),
     "AcquisitionNumber": ("FrameContentSequence", "FrameAcquisitionNumber"),
     "ImageType": ("FrameContentSequence", "StackID"),
+    "ComplexImageComponent": ("MRImageFrameTypeSequence", "ComplexImageComponent"),
 }
-"""Where a frame says what a single image says in one of `VARIANTS`."""
+"""Functional-group elements of a frame that correspond to `VARIANTS` of a single image."""
 
 
 def elements_of(data: Dataset) -> Elements:
-    """Values of the wanted elements of a data set as they stand in the file."""
+    """Return the raw values of the wanted elements of a data set."""
     found = {}
     for tag in (*TAGS.values(), *PRIVATE_TAGS):
         element: object = data.get_item(tag) if tag in data else None
@@ -48,7 +50,7 @@ def elements_of(data: Dataset) -> Elements:
 
 
 def frame_count(data: Dataset) -> int | None:
-    """Number of frames that a multi-frame image declares, 0 when it is no sound number; None for a single image."""
+    """Number of frames declared by a multi-frame image, 0 if invalid; None for a single image."""
     text = raw_text(elements_of(data), "NumberOfFrames")
     grouped = TAGS["PerFrameFunctionalGroupsSequence"] in data
     if not text:
@@ -67,6 +69,8 @@ def frame_slices(image: SliceImage, data: Dataset, element: PixelElement, frames
     if image.problem is not None or image.pixels is None:
         return (replace(image, pixels=None),)
     groups = sequence(data, "PerFrameFunctionalGroupsSequence")
+    if frames and not groups and image.modality == "RTDOSE":
+        return dose_slices(image, data, element, frames)
     if frames == 0 or len(groups) != frames:
         what = f"places for {len(groups)} frames" if groups else "no places for them"
         shown = str(frames) if frames else "an unsound number of"
@@ -80,14 +84,37 @@ def frame_slices(image: SliceImage, data: Dataset, element: PixelElement, frames
         return (replace(image, problem=error),)
 
 
+def dose_slices(image: SliceImage, data: Dataset, element: PixelElement, frames: int) -> tuple[SliceImage, ...]:
+    """Slices of a radiotherapy dose, whose frames lie at offsets along the normal (PS3.3, C.8.8.3.2)."""
+    fields = Fields(image.path, elements_of(data))
+    offsets_mm = fields.numbers("GridFrameOffsetVector", frames)
+    if offsets_mm is None or image.pixels is None or image.orientation is None or image.position_mm_xyz is None:
+        problem = VolprepError("VP1036", path=image.path, keyword="GridFrameOffsetVector")
+        return (replace(image, problem=fields.problem or problem),)
+    normal = np.cross(image.orientation[:3], image.orientation[3:])
+    scaling = fields.number("DoseGridScaling")
+    unit = "Gy" if fields.text("DoseUnits").upper() == "GY" else ""
+    whole = replace(image, slope=scaling or 1.0, unit=unit)
+    try:
+        pixels = _frame_pixels(image.pixels, element, frames)
+    except VolprepError as error:
+        return (replace(image, problem=error),)
+    # Offsets are distances from the first frame, or, where the first is not 0, places along the normal.
+    places = [np.array(image.position_mm_xyz) + (offset - offsets_mm[0]) * normal for offset in offsets_mm]
+    return tuple(
+        replace(whole, number=k + 1, position_mm_xyz=tuple(place.tolist()), pixels=part)
+        for k, (place, part) in enumerate(zip(places, pixels, strict=True))
+    )
+
+
 def sequence(data: Dataset, keyword: str) -> Sequence[Dataset]:
-    """Items of a sequence; none where it is missing, or no sequence."""
+    """Return the items of a sequence; empty if it is missing or not a sequence."""
     element = data.get(TAGS[keyword])
     return element.value if element is not None and element.VR == "SQ" else []
 
 
 def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels: EncodedPixels) -> SliceImage:
-    """One frame as a slice; what its groups leave out is as in the image."""
+    """Return one frame as a slice. Fields missing from its groups come from the image."""
 
     def group(keyword: str) -> Elements:
         found = sequence(own, keyword) or sequence(shared, keyword)
@@ -128,7 +155,7 @@ def _variant(image: SliceImage, group: Callable[[str], Elements], k: int) -> str
 
 
 def _frame_pixels(pixels: EncodedPixels, element: PixelElement, frames: int) -> list[EncodedPixels]:
-    """Where each frame lies in the pixel data."""
+    """Position of each frame in the pixel data."""
     syntax = UID(pixels.transfer_syntax)
     if syntax.is_transfer_syntax and syntax.is_encapsulated:
         return [
@@ -140,7 +167,7 @@ def _frame_pixels(pixels: EncodedPixels, element: PixelElement, frames: int) -> 
         expected, actual = f"{frames * size} bytes", f"{pixels.size_bytes} bytes"
         raise VolprepError("VP1045", path=pixels.path, frames=frames, expected=expected, actual=actual)
     if syntax == ExplicitVRBigEndian and pixels.bits_allocated == 8 and pixels.has_words and size % 2:
-        raise VolprepError("VP1041", path=pixels.path, frames=frames, what="frames that begin within a word")
+        raise VolprepError("VP1041", path=pixels.path, frames=frames, what=Said("frames that begin within a word"))
     return [replace(pixels, offset_bytes=pixels.offset_bytes + k * size, size_bytes=size) for k in range(frames)]
 
 

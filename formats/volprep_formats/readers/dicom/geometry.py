@@ -19,23 +19,23 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.readers.dicom.fields import VARIANTS
 from volprep_formats.readers.dicom.header import SliceImage
-from volprep_formats.readers.dicom.volumes import choose_volume
+from volprep_formats.readers.dicom.volumes import choose_volume, how_to_choose
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
 from volprep_formats.source import RepairKind, SlicePlaces
 
 Points = Float64Array
 
 SAME_TOLERANCE = 1e-4
-"""How much cosines (absolute) and pixel spacings (relative) may differ between slices of one volume."""
+"""Largest difference of cosines (absolute) and pixel spacings (relative) between slices of one volume."""
 DRIFT_TOLERANCE_PIXELS = 0.1
-"""How far a slice may lie beside the line along the normal."""
+"""Largest distance of a slice from the line along the normal."""
 UNEVEN_TOLERANCE = 0.02
-"""How far a slice may lie from its even place, in slice distances."""
+"""Largest distance of a slice from its even position, in slice distances."""
 _ROUNDED_MM = 0.01
 """Positions written with two decimals put no slice further than this from its even place (and never by 0.1)."""
 _REMARK_MM = 1e-3
 _SAME_PLACE = 1e-3
-"""Slices nearer than this share of the largest gap lie at one place."""
+"""Slices nearer than this share of the largest gap count as one position."""
 
 
 _REPAIRABLE: dict[RepairKind, tuple[str, ...]] = {"gaps": ("VP2014", "VP2015"), "tilt": ("VP2007",)}
@@ -50,18 +50,24 @@ class Stack:
     grid: Grid
     remarks: tuple[str, ...]
     places: SlicePlaces | None
-    """Where the slices lie when they form no grid, which is then that of `UnevenSource.nominal`."""
+    """Positions of slices that do not form a grid; the grid is then that of `UnevenSource.nominal`."""
 
 
-def stack_images(images: Sequence[SliceImage], repair: Collection[RepairKind] = (), volume: int | None = None) -> Stack:
-    """Order the images of one series and find their grid; what `repair` allows is not refused.
+def stack_images(
+    images: Sequence[SliceImage],
+    repair: Collection[RepairKind] = (),
+    volume: int | None = None,
+    *,
+    by_number: bool = False,
+) -> Stack:
+    """Order the images of one series and find their grid. Faults that `repair` allows are not refused.
 
-    Of several volumes at one place, `volume`, from 1, is taken.
+    Of several volumes at one place, `volume`, from 1, is taken; `by_number` tells them apart by InstanceNumber.
     Raises VolprepError VP1036 (essential attribute missing) and VP2001 to VP2015 (not a grid), with the numbers.
     """
     for image in images:
         _check_complete(image)
-    # Orientations first: localisers differ in all, and this is what they are known by.
+    # Check orientations first: the images of localisers differ in orientation, which identifies them.
     axes, remarks = _axes(images)
     shape_yx, spacing_mm_yx = _common_plane(images)
     positions = np.array([image.position_mm_xyz for image in images], dtype=np.float64)
@@ -69,7 +75,7 @@ def stack_images(images: Sequence[SliceImage], repair: Collection[RepairKind] = 
     order = np.argsort(along_mm, kind="stable")
     if volume is not None:
         ordered = [images[i] for i in order]
-        kept, remark = choose_volume(ordered, _places(along_mm[order]), volume)
+        kept, remark = choose_volume(ordered, _places(along_mm[order]), volume, by_number=by_number)
         order = order[kept]
         remarks += remark
     ordered = [images[i] for i in order]
@@ -101,7 +107,7 @@ def stack_images(images: Sequence[SliceImage], repair: Collection[RepairKind] = 
 
 @contextmanager
 def _repairing(kind: RepairKind, allowed: Collection[RepairKind], needed: list[RepairKind]) -> Iterator[None]:
-    """Turn the refusal of what `kind` repairs into a need for it, where that is allowed."""
+    """Record that the repair `kind` is needed instead of raising the error, if it is allowed."""
     try:
         yield
     except VolprepError as error:
@@ -111,7 +117,7 @@ def _repairing(kind: RepairKind, allowed: Collection[RepairKind], needed: list[R
 
 
 def repair_of(error: VolprepError) -> RepairKind | None:
-    """Return what repairs a fault of geometry; None if nothing does."""
+    """Return the repair for a fault of geometry, or None."""
     return next((kind for kind, codes in _REPAIRABLE.items() if error.code in codes), None)
 
 
@@ -207,7 +213,7 @@ def _single_pitch(image: SliceImage) -> tuple[float, str]:
 
 
 def _places(along_mm: Points) -> NDArray[np.intp]:
-    """Number, from 0, of the place at which each slice lies; slices are in order."""
+    """Return the index of each slice's position, from 0; slices are in order."""
     gaps = np.diff(along_mm)
     result: NDArray[np.intp] = np.cumsum(np.concatenate(([0], gaps > _SAME_PLACE * gaps.max(initial=0.0))))
     return result
@@ -239,6 +245,7 @@ def _check_places(images: Sequence[SliceImage], along_mm: Points) -> None:
         each=int(counts.max()),
         differ=differ,
         folder=folder,
+        how=how_to_choose(images, places),
     )
 
 

@@ -1,7 +1,7 @@
-"""What the header of one DICOM image says of geometry and pixels, checked.
+"""Geometry and pixel description from the header of one DICOM image, checked.
 
-Only what `SliceImage` has fields for is kept, of the few attributes that are read (`fields`). Source: DICOM
-PS3.3, C.7.6.2 (image plane), C.7.6.3 (image pixel), C.11.1 (modality LUT).
+Reads only the attributes listed in `fields`, and keeps only the fields of `SliceImage`. Source: DICOM PS3.3, C.7.6.2
+(image plane), C.7.6.3 (image pixel), C.11.1 (modality LUT).
 """
 
 from dataclasses import dataclass, replace
@@ -27,8 +27,8 @@ from volprep_formats.source import GreyOf
 MAX_SLICE_PIXELS = 2**28
 """Larger declared slices (16384²) are refused before anything is allocated."""
 
-_OWN = frozenset((TAGS["SOPInstanceUID"], TAGS["ImagePositionPatient"], *PRIVATE_TAGS))
-"""What differs from slice to slice, and what is not interpreted here."""
+_OWN = frozenset((TAGS["SOPInstanceUID"], TAGS["ImagePositionPatient"], TAGS["InstanceNumber"], *PRIVATE_TAGS))
+"""Attributes that differ from slice to slice, or that are not interpreted here."""
 
 _MODALITIES = frozenset(
     ("CR", "CT", "DX", "IVUS", "MG", "MR", "NM", "OCT", "OPT", "OT", "PT", "RF", "RTDOSE", "SC", "SEG", "US", "XA")
@@ -43,7 +43,7 @@ Colours = Literal["", "pixels", "planes"]
 
 @dataclass(frozen=True)
 class EncodedPixels:
-    """Where the pixels of one picture lie, and how they are stored. All that a decoder needs."""
+    """Location and storage of the pixels of one picture: everything that a decoder needs."""
 
     path: Path
     transfer_syntax: str
@@ -55,7 +55,7 @@ class EncodedPixels:
     signed: bool
     is_float: bool
     inverted: bool
-    """MONOCHROME1: the lowest value was meant to be shown white."""
+    """MONOCHROME1: the lowest value is displayed white."""
     has_words: bool
     offset_bytes: int
     size_bytes: int
@@ -65,17 +65,17 @@ class EncodedPixels:
     """For pictures in colour, which are made grey: whether red, green and blue of a pixel follow each other, or planes
     of one colour do."""
     grey: GreyOf = "luminance"
-    """What of the colours is read."""
+    """How the colours are converted to grey."""
     tile: tuple[int, int, int, int] | None = None
-    """First row, first column, rows and columns of the part of the picture that is the slice; None for all of it."""
+    """First row, first column, rows and columns of the slice within the picture; None if it is the whole picture."""
 
 
 @dataclass(frozen=True)
 class ValueTable:
-    """A table that stored values are looked up in; see `value_table`."""
+    """A modality lookup table; see `value_table`."""
 
     first: int
-    """The stored value that its first entry belongs to."""
+    """Stored value of its first entry."""
     bits: int
     """Bits of each entry."""
     entries: bytes
@@ -89,14 +89,14 @@ class ValueTable:
 class SliceImage:
     """One slice, alone in its file or one of many. Lengths in millimetres, world space LPS.
 
-    None where the file says nothing.
+    Absent values are None.
     """
 
     path: Path
     number: int | None
-    """Its number in the file, from 1; None when it is alone there."""
+    """Frame number in the file, from 1; None for a file of one slice."""
     series_uid: str
-    """Of the alphabet of UIDs; what is none stands escaped here, and is a problem."""
+    """Only the characters of a UID; an invalid UID is escaped and is reported as a problem."""
     instance_uid: str
     """Compared, never shown."""
     frame_of_reference: str
@@ -120,15 +120,21 @@ class SliceImage:
     """Values of `VARIANTS`. Compared with each other, never shown."""
     pixels: EncodedPixels | None
     problem: VolprepError | None
-    """Why this image cannot be part of a volume; raised when its series is wanted."""
+    """Reason why this image cannot be part of a volume; raised when its series is opened."""
     table: ValueTable | None = None
-    """What turns stored values into those that are meant, in place of slope and intercept."""
+    """Modality LUT, which replaces slope and intercept."""
     has_real_world_values: bool = False
     """The header maps stored values to real-world ones, besides slope and intercept."""
+    instance_number: float | None = None
+    """Number of the image in its series."""
+    acquired: int | None = None
+    """Number of images of the acquisition that it belongs to."""
+    part: tuple[int, int] | None = None
+    """Part number of the file in a concatenation, and the number of parts."""
 
 
 def slice_image(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
-    """Interpret a header as that of one slice. What is wrong with it stands in `problem`."""
+    """Interpret the header of one slice. An error is stored in `problem`."""
     shared = tuple(item for item in data.items() if item[0] not in _OWN)
     like = _sound_image(shared, transfer_syntax, is_float=element.is_float, has_words=element.has_words)
     fields = Fields(path, data)
@@ -137,22 +143,29 @@ def slice_image(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         return interpreted(path, data, transfer_syntax, element)
     pixels = replace(like.pixels, path=path, offset_bytes=element.offset_bytes, size_bytes=element.size_bytes)
     instance_uid = fields.text("SOPInstanceUID")
-    return replace(like, path=path, instance_uid=instance_uid, position_mm_xyz=position_mm_xyz, pixels=pixels)
+    return replace(
+        like,
+        path=path,
+        instance_uid=instance_uid,
+        instance_number=fields.hint("InstanceNumber"),
+        position_mm_xyz=position_mm_xyz,
+        pixels=pixels,
+    )
 
 
-# The headers of a series say the same of all its slices, but for what is in _OWN.
+# The headers of a series differ only in the attributes in _OWN.
 @lru_cache(maxsize=64)
 def _sound_image(
     shared: tuple[tuple[int, tuple[bytes, str]], ...], transfer_syntax: str, *, is_float: bool, has_words: bool
 ) -> SliceImage | None:
-    """Interpret what slices share, as if it were a header of its own; None if something is wrong with it."""
+    """Interpret the attributes shared by all slices as a header; None if there is a problem."""
     element = PixelElement(is_float, has_words, offset_bytes=0, size_bytes=0, present_bytes=0, items=(), table=())
     image = interpreted(Path(), dict(shared), transfer_syntax, element)
     return image if image.problem is None else None
 
 
 def interpreted(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
-    """Interpret a header as `slice_image` does, without regard to those before it."""
+    """Interpret a header as `slice_image` does, without using the results of earlier headers."""
     fields = Fields(path, data)
     series_uid = fields.uid("SeriesInstanceUID")
     pixels = _pixels(fields, transfer_syntax, element)
@@ -165,7 +178,7 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
     position_mm_xyz = fields.numbers("ImagePositionPatient", 3)
     pixel_spacing_mm_yx = pixel_spacing(fields)
     if pixels is not None and pixels.colours:
-        _refuse_colours(fields)  # last: it is no problem where colours are to be made grey
+        _refuse_colours(fields)  # last: colours are not a problem if they will be converted to grey
     return SliceImage(
         path=path,
         number=None,
@@ -188,11 +201,24 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         variants=tuple(variant_text(data, keyword) for keyword in VARIANTS),
         pixels=pixels,
         problem=fields.problem,
+        instance_number=fields.hint("InstanceNumber"),
+        acquired=_whole(fields.hint("ImagesInAcquisition")),
+        part=_part(fields),
     )
 
 
+def _whole(number: float | None) -> int | None:
+    return None if number is None or number != int(number) else int(number)
+
+
+def _part(fields: Fields) -> tuple[int, int] | None:
+    """Part number in a concatenation (PS3.3, C.7.6.16.2.2.4), or None if the file is not part of one."""
+    number, total = (_whole(fields.hint(f"InConcatenation{each}")) for each in ("Number", "TotalNumber"))
+    return None if number is None or total is None else (number, total)
+
+
 def _pixels(fields: Fields, transfer_syntax: str, element: PixelElement) -> EncodedPixels | None:
-    """Check how the pixels are stored, in the order in which a person would ask."""
+    """Check how the pixels are stored, the most basic properties first."""
     rows, columns = fields.count("Rows", 1, 65535), fields.count("Columns", 1, 65535)
     photometric = fields.text("PhotometricInterpretation").upper()
     colours: Colours = ""
@@ -203,7 +229,9 @@ def _pixels(fields: Fields, transfer_syntax: str, element: PixelElement) -> Enco
     elif photometric not in _GREY:
         fields.refuse("VP1037", keyword="PhotometricInterpretation", wanted="MONOCHROME1 or MONOCHROME2")
     allocated = fields.count("BitsAllocated", 1, 64)
-    if allocated not in ({32, 64} if element.is_float else {8, 16, 32}):
+    if allocated == 1 and fields.text("Modality") == "SEG":
+        fields.refuse("VP1053")
+    elif allocated not in ({32, 64} if element.is_float else {8, 16, 32}):
         fields.refuse("VP1043", bits=f"{allocated}-bit {'floating-point ' if element.is_float else ''}pixels")
     stored, high_bit, signed = allocated, allocated - 1, True
     if not element.is_float:
@@ -237,7 +265,7 @@ def _pixels(fields: Fields, transfer_syntax: str, element: PixelElement) -> Enco
 
 
 def _plain_colours(fields: Fields, transfer_syntax: str, *, is_float: bool) -> Colours:
-    """How red, green and blue lie where they can be made grey: whole bytes or words, not compressed; else empty."""
+    """Colour layout of a picture that can become grey: whole bytes or words, uncompressed; else empty."""
     bits = fields.number("BitsAllocated")
     said = (fields.text("PhotometricInterpretation").upper(), fields.number("SamplesPerPixel"), is_float)
     whole = bits in {8.0, 16.0} and fields.number("BitsStored") == bits and fields.number("PixelRepresentation") == 0
@@ -262,7 +290,7 @@ def pixel_spacing(fields: Fields) -> tuple[float, ...] | None:
 
 
 def unit_of(fields: Fields, modality: str, *, rescaled: bool) -> str:
-    """Unit of the rescaled values. A CT that is rescaled and says nothing else is in Hounsfield units (C.11.1.1.2)."""
+    """Unit of the rescaled values. A rescaled CT without a unit is in Hounsfield units (C.11.1.1.2)."""
     said = fields.text("RescaleType") or fields.text("Units")
     if modality == "CT" and rescaled and not said:
         return "HU"

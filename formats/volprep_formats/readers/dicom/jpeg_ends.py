@@ -1,8 +1,9 @@
-"""Whether JPEG data hold all of their picture, although decoders fill up what is missing and say nothing.
+"""Detect truncated JPEG data, which decoders complete without a warning.
 
-The coded pixels of a whole picture end before its end marker, so that bits between the two change nothing. Those of a
-picture that was cut off, and given its end marker again, go on with whatever follows. Such bits are put there, and
-before every restart marker; the picture must be the same with them. Source: ITU-T T.81 (B.1.1, E.1, E.2, H.1).
+The coded pixels of a complete picture end before its end marker, so extra bits between the two change nothing. In a
+picture that was cut off and given an end marker, the coded pixels continue with the extra bits. Such bits are inserted
+there and before every restart marker; the decoded picture must stay the same. Source: ITU-T T.81 (B.1.1, E.1, E.2,
+H.1).
 """
 
 import numpy as np
@@ -45,7 +46,7 @@ def _markers(frame: bytes, start: int) -> list[int]:
 
 
 def _expected_restarts(said: Declared, interval: int) -> int:
-    """Number of restart markers within a picture of one component, of which each unit is a pixel or an 8×8 block."""
+    """Number of restart markers in a picture of one component whose units are pixels or 8×8 blocks."""
     if not interval:
         return 0
     units = said.rows * said.columns if said.coding == "lossless" else -(-said.rows // 8) * -(-said.columns // 8)

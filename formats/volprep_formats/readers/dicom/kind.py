@@ -1,9 +1,9 @@
 """Which files are DICOM: by their first bytes, or by their names."""
 
 SUFFIXES = frozenset((".dcm", ".dicom", ".ima"))
-"""Names of files end so that say they are DICOM, in lower case."""
+"""Endings of DICOM file names, in lower case."""
 HEAD_BYTES = 132
-"""First bytes of a file that it takes to know it."""
+"""Number of first bytes needed to recognise a file."""
 
 
 def has_prefix(head: bytes) -> bool:

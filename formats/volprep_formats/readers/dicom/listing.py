@@ -1,6 +1,6 @@
-"""What a folder tree holds of DICOM series, and all that is wrong with each.
+"""List the DICOM series in a folder tree, with all problems of each.
 
-The description of a series is free text, which may name a patient: it is for the screen alone, and no record holds it.
+The description of a series is free text, which may name a patient: it is shown on the screen only and never recorded.
 """
 
 from dataclasses import replace
@@ -9,8 +9,10 @@ from pathlib import Path
 from pydantic import Field
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.path_text import no_such_path
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.geometry import repair_of
+from volprep_formats.readers.dicom.naming import series_name
 from volprep_formats.readers.dicom.reader import stack_series
 from volprep_formats.readers.dicom.scan import Series, scan
 from volprep_formats.record import Record
@@ -25,9 +27,9 @@ class Problem(Record):
     code: str
     """Permanent code of the message."""
     summary: str
-    """What is wrong, with the numbers."""
+    """Description of the problem, with the numbers."""
     remedy: str
-    """What to do about it."""
+    """Suggested remedy."""
 
 
 class ListedSeries(Record):
@@ -46,15 +48,19 @@ class ListedSeries(Record):
     spacing_mm_zyx: tuple[float | None, float | None, float | None]
     """Distance between voxel centres; none where it is not known or not the same everywhere."""
     is_localiser: bool
-    """Whether it is a localiser (scout), with which other series were planned."""
+    """Whether the series is a localiser (scout), which is used to plan other series."""
     problems: tuple[Problem, ...]
     """All that keeps it from being a volume; none when it is one."""
+    number: int | None = None
+    """Number of the series in its study."""
     description: str = Field(default="", exclude=True)
-    """What people called it, for the screen alone: no JSON has it."""
+    """The series description; shown on the screen only, never written to JSON."""
+    details: str = Field(default="", exclude=True)
+    """Kernel, echo, type of image and time, for the screen alone, too."""
 
 
 class Listing(Record):
-    """What a folder tree holds."""
+    """The series in a folder tree."""
 
     series: tuple[ListedSeries, ...]
     """All series, in the order of their UIDs."""
@@ -70,7 +76,7 @@ def list_series(path: Path, progress: Progress, *, described: bool = False) -> L
     Raises VolprepError VP1001 (no such path), VP1003 (unreadable folder) and VP1030 (nothing of DICOM here).
     """
     if not path.exists():
-        raise VolprepError("VP1001", path=path)
+        raise no_such_path(path)
     scanned = scan(path, progress)
     if not scanned.series and not scanned.damaged:
         raise VolprepError("VP1030", path=path, files=scanned.other_files)
@@ -83,12 +89,13 @@ def list_series(path: Path, progress: Progress, *, described: bool = False) -> L
 
 
 def listed_series(series: Series) -> ListedSeries:
-    """Return what the headers of one series say, its description included."""
+    """Return the facts in the headers of one series, including its description."""
     return _listed(series, [series.uid], described=True)
 
 
 def _listed(series: Series, uids: list[str], *, described: bool) -> ListedSeries:
     first = series.images[0]
+    name = series_name(first.path)
     problems = _problems(series)
     spacing_yx = first.pixel_spacing_mm_yx or (None, None)
     spacing: tuple[float | None, float | None, float | None] = (None, spacing_yx[0], spacing_yx[1])
@@ -103,12 +110,14 @@ def _listed(series: Series, uids: list[str], *, described: bool) -> ListedSeries
         spacing_mm_zyx=spacing,
         is_localiser=any(image.is_localiser for image in series.images),
         problems=tuple(_problem(error) for error in problems),
-        description=_description_of(series) if described else "",
+        number=name.number,
+        description=name.description if described else "",
+        details=name.details if described else "",
     )
 
 
 def _problems(series: Series) -> list[VolprepError]:
-    """Return all that is wrong: one error of each kind that images have, then those of the sound images together."""
+    """Return all problems: one error of each kind in the images, then the errors of the sound images together."""
     of_images: dict[str, VolprepError] = {}
     for image in series.images:
         if image.problem is not None:
@@ -122,23 +131,12 @@ def _problems(series: Series) -> list[VolprepError]:
             break
         except VolprepError as error:
             found.append(error)
-            # What could be repaired may hide another fault.
+            # An error that --gaps or another option can repair may hide another one.
             kind = repair_of(error)
             if kind is None or kind in repaired:
                 break
             repaired.append(kind)
     return found
-
-
-def _description_of(series: Series) -> str:
-    """Read the description of a series from its first file; empty where it has none."""
-    import pydicom  # noqa: PLC0415 - a listing for machines does without
-
-    try:
-        data = pydicom.dcmread(series.images[0].path, stop_before_pixels=True, specific_tags=["SeriesDescription"])
-        return str(data.get("SeriesDescription", "")).strip()
-    except Exception:  # noqa: BLE001 - pydicom raises many kinds for odd headers, and this is a courtesy
-        return ""
 
 
 def _ending(uid: str, uids: list[str]) -> str:

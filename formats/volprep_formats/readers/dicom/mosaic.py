@@ -1,9 +1,9 @@
 """Siemens mosaics: one picture that holds the slices of a volume as tiles, row by row.
 
-The header gives the position of the whole picture as if it were one large slice around the same middle. How many
-tiles hold slices, and which way these follow each other, stands in private elements only: NumberOfImagesInMosaic and,
-within the CSA header, SliceNormalVector. Nothing else of the CSA header is kept. Source: its layout as documented by
-NiBabel ("Siemens format DICOM with CSA header"); there is no public one by the maker.
+The header gives the position of the whole picture as if it were one large slice around the same middle. The number of
+tiles and the direction of the slices are in private elements only: NumberOfImagesInMosaic and, within the CSA header,
+SliceNormalVector. Nothing else of the CSA header is kept. Source: its layout as documented by NiBabel ("Siemens format
+DICOM with CSA header"); the manufacturer publishes none.
 """
 
 import math
@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.readers.dicom.fields import (
     CSA_CREATOR,
     CSA_HEADER,
@@ -32,12 +32,12 @@ _MOST_ITEMS = 2**10
 
 
 def is_mosaic(data: Elements) -> bool:
-    """Whether the header says that the picture is a mosaic."""
+    """Whether the header declares a mosaic."""
     return "MOSAIC" in raw_text(data, "ImageType").upper().split("\\")
 
 
 def mosaic_slices(image: SliceImage, data: Elements) -> tuple[SliceImage, ...]:
-    """Slices of the mosaic that `image` is as a whole; the image itself, with its problem, when they cannot be told."""
+    """Return the slices of the mosaic `image`, or the image itself with its problem."""
     if image.problem is not None or image.pixels is None:
         return (replace(image, pixels=None),)
     try:
@@ -71,7 +71,7 @@ def _slices(image: SliceImage, data: Elements) -> tuple[SliceImage, ...]:
     plane = np.reshape(np.array(image.orientation), (2, 3))
     along = np.cross(*plane)
     if not math.isclose(abs(along @ normal), 1.0, abs_tol=ORIENTATION_TOLERANCE):
-        raise VolprepError("VP1042", path=image.path, what="the normal of its slices is not that of the picture")
+        raise VolprepError("VP1042", path=image.path, what=Said("the normal of its slices is not that of the picture"))
     # The sign alone is taken: the cross product is as exact as the header is.
     step = along * math.copysign(abs(image.spacing_between_slices_mm or 0.0), along @ normal)
     spacing_yx = np.array(image.pixel_spacing_mm_yx)
@@ -113,10 +113,10 @@ def _creator(data: Elements, tag: int) -> bytes:
 
 
 def _csa_numbers(header: bytes) -> Iterator[tuple[str, tuple[float, ...]]]:
-    """Return the two entries that matter of a CSA header, as far as it is sound.
+    """Return the two needed entries of a CSA header, as far as it is valid.
 
-    Each entry is a name of 64 bytes, five numbers of which the fourth counts the items, and the items: four numbers,
-    one of them the length, and the text, filled up to a multiple of four bytes.
+    Each entry is a name of 64 bytes, five numbers (the fourth counts the items), and the items: four numbers, including
+    the length, and the text, padded to a multiple of four bytes.
     """
     is_second = header[:4] == b"SV10"
     at = 8 if is_second else 0

@@ -1,6 +1,6 @@
 """Stored values of one DICOM picture: read its bytes, undo the transfer syntax, mask unused bits.
 
-Native pixel data is read here; what is compressed is for compressed.py. Source: DICOM PS3.5, 8.1.1 and annex A.
+Native pixel data is read here, compressed data in compressed.py. Source: DICOM PS3.5, 8.1.1 and annex A.
 """
 
 import os
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom.codecs import DECODERS, EXPLICIT, IMPLICIT, NAMES, PACKAGE, is_installed
 from volprep_formats.readers.dicom.header import EncodedPixels
-from volprep_formats.readers.dicom.inflate import DEFLATED
+from volprep_formats.readers.dicom.inflate import DEFLATED, inflate_into
 from volprep_formats.readers.dicom.value import undecodable, value_of
 from volprep_formats.readers.grey import grey_of
 
@@ -69,8 +69,10 @@ def is_compressed(pixels: EncodedPixels) -> bool:
     return pixels.transfer_syntax not in _NATIVE
 
 
-def decode_native(pixels: EncodedPixels) -> NDArray[np.generic]:
+def decode_native(pixels: EncodedPixels) -> tuple[NDArray[np.generic], bool]:
     """Stored values of the whole picture as [y, x]: integers of 8, 16 or 32 bits, unused ones masked, or floats.
+
+    Also whether the unused bits held anything.
 
     Raises VolprepError VP1003 when the file cannot be read, VP1031 when it has become shorter, VP1039 when the data are
     damaged.
@@ -86,7 +88,7 @@ def decode_native(pixels: EncodedPixels) -> NDArray[np.generic]:
 def is_as_stored(pixels: EncodedPixels, dtype: np.dtype[np.generic]) -> bool:
     """Whether the file holds values of `dtype`, besides unused bits, so that `read_native` can read them."""
     return (
-        pixels.transfer_syntax in _LITTLE_ENDIAN
+        (pixels.transfer_syntax in _LITTLE_ENDIAN or pixels.transfer_syntax == DEFLATED)
         and sys.byteorder == "little"
         and pixels.bits_allocated == 8 * dtype.itemsize
         and pixels.is_float == (dtype.kind == "f")
@@ -94,32 +96,63 @@ def is_as_stored(pixels: EncodedPixels, dtype: np.dtype[np.generic]) -> bool:
     )
 
 
-def read_native(pixels: EncodedPixels, target: NDArray[np.generic]) -> None:
-    """Read the picture into `target` [y, x], C-contiguous; only where `is_as_stored`. Raises as `decode_native`."""
+def read_native(pixels: EncodedPixels, target: NDArray[np.generic]) -> bool:
+    """Read the picture into `target` [y, x], C-contiguous; only where `is_as_stored`. Raises as `decode_native`.
+
+    Returns whether the unused bits held anything.
+    """
     wanted = target.data.cast("B")
     try:
-        descriptor = os.open(pixels.path, os.O_RDONLY)
-        try:
-            count = 0
-            while more := os.preadv(descriptor, [wanted[count:]], pixels.offset_bytes + count):
-                count += more
-        finally:
-            os.close(descriptor)
+        count = _fill(pixels, wanted)
     except OSError as error:
         raise VolprepError("VP1003", path=pixels.path, error=error.strerror or error) from error
+    except zlib.error as error:
+        raise undecodable(pixels, error) from error
     if count < len(wanted):
         raise VolprepError("VP1031", path=pixels.path, what=f"only {count} bytes of its pixel data are there")
-    if pixels.bits_stored < pixels.bits_allocated:
-        as_stored = target.view(f"{'i' if pixels.signed else 'u'}{target.itemsize}")
-        as_stored[...] = masked(as_stored, pixels)
+    if pixels.bits_stored == pixels.bits_allocated:
+        return False
+    as_stored = target.view(f"{'i' if pixels.signed else 'u'}{target.itemsize}")
+    kept = masked(as_stored, pixels)
+    above = _has_more(as_stored, kept, pixels)
+    as_stored[...] = kept
+    return above
 
 
-def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
+def _fill(pixels: EncodedPixels, wanted: memoryview) -> int:
+    """Read the bytes of the picture into `wanted`. Return how many there were."""
+    if pixels.transfer_syntax == DEFLATED:
+        return inflate_into(pixels.path, pixels.offset_bytes, wanted)
+    count = 0
+    descriptor = os.open(pixels.path, os.O_RDONLY)
+    try:
+        while more := os.preadv(descriptor, [wanted[count:]], pixels.offset_bytes + count):
+            count += more
+    finally:
+        os.close(descriptor)
+    return count
+
+
+def _has_more(values: NDArray[np.generic], kept: NDArray[np.generic], pixels: EncodedPixels) -> bool:
+    """Whether masking changed values whose stored bits are the lowest ones, as those above them held something.
+
+    Bits below the stored ones have a remark of their own. Pixels that are padded with one value throughout count, too.
+    """
+    if pixels.high_bit != pixels.bits_stored - 1 or pixels.bits_stored == pixels.bits_allocated:
+        return False
+    if not pixels.signed:
+        return bool((values != kept).any())
+    # A negative value may be stored without sign extension: its stored bits are the same.
+    low_bits = np.bitwise_and(values, values.dtype.type(2**pixels.bits_stored - 1))
+    return bool(((values != kept) & (values != low_bits)).any())
+
+
+def _native(pixels: EncodedPixels, data: bytes | bytearray) -> tuple[NDArray[np.generic], bool]:
     order = ">" if pixels.transfer_syntax == _BIG_ENDIAN else "<"
     kind = "f" if pixels.is_float else "i" if pixels.signed else "u"
     count = pixels.rows * pixels.columns
     if pixels.colours:
-        return _grey(pixels, data)
+        return _grey(pixels, data), False
     if pixels.bits_allocated == 8 and order == ">" and pixels.has_words:
         # Bytes are packed in words, so the second of each pair comes first.
         words = np.frombuffer(data, dtype=">u2", count=(count + 1) // 2)
@@ -127,11 +160,12 @@ def _native(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
     else:
         values = np.frombuffer(data, dtype=f"{order}{kind}{pixels.bits_allocated // 8}", count=count)
     native = values.reshape(pixels.rows, pixels.columns).astype(values.dtype.newbyteorder("="), copy=False)
-    return masked(native, pixels)
+    kept = masked(native, pixels)
+    return kept, _has_more(native, kept, pixels)
 
 
-def _grey(pixels: EncodedPixels, data: bytes) -> NDArray[np.generic]:
-    """What is wanted of a picture in colour; header.py lets through whole little-endian bytes and words only."""
+def _grey(pixels: EncodedPixels, data: bytes | bytearray) -> NDArray[np.generic]:
+    """Convert a colour picture to grey; header.py accepts only whole little-endian bytes and words."""
     count = 3 * pixels.rows * pixels.columns
     values = np.frombuffer(data, dtype=f"<u{pixels.bits_allocated // 8}", count=count)
     if pixels.colours == "planes":

@@ -28,7 +28,7 @@ _FILES_AT_ONCE = 8
 
 @dataclass(frozen=True)
 class PlainHeader:
-    """What the header of a plain file holds of what is wanted."""
+    """The needed elements of the header of a plain file."""
 
     transfer_syntax: str
     elements: Elements

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Event
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -38,13 +39,17 @@ if TYPE_CHECKING:
     from volprep_formats.isolation import Workers
 
 _FLOAT32_BITS = 24
+_ABOVE = (
+    "some pixels have bits above BitsStored, which the standard leaves to other uses; they were left out, so values "
+    "that were meant to be larger are wrong"
+)
 
 
 @dataclass(frozen=True)
 class _Slice:
-    """How one slice becomes values of the volume: (v, or mirror - v) · slope + intercept, v being decoded.
+    """Conversion of a decoded slice to volume values: (v, or mirror - v) · slope + intercept, v being decoded.
 
-    Where there is a table, v is its entry for what was decoded.
+    With a table, v is the table's entry for the decoded value.
     """
 
     pixels: EncodedPixels
@@ -69,11 +74,14 @@ class DicomSource:
         self._pool: ThreadPoolExecutor | None = None
         self._workers: Workers | None = None
         self._exit = ExitStack()
+        self._above = Event()
 
     @property
     def info(self) -> SourceInfo:
-        """Geometry, type and photometry."""
-        return self._info
+        """Geometry, type and photometry; after reading also remarks on the pixels."""
+        if not self._above.is_set():
+            return self._info
+        return self._info.model_copy(update={"remarks": (*self._info.remarks, _ABOVE)})
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x], decoded on all cores, compressed ones in worker processes.
@@ -86,7 +94,8 @@ class DicomSource:
 
         def read_part(first: int) -> None:
             for z in plain[first :: self._cores]:
-                read_native(self._slices[z].pixels, slab[z - z0])
+                if read_native(self._slices[z].pixels, slab[z - z0]):
+                    self._above.set()
 
         # All slices of one mosaic come from one decoded picture.
         pictures: dict[EncodedPixels, list[int]] = {}
@@ -97,12 +106,18 @@ class DicomSource:
             for z in pictures[picture]:
                 _convert(self._slices[z], decoded, slab[z - z0])
 
+        def decode(picture: EncodedPixels) -> None:
+            decoded, above = decode_native(picture)
+            if above:
+                self._above.set()
+            place(picture, decoded)
+
         native = [picture for picture in pictures if not is_compressed(picture)]
         self._pool = self._pool or self._exit.enter_context(ThreadPoolExecutor(self._cores))
         # A task for each core, not for each slice: to hand one over takes as long as to read a small slice.
         for _ in self._pool.map(read_part, range(self._cores)):
             pass
-        for _ in self._pool.map(lambda picture: place(picture, decode_native(picture)), native):
+        for _ in self._pool.map(decode, native):
             pass
         compressed = [picture for picture in pictures if is_compressed(picture)]
         if compressed:
@@ -119,7 +134,7 @@ class DicomSource:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """End the threads, and the workers if nobody else uses them. Files are not open between slabs."""
+        """Stop the threads, and the workers unless they have other users. Files are not open between slabs."""
         self._pool = self._workers = None
         self._exit.close()
 
@@ -138,7 +153,7 @@ class UnevenDicomSource:
 
     @property
     def places(self) -> SlicePlaces:
-        """Where the slices lie."""
+        """Positions of the slices."""
         return self._places
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
@@ -175,7 +190,7 @@ def _open(
     scanned = scan(path, progress)
     series = choose_series(scanned, spec.series)
     readable = series if spec.rgb is None else _with_colours(series, spec.rgb)
-    stack = stack_series(readable, repair, spec.volume)
+    stack = stack_series(readable, repair, spec.volume, by_number=spec.volumes_by == "number")
     images = [readable.images[i] for i in stack.order]
     pixels = [image.pixels for image in images if image.pixels is not None]
     first = images[0]
@@ -203,13 +218,15 @@ def _open(
     return DicomSource(info, slices), stack.places
 
 
-def stack_series(series: Series, repair: Collection[RepairKind] = (), volume: int | None = None) -> Stack:
-    """Order the slices of a series and find their grid. Raises what is wrong with it, before any pixel is decoded."""
+def stack_series(
+    series: Series, repair: Collection[RepairKind] = (), volume: int | None = None, *, by_number: bool = False
+) -> Stack:
+    """Order the slices of a series and find their grid. Raises an error for an invalid series, before any decoding."""
     for image in series.images:
         if image.problem is not None:
             raise image.problem
     _check_frame_of_reference(series.images)
-    stack = stack_images(series.images, repair, volume)
+    stack = stack_images(series.images, repair, volume, by_number=by_number)
     for image in series.images:
         if image.pixels is not None:
             check_decodable(image.pixels)
@@ -217,7 +234,7 @@ def stack_series(series: Series, repair: Collection[RepairKind] = (), volume: in
 
 
 def _check_frame_of_reference(images: Sequence[SliceImage]) -> None:
-    """Refuse slices whose positions are told in different coordinate systems; a slice may name none."""
+    """Refuse slices whose positions refer to different coordinate systems; a slice may name none."""
     firsts: dict[str, SliceImage] = {}
     for image in images:
         if image.frame_of_reference:
@@ -230,7 +247,7 @@ def _check_frame_of_reference(images: Sequence[SliceImage]) -> None:
 
 
 def _with_colours(series: Series, grey: GreyOf) -> Series:
-    """The same series, in which it is no problem that images are in colour where they can be made grey."""
+    """Return the same series without problems about colours that can be converted to grey."""
     images = []
     for image in series.images:
         if image.pixels is None or not image.pixels.colours:
@@ -292,7 +309,7 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
             + (images[0].unit or "floating point")
         )
     if any(image.table is not None for image in images):
-        remarks.append("the values are those of the table in the header (ModalityLUTSequence), not the stored ones")
+        remarks.append("the values come from the table in the header (ModalityLUTSequence), not from the pixels alone")
     if any(image.has_real_world_values for image in images):
         remarks.append(
             "the header also maps its values to real-world ones (RealWorldValueMappingSequence), which is not applied"
@@ -306,7 +323,7 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
     if any(p.is_float and p.bits_allocated > 32 for p in pixels):
         remarks.append("64-bit floating-point pixels are read as 32-bit ones")
     if len({image.unit for image in images}) > 1 or len({image.modality for image in images}) > 1:
-        remarks.append("unit or modality differ from slice to slice; those of the first slice are used")
+        remarks.append("unit or modality differ from slice to slice; the first slice's are used")
     if any(image.has_padding for image in images):
         remarks.append("the series has a padding value for pixels outside the scanned field; it is kept as a value")
     if any(image.has_burned_in_text for image in images):
@@ -314,14 +331,30 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
     return remarks
 
 
-def _left_out(scanned: Scan, chosen: Series) -> list[str]:
+def _missing(series: Series) -> list[str]:
+    """Return remarks on missing images of the acquisition and missing parts of a concatenation."""
     remarks = []
+    wanted = max((image.acquired or 0 for image in series.images), default=0)
+    if wanted > len(series.images):
+        remarks.append(f"the header says {wanted} images (ImagesInAcquisition), and {len(series.images)} are here")
+    parts = {image.part for image in series.images if image.part is not None}
+    total = max((each[1] for each in parts), default=0)
+    if total > len(parts):
+        there = ", ".join(str(number) for number, _ in sorted(parts))
+        remarks.append(f"the series is part {there} of {total} of a concatenation: the other parts are not here")
+    return remarks
+
+
+def _left_out(scanned: Scan, chosen: Series) -> list[str]:
+    remarks = _missing(chosen)
     if any(image.is_localiser for image in chosen.images):
         remarks.append(f"this is a localiser (scout) of {len(chosen.images)} slice(s), not a scan of a volume")
     others = [series for series in scanned.series if series is not chosen]
     if others:
         images = sum(len(series.images) for series in others)
         remarks.append(f"other series in the folder were left out: {len(others)}, with {images} images")
+    if scanned.damaged:
+        remarks.append(f"files without a DICOM header, whose names say DICOM, were left out: {len(scanned.damaged)}")
     if scanned.other_files:
         remarks.append(f"other files in the folder were left out: {scanned.other_files}")
     return remarks

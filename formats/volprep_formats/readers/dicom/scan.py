@@ -6,13 +6,15 @@ from pathlib import Path
 
 from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.readers.dicom.file import slices_of
+from volprep_formats.readers.dicom.file import NO_HEADER, slices_of
 from volprep_formats.readers.dicom.header import SliceImage
+from volprep_formats.readers.dicom.naming import series_name
 from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
 from volprep_formats.tree import files_below
 
 _FEWEST_SLICES = 4
 """Localisers and key images come in ones, twos and threes."""
+_LONGEST_NUMBER, _MOST_NUMBERED = 9, 100
 _TOGETHER = 256
 """Files whose headers are in memory at the same time."""
 
@@ -51,7 +53,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Scan:
-    """What a folder tree holds."""
+    """The series in a folder tree."""
 
     path: Path
     series: tuple[Series, ...]
@@ -89,15 +91,24 @@ def choose_series(scanned: Scan, wanted: str | None) -> Series:
     Raises the error of the first damaged file, and VolprepError VP1030 (no images), VP1033 (several could be meant) or
     VP1034 (`wanted` fits none or several).
     """
-    if scanned.damaged:
-        raise scanned.damaged[0]
+    # A file without a header belongs to no named series.
+    damaged = [error for error in scanned.damaged if wanted is None or error.fields.get("what") != NO_HEADER]
+    if damaged:
+        raise damaged[0]
     if not scanned.series:
         raise VolprepError("VP1030", path=scanned.path, files=scanned.other_files)
     if wanted is not None:
+        by_number = _with_number(scanned.series, wanted)
+        if len(by_number) == 1:
+            return by_number[0]
         fitting = [s for s in scanned.series if s.uid.endswith(wanted)]
         fitting = [s for s in fitting if s.uid == wanted] or fitting
         if len(fitting) != 1:
             fits = "no series" if not fitting else f"{len(fitting)} series"
+            if len(by_number) > 1:
+                raise VolprepError(
+                    "VP1302", path=scanned.path, wanted=wanted, count=len(by_number), found=_listed(tuple(by_number))
+                )
             raise VolprepError("VP1034", path=scanned.path, wanted=wanted, fits=fits, found=_listed(scanned.series))
         return fitting[0]
     volumes = [s for s in scanned.series if s.is_volume]
@@ -106,6 +117,13 @@ def choose_series(scanned: Scan, wanted: str | None) -> Series:
     if len(scanned.series) == 1:
         return scanned.series[0]
     raise VolprepError("VP1033", path=scanned.path, count=len(scanned.series), found=_listed(scanned.series))
+
+
+def _with_number(series: Sequence[Series], wanted: str) -> list[Series]:
+    """Return the series with the number `wanted`; none if it is not a number."""
+    if not wanted.isdecimal() or len(wanted) > _LONGEST_NUMBER:
+        return []
+    return [each for each in series if series_name(each.images[0].path).number == int(wanted)]
 
 
 def _with_headers(files: Sequence[Path]) -> Iterator[tuple[Path, PlainHeader | None]]:
@@ -124,4 +142,6 @@ def _files(folder: Path) -> list[Path]:
 
 
 def _listed(series: tuple[Series, ...]) -> Lines:
-    return Lines(str(s) for s in series)
+    numbers = [series_name(each.images[0].path).number for each in series[:_MOST_NUMBERED]]
+    told = [f"number {number}: " if number is not None else "" for number in numbers] + [""] * len(series)
+    return Lines(f"{number}{each}" for number, each in zip(told, series, strict=False))

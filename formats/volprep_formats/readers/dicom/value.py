@@ -1,9 +1,9 @@
-"""The bytes of the pixel data as they stand in a file, and the error for those that no decoder takes."""
+"""Raw bytes of the pixel data in a file, and the error for data that no decoder accepts."""
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom.codecs import NAMES
 from volprep_formats.readers.dicom.header import EncodedPixels
-from volprep_formats.readers.dicom.inflate import DEFLATED, inflated_data_set
+from volprep_formats.readers.dicom.inflate import DEFLATED, inflate_into
 
 
 def undecodable(pixels: EncodedPixels, error: Exception) -> VolprepError:
@@ -12,14 +12,17 @@ def undecodable(pixels: EncodedPixels, error: Exception) -> VolprepError:
     return VolprepError("VP1039", path=pixels.path, syntax=name, error=type(error).__name__)
 
 
-def value_of(pixels: EncodedPixels) -> bytes:
-    """Bytes of the pixel data as they stand in the file. Raises VP1031 when it has become shorter, OSError."""
+def value_of(pixels: EncodedPixels) -> bytes | bytearray:
+    """Read the raw bytes of the pixel data. Raises VP1031 if the file has become shorter, OSError."""
+    data: bytes | bytearray
     if pixels.transfer_syntax == DEFLATED:
-        data = inflated_data_set(pixels.path)[pixels.offset_bytes :][: pixels.size_bytes]
+        data = bytearray(pixels.size_bytes)
+        count = inflate_into(pixels.path, pixels.offset_bytes, memoryview(data))
     else:
         with pixels.path.open("rb") as file:
             file.seek(pixels.offset_bytes)
             data = file.read(pixels.size_bytes)
-    if len(data) < pixels.size_bytes:
-        raise VolprepError("VP1031", path=pixels.path, what=f"only {len(data)} bytes of its pixel data are there")
+        count = len(data)
+    if count < pixels.size_bytes:
+        raise VolprepError("VP1031", path=pixels.path, what=f"only {count} bytes of its pixel data are there")
     return data

@@ -1,7 +1,7 @@
-"""Tables in the header that turn stored values into those that are meant: the modality LUT.
+"""Modality LUTs: tables in the header that map stored values to output values.
 
-A table maps whole numbers from `first` on; values below it become its first entry, values above its end the last.
-Source: DICOM PS3.3, C.11.1.1.1.
+A table maps whole numbers from `first` on; lower values map to its first entry, higher values to its last. Source:
+DICOM PS3.3, C.11.1.1.1.
 """
 
 import struct
@@ -21,14 +21,14 @@ _UNITS = {"HU": "HU"}
 
 
 def with_table(image: SliceImage, item: Elements) -> SliceImage:
-    """Return the slice with the table that `item` of its ModalityLUTSequence holds, or with what is wrong with it."""
+    """Return the slice with the table of `item` of its ModalityLUTSequence, or with a problem."""
     if image.problem is not None or image.pixels is None:
         return image
     try:
         if image.pixels.is_float or image.pixels.colours:
             raise _refused(image, "does not fit pixels that are no integers of one value each")
         if (image.slope, image.intercept) != (1.0, 0.0):
-            raise _refused(image, "stands beside RescaleSlope and RescaleIntercept; either can be meant")
+            raise _refused(image, "and RescaleSlope with RescaleIntercept are both present; either can be meant")
         table = _table(image, item, signed=image.pixels.signed)
     except VolprepError as error:
         return replace(image, problem=error)

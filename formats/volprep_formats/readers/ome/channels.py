@@ -1,4 +1,4 @@
-"""What OME-TIFF and OME-Zarr share: the choice of one among several, units of length, and where the volume lies.
+"""Shared by OME-TIFF and OME-Zarr: selection of a channel or time point, units of length, and position.
 
 Microscopes know no patient: rows go along +y and columns along +x of the patient's space, as in a raw file.
 """
@@ -56,10 +56,10 @@ def grid_of(
     spacing_mm_zyx: Sequence[float | None],
     origin_mm_zyx: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> tuple[Grid, list[str]]:
-    """Grid and remarks; a distance that the file does not give is None.
+    """Return the grid and remarks; a distance that the file does not give is None.
 
-    Without any, 1 mm is taken, as for pictures. An axis of one voxel takes the distance of its neighbour axis. Raises
-    VP1225 for a size that no volume has, VP1227 when some distances are missing or are none.
+    Without any distance, 1 mm is assumed, as for pictures. An axis of one voxel takes the distance of its neighbour
+    axis. Raises VP1225 for an implausible size, VP1227 when some distances are missing or invalid.
     """
     if math.prod(shape_zyx) > MOST_VOXELS or max(shape_zyx) > LONGEST_AXIS:
         size = "×".join(str(n) for n in reversed(shape_zyx))

@@ -1,7 +1,7 @@
-"""OME-XML: what an OME-TIFF says of its images, channels, time points and pages.
+"""OME-XML: the images, channels, time points and pages of an OME-TIFF.
 
-Read as a stream of tags, of which nothing is kept but what places the volume: it may hold names of people. A document
-type is refused, and with it all entities. Source: OME model 2016-06, "OME-TIFF specification" and "Pixels"
+Read as a stream of tags; only the geometry and the page table are kept, because the XML may contain names of people. A
+document type is refused, and with it all entities. Source: OME model 2016-06, "OME-TIFF specification" and "Pixels"
 (https://docs.openmicroscopy.org/ome-model/).
 """
 
@@ -13,7 +13,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 
 _MOST_ELEMENTS = 2**21
 _MOST_PLANES = 2**20
@@ -24,7 +24,7 @@ Attributes = dict[str, str]
 
 @dataclass
 class TiffData:
-    """Which planes are in which pages of which file."""
+    """Location of planes: pages of files."""
 
     attributes: Attributes
     file_name: str | None = None
@@ -67,7 +67,7 @@ class Sizes:
 
 
 def parse_description(path: Path, text: bytes) -> Description:
-    """Read the XML. Raises VP1220 when it is none."""
+    """Parse the XML. Raises VP1220 if it is malformed."""
     description = Description()
     parser = expat.ParserCreate("UTF-8")
     _Handlers(path, parser, description)
@@ -79,7 +79,7 @@ def parse_description(path: Path, text: bytes) -> Description:
 
 
 class _Handlers:
-    """Fills a description with what the parser meets."""
+    """Builds a description from the parser's events."""
 
     def __init__(self, path: Path, parser: expat.XMLParserType, description: Description) -> None:
         self._path = path
@@ -93,7 +93,9 @@ class _Handlers:
         parser.StartDoctypeDeclHandler = self._doctype
 
     def _doctype(self, *_: object) -> None:
-        raise VolprepError("VP1220", path=self._path, error="its OME-XML has a document type, which OME never writes")
+        raise VolprepError(
+            "VP1220", path=self._path, error=Said("its OME-XML has a document type, which OME never writes")
+        )
 
     def _start(self, name: str, attributes: Attributes) -> None:
         self._count += 1
@@ -126,12 +128,12 @@ class _Handlers:
 
 
 def sizes_of(path: Path, image: Image) -> Sizes:
-    """Check the axes of an image. Raises VP1220 for sizes that are none, VP1224 for pixels that are not read."""
+    """Check the axes of an image. Raises VP1220 for invalid sizes, VP1224 for unsupported pixel types."""
     number = {key: _number(path, image.pixels.get(f"Size{key}"), f"Size{key}") for key in "XYZCT"}
     per_channel = {_number(path, channel.get("SamplesPerPixel", "1"), "SamplesPerPixel") for channel in image.channels}
     samples = min(per_channel, default=1)
     if len(per_channel) > 1:
-        raise VolprepError("VP1224", path=path, what="channels with different numbers of samples")
+        raise VolprepError("VP1224", path=path, what=Said("channels with different numbers of samples"))
     if number["C"] % samples:
         raise VolprepError("VP1220", path=path, error=f"it has {number['C']} channels in pixels of {samples} samples")
     order = image.pixels.get("DimensionOrder", "")
@@ -167,7 +169,7 @@ def planes_of(path: Path, description: Description, image: Image, sizes: Sizes) 
         if start + planes > total or page > _MOST_PLANES:
             raise VolprepError("VP1220", path=path, error=f"it has {planes} planes from number {start} on, of {total}")
         if (where[start : start + planes] >= 0).any():
-            raise VolprepError("VP1220", path=path, error="a plane is in two places")
+            raise VolprepError("VP1220", path=path, error=Said("a plane is in two places"))
         where[start : start + planes, 0] = files.index(data)
         where[start : start + planes, 1] = np.arange(page, page + planes)
     if len(image.data) == 1 and (missing := int((where[:, 0] < 0).sum())):

@@ -1,8 +1,4 @@
-"""The metadata of OME-Zarr: which arrays are the levels of an image, and where their voxels lie.
-
-Versions 0.4 (Zarr 2) and 0.5 (Zarr 3). The index of a voxel is its centre: world = scale · index + translation.
-Source: "Next-generation file format specification" (https://ngff.openmicroscopy.org/0.5/).
-"""
+"""OME-Zarr metadata: the arrays of an image's levels, and the positions of their voxels."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.readers.ome.channels import mm_per_unit
 from volprep_formats.readers.ome.zarr_files import check_key
 from volprep_formats.record import problems
@@ -21,7 +17,7 @@ _SPACE = ("z", "y", "x")
 
 
 class _Said(BaseModel):
-    # Others may add what they like; nothing else of it is used.
+    # Unknown keys are allowed and ignored.
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 
 
@@ -68,7 +64,7 @@ class ResolutionLevel:
     """One resolution of an image."""
 
     path: str
-    """Of its array, within the group of the image."""
+    """Path of the array, within the group of the image."""
     scale: tuple[float, ...]
     """Distance of neighbours along each axis of the array, in the unit of the axis."""
     translation: tuple[float, ...]
@@ -77,22 +73,22 @@ class ResolutionLevel:
 
 @dataclass(frozen=True)
 class Picture:
-    """What the metadata say of an image."""
+    """Axes, units, channels and levels from the metadata of an image."""
 
     levels: tuple[ResolutionLevel, ...]
     """Finest first."""
     axes: tuple[str, ...]
-    """For each axis of the arrays: "t", "c", or "z", "y", "x" of space."""
+    """For each axis of the arrays: "t", "c", or "z", "y", "x" for space."""
     mm_per_unit: tuple[float, ...]
-    """For each axis; 1 for those that are none of space, and where no unit is given."""
+    """Per axis; 1 for an axis that is not spatial or has no unit."""
     has_units: bool
-    """Whether the axes of space give their unit."""
+    """Whether the spatial axes have a unit."""
     channels: tuple[str, ...]
     """Labels of channels, as far as there are any."""
 
 
 def picture_of(path: Path, attributes: dict[str, Any]) -> Picture | None:
-    """Understand the attributes of a group; None when it is no image. Raises VP1220, VP1224, VP1226."""
+    """Parse the attributes of a group; None if it is not an image. Raises VP1220, VP1224, VP1226."""
     told = attributes.get("ome", attributes)
     if not isinstance(told, dict) or "multiscales" not in told:
         return None
@@ -149,5 +145,5 @@ def _level(path: Path, dataset: _Dataset, common: tuple[_Transformation, ...], r
         elif step.type == "translation":
             translation = tuple(t + b for t, b in zip(translation, by, strict=True))
     if not all(map(math.isfinite, (*scale, *translation))):
-        raise VolprepError("VP1220", path=path, error="its scales multiply to infinity")
+        raise VolprepError("VP1220", path=path, error=Said("its scales multiply to infinity"))
     return ResolutionLevel(dataset.path, scale, translation)

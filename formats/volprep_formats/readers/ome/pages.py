@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import WorkerRequest
 from volprep_formats.readers.ome.tiff_chain import count_pages, description_of
 from volprep_formats.readers.pictures.file import (
@@ -35,7 +35,7 @@ _FORMAT_OF_TYPE = {dtype: name for name, dtype in _TYPE_OF_FORMAT.items()}
 
 @dataclass(frozen=True)
 class TiffPage:
-    """What a page says about itself: whole numbers, so that a worker can give them as one row of an array."""
+    """Properties of a page. All are integers, so that a worker can return them as one row of an array."""
 
     rows: int
     columns: int
@@ -57,25 +57,25 @@ class TiffPage:
 
 @dataclass(frozen=True)
 class Pages:
-    """Pages of one file to decode, of which one sample is wanted."""
+    """Pages of one file to decode, and the sample to keep."""
 
     path: Path
     indices: tuple[int, ...]
     sample: int
     page: TiffPage
-    """What all of them are."""
+    """Properties of all the pages."""
 
 
 def description_in(path: Path) -> bytes:
     """Return the description in the first page of a TIFF file, without decoding anything. Raises VP1220."""
     text = description_of(path, _MOST_TEXT_BYTES)
     if text is None or b"<OME" not in text:
-        raise VolprepError("VP1220", path=path, error="there is no OME-XML in its first page")
+        raise VolprepError("VP1220", path=path, error=Said("there is no OME-XML in its first page"))
     return text
 
 
 def pages_request(path: Path) -> WorkerRequest:
-    """Ask for what the pages of a file are; `pages_of` understands the answer."""
+    """Request the properties of a file's pages; `pages_of` parses the answer."""
     return WorkerRequest(_list_pages, path, path, MAX_PAGES * 8 * 5, MEMORY_BYTES, SECONDS)
 
 
@@ -141,7 +141,7 @@ def _decode(pages: Pages) -> NDArray[np.generic]:
         picture = opened(path)
         for index, target in zip(pages.indices, result, strict=True):
             if not picture.seek_subimage(index, 0) or _page(path, picture.spec()) != page:
-                raise unsound(path, f"page {index} is not what it was")
+                raise unsound(path, f"page {index} has changed")
             kind = _FORMAT_OF_TYPE.get(page.dtype, page.dtype)
             values = picture.read_image(index, 0, pages.sample, pages.sample + 1, kind)
             if values is None or values.size != target.size:

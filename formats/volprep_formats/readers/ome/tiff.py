@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.decoded_source import DecodedSource
@@ -58,7 +58,7 @@ class OmeTiffSource(DecodedSource):
 
 @dataclass(frozen=True)
 class _Places:
-    """Where the slices of a volume lie."""
+    """Positions of the slices of a volume."""
 
     files: list[Path]
     each: NDArray[np.int64]
@@ -78,12 +78,12 @@ class _Places:
 
 @dataclass(frozen=True)
 class _Slices:
-    """How to decode each slice."""
+    """Decoding parameters of each slice."""
 
     places: _Places
     sample: int
     page: TiffPage
-    """What all pages are."""
+    """Properties of all pages."""
 
     def read(self, pool: Workers, z0: int, z1: int) -> NDArray[np.generic]:
         """Slices in the type of the file."""
@@ -131,10 +131,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSour
 def _chosen_image(spec: SourceSpec, path: Path) -> tuple[Description, Image]:
     description = parse_description(path, description_in(path))
     if description.metadata_file is not None:
-        raise VolprepError("VP1224", path=path, what="its description, which lies in another file,")
+        raise VolprepError("VP1224", path=path, what=Said("its description, which lies in another file,"))
     images = description.images
     if not images:
-        raise VolprepError("VP1220", path=path, error="its OME-XML describes no image")
+        raise VolprepError("VP1220", path=path, error=Said("its OME-XML describes no image"))
     return description, images[chosen(path, "series", "image", [image.name for image in images], spec.series)]
 
 
@@ -174,7 +174,10 @@ def _expected(path: Path, image: Image, sizes: Sizes) -> tuple[int, int, int, st
 def _common_page(
     path: Path, places: _Places, expected: tuple[int, int, int, str, int], pool: Workers, progress: Progress
 ) -> TiffPage:
-    """What all pages of the volume are. Raises VP1220 if one is missing or not what the OME-XML says."""
+    """Return the properties of all pages of the volume.
+
+    Raises VP1220 if a page is missing or disagrees with the OME-XML.
+    """
     used = sorted(set(places.each[:, 0].tolist()))
     for file in (places.files[index] for index in used):
         if not file.is_file():

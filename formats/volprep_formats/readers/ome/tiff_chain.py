@@ -63,7 +63,7 @@ def count_pages(path: Path, most: int) -> int | None:
 
 
 def description_of(path: Path, most: int) -> bytes | None:
-    """Text of the first page, at most `most` bytes of it; None when there is none, or it lies beyond the end."""
+    """Text of the first page, at most `most` bytes; None if it is missing or lies beyond the end."""
     with open_regular(path) as file:
         tiff = _Tiff(file)
         try:

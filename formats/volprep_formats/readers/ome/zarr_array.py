@@ -1,7 +1,8 @@
 """Arrays of Zarr stores, versions 2 and 3, decoded by the library zarr in worker processes.
 
-What an array says of itself is checked before zarr sees it: numbers only, codecs of an allow-list (none of them loads
-Python objects), chunks of a size that can be decoded. Source: Zarr specifications 2 and 3 (https://zarr-specs.readthedocs.io/).
+The metadata of an array is checked before zarr reads it: numeric types only, codecs from an allow-list (none of them
+loads Python objects), chunks of a size that can be decoded. Source: Zarr specifications 2 and 3
+(https://zarr-specs.readthedocs.io/).
 """
 
 import itertools
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.arrays import UInt8Array
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import WorkerRequest
 from volprep_formats.readers.ome.zarr_files import Files, open_files
 
@@ -44,14 +45,14 @@ Range = tuple[int, int]
 
 @dataclass(frozen=True)
 class StoreKey:
-    """A store that is open; workers keep it so under its number."""
+    """An open store; workers keep it open under its number."""
 
     path: Path
     number: int
 
     @classmethod
     def of(cls, path: Path) -> "StoreKey":
-        """A number of its own: the same path may hold something else the next time."""
+        """Unique number: the same path may hold another store later."""
         return cls(path, next(_tokens))
 
 
@@ -65,11 +66,11 @@ class GroupRequest:
 
 @dataclass(frozen=True)
 class ArrayFacts:
-    """What an array says of itself."""
+    """Metadata of an array."""
 
     shape: tuple[int, ...]
     chunks: tuple[int, ...]
-    """Shape of what is decoded at one time."""
+    """Shape of the unit that is decoded in one piece."""
     dtype: str
 
 
@@ -88,34 +89,34 @@ class PartRequest:
     array: ArrayRequest
     facts: ArrayFacts
     box: tuple[Range, ...]
-    """First index, and the one after the last, along each axis."""
+    """First index and end index along each axis."""
     axes: tuple[int, ...]
     """Axes of the array in the order in which they are wanted; the others have one index in the box."""
 
 
 def text_request(function: Any, argument: GroupRequest | ArrayRequest) -> WorkerRequest:
-    """Ask for JSON about a group or an array, with `read_group` or `read_facts`."""
+    """Request the JSON of a group or an array, with `read_group` or `read_facts`."""
     return WorkerRequest(function, argument, argument.store.path, MOST_TEXT_BYTES, _MEMORY_BYTES, _SECONDS)
 
 
 def part_request(part: PartRequest) -> WorkerRequest:
-    """Ask for a part of an array, of the type that it says."""
+    """Request a box of an array, in the array's type."""
     item = np.dtype(part.facts.dtype).itemsize
     size = item * math.prod(stop - start for start, stop in part.box)
-    # zarr holds what is decoded beside the result, and a decoder its input and its output.
+    # zarr holds the decoded chunk beside the result, and a decoder holds its input and its output.
     memory = _MEMORY_BYTES + 2 * size + 4 * item * math.prod(part.facts.chunks)
     return WorkerRequest(read_part, part, part.array.store.path, size, memory, _SECONDS + _SECONDS_PER_BYTE * size)
 
 
 def count_request(part: PartRequest) -> WorkerRequest:
-    """Ask how many files hold the chunks of a box, and how many of these are missing, as JSON."""
+    """Request the number of chunk files of a box, and of missing ones, as JSON."""
     chunks = math.prod(-(-n // m) for n, m in zip(part.facts.shape, part.facts.chunks, strict=True))
     seconds = _SECONDS + _SECONDS_PER_CHUNK * chunks
     return WorkerRequest(count_files, part, part.array.store.path, MOST_TEXT_BYTES, _MEMORY_BYTES, seconds)
 
 
 def count_files(part: PartRequest) -> UInt8Array:
-    """Count the files of chunks, or of shards, of a box, and those of them that are not there."""
+    """Count the chunk (or shard) files of a box, and how many of them are missing."""
     with _coded_errors(part.array.store.path):
         array, files = _opened(part.array), _files(part.array.store)
         stored = array.shards or array.chunks
@@ -129,7 +130,7 @@ def count_files(part: PartRequest) -> UInt8Array:
 
 
 def read_group(request: GroupRequest) -> UInt8Array:
-    """Return the attributes of a group as JSON; of what is no group, null."""
+    """Return the attributes of a group as JSON, or null if it is not a group."""
     with _coded_errors(request.store.path):
         files = _files(request.store)
         document = _document(request.store.path, files, _key(request.name, "zarr.json"))
@@ -138,7 +139,9 @@ def read_group(request: GroupRequest) -> UInt8Array:
         else:
             attributes = document.get("attributes") or {}
         if not isinstance(attributes, (dict, NoneType)):
-            raise VolprepError("VP1220", path=request.store.path, error="the attributes of a group are no JSON object")
+            raise VolprepError(
+                "VP1220", path=request.store.path, error=Said("the attributes of a group are no JSON object")
+            )
         return np.frombuffer(json.dumps(attributes).encode(), np.uint8)
 
 
@@ -179,7 +182,7 @@ def _opened(request: ArrayRequest) -> Any:
     facts = _checked(request)
     # The pool has a worker for every core, and threads count as memory.
     zarr.config.set({"async.concurrency": 1, "threading.max_workers": 1})
-    # Packed noise is a little larger than what it unpacks to; an index of a shard is read by itself.
+    # Packed noise is slightly larger than its unpacked form; the index of a shard is read separately.
     decoded = math.prod(facts.chunks) * np.dtype(facts.dtype).itemsize
     store = GuardedStore(request.store.path, _files(request.store), 2 * decoded + MOST_TEXT_BYTES)
     array = zarr.open_array(store=store, path=request.name, mode="r")
@@ -206,7 +209,7 @@ def _facts_of_v2(path: Path, told: dict[str, Any]) -> ArrayFacts:
     codecs = [*filters, *([told["compressor"]] if told.get("compressor") else [])]
     _check_codecs(path, (codec.get("id") for codec in codecs), _V2_CODECS)
     if not isinstance(told["dtype"], str):
-        raise VolprepError("VP1224", path=path, what="an array of records")
+        raise VolprepError("VP1224", path=path, what=Said("an array of records"))
     return _facts(path, told["shape"], told["chunks"], np.dtype(told["dtype"]).name)
 
 
@@ -225,7 +228,7 @@ def _facts_of_v3(path: Path, told: dict[str, Any]) -> ArrayFacts:
             chunks = inner["chunk_shape"]
             _check_lengths(path, outer, chunks)
             if any(c["name"] == "sharding_indexed" for c in inner["codecs"]):
-                raise VolprepError("VP1224", path=path, what="shards in shards")
+                raise VolprepError("VP1224", path=path, what=Said("shards in shards"))
             if math.prod(n // max(1, m) for n, m in zip(outer, chunks, strict=True)) > _MOST_INNER_CHUNKS:
                 raise VolprepError("VP1225", path=path, size="more chunks in a shard", limit=str(_MOST_INNER_CHUNKS))
     return _facts(path, told["shape"], chunks, str(told["data_type"]))

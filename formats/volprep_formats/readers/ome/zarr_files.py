@@ -1,7 +1,7 @@
-"""Files of a Zarr store, in a folder or a zip, which nothing leads out of. For worker processes.
+"""Files of a Zarr store, in a folder or a zip, without access to anything outside it. For worker processes.
 
-A key is a path inside the store. Those with "..", links that leave the store, entries of a zip that would, and files
-that are larger than what is wanted of them, are refused. Packed entries are unpacked up to their limit and no further.
+A key is a path inside the store. Keys with "..", links or zip entries that leave the store, and files above the
+requested size are refused. Packed entries are unpacked up to their limit and no further.
 """
 
 import stat
@@ -18,7 +18,7 @@ _ENCRYPTED = 1
 
 
 class Files(Protocol):
-    """What a store is made of."""
+    """The files of a store."""
 
     def size(self, key: str) -> int | None:
         """Size of a file; None when it is not there. Raises VP1226 for a key or a link that leads out."""
@@ -91,7 +91,7 @@ class ZipFiles:
         return None if entry is None else entry.file_size
 
     def read(self, key: str, start: int, count: int) -> bytes:
-        """See `Files`. Raises VP1220 when an entry is not what the zip says of it."""
+        """See `Files`. Raises VP1220 when an entry does not match its description in the zip."""
         entry = self._entries[self._prefix + key]
         try:
             with self._zip.open(entry) as file:

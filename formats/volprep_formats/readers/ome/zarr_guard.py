@@ -35,7 +35,7 @@ class GuardedStore(Store):
     async def get(
         self, key: str, prototype: BufferPrototype | None = None, byte_range: ByteRequest | None = None
     ) -> Buffer | None:
-        """Bytes of a file, None when there is none."""
+        """Return the bytes of a file, or None if it does not exist."""
         size = self._files.size(key)
         if size is None:
             return None
@@ -49,7 +49,7 @@ class GuardedStore(Store):
     async def get_partial_values(
         self, prototype: BufferPrototype, key_ranges: Iterable[tuple[str, ByteRequest | None]]
     ) -> list[Buffer | None]:
-        """Give several parts."""
+        """Return several parts."""
         return [await self.get(key, prototype, byte_range) for key, byte_range in key_ranges]
 
     async def exists(self, key: str) -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.decoded_source import DecodedSource
@@ -41,9 +41,9 @@ _PART_BYTES, _ROW_BYTES = 2**22, 2**25
 _FEW_CHUNKS, _LEAST_CHUNK_VOXELS = 2**12, 2**9
 """More chunks than so few must have voxels enough: each costs its 0.2 ms, however little is in it."""
 _MOST_MISSING = 0.25
-"""Largest share of missing chunks that is read with a remark. Writers leave out chunks that hold nothing but the fill
-value, such as the corners around what was scanned, so some may be missing. If the shape is a third too large, a quarter
-of the chunks is missing."""
+"""Largest share of missing chunks that is read with a remark. Writers leave out chunks that hold only the fill value,
+such as the corners around the scanned region, so some may be missing. If the shape is a third too large, a quarter of
+the chunks is missing."""
 _KEPT_BYTES = 2**28
 """Rows of chunks up to this size are decoded once, however thin the slabs are that are asked for."""
 
@@ -107,7 +107,7 @@ class _Slabs:
         return slab
 
     def _decode(self, z0: int, target: NDArray[np.generic]) -> None:
-        """Fill `target` from slice z0 on, in parts of whole chunks, enough of them for all cores."""
+        """Fill `target` from slice z0 on, in parts of whole chunks, one or more per core."""
         part_bytes = target.itemsize
         starts: list[list[Range]] = []
         for length, chunk in reversed(list(zip(target.shape, self._volume.chunk_zyx, strict=True))):
@@ -200,7 +200,7 @@ def _ask(path: Path, pool: Workers, request: WorkerRequest) -> Any:
     try:
         return json.loads(answers[0])
     except RecursionError as error:  # what the worker could read may be too deep here, where more calls are open
-        raise VolprepError("VP1220", path=path, error="its metadata nest too deeply") from error
+        raise VolprepError("VP1220", path=path, error=Said("its metadata nest too deeply")) from error
 
 
 def _facts(pool: Workers, array: ArrayRequest) -> ArrayFacts:
@@ -209,7 +209,7 @@ def _facts(pool: Workers, array: ArrayRequest) -> ArrayFacts:
 
 
 def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tuple[str, Picture]:
-    """Where the group of the image lies, with a slash at its end, and what it says."""
+    """Location of the image's group, with a slash at its end, and its attributes."""
     attributes = _ask(path, pool, text_request(read_group, GroupRequest(store, ""))) or {}
     picture = picture_of(path, attributes)
     if picture is not None:
@@ -217,7 +217,7 @@ def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tu
             chosen(path, "series", "image", [""], wanted)
         return "", picture
     if not series_of(attributes):
-        raise VolprepError("VP1220", path=path, error="it has no multiscales, which make a Zarr store an image")
+        raise VolprepError("VP1220", path=path, error=Said("it has no multiscales, which make a Zarr store an image"))
     pictures: list[Picture] = []
     while len(pictures) < _MOST_SERIES:
         attributes = _ask(path, pool, text_request(read_group, GroupRequest(store, str(len(pictures)))))
@@ -261,7 +261,7 @@ def _fixed(path: Path, picture: Picture, facts: ArrayFacts, spec: SourceSpec) ->
 
 
 def _lengths_mm_zyx(picture: Picture, level: ResolutionLevel) -> tuple[list[float | None], list[float]]:
-    """Spacing, None where there is no such axis, and position of the first voxel."""
+    """Spacing, None for an absent axis, and position of the first voxel."""
     spacing: list[float | None] = []
     origin: list[float] = []
     for name in "zyx":

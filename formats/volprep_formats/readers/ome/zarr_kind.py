@@ -3,7 +3,7 @@
 from pathlib import Path
 
 METADATA = ("zarr.json", ".zgroup", ".zattrs", ".zarray")
-"""Files of which each node of a store has one."""
+"""Metadata files; each node of a store has one of them."""
 
 
 def is_zarr(path: Path, head: bytes) -> bool:

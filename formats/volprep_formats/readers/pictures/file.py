@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import WorkerRequest, Workers
 from volprep_formats.path_text import unicode_path
 from volprep_formats.progress import Progress
@@ -31,7 +31,7 @@ MAX_PIXELS = 2**28
 MAX_PAGES = 2**16
 MAX_RATIO = 2**16
 """No picture unpacks to more times its size. Deflate reaches 1032, LZW 2730, a blank fax page as bytes 40,000."""
-# What stands at the end of a whole file; libjpeg, for one, paints what is missing grey without a word.
+# End markers of complete files. libjpeg, for one, fills missing pixels with grey without a warning.
 _ENDS = {"png": b"IEND\xaeB`\x82", "jpeg": b"\xff\xd9"}
 _TAIL_BYTES = 4096
 _WHITE_IS_ZERO, _BLACK_IS_ZERO = 0, 1
@@ -52,7 +52,7 @@ SECONDS, SECONDS_PER_PIXEL = 30.0, 1e-6
 
 @dataclass(frozen=True)
 class Page:
-    """What a page says about itself: whole numbers all, so that a worker can give them as one row of an array."""
+    """Properties of a page. All are integers, so that a worker can return them as one row of an array."""
 
     columns: int
     rows: int
@@ -64,9 +64,9 @@ class Page:
     alpha: int
     """Index of the alpha channel, or -1."""
     has_resolution: int
-    """1 if it says how large it is on paper."""
+    """1 if the file has a physical resolution."""
     orientation: int
-    """Of TIFF and Exif; 1 is upright."""
+    """Orientation of TIFF and Exif; 1 is upright."""
 
     @property
     def stored_type(self) -> StoredType:
@@ -75,7 +75,7 @@ class Page:
 
     @property
     def kind(self) -> tuple[int, ...]:
-        """What is the same in all pages of one volume."""
+        """The properties that all pages of one volume share."""
         return self.columns, self.rows, self.channels, self.type_index, self.bits, self.alpha, self.orientation
 
     @property
@@ -88,8 +88,8 @@ class Page:
 
 
 @dataclass(frozen=True)
-class Part:
-    """Pages of one file to decode, and the rows and leftmost columns of them."""
+class DecodeRequest:
+    """Pages of one file to decode, and their rows and leftmost columns."""
 
     path: Path
     first: int
@@ -98,9 +98,9 @@ class Part:
     row1: int
     columns: int
     page: Page
-    """What all of them are."""
+    """Properties of all the pages."""
     grey: GreyOf | None = None
-    """What colours become; if None, they are refused."""
+    """How colours are converted to grey; None refuses colour pictures."""
 
 
 def read_headers(pool: Workers, files: Sequence[Path], progress: Progress) -> list[tuple[Page, ...]]:
@@ -116,12 +116,12 @@ def read_headers(pool: Workers, files: Sequence[Path], progress: Progress) -> li
 
 
 def pages_at_once(rows: int, columns: int) -> int:
-    """How many pages of this size a worker decodes for one request: few enough for all cores to have some."""
+    """Number of pages of this size per request: few enough for all cores to get some."""
     return max(1, min(_PAGES_AT_ONCE, _PIXELS_AT_ONCE // (rows * columns)))
 
 
 def page_remarks(page: Page, name: str, *, grey: GreyOf | None) -> list[str]:
-    """What a user should know about pictures that are as `page`, the first in file `name`."""
+    """Remarks for the user about pictures like `page`, the first page of file `name`."""
     remarks = []
     if grey is not None and page.channels - (page.alpha >= 0) == 3:
         remarks.append(grey_remark(grey))
@@ -138,8 +138,8 @@ def page_remarks(page: Page, name: str, *, grey: GreyOf | None) -> list[str]:
     return remarks
 
 
-def decode_request(part: Part) -> WorkerRequest:
-    """Ask for values [page, y, x] of type `page.stored_type` in a worker."""
+def decode_request(part: DecodeRequest) -> WorkerRequest:
+    """Request values [page, y, x] of type `page.stored_type` from a worker."""
     page = part.page
     values = (part.last - part.first) * (part.row1 - part.row0) * part.columns
     decoded = page.rows * page.columns * page.channels
@@ -158,14 +158,14 @@ def _headers(path: Path) -> NDArray[np.generic]:
         return np.array([astuple(page) for page in _list_pages(path)], dtype=np.int64)
 
 
-def _decode(part: Part) -> NDArray[np.generic]:
+def _decode(part: DecodeRequest) -> NDArray[np.generic]:
     with coded_errors(part.path):
         return _decode_pages(part)
 
 
 @contextmanager
 def coded_errors(path: Path) -> Iterator[None]:
-    """Turn whatever a decoder raises on the file `path` into an error with a code."""
+    """Convert any exception of a decoder on the file `path` into an error with a code."""
     try:
         yield
     except OSError as error:
@@ -235,7 +235,7 @@ def check_black_is_zero(path: Path, spec: Any) -> None:
     programs do neither or both.
     """
     if spec.get_int_attribute("tiff:PhotometricInterpretation", _BLACK_IS_ZERO) == _WHITE_IS_ZERO:
-        raise VolprepError("VP1166", path=path, what="values that grow from white to black (TIFF's MinIsWhite)")
+        raise VolprepError("VP1166", path=path, what=Said("values that grow from white to black (TIFF's MinIsWhite)"))
 
 
 def _page(path: Path, spec: Any) -> Page:
@@ -262,12 +262,12 @@ def _page(path: Path, spec: Any) -> Page:
 def _description(spec: Any) -> str:
     try:
         return str(spec.get_string_attribute("ImageDescription"))
-    except UnicodeDecodeError:  # ImageJ and OME write ASCII and UTF-8, others what they like
+    except UnicodeDecodeError:  # ImageJ and OME write ASCII and UTF-8, others any encoding
         return ""
 
 
 def _check_order(path: Path, description: str, pages: int) -> None:
-    """Refuse pages that are not the slices of one volume, by what ImageJ and OME write into the first."""
+    """Refuse pages that are not slices of one volume, by the first page's description from ImageJ or OME."""
     found = re.findall(r"^(images|channels|frames)=(\d{1,9})", description, re.MULTILINE)
     counts = {name: int(count) for name, count in found}
     if not description.startswith("ImageJ="):
@@ -281,14 +281,14 @@ def _check_order(path: Path, description: str, pages: int) -> None:
         raise VolprepError("VP1168", path=path, pages=pages, says=says)
 
 
-def _decode_pages(part: Part) -> NDArray[np.generic]:
+def _decode_pages(part: DecodeRequest) -> NDArray[np.generic]:
     picture = opened(part.path)
     page = part.page
     height = part.row1 - part.row0
     result = np.empty((part.last - part.first, height, part.columns), page.stored_type)
     for index in range(part.first, part.last):
         if not picture.seek_subimage(index, 0) or _page(part.path, picture.spec()).kind != page.kind:
-            raise unsound(part.path, f"page {index} is not what it was")
+            raise unsound(part.path, f"page {index} has changed")
         values = _values(picture, index, part)
         if values is None or values.size != height * page.columns * page.channels:
             raise unsound(part.path, picture.geterror())
@@ -298,7 +298,7 @@ def _decode_pages(part: Part) -> NDArray[np.generic]:
     return result
 
 
-def _values(picture: Any, index: int, part: Part) -> NDArray[np.generic] | None:
+def _values(picture: Any, index: int, part: DecodeRequest) -> NDArray[np.generic] | None:
     page, spec = part.page, picture.spec()
     kind = "float" if page.stored_type == "float32" else page.stored_type
     values: NDArray[np.generic] | None
@@ -309,8 +309,8 @@ def _values(picture: Any, index: int, part: Part) -> NDArray[np.generic] | None:
     return values
 
 
-def _grey(part: Part, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """The one value that all colour channels share, or what of them is wanted."""
+def _grey(part: DecodeRequest, values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return the value that all colour channels share, or the requested conversion."""
     path, page = part.path, part.page
     colours = [channel for channel in range(page.channels) if channel != page.alpha]
     first: NDArray[np.generic] = values[..., colours[0] if colours else 0]
@@ -320,12 +320,12 @@ def _grey(part: Part, values: NDArray[np.generic]) -> NDArray[np.generic]:
         raise VolprepError("VP1164", path=path, what=f"{len(colours)} colour channels that differ")
     opaque = 1.0 if page.stored_type == "float32" else np.iinfo(page.stored_type).max
     if colours and page.alpha >= 0 and not (values[..., page.alpha] == opaque).all():
-        raise VolprepError("VP1164", path=path, what="transparent pixels")
+        raise VolprepError("VP1164", path=path, what=Said("transparent pixels"))
     return first
 
 
 def unsound(path: Path, error: str) -> VolprepError:
-    """Give VP1165, with the first line of what a decoder says."""
-    # Decoders name the whole path in every line.
+    """Return VP1165 with the first line of a decoder's message."""
+    # Decoders repeat the whole path in every line.
     line = (error.strip().splitlines() or ["its decoder does not say why"])[0].replace(str(path), path.name)
     return VolprepError("VP1165", path=path, error=line[:200])

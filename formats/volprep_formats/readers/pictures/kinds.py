@@ -7,7 +7,7 @@ from volprep_formats.regular_files import open_regular
 from volprep_formats.tree import files_below
 
 SUFFIXES = frozenset((".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".bmp"))
-"""File names that are taken as pictures where a folder is looked through, in lower case."""
+"""File names that count as pictures in a folder, in lower case."""
 
 _MAGIC = {
     b"\x89PNG": "png",
@@ -22,12 +22,12 @@ _MAGIC = {
 
 
 def kind_of(head: bytes) -> str | None:
-    """Kind of picture that begins so, by the name that OpenImageIO gives it; None for anything else."""
+    """Return the kind of a picture from its first bytes, under OpenImageIO's name for it; None for anything else."""
     return next((kind for magic, kind in _MAGIC.items() if head.startswith(magic)), None)
 
 
 def pictures_in(folder: Path) -> list[str]:
-    """Names of the pictures right in a folder; those that a system hides are left out."""
+    """Return the names of the pictures directly in a folder, without the system's hidden files."""
     return [
         entry.name
         for entry in folder.iterdir()

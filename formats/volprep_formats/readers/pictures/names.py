@@ -10,6 +10,14 @@ from volprep_formats.diagnostics import VolprepError
 
 _LISTED = 12
 _NUMBER = re.compile(r"([0-9]+)")
+_HYPHEN = re.compile(r"-$")
+_SIGN = re.compile(r"[^0-9A-Za-z)\]]-$")
+"""A hyphen that follows neither a letter nor a digit, but another separator."""
+
+
+def _fixed(parts: list[str]) -> list[str]:
+    """Return a name without its numbers and their signs."""
+    return [_HYPHEN.sub("", text.lower()) for text in parts[:-1:2]] + [parts[-1].lower()]
 
 
 def in_order(folder: Path, names: list[str], gaps: Literal["refuse", "ignore"]) -> tuple[list[str], int]:
@@ -20,10 +28,10 @@ def in_order(folder: Path, names: list[str], gaps: Literal["refuse", "ignore"]) 
     """
     parts = {name: _NUMBER.split(name) for name in sorted(names)}
     first = next(iter(parts))
-    for name in parts:
-        if [text.lower() for text in parts[name][::2]] != [text.lower() for text in parts[first][::2]]:
+    for name, part in parts.items():
+        if _fixed(part) != _fixed(parts[first]):
             raise _unordered(folder, first, name, "differ in more than a number")
-    numbers = {name: tuple(map(int, part[1::2])) for name, part in parts.items()}
+    numbers = _with_signs(parts)
     changing = [i for i, column in enumerate(zip(*numbers.values(), strict=True)) if len(set(column)) > 1]
     if len(changing) > 1:
         other = next(n for n in numbers if sum(numbers[n][i] != numbers[first][i] for i in changing) > 0)
@@ -39,6 +47,24 @@ def in_order(folder: Path, names: list[str], gaps: Literal["refuse", "ignore"]) 
     if gaps == "refuse":
         _check_gaps(folder, ordered, column, step)
     return ordered, step
+
+
+def _with_signs(parts: dict[str, list[str]]) -> dict[str, tuple[int, ...]]:
+    """Return the numbers of each name, negative where a hyphen before them is a sign and no mere separator.
+
+    It is a sign behind another separator or at the beginning (slice_-40), and where only some names have it (z-5, z5).
+    """
+    hyphens = {name: [_HYPHEN.search(text) is not None for text in part[:-1:2]] for name, part in parts.items()}
+    mixed = [len(set(column)) > 1 for column in zip(*hyphens.values(), strict=True)]
+    signed: dict[str, tuple[int, ...]] = {}
+    for name, part in parts.items():
+        # A name that begins with a hyphen has nothing before it that it could separate from the number.
+        before, digits = [f" {part[0]}", *part[2::2]][: len(part) // 2], part[1::2]
+        signed[name] = tuple(
+            -int(value) if hyphen and (only_some or _SIGN.search(text)) else int(value)
+            for text, value, hyphen, only_some in zip(before, digits, hyphens[name], mixed, strict=True)
+        )
+    return signed
 
 
 def _check_gaps(folder: Path, ordered: list[str], column: list[int], step: int) -> None:

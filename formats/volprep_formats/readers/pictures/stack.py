@@ -1,7 +1,7 @@
 """Pictures as slices: a folder of them, or the pages of one TIFF file.
 
-Pictures do not say where they lie. What they call resolution is meant for paper, and often left at 72 dpi, so the
-distances come from the scene; rows go along +y and columns along +x of the patient, as in a raw file.
+Pictures have no position. Their resolution is meant for paper, and often left at 72 dpi, so the distances come from the
+scene; rows go along +y and columns along +x of the patient, as in a raw file.
 """
 
 from collections import Counter
@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.isolation import workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.pictures.file import (
+    DecodeRequest,
     Page,
-    Part,
     decode_request,
     page_remarks,
     pages_at_once,
@@ -34,9 +34,9 @@ class StackSource(DecodedSource):
     """Pictures of one size and type, decoded slab by slab in worker processes."""
 
     def __init__(self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], *, grey: GreyOf | None) -> None:
-        """Take `files` in their order, each with the number of its pages; all pages are as `page`.
+        """Take `files` in their order, each with the number of its pages; all pages are like `page`.
 
-        `grey` says what colours become; if None, they are refused.
+        `grey` selects the conversion of colours; None refuses them.
         """
         super().__init__(info)
         self._grey = grey
@@ -59,7 +59,7 @@ class StackSource(DecodedSource):
         self._workers.run([decode_request(part) for _, part in wanted], place)
         return slab
 
-    def _parts(self, z0: int, z1: int) -> list[tuple[int, Part]]:
+    def _parts(self, z0: int, z1: int) -> list[tuple[int, DecodeRequest]]:
         """Pages of one file each, few enough for all cores to have some, and where they go."""
         whole = self._page.rows, self._page.columns
         at_once = pages_at_once(*whole)
@@ -67,7 +67,7 @@ class StackSource(DecodedSource):
         for (path, _), start, end in zip(self._files, self._starts, self._starts[1:], strict=False):
             for z in range(max(z0, start), min(z1, end), at_once):
                 last = min(z + at_once, z1, end)
-                parts.append((z, Part(path, z - start, last - start, 0, *whole, self._page, self._grey)))
+                parts.append((z, DecodeRequest(path, z - start, last - start, 0, *whole, self._page, self._grey)))
         return parts
 
 
@@ -119,7 +119,9 @@ def _check_alike(path: Path, names: list[str], pages: list[tuple[Page, ...]]) ->
     if len(names) > 1:
         for name, of_file in zip(names, pages, strict=True):
             if len(of_file) > 1:
-                raise VolprepError("VP1166", path=path / name, what="several pages in a folder of several pictures")
+                raise VolprepError(
+                    "VP1166", path=path / name, what=Said("several pages in a folder of several pictures")
+                )
         each = [(name, page) for name, (page,) in zip(names, pages, strict=True)]
     else:
         each = [(f"page {z}", page) for z, page in enumerate(pages[0])]

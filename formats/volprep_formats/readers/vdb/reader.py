@@ -1,9 +1,9 @@
 """OpenVDB files (.vdb): one grid of floats or doubles, dense within the bounding box of its active voxels.
 
-Voxels that are not active have a value too, the background or that of a tile, and it is what they are read as. OpenVDB
-gives its world neither a unit nor a place in a patient: its units are taken as millimetres and its x, y and z as
-left, back and up (LPS), and a remark says so. Source: "OpenVDB Overview" (https://www.openvdb.org/documentation), and
-K. Museth, "VDB: High-resolution sparse volumes with dynamic topology", ACM Transactions on Graphics 32(3), 2013.
+Inactive voxels are read with their value, the background's or a tile's. OpenVDB gives its world neither a unit nor a
+place in a patient: its units are taken as millimetres and its x, y and z as left, back and up (LPS), and a remark
+reports it. Source: "OpenVDB Overview" (https://www.openvdb.org/documentation), and K. Museth, "VDB: High-resolution
+sparse volumes with dynamic topology", ACM Transactions on Graphics 32(3), 2013.
 """
 
 import itertools
@@ -40,8 +40,8 @@ from volprep_formats.source import SourceInfo, SourceSpec
 _SCALARS = frozenset(("float", "double"))
 # 8 GB as floats. Two active voxels far apart make any box, so the size of the file says nothing about it.
 _MOST_VOXELS = 2**31
-# The masks of a node are never compressed: the smallest file of a node is 1/34 of what it takes in memory, at 32³
-# values of 8 bytes beside two masks of 32³ bits.
+# The masks of a node are never compressed: the smallest file of a node is 1/34 of its size in memory, at 32³ values of
+# 8 bytes beside two masks of 32³ bits.
 _MEMORY_PER_BYTE = 64
 _BASE_MEMORY_BYTES = 2**28
 _LARGEST_LISTING = 2**22
@@ -98,7 +98,7 @@ class VdbSource:
         return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Values of slices z0 to z1 - 1 as [z, y, x], those of voxels that are not active too.
+        """Return slices z0 to z1 - 1 as [z, y, x], inactive voxels included.
 
         Raises VolprepError VP1200 or VP1270 to VP1273.
         """

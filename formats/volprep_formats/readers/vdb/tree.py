@@ -59,19 +59,19 @@ class RangesRequest:
 
 @dataclass(frozen=True)
 class GridEntry:
-    """What a file says of one of its grids, before anything of its tree is read."""
+    """Description of a grid in a file, before its tree is read."""
 
     name: str
     value_type: str
     grid_class: str
     saved_as_half: bool
     declared_box_xyz: Sequence[Xyz] | None
-    """First and last active voxel, if the file notes them; nothing vouches for them."""
+    """First and last active voxel, if the file records them; untrusted."""
 
 
 @dataclass(frozen=True)
 class TreeFacts:
-    """What is known when the whole tree is in memory."""
+    """Facts about a tree that is completely in memory."""
 
     box_xyz: Sequence[Xyz] | None
     """First and last active voxel; None when no voxel is active."""
@@ -95,7 +95,7 @@ def list_grids(path: Path) -> UInt8Array:
 
 
 def tree_facts(request: TreeRequest) -> UInt8Array:
-    """Read a tree and keep it; give the fields of `TreeFacts` as JSON. Raises VolprepError VP1200 or VP1201."""
+    """Read a tree and keep it; return the fields of `TreeFacts` as JSON. Raises VolprepError VP1200 or VP1201."""
     tree = _tree(request)
     return _json(
         asdict(
@@ -148,6 +148,6 @@ def _json(value: object) -> UInt8Array:
 
 
 def _readable(error: Exception) -> str:
-    """Text of OpenVDB, without what a damaged file may have put into it."""
+    """Return an OpenVDB error message with unprintable characters replaced, cut to 200 characters."""
     text = "".join(letter if letter.isprintable() else "?" for letter in str(error))
     return text if len(text) <= 200 else f"{text[:200]}..."

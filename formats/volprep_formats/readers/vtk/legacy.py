@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.unpacking import ForwardStream, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import VoxelFile
-from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
 from volprep_formats.readers.vtk.vti import UNPLACED
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
@@ -48,7 +48,7 @@ _TABLE = re.compile(rb"\s*LOOKUP_TABLE\b", re.IGNORECASE)
 _ARRAY = "ARRAY"
 """Stands before the name of the first array of a FIELD, whose line has no keyword."""
 _LAST = frozenset(("LOOKUP_TABLE", "COLOR_SCALARS", _ARRAY))
-"""What the voxels follow."""
+"""Keywords after which the voxels follow."""
 
 Lines = list[list[str]]
 
@@ -62,17 +62,17 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     sizes = parse_integers(_field(lines, "DIMENSIONS") or [], 1, LONGEST_AXIS)
     points = parse_integers(_field(lines, "POINT_DATA") or [], 1, 2**63 - 1)
     if sizes is None or len(sizes) != 3 or points != [prod(sizes)]:
-        raise VolprepError("VP1140", path=path, error="DIMENSIONS and POINT_DATA do not agree, or are no numbers")
+        raise VolprepError("VP1140", path=path, error=Said("DIMENSIONS and POINT_DATA do not agree, or are no numbers"))
     shape_zyx = (sizes[2], sizes[1], sizes[0])
     spacing = parse_floats(_field(lines, "SPACING") or _field(lines, "ASPECT_RATIO") or ["1", "1", "1"])
     origin = parse_floats(_field(lines, "ORIGIN") or ["0", "0", "0"])
     if spacing is None or origin is None or len(spacing) != 3 or len(origin) != 3:
-        raise VolprepError("VP1140", path=path, error="SPACING or ORIGIN is not three numbers")
+        raise VolprepError("VP1140", path=path, error=Said("SPACING or ORIGIN is not three numbers"))
     if min(spacing) <= 0:
         raise VolprepError("VP2021", path=path, which="field SPACING")
     grid = grid_from_affine(path, "field SPACING or ORIGIN", shape_zyx, np.diag(spacing), np.array(origin))
     voxels = _voxels(path, lines, data_bytes, shape_zyx, is_text=is_text)
-    return source_of(Told("vtk", grid, (UNPLACED,)), voxels, progress)
+    return source_of(HeaderFacts("vtk", grid, (UNPLACED,)), voxels, progress)
 
 
 def _header(path: Path) -> tuple[bool, Lines, int]:
@@ -81,7 +81,7 @@ def _header(path: Path) -> tuple[bool, Lines, int]:
         head = file.read(_MOST_HEADER_BYTES)
     start = _START.match(head)
     if start is None:
-        raise VolprepError("VP1140", path=path, error="it does not begin as a legacy VTK file")
+        raise VolprepError("VP1140", path=path, error=Said("it does not begin as a legacy VTK file"))
     lines: Lines = []
     end = start.end()
     while not lines or lines[-1][0] not in _LAST:
@@ -89,7 +89,7 @@ def _header(path: Path) -> tuple[bool, Lines, int]:
             break  # files of version 1.0 may name no table
         line_end = head.find(b"\n", end)
         if line_end < 0:
-            raise VolprepError("VP1140", path=path, error="its header has no end")
+            raise VolprepError("VP1140", path=path, error=Said("its header has no end"))
         words = head[end:line_end].decode("utf-8", "replace").split()
         end = line_end + 1
         if not words:
@@ -108,7 +108,7 @@ def _check_line(path: Path, lines: Lines, words: list[str]) -> None:
     if not lines and (key != "DATASET" or [word.upper() for word in words[1:]] != ["STRUCTURED_POINTS"]):
         raise VolprepError("VP1142", path=path, what=f"{' '.join(words)[:60]!r} instead of DATASET STRUCTURED_POINTS")
     if key == "CELL_DATA":
-        raise VolprepError("VP1141", path=path, problem="an array of cells where one of points is needed")
+        raise VolprepError("VP1141", path=path, problem=Said("an array of cells where one of points is needed"))
     before = [line[0] for line in lines]
     if "POINT_DATA" not in before:
         wanted = ["DATASET", "DIMENSIONS", "SPACING", "ASPECT_RATIO", "ORIGIN", "POINT_DATA"]

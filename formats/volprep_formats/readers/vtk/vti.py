@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -25,7 +25,7 @@ from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflate, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import Told, VoxelSource, check_declared, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
 from volprep_formats.readers.vtk.vti_xml import Array, Attributes, Document, parse_image
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
@@ -52,7 +52,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     grid = _grid(path, document)
     array = _scalars(path, document)
     voxels = _voxels(path, document, array, grid.shape_zyx)
-    return source_of(Told("vti", grid, (UNPLACED,)), voxels, progress)
+    return source_of(HeaderFacts("vti", grid, (UNPLACED,)), voxels, progress)
 
 
 def _grid(path: Path, document: Document) -> Grid:
@@ -146,7 +146,7 @@ def _voxels(path: Path, document: Document, array: Array, shape_zyx: tuple[int, 
 
 @dataclass(frozen=True)
 class _Part:
-    """Where in the file the bytes of one array are, raw or in base64."""
+    """Position in the file of the bytes of one array, raw or in base64."""
 
     path: Path
     start: int
@@ -154,7 +154,7 @@ class _Part:
     is_base64: bool
 
     def most_bytes(self, skip: int) -> int:
-        """How many bytes there can be after `skip` bytes of the file."""
+        """Largest number of bytes after `skip` bytes of the file."""
         there = max(self.end - self.start - skip, 0)
         return there // 4 * 3 if self.is_base64 else there
 
@@ -185,7 +185,7 @@ class _Part:
         except binascii.Error as error:
             raise VolprepError("VP1005", path=self.path, error=error) from error
         if len(decoded) != min(count, len(piece) // 4 * 3):
-            raise VolprepError("VP1005", path=self.path, error="base64 that ends too early")
+            raise VolprepError("VP1005", path=self.path, error=Said("base64 that ends too early"))
         return decoded
 
 
@@ -203,12 +203,12 @@ def _part(path: Path, document: Document, array: Array, form: str) -> _Part:
         file.seek(tag_bytes)
         mark = re.match(rb"<[^>]*>\s*_", file.read(_CHUNK_BYTES))
     if mark is None:
-        raise VolprepError("VP1140", path=path, error="no underscore begins its appended data")
+        raise VolprepError("VP1140", path=path, error=Said("no underscore begins its appended data"))
     return _Part(path, tag_bytes + mark.end() + offset[0], path.stat().st_size, is_base64=encoding == "base64")
 
 
 def _content(path: Path, array: Array) -> tuple[int, int]:
-    """Where the text of an inline array begins, without blanks, and where it ends."""
+    """Start and end of the text of an inline array, without blanks."""
     with open_regular(path) as file:
         file.seek(array.tag_bytes)
         mark = re.match(rb"<[^>]*>\s*", file.read(_CHUNK_BYTES))
@@ -260,4 +260,4 @@ def _block(path: Path, read: Callable[[int], bytes], packed_bytes: int, unpacked
             break
         yield piece
     if unpacked_bytes or packed_bytes or decoder.unused_data:
-        raise VolprepError("VP1005", path=path, error="a block is not of the size that its header says")
+        raise VolprepError("VP1005", path=path, error=Said("a block is not of the size that its header says"))

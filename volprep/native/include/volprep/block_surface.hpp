@@ -22,7 +22,7 @@ struct BlockPlanes {
     const int32_t* x;
 };
 
-// A block is occupied where it is not 0; what lies outside counts as empty. With `merged`, faces of a plane and a side
+// A block is occupied where it is not 0; everything outside counts as empty. With `merged`, faces of a plane and a side
 // are merged into rectangles. Every edge has exactly two triangles: a rectangle has a vertex wherever the corner of
 // another lies on its border, and where two blocks touch at an edge alone, each has its own vertex on that edge.
 // The size of the mesh is not known before it is made, so that it is allocated here. At most 2^31 - 1 vertices.

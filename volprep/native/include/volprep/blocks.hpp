@@ -1,5 +1,5 @@
 // The blocks of voxels that become one voxel of a level each, dealt into planes: plane k holds voxel k of every block,
-// so that what is done to one block is done to a vector of them.
+// so that each operation works on a vector of blocks.
 #pragma once
 
 #include <omp.h>
@@ -13,7 +13,7 @@
 
 namespace volprep {
 
-// The most voxels of a block of which all are kept: 8 MiB of float32.
+// Largest block that is kept whole: 8 MiB of float32.
 inline constexpr int64_t max_block_voxels = int64_t{1} << 21;
 
 // Blocks that are worked on together, and the most of them: 32 KiB of bytes for blocks of up to 64 voxels.

@@ -5,7 +5,7 @@
 
 namespace volprep {
 
-// What stands for 255 cells and more: a byte could not hold the distance.
+// The value of 255 cells and more, which a byte cannot hold.
 inline constexpr uint16_t far_away = 65535;
 
 // Numbers that one thread needs beside the result: a tile of columns along the longest axis but x, and one for each

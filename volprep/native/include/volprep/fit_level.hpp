@@ -17,7 +17,7 @@ struct SliceRange {
     int64_t end;
 };
 
-// What is fitted to what. Values are counted in bins 0 to bins - 1. Each transfer function has a look F[bin], linear
+// The data and the model. Values are counted in bins 0 to bins - 1. Each transfer function has a look F[bin], linear
 // between bins.
 struct FitTask {
     Shape3 shape;           // samples: voxels of level 0, or means of some
@@ -53,9 +53,9 @@ struct Means {
 //   step · Σ h (linear (v - u) + Σ weight d · (V - F[k] - (u - k) d)) / Σ h (linear + Σ weight d · d)
 // over the samples on which it has influence h, and stays within 0 and bins - 1. Where factors.z and factors.y are 2 or
 // more, a step takes the rows of samples whose z + y + steps left is odd, where z counts from the first slice of the
-// volume: half of them, as many above a voxel as below. A voxel sees after n iterations what
-// lies up to n voxels of the level away, so that slabs that reach so much further give the same level. The sums do not
-// depend on the number of threads. T: uint8_t, uint16_t.
+// volume: half of them, equally above and below a voxel. After n iterations a voxel depends on data up to n voxels of
+// the level away, so that slabs with a margin of n voxels give the same level. The sums do not depend on the number of
+// threads. T: uint8_t, uint16_t.
 template <typename T>
 void fit_level(const Codes<T>& samples, const FitTask& task, int iterations, float step, float* level,
                int threads) noexcept;

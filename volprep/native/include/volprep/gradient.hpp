@@ -23,7 +23,7 @@ struct Halo {
     constexpr int64_t slices() const noexcept { return int64_t{below} + int64_t{above}; }
 };
 
-// What turns a sum of differences, as an (x, y, z) column, into a vector of the wanted space and unit. Rows in order.
+// Matrix from a sum of differences, an (x, y, z) column, to a vector of the wanted space and unit. Rows in order.
 // Without rotation only the diagonal counts.
 struct GradientMatrix {
     float m[9];
@@ -31,8 +31,8 @@ struct GradientMatrix {
 };
 
 // dst[z, y, x, :] = matrix · sums at each voxel of the slab without its halo. At the border of the volume the
-// difference along the axis is one-sided, and what lies outside is the voxel at the edge; an axis of one voxel has no
-// slope. Sums of integers are exact; those of float32 are rounded in a fixed order. T: uint8_t, uint16_t, float.
+// difference along the axis is one-sided, and voxels outside repeat the voxel at the edge; an axis of one voxel has no
+// slope. Sums of integers are exact; sums of float32 are rounded in a fixed order. T: uint8_t, uint16_t, float.
 template <typename T>
 void gradient(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, const GradientMatrix& matrix, float* dst,
               int threads) noexcept;

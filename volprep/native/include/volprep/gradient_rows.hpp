@@ -52,7 +52,7 @@ inline constexpr bool lessens = K == GradientKernel::thesis;
 template <GradientKernel K>
 inline constexpr bool smooths = K != GradientKernel::forward && K != GradientKernel::central;
 
-// Indices between which the difference at `index` is taken, and what makes it as long as one over two voxels.
+// Indices of the difference at `index`, and the factor that scales it to one over two voxels.
 struct Difference {
     int64_t low;
     int64_t high;
@@ -116,7 +116,7 @@ struct Sums {
     alignas(64) S z[row_length<S>];
 };
 
-// What rows that are folded along z and x leave for those after them.
+// Sums of rows folded along z and x, kept for the rows after them.
 template <typename S>
 struct Pending {
     // Of the last row: its slopes, and what its sums have of it and of the row before.
@@ -178,7 +178,7 @@ class Rows {
     // multiplied by these factors, 2 at a border and else 1.
     template <typename Sink>
     void run(Span y, const Sink& sink) noexcept {
-        // What these two complete is not wanted.
+        // The results of these two are unused.
         take(y.begin - 1);
         take(y.begin);
         for (int64_t row = y.begin; row < y.end; ++row) {

@@ -6,7 +6,7 @@
 
 namespace volprep {
 
-// Bins of either value: bin b stands for codes around b / 255 of the largest code.
+// Bins of either value: bin b holds the codes around b / 255 of the largest code.
 inline constexpr int64_t joint_bins = 256;
 inline constexpr int64_t joint_counts = joint_bins * joint_bins;
 // Counts of a call have 32 bits.

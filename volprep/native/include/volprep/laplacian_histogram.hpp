@@ -10,7 +10,7 @@
 namespace volprep {
 
 // Bins of |Laplacian|, 0 to 6 times the range of the type. One for each size up to 2047; from there on a power of two
-// of sizes has 2048 bins or half as many, each 2^e wide: bin k = 2048 · e + m begins at (2048 + m) · 2^e − 2048. A
+// of sizes has 2048 or 1024 bins, each 2^e wide: bin k = 2048 · e + m begins at (2048 + m) · 2^e − 2048. A
 // table of all sizes of 16 bits would not stay in the cache.
 inline constexpr int32_t laplacian_steps = 2048;
 

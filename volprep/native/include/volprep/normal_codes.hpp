@@ -1,4 +1,4 @@
-// Codes of a run of vectors: shared by the normals of level 0 and those of coarser levels.
+// Codes of a run of vectors: shared by the normals of level 0 and of coarser levels.
 #pragma once
 
 #include <algorithm>

@@ -26,7 +26,7 @@ namespace volprep::gradients::avx2 {
 
 #define VOLPREP_AVX2_INLINE __attribute__((target("avx2"), always_inline)) inline
 
-// What int16 sums are multiplied by when they become float32: they are put into the upper half of a word.
+// Factor of int16 sums when they become float32: they are put into the upper half of a word.
 template <typename S>
 inline constexpr float widening = std::is_same_v<S, int16_t> ? 0x1p16F : 1.0F;
 
@@ -102,7 +102,7 @@ VOLPREP_AVX2_INLINE __m256i octets_of(const Vectors& v, float magnitude_factor) 
 }
 
 // Codes of `count` voxels. The roots of each eight are begun before the eight before are divided: a CPU does not look
-// far enough ahead by itself (sums of bytes: 1.06 → 0.74 ns a voxel). What is read beyond the end is not used.
+// far enough ahead by itself (sums of bytes: 1.06 → 0.74 ns a voxel). Data read beyond the end is unused.
 template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
 __attribute__((target("avx2"))) void encode(const Sums<S>& sums, GradientMatrix matrix, float magnitude_factor,
                                             int64_t count, uint8_t* dst) noexcept {
@@ -115,7 +115,7 @@ __attribute__((target("avx2"))) void encode(const Sums<S>& sums, GradientMatrix 
         const Vectors vectors = next;
         next = vectors_at<S, ROTATES>(sums, x + 8, matrix);
         const __m256i octets = octets_of<CODE, MAGNITUDE>(vectors, magnitude_factor);
-        // What is written too much by the first half is written over by the second, or by the next eight.
+        // Surplus bytes of the first half are overwritten by the second, or by the next eight.
         const bool last = x + 16 > count;
         uint8_t rest[32];
         uint8_t* const to = last ? rest : dst + bytes * x;

@@ -3,9 +3,9 @@
 //
 // For each pixel, light I = integral of c tau exp(-integral of tau) along its ray, and opacity 1 - exp(-integral of
 // tau). The ray is cut at every plane of voxel centres and wherever the field crosses a control point; on a piece the
-// field is a cubic, the optical depth an exact quartic, and what remains is integrated by a Gauss rule with a proven
-// bound (src/oracle_beam.cpp). Splitting rays this way was described by Weiss and Westermann, "Differentiable Direct
-// Volume Rendering and Ray Splitting", EuroVis 2021; the quadrature and its bound are our own derivation.
+// field is a cubic, the optical depth an exact quartic, and the remaining integral is computed by a Gauss rule with a
+// proven bound (src/oracle_beam.cpp). Splitting rays this way was described by Weiss and Westermann, "Differentiable
+// Direct Volume Rendering and Ray Splitting", EuroVis 2021; the quadrature and its bound are our own derivation.
 //
 // The bound covers: quadrature; light behind the place where the ray was stopped; and rounding, to first order, with a
 // ray that starts at the float64 origin and direction of its pixel. It is larger than the tolerance only where float64
@@ -30,8 +30,8 @@ struct OracleTransfer {
     const double* extinctions_per_mm;  // [count], not negative; above 1e9 (and infinite) counts as 1e9
 };
 
-// The normals of voxels that are lit; where `vectors` is none, directions of gradients; or, where `slope_scale` is
-// above 0, slopes as a shader takes them by forward or central differences of stored values, times this.
+// Normals of lit voxels: `vectors`, or directions of gradients if it is null; or, if `slope_scale` is above 0, slopes
+// as a shader takes them by forward or central differences of stored values, times `slope_scale`.
 struct OracleNormals {
     GradientKernel kernel;
     const float* vectors;  // [z, y, x, (x, y, z)], as long as they are

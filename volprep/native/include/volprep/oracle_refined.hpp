@@ -1,6 +1,7 @@
 // Pictures whose light has no proven bound: rays are refined until two halvings of their steps agree.
 #pragma once
 
+#include "volprep/light/stored.hpp"
 #include "volprep/oracle.hpp"
 
 namespace volprep {
@@ -28,10 +29,11 @@ struct OracleRefined {
     const OracleLight* light;  // none: from where the viewer is, as in render_oracle
     double* rgba;              // [height, width, 4], premultiplied linear
     double* bound;             // [height, width], the larger of the last two changes: an estimate, no bound
+    const light::StoredLight* baked = nullptr;  // multiplies the colours of the medium; none where nothing does
 };
 
-// For each pixel emission and absorption, or what maximum intensity difference accumulation tends to with fine steps
-// (src/oracle_refined.cpp). Of `volume`, `nearest` must not be set; where `normals` is none nothing is lit. Voxels and
+// For each pixel emission and absorption, or the limit of maximum intensity difference accumulation with fine steps
+// (src/oracle_refined.cpp). `volume.nearest` must not be set; without `volume.normals` nothing is lit. Voxels and
 // threads as in render_oracle.
 template <typename Voxel>
 void render_refined(const Voxel* voxels, const OracleVolume& volume, const OracleTransfer& transfer,

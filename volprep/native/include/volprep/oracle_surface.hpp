@@ -16,7 +16,7 @@ struct OracleSurface {
     double* normal;  // [height, width, (x, y, z)], interpolated there; 0 where nothing is lit
     double* normal_mm;                 // [height, width], how much the normal changes per millimetre
     const double* light_mm = nullptr;  // place of a light whose shadows are asked for, or none
-    double offset_mm = 0.0;            // what is nearer to a hit than this throws no shadow on it
+    double offset_mm = 0.0;            // matter nearer to a hit than this casts no shadow on it
     double* reaching = nullptr;        // [height, width], 1 where the light reaches the hit, 0 in shadow
 };
 

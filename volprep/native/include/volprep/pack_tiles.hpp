@@ -10,7 +10,7 @@ namespace volprep {
 // Slices that fill one channel of the strip.
 struct TilePlane {
     const std::byte* first;  // the first slice, height × width elements in C order
-    int64_t slices;          // slices that there are
+    int64_t slices;          // number of slices
 };
 
 struct TileStrip {
@@ -18,7 +18,7 @@ struct TileStrip {
     int64_t height;         // of a slice, in texels
     int64_t width;          // of a slice, in texels
     int64_t gutter;         // texels around each tile that repeat its edge
-    int64_t columns;        // width of the strip, at least tiles · (width + 2 · gutter) texels; what is left over is 0
+    int64_t columns;        // width of the strip, at least tiles · (width + 2 · gutter) texels; the rest is 0
     int64_t step;           // tile i takes slice i · step of each plane, and is 0 where the plane has no such slice
     int64_t element_bytes;  // of a voxel; with four planes 1 or 2
 

@@ -39,8 +39,8 @@ struct QuantizationLoss {
 };
 
 // dst[x] = round_half_even((physical − low) · ((2^bits − 1) / (high − low))), clamped to 0 … 2^bits − 1, all in double
-// and in that order: the quotient first, so that a window of as many units as there are steps maps integers to
-// themselves exactly. NaN gets the code of low, which is 0; an infinity gets the code of the end it points to.
+// and in that order: the quotient first, so that a window with one unit for each step maps integers to themselves
+// exactly. NaN gets the code of low, which is 0; an infinity gets the code of the end it points to.
 // histogram[code] += how often it was given; it has stored_bins<Code> entries. Returns the error of these voxels.
 // threads >= 1; voxels <= max_tally_voxels. Code: uint8_t, uint16_t.
 //

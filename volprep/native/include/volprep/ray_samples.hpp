@@ -1,5 +1,5 @@
 // Trilinear samples of a volume along rays, slab by slab: a pass over a volume of any depth leaves a bounded number of
-// samples, from which pictures can be made again and again with other transfer functions.
+// samples, which give pictures for any number of transfer functions.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@ namespace volprep {
 
 // values[k] = mean of v · bins_per_code over the voxels v of block k, summed exactly. looks of k = mean of F[nearest
 // bin] over the rows of block k in which z - y, from the block's first voxel, is a multiple of the smaller of factors.z
-// and factors.y: as many of each slice as of the others, and of each height. They are summed in float32: rows from left
+// and factors.y: each slice and each height has the same number of them. They are summed in float32: rows from left
 // to right, then the rows in order of z and y. A block that hangs over the edge has the voxels inside. T: uint8_t,
 // uint16_t.
 template <typename T>

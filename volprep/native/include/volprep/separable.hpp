@@ -1,8 +1,9 @@
 // The passes that separable filters share: z, then y, then x, fused row by row, so that no intermediate volume exists.
-// One row of sums along z is made for each row of voxels and kept, with as many rows before it as the filter is high,
-// in a ring that stays in the cache; the sums along y are made of the ring, and those along x of a row that is dealt
-// into one plane for each phase, so that every loop reads neighbours and vectorises. Integers are dealt while they are
-// summed along z where two voxels become one along x: that costs nothing, as they have to be widened there anyway.
+// One row of sums along z is made for each row of voxels. It is kept, together with the earlier rows that the height of
+// the filter spans, in a ring that stays in the cache; the sums along y are made of the ring, and the sums along x of a
+// row that is dealt into one plane for each phase, so that every loop reads neighbours and vectorises. Integers are
+// dealt while they are summed along z where two voxels become one along x: that costs nothing, as they have to be
+// widened there anyway.
 #pragma once
 
 #include <omp.h>
@@ -19,8 +20,8 @@
 namespace volprep::separable {
 
 // Rows of the level that one task makes. Tasks follow each other along z, so that most of the slices that the filter
-// reaches over stay in the L2 cache: 8 slices of 132 rows of 512 bytes for the Gaussian. Half as many rows take bytes
-// 2 to 8 % longer, for more of them are summed along z twice.
+// reaches over stay in the L2 cache: 8 slices of 132 rows of 512 bytes for the Gaussian. With half of the rows,
+// bytes take 2 to 8 % longer, because more rows are summed along z twice.
 inline constexpr int64_t task_rows = 64;
 
 // Sizes of what a thread needs, all in elements.
@@ -53,8 +54,8 @@ struct Sizes {
 
 constexpr int64_t aligned(int64_t bytes) noexcept { return (bytes + 63) / 64 * 64; }
 
-// What `Finish` wants to know of the least and the greatest voxel: nothing, those of the cell, or whether its result
-// lies between those of the filter's support.
+// Extrema that `Finish` needs: none, the least and greatest voxel of the cell, or whether its result lies between the
+// extrema of the filter's support.
 enum class Range { none, cell, clamps };
 
 // A part of a filter's support: weights [begin, end).
@@ -124,7 +125,7 @@ int64_t scratch_bytes(Shape3 shape, const Taps3& taps, Range range) noexcept {
     return Rows<T, WideSums<T>>{}.lay_out(Sizes(shape, taps), range, nullptr);
 }
 
-// What one thread does: rows of one slice of the level, from top to bottom.
+// The work of one thread: rows of one slice of the level, from top to bottom.
 template <typename T, typename Sums, typename Finish>
 class Worker {
   public:
@@ -167,7 +168,7 @@ class Worker {
     }
 
   private:
-    // What lies in the range of a few voxels lies in that of all: only where it does not, that of all is made.
+    // A result in the range of a few voxels is in the range of all, which is computed only where this test fails.
     void clamp(int64_t z, int64_t y, T* dst) noexcept {
         const auto finish = [&] { return finish_.row(rows_.sums, rows_.low, rows_.high, sizes_.cells, dst); };
         if (hopeful_) {

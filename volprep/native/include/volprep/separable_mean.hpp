@@ -1,4 +1,4 @@
-// The mean that a sum of a separable filter stands for, as a real number or rounded.
+// The mean of a sum of a separable filter, as a real number or rounded.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ inline double divisor(const Taps3& taps) noexcept {
     return static_cast<double>(taps.z.sum()) * static_cast<double>(taps.y.sum()) * static_cast<double>(taps.x.sum());
 }
 
-// What means are computed in: where float holds every sum, twice as many of them fit a vector.
+// Type of means: where float holds every sum, a vector holds twice the number.
 template <typename Sums>
 using Real = std::conditional_t<std::is_same_v<Sums, ShortSums>, float, double>;
 

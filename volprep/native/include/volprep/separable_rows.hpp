@@ -14,7 +14,7 @@
 
 namespace volprep::separable {
 
-// What integers are added in: narrower ones are promoted to int anyway.
+// Type of sums of integers: narrower ones are promoted to int anyway.
 template <typename Out>
 using Wider = std::conditional_t<std::is_integral_v<Out>, int32_t, double>;
 
@@ -252,7 +252,7 @@ T greater(T a, T b) noexcept {
     return a < b ? b : a;
 }
 
-// lowest, highest = those of four rows and, unless they are the first, of what they were.
+// lowest, highest = extrema of four rows and, unless these are the first, of their previous contents.
 template <typename T, bool FIRST>
 VOLPREP_CLONES void widen(std::array<const T*, 4> low, std::array<const T*, 4> high, int64_t length,
                           T* __restrict lowest, T* __restrict highest) noexcept {
@@ -280,7 +280,7 @@ void find_range(int64_t begin, int64_t end, const Low& low, const High& high, in
     }
 }
 
-// lowest[i], highest[i] = those of the pairs that begin at 2 i.
+// lowest[i], highest[i] = extrema of the pair that begins at 2 i.
 template <typename T>
 VOLPREP_CLONES void fold_pairs(const T* low, const T* high, int64_t length, T* __restrict lowest,
                                T* __restrict highest) noexcept {

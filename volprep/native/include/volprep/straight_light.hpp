@@ -8,7 +8,7 @@
 
 namespace volprep {
 
-// Values [samples][count] of rays: sample i lies in the middle of segment i of as many equal ones.
+// Values [samples][count] of rays: sample i lies in the middle of segment i; all segments are equally long.
 struct SampledRays {
     const double* values;
     int64_t samples;

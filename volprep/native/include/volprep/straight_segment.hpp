@@ -17,7 +17,7 @@
 namespace volprep::straight {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// What is behind 40 optical depths adds 4e-18.
+// Light from behind 40 optical depths adds 4e-18.
 inline constexpr double kDark = 40.0;
 inline constexpr int kNodes = 5;
 inline constexpr double kNode[kNodes] = {0.04691007703066800, 0.23076534494715845, 0.5, 0.76923465505284155,
@@ -116,7 +116,7 @@ inline void point_light(const std::vector<Part>& parts, double value, double* li
     for (int i = 0; i < 4; ++i) light[i] = (sides[0][i] + sides[1][i]) / 2;
 }
 
-// What the pieces of a segment from `front` to another value, `back`, make together. `near_part` is the number of a
+// The joint light of the pieces of a segment from `front` to another value, `back`. `near_part` is the number of a
 // part that both may lie in, and becomes that of the part where the segment ends: most segments lie in one part, that
 // of the segment before.
 inline Sum segment_sum(const std::vector<Part>& parts, double front, double back, double step_mm,

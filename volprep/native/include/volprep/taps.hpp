@@ -5,7 +5,7 @@
 
 namespace volprep {
 
-// The weights along one axis of the voxels from which one voxel of the level is made: `count` of them, symmetric about
+// Weights along one axis of the voxels that make one voxel of the level: `count` of them, symmetric about
 // the centre of its cell, which is `factor` voxels wide. So a filter moves nothing, and a ramp stays a ramp.
 struct Taps {
     const int32_t* weights;
@@ -40,11 +40,11 @@ struct Taps3 {
     Taps x;
 };
 
-// The largest sum of the weights' sizes along an axis with which every sum of voxels is exact.
+// The largest sum of absolute weights along an axis that keeps every sum of voxels exact.
 inline constexpr int64_t max_absolute_weights = 2048;
 
 // src holds slices src_z, src_z + 1, ... of a volume of `depth` slices; dst holds slices dst_z, ... of the level. src
-// must hold every slice of the volume that those of dst are made from.
+// must hold every slice of the volume that the slices of dst are made from.
 struct SlabPlace {
     int64_t src_z;
     int64_t depth;

@@ -1,4 +1,4 @@
-// What a kernel's `threads` argument means.
+// Meaning of a kernel's `threads` argument.
 #pragma once
 
 #include <omp.h>

@@ -5,7 +5,7 @@
 
 namespace volprep {
 
-// minimum and maximum of the finite voxels, zero always as +0; (+inf, −inf) where there are none.
+// minimum and maximum of the finite voxels, zero always as +0; (+inf, −inf) without any.
 struct ValueRange {
     float minimum;
     float maximum;

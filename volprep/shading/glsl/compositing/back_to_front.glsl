@@ -1,9 +1,9 @@
 //: Emission and absorption, summed from the far end (Porter and Duff 1984: over). Sections: about; start, before the
 //: loop; sample, in it, the segment whose middle is i; picture. MEDIUM is the colour and the extinction of the segment;
-//: slot light changes its colour. No section stop: what is in front comes last.
+//: slot light changes its colour. No section stop: the front comes last.
 //#section about
 // The integral of colour * extinction * exp(-optical depth) along the pixel's ray, in equal segments of u_step_mm at
-// most, each laid over what is behind it. Gives premultiplied linear light; alpha is the opacity.
+// most, each laid over the picture behind it. Gives premultiplied linear light; alpha is the opacity.
 //#section start
 float segment_mm = length_mm / max(count, 1.0);
 float transmittance = 1.0;

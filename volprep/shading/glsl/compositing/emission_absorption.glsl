@@ -23,14 +23,14 @@ transmittance = remaining;
 //#part stop_picture
 $PICTURE = vec4(colour, 1.0 - transmittance);
 //#section stop_start
-// A ray ends where what is behind adds at most this: with steps finer than the nominal one less, as their error is.
+// A ray ends where light from behind adds at most this. With finer steps it is less, as their error is.
 float least_transmittance = $LEAST_TRANSMITTANCE * pow(min(u_step_mm / $NOMINAL_STEP_MM, 1.0), 2.0);
 //#section stop
 if (transmittance < least_transmittance) {
   break;
 }
 //#section stop_picture
-// What is behind the end of the ray looks as what is before it.
+// The volume behind the end of the ray looks like the volume before it.
 if (transmittance < least_transmittance) {
   colour /= 1.0 - transmittance;
   transmittance = 0.0;

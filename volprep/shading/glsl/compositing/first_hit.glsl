@@ -35,7 +35,7 @@ if (passed > 0.0) {
 $PICTURE = vec4(0.0);
 if (passed > 0.0) {
   //#part hit
-  // Only where the box cuts what is solid is the value at the segment's front more than ISOVALUE.
+  // Only where the box cuts a solid is the value at the segment's front more than ISOVALUE.
   vec4 medium = classify(max(stored_value(start + stride * (passed - 0.5)), ISOVALUE));
   //#part light
   float opacity = 1.0 - exp(-medium.a * REFERENCE_MM);

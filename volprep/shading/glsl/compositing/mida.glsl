@@ -2,7 +2,7 @@
 //: sample, in it, the segment whose middle is i; picture. The sampling gives stored_value, the classification classify.
 //#section about
 // Light of equal segments of u_step_mm at most, front to back. A segment whose intensity exceeds the greatest one so
-// far hides as much of what lies in front of it. Gives premultiplied linear light; alpha is the opacity.
+// far hides the same share of the light in front of it. Gives premultiplied linear light; alpha is the opacity.
 // Intensity, 0 to 1, of a normalised stored value.
 const float INTENSITY_SCALE = $INTENSITY_SCALE;
 const float INTENSITY_OFFSET = $INTENSITY_OFFSET;

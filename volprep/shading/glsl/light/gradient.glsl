@@ -1,6 +1,6 @@
 //: Normals from the volume itself. Sections: central; forward; central_in_block; forward_in_block. The sampling gives
-//: stored_value, and says what a voxel is in positions, where the last voxel ends, how many positions a millimetre is,
-//: and NEAR, how the volume is read beside `centre`, OF being what that takes first.
+//: stored_value, the size of a voxel in positions, the end of the last voxel, the number of positions per millimetre,
+//: and NEAR, which reads the volume beside `centre`; OF is its first argument.
 //#section central
 // The gradient of the normalised stored values, per millimetre, from samples one voxel before and behind.
 vec3 normal_at(vec3 at) {

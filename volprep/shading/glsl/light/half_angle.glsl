@@ -2,7 +2,7 @@
 //: alpha is the opacity of the layers between the light and this one; u_light_from_box, 4x4, to clip coordinates of
 //: the light's view; v_layer and u_box_from_slices of slices/layer.glsl. Sections: what the light's own layers write,
 //: about and sample and picture.
-// What the layers before this one leave of the light.
+// The light left by the layers before this one.
 uniform highp sampler2D u_shadow;
 uniform mat4 u_light_from_box;
 // The part of the light that reaches a place of this layer, box millimetres, whose extinction goes on to the layer's

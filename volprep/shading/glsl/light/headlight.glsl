@@ -7,7 +7,7 @@ vec3 direction = normalize($FROM_VIEWER);
 if (medium.a > 0.0) {
   vec3 normal = normal_at($LIT_AT);
   float squared = dot(normal, normal);
-  // What has no normal is no surface, and keeps its colour.
+  // A sample without a normal is no surface, and keeps its colour.
   if (squared > $LEAST_SQUARED) {
     medium.rgb *= abs(dot(normal, direction)) * inversesqrt(squared);
   }

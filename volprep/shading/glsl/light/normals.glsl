@@ -1,6 +1,6 @@
 //: Slots: normal_texels declares the texture, as the section texture3d or as a mosaic; normal_code gives
 //: decoded_normal(texel). NORMAL_TEXEL reads the texel at `at`.
-// Directions of gradients along the volume's axes, about 1 long; 0 where there is none.
+// Directions of gradients along the volume's axes, about 1 long; 0 without a gradient.
 //#part normal_texels
 
 //#part normal_code

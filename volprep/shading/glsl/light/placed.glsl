@@ -20,7 +20,7 @@ if (medium.a > 0.0) {
   vec3 place = $LIT_AT;
   vec3 normal = normal_at(place);
   float squared = dot(normal, normal);
-  // What has no normal is no surface, and keeps its colour.
+  // A sample without a normal is no surface, and keeps its colour.
   if (squared > $LEAST_SQUARED) {
     normal *= (dot(normal, direction) > 0.0 ? -1.0 : 1.0) * inversesqrt(squared);
     vec3 to_light = normalize(u_light_mm - place / $POSITION_PER_MM);

@@ -1,12 +1,12 @@
 //: A shadow map (Williams 1978; mobile volume rendering thesis, section 4.2). In: u_shadow, RGBA32F, NEAREST: red is
-//: the distance from the light to the first place of the surface, millimetres, alpha 0 where there is none;
+//: the distance from the light to the first place of the surface, millimetres, alpha 0 without a surface;
 //: u_light_from_box, 4x4, to clip coordinates of the light's view. Word SIZE, texels of an edge. Section distance: what
 //: the pass that makes it writes.
 // How far the light goes, along each of its rays.
 uniform highp sampler2D u_shadow;
 uniform mat4 u_light_from_box;
 // 1 if the light reaches a place of the surface, box millimetres, 0 if something is nearer to it. Half a voxel and two
-// texels are left out, by which the place, and the surface within a texel, may be off.
+// texels are left out, the possible error of the place, and of the surface within a texel.
 float light_reaching(vec3 place_mm) {
   vec3 voxel_mm = $VOXEL / $POSITION_PER_MM;
   vec4 seen = u_light_from_box * vec4(place_mm, 1.0);
@@ -18,7 +18,7 @@ float light_reaching(vec3 place_mm) {
 }
 
 //#section about
-// The distance from the light to the first place of the surface, millimetres; alpha is 0 where there is none.
+// The distance from the light to the first place of the surface, millimetres; alpha is 0 without a surface.
 uniform vec3 u_light_mm;
 const float ISOVALUE = $ISOVALUE;
 //#part touch

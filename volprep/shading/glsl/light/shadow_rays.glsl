@@ -48,4 +48,4 @@ float light_reaching(vec3 place_mm, bool is_below) {
 }
 
 //#section start
-float front = stored_value(start);
+$FRONT front = $FRONT_AT(start);

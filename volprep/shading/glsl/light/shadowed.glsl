@@ -8,11 +8,11 @@ if (medium.a > 0.0) {
   if (squared > $LEAST_SQUARED) {
     normal *= (dot(normal, direction) > 0.0 ? -1.0 : 1.0) * inversesqrt(squared);
     vec3 to_light = normalize(u_light_mm - place_mm);
-    // What faces away from the light is in its own shadow.
+    // A surface that faces away from the light is in its own shadow.
     float reaching = dot(normal, to_light) > 0.0 ? light_reaching(place_mm$SIDE) : 0.0;
     medium.rgb = lit(medium.rgb, normal, to_light, -direction, reaching);
   } else {
-    // What has no normal is no surface: light takes nothing from its colour, but a shadow does.
+    // A sample without a normal is no surface: light takes nothing from its colour, but a shadow does.
     medium.rgb *= mix(AMBIENT, 1.0, light_reaching(place_mm$SIDE));
   }
 }

@@ -1,6 +1,6 @@
 //: Slab test (Kay and Kajiya 1986). In: a ray, origin + t * ray with t from 0 to 1, in box millimetres, highp. Words:
 //: two opposite corners of the box.
-// Fractions of the ray at which it enters and leaves the box. The second is less than the first if the ray misses it.
+// Fractions of the ray where it enters and leaves the box. The second is less than the first if the ray misses it.
 vec2 clip_to_box(vec3 origin, vec3 ray) {
   // Along an axis that the ray does not move on, division by zero is undefined in GLSL ES; a slope of 1e-7 moves the
   // ray by less than float32 resolves.

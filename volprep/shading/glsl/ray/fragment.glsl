@@ -1,10 +1,10 @@
 //: Fragment shader of all ray casters, both dialects, highp throughout. In: the ends of the pixel's ray, homogeneous
 //: box millimetres. Out: RGBA, premultiplied linear light, 0 to 1. Slots before main: dialect; rays; steps, what
-//: `count` needs; sampling gives position(millimetres) and what reads the volume at a position; classification makes
+//: `count` needs; sampling gives position(millimetres) and reads the volume at a position; classification makes
 //: (linear colour, extinction per millimetre) of it; box gives clip_to_box, where the ray is cut by arithmetic;
-//: skipping and lighting, where the package has them; about says what the picture is. Slots in main: rays_ends;
-//: inside, the fractions of the ray at which it enters and leaves the box; cut, where only a part of what is inside
-//: the box is drawn, leaves it in `inside`; count, the number of samples, and their length; compositing_start;
+//: skipping and lighting, where the package has them; about describes the picture. Slots in main: rays_ends;
+//: inside, the fractions of the ray where it enters and leaves the box; cut, if only a part of the box is drawn,
+//: leaves that part of the ray in `inside`; count, the number of samples, and their length; compositing_start;
 //: rays_start finds the first sample; classification_start; skipping_start; lighting_start; loop takes the samples;
 //: picture writes the result.
 //#part dialect

@@ -1,5 +1,5 @@
-//: GLSL ES 3.00: a loop may end where the ray does. FIRST is the first sample, LAST ends them, and so does what is not
-//: GOING. Drivers that draw pixels in groups leave a loop by its condition faster than by a break, which takes a
+//: GLSL ES 3.00: a loop may end where the ray does. FIRST is the first sample; LAST ends the loop, and so does a
+//: false GOING. Drivers that draw pixels in groups leave a loop by its condition faster than by a break, which takes a
 //: seventh of the time of a picture (tests/benchmarks/bench_vtk.py).
 for (float i = $FIRST; i < $LAST$GOING; i++) {
   //#part sample

@@ -1,6 +1,6 @@
 //: As loop_es300, for rays that skip. Pixels are drawn in groups, whose rays wait for each other: all jump first, as
-//: often as each must, and then all take a run of samples. Where each did what came next for it, groups took as many
-//: runs as there are jumps and runs: a tenth to a sixth of the time (tests/benchmarks/bench_vtk.py).
+//: often as each must, and then all take a run of samples. If each ray took its own next step instead, a group
+//: would take a run for each jump and each run: a tenth to a sixth of the time (tests/benchmarks/bench_vtk.py).
 while (next < $LAST$GOING) {
   while (next < $LAST) {
     //#part look

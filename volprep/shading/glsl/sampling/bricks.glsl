@@ -1,6 +1,6 @@
 //: GLSL ES 3.00. In: u_volume, R8, R16 or R16F, 3D, CLAMP_TO_EDGE, LINEAR or NEAREST, bricks of $PITCH texels;
 //: u_bricks, RGBA8, 3D, a texel for each brick: its place and alpha 1, or alpha 0 and a 16-bit value. Slot value_near,
-//: where gradients are taken: section near. It reads ghost voxels, of which a brick has one at least.
+//: where gradients are taken: section near. It reads ghost voxels; a brick has at least one.
 // The volume as bricks that hold the voxels at both ends of their cells.
 uniform highp sampler3D u_volume;
 uniform highp sampler3D u_bricks;

@@ -1,6 +1,6 @@
 //: GLSL ES 1.00. A mosaic: slices as tiles of one or several textures, 2D, CLAMP_TO_EDGE, at most 4096 texels wide,
 //: where float32 places a texel's centre to 2^-11 of a texel. One instance for the volume, one for normals, one for a
-//: skip table. Words: ABOUT, what it holds; P, in front of the names of constants; TEXEL, the function; SAMPLER; its
+//: skip table. Words: ABOUT, its contents; P, in front of the names of constants; TEXEL, the function; SAMPLER; its
 //: layout. Slots: sampler declares it; unit leaves the number of the texture in `unit`, and the tile's in it in `tile`;
 //: place is the section clamped, gutter or centre; fetch reads the texture.
 // $ABOUT
@@ -28,4 +28,4 @@ vec2 place = vec2(column, row) * ${P}PITCH + $GUTTER + at;
 // At the centre of a texel the linear filter gives the texel itself.
 vec2 place = vec2(column, row) * ${P}PITCH + at;
 //#section fetch
-return texture2D($SAMPLER, place / ${P}MOSAIC);
+return $TEXTURE_2D($SAMPLER, place / ${P}MOSAIC);

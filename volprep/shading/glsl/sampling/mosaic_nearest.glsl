@@ -16,7 +16,7 @@ float channel = slice - tile * 4.0;
 float tile = min(floor((slice + 0.5) / 3.0), $LAST_TILE);
 float channel = slice - tile * 3.0;
 //#section planar
-// Red holds the first slices of a texture, green those that follow. Half a slice away from an exact quotient.
+// Red holds the first slices of a texture, green the next ones. Half a slice away from an exact quotient.
 float channel = floor((slice + 0.5) / $TILES);
 float tile = slice - channel * $TILES;
 //#part planar_unit

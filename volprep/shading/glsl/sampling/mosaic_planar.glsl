@@ -1,4 +1,4 @@
-//: A mosaic whose red channel holds the first slices of a texture, green those that follow, and so on: two fetches for
+//: A mosaic whose red channel holds the first slices of a texture, green the next ones, and so on: two fetches for
 //: each sample. Slot: planar_unit, where there are several textures: section unit.
 const float LAST_SLICE = $LAST_SLICE;
 float slice_value(float slice, vec2 at) {

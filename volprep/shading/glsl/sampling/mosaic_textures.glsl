@@ -1,4 +1,4 @@
-//: What a mosaic in several textures has beside mosaic.glsl: its samplers, and the sections unit and fetch.
+//: Additions to mosaic.glsl for a mosaic in several textures: its samplers, and the sections unit and fetch.
 //: GLSL ES 1.00 cannot index samplers, so a chain chooses. Words: TILES, tiles of a texture; UNIT, all textures but the
 //: last.
 //#each UNIT
@@ -8,10 +8,10 @@ uniform highp sampler2D ${SAMPLER}_$LAST_UNIT;
 vec4 unit_${TEXEL}(float unit, vec2 place) {
   //#each UNIT
   if (unit < $UNIT.5) {
-    return texture2D(${SAMPLER}_$UNIT, place);
+    return $TEXTURE_2D(${SAMPLER}_$UNIT, place);
   }
   //#end
-  return texture2D(${SAMPLER}_$LAST_UNIT, place);
+  return $TEXTURE_2D(${SAMPLER}_$LAST_UNIT, place);
 }
 //#section unit
 // Tiles are numbered through all textures.

@@ -1,4 +1,4 @@
-//: A mosaic with one slice in a texel: two fetches for each sample. Words: those of mosaic.glsl; VOXEL, the function.
+//: A mosaic with one slice in a texel: two fetches for each sample. Words: as mosaic.glsl has; VOXEL, the function.
 const float ${P}LAST_SLICE = $LAST_SLICE;
 vec4 $VOXEL(vec3 at) {
   float slice = clamp(at.z - 0.5, 0.0, ${P}LAST_SLICE);

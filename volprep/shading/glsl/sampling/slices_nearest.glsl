@@ -1,4 +1,4 @@
-//: A mosaic with one slice in a texel whose values must not be mixed: one fetch for each sample. Words: as those of
+//: A mosaic with one slice in a texel whose values must not be mixed: one fetch for each sample. Words: as in
 //: slices_linear.glsl.
 const float ${P}LAST_SLICE = $LAST_SLICE;
 // The voxel that the position is in.

@@ -43,7 +43,7 @@ vec3 block_last() {
   vec3 last = u_box_high_mm * VOXELS_PER_MM;
   return last + step($LAST_POSITION - 0.25, last);
 }
-// The slope along each axis between two positions, the others being those of `centre`.
+// The slope along each axis between two positions, the others are taken from `centre`.
 vec3 slope_between(vec3 before, vec3 behind, vec3 centre) {
   vec3 first = vec3(
     stored_value(vec3(before.x, centre.yz)),

@@ -8,7 +8,7 @@ uniform float u_slices;
 // Slices across the view, as published: the opacity of a slice is linear in its distance from the next. Gives
 // colour times opacity.
 //#section cut
-// The middle of the layer, and whether it is in the volume. The viewer looks along the stack: nobody sees a front
+// The middle of the layer, and whether it is in the volume. The viewer looks along the stack: no viewer sees a front
 // side.
 vec3 across = u_box_from_slices[2].xyz / dot(u_box_from_slices[2].xyz, u_box_from_slices[2].xyz);
 float middle = (0.5 * (v_layer.x + v_layer.y) - dot(origin - u_box_from_slices[3].xyz, across)) / dot(ray, across);

@@ -1,8 +1,8 @@
-//: Compute shader, GLSL ES 3.10: what a tile of the picture costs, as many samples as the ray of the pixel in its
-//: middle takes (Diaz-Garcia et al. 2018, section 4.2). It stands in ray/fragment.glsl for dialect, rays, rays_ends,
+//: Compute shader, GLSL ES 3.10: the cost of a tile of the picture, which is the number of samples on the ray of its
+//: middle pixel (Diaz-Garcia et al. 2018, section 4.2). In ray/fragment.glsl it fills slots dialect, rays, rays_ends,
 //: picture and, behind that of the compositing, sample. In: u_picture_width and u_picture_height, pixels; buffers,
-//: binding 0 of as many numbers as there are tiles, binding 1 of GROUPS zeros. Words: TILE, pixels of an edge;
-//: GROUPS; LONGEST_MM, the longest ray.
+//: binding 0 of one number for each tile, binding 1 of GROUPS zeros. Words: TILE, pixels of an edge; GROUPS;
+//: LONGEST_MM, the longest ray.
 precision highp float;
 layout(local_size_x = 64) in;
 // The group of each tile, by its cost, and the number of tiles in each group. Tiles are in rows from the lower left.

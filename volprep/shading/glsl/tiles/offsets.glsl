@@ -1,7 +1,7 @@
 //: Compute shader, GLSL ES 3.10, of one invocation: the second step of a counting sort.
 precision highp float;
 layout(local_size_x = 1) in;
-// Of each group, the number of its tiles; then the number of those that come before it.
+// Of each group, the number of its tiles; then the number of tiles before it.
 layout(std430, binding = 1) buffer Groups { uint groups[]; };
 
 void main() {

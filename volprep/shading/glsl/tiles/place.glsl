@@ -3,7 +3,7 @@ precision highp float;
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer TileGroups { uint tile_groups[]; };
 layout(std430, binding = 1) buffer Groups { uint groups[]; };
-// The tiles, those that cost least first.
+// The tiles, in ascending order of cost.
 layout(std430, binding = 2) writeonly buffer Sorted { uint sorted[]; };
 
 void main() {

@@ -7,24 +7,24 @@ from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.parts.bricks.record import BrickLayout
 
 STORED = 255
-"""Alpha of an entry whose red, green and blue are the place of a brick; 0 where all of the brick is one value."""
+"""Alpha of an entry whose red, green and blue are the position of a brick; 0 if the brick has a single value."""
 
 
 def constant_entry(normalised: Float64Array) -> UInt8Array:
-    """Entries [..., RGBA] of bricks of one value from 0 to 1: its upper and its lower byte as a 16-bit number."""
+    """Entries [..., RGBA] of single-value bricks, values from 0 to 1: upper and lower byte of a 16-bit number."""
     value = np.rint(normalised * 65535).astype(np.uint16)
     nothing = np.zeros_like(value)
     return np.stack([value >> 8, value & 255, nothing, nothing], axis=-1).astype(np.uint8)
 
 
 def misplaced(entries: UInt8Array, layout: BrickLayout) -> str | None:
-    """Return what is wrong with the entries of a level's bricks, if anything."""
+    """Return the problems of the entries of a level's bricks."""
     stored = entries[entries[..., 3] == STORED][:, 2::-1].astype(np.int64)
     shape = entries.shape[:3]
     if shape != layout.bricks_zyx or len(stored) != layout.stored:
         return f"has {len(stored)} stored bricks of {shape}, the manifest {layout.stored} of {layout.bricks_zyx}"
     if (stored >= layout.pool_zyx).any() or len(np.unique(stored, axis=0)) != len(stored):
-        return f"places bricks twice, or outside of the {layout.pool_zyx} places that there are"
+        return f"places bricks twice, or outside of the {layout.pool_zyx} places"
     return None
 
 

@@ -1,19 +1,15 @@
-"""A level as bricks with ghost voxels: the bricks that show something, in one 3D texture, and where each lies."""
+"""A level as bricks with ghost voxels: the visible bricks, in one 3D texture, and the position of each."""
 
-from typing import Annotated
-
-from pydantic import Field
-
-from volprep_formats.grid import Count
+from volprep_formats.grid import Count, Index
 from volprep_formats.record import Record
 
 Triple = tuple[int, int, int]
 
 
 class BrickLayout(Record):
-    """How a level is cut into bricks, and how many of them the texture holds."""
+    """Layout of the bricks of a level, and their number in the texture."""
 
-    cells_zyx: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
+    cells_zyx: tuple[Index, Index, Index]
     """Cells between voxel centres along the edges of a brick; 0 along an axis of one voxel. The last brick of an axis
     may have fewer; its last voxels are then repeated."""
     reach: Count
@@ -22,7 +18,7 @@ class BrickLayout(Record):
     bricks_zyx: tuple[Count, Count, Count]
     """Number of bricks of the level along each axis."""
     pool_zyx: tuple[Count, Count, Count]
-    """Number of bricks for which the texture has room, along each axis."""
+    """Capacity of the texture in bricks, along each axis."""
     stored: Count
     """Number of bricks that the texture holds. They fill its places in the order of the level's bricks: x first, then
     y, then z."""

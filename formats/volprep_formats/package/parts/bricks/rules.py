@@ -1,4 +1,4 @@
-"""Whether what a manifest says of bricks agrees with its levels, textures and programs."""
+"""Check the bricks of a manifest against its levels, textures and programs."""
 
 import math
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from volprep_formats.package.texture import Texture
 
 
 def bricks_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Return every problem of bricks that can be seen without opening another file."""
+    """Return every problem of bricks that can be found without opening another file."""
     levels = {level.index: level for level in manifest.levels}
     pools = {texture.level: texture for texture in manifest.textures if texture.bricks is not None}
     places = [texture for texture in manifest.textures if texture.role == "bricks"]
@@ -39,7 +39,7 @@ def _layout(texture: Texture) -> Iterator[str]:
     if texture.shape_zyx != layout.texture_zyx:
         yield f"has {texture.shape_zyx} texels, its places for bricks {layout.texture_zyx}"
     if layout.stored > min(math.prod(layout.pool_zyx), math.prod(layout.bricks_zyx)) or max(layout.pool_zyx) > 255:
-        yield f"holds {layout.stored} bricks in {layout.pool_zyx} places, of {layout.bricks_zyx} that there are"
+        yield f"holds {layout.stored} bricks in {layout.pool_zyx} places, of {layout.bricks_zyx} in all"
 
 
 def _of_level(texture: Texture, level: Level) -> Iterator[str]:

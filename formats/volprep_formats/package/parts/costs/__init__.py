@@ -1,1 +1,1 @@
-"""What a picture costs a device: bytes to upload, and memory."""
+"""Costs of a picture on a device: bytes to upload, and memory."""

@@ -1,15 +1,17 @@
-"""Upload bytes and memory of what a manifest names, for each level and transfer function."""
+"""Upload bytes and memory of a manifest's textures, for each level and transfer function."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.costs.record import DrawCost
-from volprep_formats.package.profile import Api, TextureFormat
+from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.sampled import sampled_textures
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures.gl_formats import gpu_bytes, size_bytes, texture_format
 from volprep_formats.textures.paletted import PALETTE_BYTES
 
+Image = tuple[TextureFormat, tuple[int, int, int]]
+"""Format and shape (z, y, x) of a texture or a mipmap."""
 _VERTEX_BYTES = 12
 """Three floats."""
 _TRIANGLE_BYTES = 6
@@ -19,7 +21,7 @@ _TRIANGLE_BYTES = 6
 def draw_costs(manifest: Manifest) -> tuple[DrawCost, ...]:
     """Return the cost of each transfer function at each level, in the order in which the programs draw them.
 
-    Textures of formats that no profile knows count nothing: other rules tell of them.
+    Textures of unknown formats count as nothing: other rules report them.
     """
     return tuple(_costs(manifest))
 
@@ -45,29 +47,24 @@ def _cost(manifest: Manifest, transfer: str, level: int, textures: Sequence[Text
     mesh_bytes = sum(mesh.vertices * _VERTEX_BYTES + mesh.triangles * _TRIANGLE_BYTES for mesh in own)
     # Two samplers may read one texture, which is uploaded once.
     each = {texture.name: texture for texture in textures}.values()
-    api = manifest.profile.api
+    return cost_of(transfer, level, [image for texture in each for image in _images(manifest, texture)], mesh_bytes)
+
+
+def cost_of(transfer: str, level: int, images: Iterable[Image], mesh_bytes: int = 0) -> DrawCost:
+    """Return the cost of one picture: the images of its textures, each mipmap by itself, and its mesh."""
+    held = [*images]
+    palettes = PALETTE_BYTES * sum(name == "PALETTE8_RGBA8" for name, _ in held)
     return DrawCost(
         transfer=transfer,
         level=level,
-        upload_bytes=mesh_bytes + sum(_upload_bytes(manifest, texture, api) for texture in each),
-        gpu_bytes=mesh_bytes + sum(_gpu_bytes(manifest, texture, api) for texture in each),
+        upload_bytes=mesh_bytes + palettes + sum(size_bytes(*image) for image in held),
+        gpu_bytes=mesh_bytes + sum(gpu_bytes(*image) for image in held),
     )
 
 
-def _upload_bytes(manifest: Manifest, texture: Texture, api: Api) -> int:
-    name = texture_format(texture.gl, api)
-    palette = PALETTE_BYTES if name == "PALETTE8_RGBA8" else 0
-    return palette + sum(size_bytes(*each) for each in _images(manifest, texture, name))
-
-
-def _gpu_bytes(manifest: Manifest, texture: Texture, api: Api) -> int:
-    return sum(gpu_bytes(*each) for each in _images(manifest, texture, texture_format(texture.gl, api)))
-
-
-def _images(
-    manifest: Manifest, texture: Texture, name: TextureFormat | None
-) -> list[tuple[TextureFormat, tuple[int, int, int]]]:
+def _images(manifest: Manifest, texture: Texture) -> list[Image]:
     """Return format and shape of a texture, or of each mipmap of it."""
+    name = texture_format(texture.gl, manifest.profile.api)
     if name is None:
         return []
     if texture.mipmap is None:

@@ -1,9 +1,6 @@
-"""What drawing one level with one transfer function costs a device: what an app needs to know before it loads."""
+"""Costs of drawing one level with one transfer function, for an app to read before it loads."""
 
-from typing import Annotated
-
-from pydantic import Field
-
+from volprep_formats.grid import Index
 from volprep_formats.package.values import ByteCount
 from volprep_formats.record import Record
 
@@ -17,10 +14,10 @@ class DrawCost(Record):
 
     transfer: str
     """Name of the transfer function, or of the picture of several channels."""
-    level: Annotated[int, Field(ge=0)]
+    level: Index
     """Level that is drawn."""
     upload_bytes: ByteCount
-    """Bytes of texels, vertices and indices that the app hands to OpenGL ES."""
+    """Bytes of texels, vertices and indices that the app uploads to OpenGL ES."""
     gpu_bytes: ByteCount
-    """Memory that they take there. A texel of three bytes counts as four, and one of a palette as four: many drivers
+    """Memory of the uploaded data. A texel of three bytes counts as four, and one of a palette as four: many drivers
     keep them so."""

@@ -1,4 +1,4 @@
-"""What a package holds for apps whose users edit transfer functions: a joint histogram of each coarser level.
+"""Data for apps in which users edit transfer functions: a joint histogram of each coarser level.
 
 A histogram's file holds a matrix of 256 rows and columns whose rows are zero outside a band: first for each row the
 column where its band begins and how many columns it has, then the entries of the bands, all as uint16.
@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Count
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName
 
 BINS = 256
-"""Rows and columns: bin b stands for the normalised stored value b / 255."""
+"""Number of rows and columns: bin b represents the normalised stored value b / 255."""
 WHOLE = 65535
 """Sum of each row."""
 
@@ -23,9 +24,9 @@ Shares = NDArray[np.uint16]
 
 
 class JointHistogram(Record):
-    """Which values of level 0 lie behind each value of one level. It makes the level's table of an edited function."""
+    """Joint histogram of one level and level 0, used to make the level's table of an edited function."""
 
-    level: Annotated[int, Field(ge=1)]
+    level: Count
     """Level."""
     file: str
     """File of the matrix."""
@@ -36,7 +37,7 @@ class JointHistogram(Record):
 
 
 class Editing(Record):
-    """What an app needs when its users edit a transfer function. Only tables depend on the function."""
+    """Data for editing a transfer function. Only the tables depend on the function."""
 
     histograms: tuple[JointHistogram, ...] = ()
     """One for each level except level 0; none for labels, because one table serves all their levels."""
@@ -55,7 +56,7 @@ def encode_histogram(shares: Shares) -> bytes:
 
 
 def decode_histogram(data: bytes, path: str) -> Shares:
-    """Return the matrix of a file. Raises VP4032 for bytes that are none; `path` is for the message."""
+    """Decode the matrix of a histogram file. Raises VP4032 for invalid bytes; `path` is for the message."""
     words = np.frombuffer(data[: len(data) // 2 * 2], "<u2")
     bands = words[: len(words) // 2 * 2][: 2 * BINS].astype(np.int64).reshape(-1, 2)
     if len(bands) != BINS or len(data) != 2 * (2 * BINS + int(bands[:, 1].sum())):

@@ -1,4 +1,4 @@
-"""Whether what a manifest says for edits of transfer functions agrees with its levels and tables."""
+"""Check the editing records of a manifest against its levels and tables."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from volprep_formats.package.manifest import Manifest
 
 
 def editing_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Return every problem of joint histograms: whose level they are for, and what tables that level has."""
+    """Return every problem of joint histograms: their levels, and the tables of these levels."""
     if manifest.editing is None:
         return
     levels = {level.index for level in manifest.levels}
@@ -26,4 +26,4 @@ def editing_contradictions(manifest: Manifest) -> Iterator[str]:
     frozen = [program.name for program in manifest.programs if program.classification != "lookup"]
     yield from (f"transfer functions are editable, but program {name} has no lookup table" for name in frozen)
     if manifest.proxy is not None:
-        yield "transfer functions are editable, but there are meshes around what they show"
+        yield "transfer functions are editable, but there are meshes around visible voxels"

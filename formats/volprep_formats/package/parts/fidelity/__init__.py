@@ -1,1 +1,1 @@
-"""How near pictures of a package are to the scan."""
+"""Fidelity of a package's pictures to the scan."""

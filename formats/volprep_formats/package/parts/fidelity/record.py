@@ -1,10 +1,10 @@
-"""How near pictures of one level are to the scan: what an app needs to choose a level for a picture."""
+"""Fidelity of one level's pictures to the scan. An app uses it to choose the level for a picture."""
 
 from typing import Annotated
 
 from pydantic import Field
 
-from volprep_formats.grid import Count
+from volprep_formats.grid import Count, Index
 from volprep_formats.record import Record
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -18,7 +18,7 @@ class Fidelity(Record):
 
     transfer: str
     """Name of the transfer function."""
-    level: Annotated[int, Field(ge=0)]
+    level: Index
     """Level that is drawn, with its own lookup table if it has one."""
     pixels: Count
     """Width and height of the pictures."""
@@ -33,5 +33,5 @@ class Fidelity(Record):
     """No channel of a pixel, in any view from any side, is expected to be further off: the mean of the largest errors
     of the views and nine standard deviations, at least twice the mean, at most 1."""
     flip: Share
-    """FLIP, how large a difference seems: mean over what is not transparent and over the views, sRGB, over black or
-    over white, whichever is larger, at 67 pixels per degree."""
+    """FLIP, the perceived difference: mean over all pixels that are not transparent and over the views, sRGB, over
+    black or over white, whichever is larger, at 67 pixels per degree."""

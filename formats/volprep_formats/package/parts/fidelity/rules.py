@@ -1,4 +1,4 @@
-"""Whether what a manifest says of fidelity agrees with its levels and transfer functions."""
+"""Check the fidelity records of a manifest against its levels and transfer functions."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from volprep_formats.package.manifest import Manifest
 
 
 def fidelity_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Return every problem of the records: each is for a level and a transfer function that are there, and once."""
+    """Return every problem of the records: each names an existing level and transfer function, once."""
     levels = {level.index for level in manifest.levels}
     functions = {function.name for function in manifest.transfer_functions}
     for (transfer, level), count in Counter((each.transfer, each.level) for each in manifest.fidelity).items():

@@ -1,16 +1,15 @@
-"""Hybrid resolution, as the manifest says it (Moser and Weiskopf 2008, section 4)."""
+"""Hybrid resolution in the manifest (Moser and Weiskopf 2008, section 4)."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import Field
-
+from volprep_formats.grid import Count
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
 OpacitySource = Literal["alpha", "black-and-white", "white-volume", "luminance-average", "luminance-perceived"]
-"""Where the opacity of the small picture comes from; Hybrid says what each is."""
+"""Source of the small picture's opacity; see `Hybrid`."""
 OverlayName = Literal["enlarged", "lines"]
-"""What shaders beside those of programs draw: the small picture, or lines."""
+"""Overlay drawn by shaders other than a program's: the small picture, or lines."""
 
 
 class ShaderPair(Record):
@@ -23,25 +22,26 @@ class ShaderPair(Record):
 
 
 class Hybrid(Record):
-    """The volume is drawn with few pixels, and enlarged between lines that have all pixels."""
+    """Draws the volume with few pixels, and enlarges it between lines at full resolution."""
 
-    longest_side: Annotated[int, Field(ge=1)] = 128
-    """Pixels along the longer side of the small picture. A picture that has no more is drawn with its own pixels."""
+    longest_side: Count = 128
+    """Pixels along the longer side of the small picture. A picture that is not larger is drawn at its own
+    resolution."""
     opacity: OpacitySource = "alpha"
-    """Where the opacity of the small picture comes from. alpha: the buffer has it; so do all with shaders. For OpenGL
-    ES 1.1, where it may not: black-and-white: the difference of pictures before black and before white, which is exact.
+    """Source of the small picture's opacity. alpha: the buffer has it, as in all profiles with shaders. For OpenGL ES
+    1.1, where it may not: black-and-white: the difference of pictures before black and before white, which is exact.
     white-volume: a picture of a white volume, which is exact. luminance-average, luminance-perceived: the luminance of
     the picture, which takes dark parts for transparent ones."""
     enlarged: ShaderPair | None = None
-    """What enlarges the small picture; absent where the profile has no shaders."""
+    """Shaders that enlarge the small picture; absent where the profile has no shaders."""
     lines: ShaderPair | None = None
-    """What draws the lines; absent where there are none, or no shaders."""
+    """Shaders that draw the lines; absent where there are no lines or no shaders."""
     has_lines: bool = True
     """Whether there are lines: the edges of the box, and its middle axes."""
 
     @property
     def pairs(self) -> dict[OverlayName, ShaderPair]:
-        """Its shaders, by what they draw."""
+        """Its shaders, by overlay."""
         found: dict[OverlayName, ShaderPair | None] = {"enlarged": self.enlarged, "lines": self.lines}
         return {name: pair for name, pair in found.items() if pair is not None}
 

@@ -13,6 +13,6 @@ def hybrid_contradictions(manifest: Manifest) -> Iterator[str]:
     has_shaders = manifest.profile.has_shaders
     found = hybrid.enlarged is not None, hybrid.lines is not None
     if found != (has_shaders, has_shaders and hybrid.has_lines):
-        yield "render.hybrid has not the shaders of what it draws, and no others"
+        yield "render.hybrid must have the shaders of its passes, and no others"
     if has_shaders and hybrid.opacity != "alpha":
         yield f"render.hybrid takes opacity from {hybrid.opacity}, but pictures of its profile have alpha"

@@ -41,6 +41,6 @@ def _chain(textures: list[Texture]) -> Iterator[str]:
         if (texture.role, texture.gl.target, texture.mosaic) != ("volume", "TEXTURE_3D", None):
             yield f"holds mipmaps, but {texture.name} is no volume in a 3D texture"
         if texture.shape_zyx != mipmap_shape(finest.shape_zyx, mipmap):
-            yield f"holds mipmap {mipmap} of {texture.shape_zyx} texels, not those of {finest.shape_zyx}"
+            yield f"holds mipmap {mipmap} of {texture.shape_zyx} texels, which is wrong for {finest.shape_zyx}"
         if texture.gl != finest.gl:
             yield "holds mipmaps of several formats"

@@ -1,9 +1,10 @@
-"""What a texture of normals holds: how gradients were measured, and what its bytes mean."""
+"""Normals textures: how gradients were measured, and how the bytes encode them."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
+from volprep_formats.package.values import open_word
 from volprep_formats.record import Record
 
 GradientKernel = Literal["forward", "central", "thesis", "sobel", "isotropic"]
@@ -17,16 +18,14 @@ DIRECTION_BYTES: dict[NormalCode, int] = {"biased8": 3, "snorm8": 3, "oct8": 2, 
 FILTERED_CODES: frozenset[NormalCode] = frozenset(("biased8", "snorm8"))
 """Codes that may be filtered: a mixture of two directions is one between them."""
 NormalSpace = Literal["box", "patient"]
-"""Axes of the vectors: those of the volume, as box space has them, or those of the patient (LPS)."""
+"""Axes of the vectors: of the volume (box space), or of the patient (LPS)."""
 
 
 class NormalMeaning(Record):
-    """What the texels of normals mean."""
+    """Encoding and source of the texels of normals."""
 
-    kernel: GradientKernel
-    """How the gradient was measured at level 0. A voxel of a coarser level has the mean over its voxels of level 0."""
     code: NormalCode
-    """What the bytes mean. Codes of two numbers must not be filtered: their texture is sampled with NEAREST."""
+    """Encoding of the bytes. Two-number codes must not be filtered: sample their texture with NEAREST."""
     space: NormalSpace
     """Axes of the vectors."""
 
@@ -34,11 +33,14 @@ class NormalMeaning(Record):
 class Normals(NormalMeaning):
     """Unit vectors along the gradient, towards larger values. Their negatives point out of a bright body."""
 
+    kernel: Annotated[str, open_word(*get_args(GradientKernel))]
+    """Method of measuring the gradient at level 0. A voxel of a coarser level has the mean over its voxels of
+    level 0. A reader accepts any other word."""
     largest_gradient: Annotated[float, Field(ge=0.0)] | None = None
     """Length of the gradient for which the texel's last channel is 1, in units of the physical value per millimetre;
     absent if the texels hold no length."""
 
 
 LEAST_SLOPE = 1e-3
-"""Where shaders take gradients, slopes below this are no surface: parts of the range of codes over the smallest spacing
-of level 0."""
+"""Threshold for gradients computed in shaders: smaller slopes are not a surface. In parts of the range of codes over
+the smallest spacing of level 0."""

@@ -1,4 +1,4 @@
-"""Whether what a manifest says of normals agrees with itself; SPEC.md states the rules."""
+"""Check the consistency of a manifest's normals; SPEC.md states the rules."""
 
 from collections.abc import Iterator
 
@@ -18,7 +18,7 @@ def normals_contradictions(manifest: Manifest) -> Iterator[str]:
     for texture in manifest.textures:
         if texture.role != "normals":
             if texture.normals is not None:
-                yield f"texture {texture.name} has the role {texture.role}, but says what its normals mean"
+                yield f"texture {texture.name} has the role {texture.role}, but has a record of normals"
             continue
         yield from (f"texture {texture.name} {problem}" for problem in _code(texture))
         level = levels.get(-1 if texture.level is None else texture.level)
@@ -57,7 +57,7 @@ def _sampled(manifest: Manifest, program: Program) -> Iterator[str]:
 def _code(texture: Texture) -> Iterator[str]:
     normals = texture.normals
     if normals is None:
-        yield "holds normals, but does not say what they mean"
+        yield "holds normals, but has no record of them"
         return
     components = DIRECTION_BYTES[normals.code] + (normals.largest_gradient is not None)
     if COMPONENTS.get(texture.gl.format) != components:

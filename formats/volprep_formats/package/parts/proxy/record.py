@@ -1,13 +1,13 @@
-"""Proxy geometry of a package: closed meshes around what is seen. Rays begin at them."""
+"""Proxy geometry of a package: closed meshes around the visible part of the volume. Rays begin at them."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
-from volprep_formats.grid import Count, Vector
+from volprep_formats.grid import Count, Index, Vector
 from volprep_formats.package.program import Program
 from volprep_formats.package.transfer_function import Fraction
-from volprep_formats.package.values import PackagePath
+from volprep_formats.package.values import PackagePath, Total, open_word
 from volprep_formats.record import Record
 
 ProxyForm = Literal["blocks", "merged", "convex", "box"]
@@ -21,18 +21,18 @@ class ProxyMeshFile(Record):
 
     transfer: str
     """Name of the transfer function."""
-    level: Annotated[int, Field(ge=0)]
+    level: Index
     """Level."""
-    form: ProxyForm
-    """What the mesh follows: the outer faces of occupied blocks, the same merged into rectangles, their convex hull, or
-    their bounding box."""
+    form: Annotated[str, open_word(*get_args(ProxyForm))]
+    """Kind of mesh: the outer faces of occupied blocks, the same merged into rectangles, their convex hull, or their
+    bounding box. A reader accepts any other word."""
     block: Count
     """Cells along an edge of the blocks that it encloses."""
     file: PackagePath | None = None
     """glTF binary. Absent if the transfer function shows nothing of the level; then nothing is drawn."""
-    vertices: Annotated[int, Field(ge=0)] = 0
+    vertices: Total = 0
     """Number of vertices."""
-    triangles: Annotated[int, Field(ge=0)] = 0
+    triangles: Total = 0
     """Number of triangles."""
     draco: bool = False
     """Whether the mesh is compressed with the extension KHR_draco_mesh_compression."""

@@ -1,4 +1,4 @@
-"""Whether what a manifest says about proxy geometry agrees with its levels, transfer functions and programs."""
+"""Check the proxy geometry of a manifest against its levels, transfer functions and programs."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -43,7 +43,7 @@ def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
 
 
 def mesh_problems(record: ProxyMeshFile, mesh: GlbMesh, shape_zyx: tuple[int, int, int]) -> Iterator[str]:
-    """Return how a file differs from what the manifest says of it."""
+    """Return the differences between a file and its record in the manifest."""
     triangles = sum(len(part.triangles) for part in mesh.primitives)
     if (triangles, mesh.draco) != (record.triangles, record.draco):
         yield f"has {triangles} triangles or compression that the manifest does not name"

@@ -1,28 +1,28 @@
-"""What a package says about empty-space skipping: skip tables, and ranges of blocks that make new ones."""
+"""Records of empty-space skipping: skip tables, and the block ranges that new tables are made from."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep_formats.grid import Count, Vector
+from volprep_formats.grid import Count, Signed, Vector
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record
 
 SkipKind = Literal["blocks", "table16", "distance", "octants", "pyramid", "euclidean"]
-"""What an entry of a skip table means."""
+"""Meaning of an entry of a skip table."""
 
 
 class SkipTable(Record):
-    """How far a ray may jump from each block of a level without missing anything that a transfer function shows."""
+    """Distance that a ray may jump from each block of a level without missing anything that is visible."""
 
     texture: str
     """Name of the texture that holds the entries, one byte for a block."""
-    level: int
+    level: Signed
     """Level that it is for."""
     transfer: str
     """Transfer function that it is for, or the picture of several channels."""
     kind: SkipKind
-    """What an entry means."""
+    """Meaning of an entry."""
     block: Count
     """Cells between voxel centres along an edge of a block."""
     blocks_zyx: tuple[Count, Count, Count]
@@ -37,8 +37,8 @@ class BlockRangesRecord(Record):
     """Least and greatest texel of each block of a level, whatever the transfer function."""
 
     texture: str
-    """Name of the texture. It holds the least texel of each block, and then, in as many slices again, the greatest."""
-    level: int
+    """Name of the texture. It holds the least texel of each block, then, in the same number of slices, the greatest."""
+    level: Signed
     """Level that it is for."""
     block: Count
     """Cells between voxel centres along an edge of a block."""

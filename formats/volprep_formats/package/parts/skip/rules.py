@@ -1,4 +1,4 @@
-"""Whether what a manifest says about empty-space skipping agrees with its levels, textures and programs."""
+"""Check the empty-space skipping of a manifest against its levels, textures and programs."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -39,6 +39,31 @@ def skip_contradictions(manifest: Manifest) -> Iterator[str]:
         found = _described(ranges, "ranges", grids.get(ranges.level), textures.get(ranges.texture))
         yield from (f"ranges of blocks {ranges.texture} {problem}" for problem in found)
     yield from _programs(manifest, skipping)
+
+
+def shared_skip_contradictions(manifest: Manifest) -> Iterator[str]:
+    """Return every problem of the skip tables of pictures, of several channels or of segments."""
+    for picture in (manifest.together, manifest.segments):
+        if picture is not None:
+            yield from _of_picture(manifest, picture.name)
+
+
+def _of_picture(manifest: Manifest, picture: str) -> Iterator[str]:
+    skipping = manifest.skipping or Skipping()
+    tables = [table for table in skipping.tables if table.transfer == picture]
+    named = Counter(table.texture for table in tables)
+    textures = {texture.name: texture for texture in manifest.textures}
+    grids = {level.index: level.grid for level in manifest.levels}
+    for texture in manifest.textures:
+        if texture.role == "skip" and texture.transfer == picture and named[texture.name] != 1:
+            yield f"texture {texture.name} is named by {named[texture.name]} skip tables or ranges instead of one"
+    for table in tables:
+        grid, held = grids.get(table.level), textures.get(table.texture)
+        yield from (f"skip table {table.texture} {problem}" for problem in _described(table, "skip", grid, held))
+        if held is not None and held.transfer != picture:
+            yield f"skip table {table.texture} is for {picture}, its texture for {held.transfer}"
+        if grid is not None:
+            yield from (f"skip table {table.texture} {problem}" for problem in _scaled(table, grid))
 
 
 def _described(

@@ -1,14 +1,10 @@
-"""Stacks of slices: where the slices of a level lie in 2D textures, for devices that draw only textured polygons.
-
-Axis-aligned slices are the 2D texture slicing of Moser and Weiskopf (2008, section 4). There each slice is a texture;
-here many share one, because sizes must be powers of two.
-"""
+"""Stacks of slices: positions of a level's slices in 2D textures, for devices that draw only textured polygons."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep_formats.grid import Count
+from volprep_formats.grid import Count, Index
 from volprep_formats.record import Record
 
 StackAxis = Literal["x", "y", "z"]
@@ -18,13 +14,13 @@ AXES: dict[StackAxis, int] = {"x": 2, "y": 1, "z": 0}
 
 
 class SliceLayout(Record):
-    """Where slices lie in one texture. Tiles abut, row by row from the texel (0, 0)."""
+    """Positions of slices in one texture. Tiles abut, row by row from the texel (0, 0)."""
 
     axis: StackAxis
     """Index axis that the slices are perpendicular to."""
     slice_shape_yx: tuple[Count, Count]
     """Rows and columns of a slice: z and y for the axis x, z and x for y, y and x for z."""
-    first: Annotated[int, Field(ge=0)]
+    first: Index
     """Voxel along the axis of the first slice in this texture."""
     slices: Count
     """Number of slices in this texture."""

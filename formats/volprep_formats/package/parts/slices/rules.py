@@ -28,6 +28,9 @@ def slices_contradictions(manifest: Manifest) -> Iterator[str]:
                 for each in manifest.textures if each.role != "slices")  # fmt: skip
     if manifest.programs or manifest.subvolumes or manifest.palettes:
         yield f"it has programs or what only programs read, but profile {manifest.profile.name} has no shaders"
+    if manifest.editing is not None:
+        yield from (f"transfer functions are editable, but texture {each.name} has no palette"
+                    for each in manifest.textures if each.gl.internal_format != INTERNAL_FORMAT)  # fmt: skip
     grids = {level.index: level.grid for level in manifest.levels}
     for (transfer, axis), textures in stacks.items():
         name = f"the stack of slices of {transfer} across {axis}"

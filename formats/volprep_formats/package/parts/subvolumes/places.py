@@ -1,8 +1,8 @@
-"""Where sub-volumes lie: the block around a point of the grid, its overall coordinates and the local ones of pieces.
+"""Positions of sub-volumes: the block around a grid point, its overall coordinates and the pieces' local ones.
 
 Overall coordinates go from 0 to 1 through the block that a device draws, local ones from 0 to 1 through the texture of
-a piece (Schultz and Bailey, 7.3.3). Published is that each piece fills half of the block, whatever its size, up to the
-outer faces of its voxels; here a piece ends in the layers of voxels that it shares.
+a piece (Schultz and Bailey, 7.3.3). In the paper each piece fills half of the block, whatever its size, up to the outer
+faces of its voxels; here a piece ends in the layers of voxels that it shares.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from volprep_formats.grid import Vector
 from volprep_formats.package.parts.subvolumes.record import Cuts, SubvolumeGrid
 
 NOWHERE = 1e9
-"""A voxel beyond every volume: what lies on a side without pieces is never reached."""
+"""A voxel beyond every volume: a side without pieces, which is never reached."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Side:
     """The pieces of a block along an axis, and its ends; positions in voxels, with the centre of voxel k at k + ½."""
 
     split: float
-    """Where the upper piece begins."""
+    """Start of the upper piece."""
     low: tuple[int, int]
     """First voxel of the lower piece, and its number of voxels."""
     high: tuple[int, int]
@@ -77,10 +77,7 @@ def ends_mm(
 
 
 def inner_point(grid: SubvolumeGrid, voxel_xyz: Vector) -> int:
-    """Return the point nearest to a voxel, of those around which a device holds two pieces along each axis.
-
-    Along an axis with one piece it is the first point.
-    """
+    """Return the point nearest to a voxel for which a device can hold the two pieces around it along each axis."""
     place = []
     for at, cuts in zip(voxel_xyz[::-1], grid.cuts_zyx, strict=True):
         inner = range(1, len(cuts) - 1) if len(cuts) > 2 else range(1)

@@ -1,6 +1,6 @@
 """subvolumes/grid.json: level 0 in pieces that a device can hold, and how to walk from piece to piece.
 
-The grid of sub-volumes, its numbered points and the walk along the direction of view are those of the Big Volume
+The grid of sub-volumes, its numbered points and the walk along the direction of view come from the Beaver Volume
 Renderer (Schultz and Bailey, 7.3). There the pieces share nothing, and the picture has a seam at each border; here
 neighbours share one layer of voxels, so that every position lies between voxels of one piece.
 """
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Count
+from volprep_formats.grid import LONGEST_AXIS, Count, Index
 from volprep_formats.package.texture import GlFormat, SampleFilter
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record, problems
+from volprep_formats.untrusted_json import read_record
 
-Index = Annotated[int, Field(ge=0)]
 Cuts = tuple[Index, ...]
 Move = Literal["-x", "+x", "-y", "+y", "-z", "+z"]
 PointKind = Literal["corner", "edge", "column edge", "plane", "interior"]
@@ -43,8 +43,8 @@ class GridPoint(Record):
     """A point where up to eight pieces meet. The device holds the pieces around one point at a time."""
 
     kind: PointKind
-    """Along how many axes the point is outermost. Three: corner. Two: edge, or column edge if only y varies. One:
-    plane. None: interior."""
+    """Number of axes along which the point is outermost. Three: corner. Two: edge, or column edge if only y varies.
+    One: plane. None: interior."""
     subvolumes: tuple[Index, ...]
     """Numbers of the pieces that touch it, ascending."""
     moves: tuple[Move, ...]
@@ -71,10 +71,11 @@ class ViewThresholds(Record):
     y_between_phi: tuple[Degrees, Degrees] = (22.5, 157.5)
     """The move is +y or -y, by the sign of phi, if the absolute value of phi lies between these."""
     finer_above_pixels: Pixels = 2.0
-    """The next finer level is drawn if a voxel of the level is larger than so many pixels. Level 0 is the pieces."""
+    """The next finer level is drawn if a voxel of the level is larger than this number of pixels. Level 0 is the
+    pieces."""
     coarser_below_pixels: Pixels = 0.75
-    """The next coarser level is drawn if a voxel of the level is smaller than so many pixels. That is less than half of
-    the other number, so that a small change of the zoom does not change the level to and fro."""
+    """The next coarser level is drawn if a voxel of the level is smaller than this number of pixels. It is less than
+    half of the other number, so that a small change of the zoom does not switch back and forth between levels."""
 
 
 class SubvolumeGrid(Record):
@@ -84,28 +85,34 @@ class SubvolumeGrid(Record):
     """Marks the file."""
     shape_zyx: tuple[Count, Count, Count]
     """Number of voxels of level 0 along each axis."""
-    size: Annotated[int, Field(ge=2)]
+    size: Annotated[int, Field(ge=2, le=LONGEST_AXIS)]
     """Largest number of voxels of a piece along an axis, the shared ones included."""
     cuts_zyx: tuple[Cuts, Cuts, Cuts]
-    """For each axis: the voxels at which the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i]
-    to cuts[i + 1], both included, so neighbours share one layer."""
+    """For each axis: the voxels where the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i] to
+    cuts[i + 1], both included, so neighbours share one layer."""
     gl: GlFormat
-    """How to upload a piece."""
+    """Upload parameters of a piece."""
     filter: SampleFilter = "linear"
-    """How a piece is sampled: nearest if voxels are labels."""
+    """Texture filter of a piece: nearest if voxels are labels."""
     whole: PackagePath | None = None
     """KTX 2 file of the whole level. Any box can be read from it by seeking."""
     subvolumes: tuple[Subvolume, ...]
     """The pieces. Number i + nx · (j + ny · k) is piece i along x, j along y, k along z."""
     points: tuple[GridPoint, ...]
-    """The points: along each axis one more than there are pieces. Point i along an axis lies on the voxel cuts[i]."""
+    """Number of points: one more than pieces along each axis. Point i along an axis lies on the voxel cuts[i]."""
     view: ViewThresholds
-    """How the direction of view becomes a move."""
+    """Conversion of the direction of view to a move."""
 
     @property
     def counts_zyx(self) -> tuple[int, int, int]:
         """Number of pieces along each axis."""
         z, y, x = (len(cuts) - 1 for cuts in self.cuts_zyx)
+        return z, y, x
+
+    def piece_shape_zyx(self, number: int) -> tuple[int, int, int]:
+        """Return the number of voxels of a piece along each axis; neighbours share a layer."""
+        places = np.unravel_index(number, self.counts_zyx)
+        z, y, x = (cuts[at + 1] - cuts[at] + 1 for at, cuts in zip(places, self.cuts_zyx, strict=True))
         return z, y, x
 
 
@@ -123,12 +130,17 @@ def encode_grid(grid: SubvolumeGrid) -> bytes:
     return (text + "\n").encode("utf-8")
 
 
-def decode_grid(data: bytes, package: Path, name: str) -> SubvolumeGrid:
-    """Read the file `name` of `package`. Raises VP4011 for what is no grid or contradicts itself."""
+def decode_grid(data: bytes, package: Path, name: str, *, strict: bool = False) -> SubvolumeGrid:
+    """Read the file `name` of `package`; `strict` also refuses unknown keys.
+
+    Raises VP4011 for anything but a grid, and for one that contradicts itself.
+    """
     try:
-        grid = SubvolumeGrid.model_validate_json(data, strict=True)
+        grid = read_record(SubvolumeGrid, data, "forbid" if strict else "ignore")
     except ValidationError as error:
         raise VolprepError("VP4011", path=package, problem=f"{name}: {problems(error)}") from error
+    except ValueError as error:
+        raise VolprepError("VP4011", path=package, problem=f"{name} is not JSON: {error}") from error
     for problem in _problems(grid):
         raise VolprepError("VP4011", path=package, problem=f"{name}: {problem}")
     return grid

@@ -1,4 +1,4 @@
-"""Several channels in one picture, as the manifest says it."""
+"""Records of several channels in one picture."""
 
 from typing import Annotated
 

@@ -8,13 +8,14 @@ from volprep_formats.package.program import Program
 
 
 def together_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Return every problem of programs that draw no single transfer function; others are another matter."""
+    """Return every problem of programs that draw no single transfer function."""
     channels = manifest.channels
     of_transfer = {name: channel.name for channel in channels for name in channel.transfers}
     known = {function.name for function in manifest.transfer_functions}
     wanted = manifest.together
     for program in manifest.programs:
-        if program.transfer not in known and (wanted is None or program.transfer != wanted.name):
+        pictures = {each.name for each in (wanted, manifest.segments) if each is not None}
+        if program.transfer not in known | pictures:
             yield f"program {program.name} draws {program.transfer}, which is no transfer function and no picture"
     if wanted is None:
         return
@@ -47,5 +48,8 @@ def _program(manifest: Manifest, program: Program, of_transfer: dict[str, str]) 
     yield from (f"samples no volume of channel {name}" for name in unread)
     if program.classification not in {"lookup", "palette", "control-points"} or program.lighting != "none":
         yield f"classifies {program.classification} and lights {program.lighting}, which several channels cannot"
+    names = [each.name for each in program.uniforms] + [each.name for each in program.samplers]
+    names += [each.sampler for each in program.passes]
+    yield from (f"has {count} uniforms {name}" for name, count in Counter(names).items() if count > 1)
     if len(program.samplers) > manifest.profile.texture_units:
         yield f"reads {len(program.samplers)} textures; the profile has {manifest.profile.texture_units} units"

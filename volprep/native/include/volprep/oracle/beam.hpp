@@ -26,7 +26,7 @@ struct Beam {
     double depth_error = 0.0;
     double colour_error = 0.0;
     double last_colour[3] = {0.0, 0.0, 0.0};  // of the medium that was passed last
-    bool stopped = false;                     // what follows is hidden: it goes into the bound
+    bool stopped = false;                     // the rest is hidden: it goes into the bound
 
     double transmittance_error() const noexcept;
     // Adds the light of a piece, and takes what the piece absorbs.
@@ -36,7 +36,7 @@ struct Beam {
     double bound(double colour_max) const noexcept;
 };
 
-// What holds along one whole ray.
+// Constants of one whole ray.
 struct RayLimits {
     double tolerance;
     double length_mm;          // of the part inside the box
@@ -76,7 +76,7 @@ struct Piece {
     }
 };
 
-// What a piece sends to the viewer: its light as if nothing were in front, up to `error`, and the colour at its ends,
+// The light of a piece, as if nothing were in front, up to `error`, and the colour at its ends,
 // which varies on it by `variation` at most, up and down together.
 struct Passage {
     double first[3];

@@ -20,7 +20,7 @@ struct CellPath {
     const CellNormals* normals = nullptr;  // none where nothing is lit
 };
 
-// Values at which the cell is cut, in ascending order, and the medium below each and above the last. Working memory.
+// Values where the cell is cut, in ascending order, and the medium below each and above the last. Working memory.
 struct Cuts {
     struct Medium {
         const Segment* segment;
@@ -58,20 +58,27 @@ bool visit_run(const CellPath& path, const Cuts& cuts, double from, double to, V
     return visit(cuts.media[static_cast<std::size_t>(medium)], place, to, ascending);
 }
 
-// Calls visit(medium, from, to, ascending) for each part of the path that lies in one medium, in order along the ray,
-// until it returns false.
+// Calls visit(medium, from, to, ascending) for each part of the path that lies in one medium and on which the field
+// rises (ascending) or falls, in order along the ray, until it returns false.
 template <typename Visit>
-void visit_media(const CellPath& path, const Cuts& cuts, Visit&& visit) {
-    if (cuts.levels.empty()) {
-        visit(cuts.media.front(), -1.0, 1.0, true);
-        return;
-    }
+void visit_monotone(const CellPath& path, const Cuts& cuts, Visit&& visit) {
     double ends[4] = {-1.0, 1.0, 1.0, 1.0};
     const int count = extrema(path.value, ends + 1);
     ends[count + 1] = 1.0;
     for (int i = 0; i <= count; ++i) {
         if (!visit_run(path, cuts, ends[i], ends[i + 1], visit)) return;
     }
+}
+
+// The same for visits that do not depend on where the field turns: a path within one medium is visited as one part, and
+// `ascending` says nothing there.
+template <typename Visit>
+void visit_media(const CellPath& path, const Cuts& cuts, Visit&& visit) {
+    if (cuts.levels.empty()) {
+        visit(cuts.media.front(), -1.0, 1.0, true);
+        return;
+    }
+    visit_monotone(path, cuts, visit);
 }
 
 void gather_cell(Beam& beam, const CellPath& path, const Transfer& transfer, const RayLimits& limits,

@@ -65,7 +65,7 @@ inline double crossing(const Cubic& cubic, double from, double to, double level)
         if (!(next > std::min(below, above) && next < std::max(below, above))) {
             next = 0.5 * (below + above);
         } else if (bend * step * step <= kClose * std::fabs(slope)) {
-            // What Taylor's series leaves of the cubic at `next`, over the slope there or a little less.
+            // The remainder of the cubic's Taylor series at `next`, over the slope there or a little less.
             return next;
         }
         if (std::fabs(next - y) <= kClose) return next;

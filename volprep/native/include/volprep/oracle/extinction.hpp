@@ -1,4 +1,4 @@
-// Extinction along a piece of a ray, a cubic polynomial, and what follows from it.
+// Extinction along a piece of a ray, a cubic polynomial, and its derived quantities.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 
 namespace volprep::oracle {
 
-inline constexpr double kStiff = 2.0;   // optical depth from which a piece is cut by depth
-inline constexpr double kWidest = 3.0;  // of the optical depth on an ellipse of which the exponential is bounded
+inline constexpr double kStiff = 2.0;   // smallest optical depth of pieces that are cut by depth
+inline constexpr double kWidest = 3.0;  // of the optical depth on the ellipse where the exponential is bounded
 inline constexpr int kDeepestCut = 60;  // halvings; then the bound is taken as it is
 
 // tau[0] + tau[1] y + ..., y in [-1, 1].
@@ -45,7 +45,9 @@ struct Extinction {
 };
 
 // A place where the optical depth from the start is between 1/2 and 3/2, for a piece that has more than kStiff.
-inline double place_of_depth_one(const Extinction& extinction) noexcept {
+// Optical has an antiderivative of the extinction along the piece: `Extinction`, or that of a mixture.
+template <typename Optical>
+double place_of_depth_one(const Optical& extinction) noexcept {
     const double start = extinction.antiderivative(-1.0);
     double low = -1.0;
     double high = 1.0;

@@ -1,4 +1,4 @@
-// What a picture needs before its rays are walked: their places, and the blocks of the field that are left out.
+// Set-up of a picture before its rays are walked: the rays, and the blocks of the field that are left out.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,9 @@
 
 #include "volprep/block_minmax.hpp"
 #include "volprep/oracle.hpp"
+#include "volprep/oracle/beam.hpp"
 #include "volprep/oracle/walk.hpp"
+#include "volprep/threads.hpp"
 
 namespace volprep::oracle {
 
@@ -39,6 +41,26 @@ inline Ray pixel_ray(const OracleView& view, int64_t row, int64_t column) {
         ray.direction[axis] = static_cast<double>((far[axis] - near[axis]) / length);
     }
     return ray;
+}
+
+// Writes every pixel of a picture: the light of its ray and the bound. gather(ray, work) gives the Beam of a ray; each
+// thread has a Work of its own.
+template <typename Work, typename Gather>
+void draw_beams(const OraclePicture& picture, double colour_max, int threads, const Gather& gather) {
+    const int64_t width = picture.view.width;
+    const int64_t pixels = picture.view.height * width;
+#pragma omp parallel num_threads(resolve_threads(threads))
+    {
+        Work work;
+        // Rays differ in cost by a factor of a hundred: small portions.
+#pragma omp for schedule(dynamic, 64)
+        for (int64_t pixel = 0; pixel < pixels; ++pixel) {
+            const Beam beam = gather(pixel_ray(picture.view, pixel / width, pixel % width), work);
+            std::copy_n(beam.colour, 3, picture.rgba + 4 * pixel);
+            picture.rgba[4 * pixel + 3] = 1.0 - beam.transmittance;
+            picture.bound[pixel] = beam.bound(colour_max);
+        }
+    }
 }
 
 // Weights of centre, edge and corner of the 3×3 voxels across, as in gradient.hpp.

@@ -30,7 +30,7 @@ inline constexpr std::array<GaussRule, 5> kRules{{
      {0.36268378337836166, 0.31370664587788688, 0.22238103445337443, 0.10122853629037706}},
 }};
 
-// What bounds need of an ellipse, known before any piece is: a choice of a rule was mostly divisions.
+// Terms of the bounds that depend on the ellipse alone, precomputed: choosing a rule was mostly divisions.
 struct EllipseBounds {
     double radius;                             // of the disc around it
     std::array<double, kRules.size()> series;  // 64/15 r^-2n / (1 - r^-2) for each rule of n points

@@ -13,7 +13,7 @@ namespace volprep::oracle {
 // next voxel and this one, smoothed over the 3×3 voxels across with these weights; outside is the voxel at the edge,
 // and the difference there is one-sided.
 struct Normals {
-    const float* vectors;  // [z, y, x, (x, y, z)]; where there are none, gradients
+    const float* vectors;  // [z, y, x, (x, y, z)]; null for gradients
     bool forward;
     double centre;
     double edge;

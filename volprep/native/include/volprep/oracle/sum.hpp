@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "volprep/oracle/cell.hpp"
+#include "volprep/oracle/parts.hpp"
 
 namespace volprep::oracle {
 
@@ -23,23 +24,7 @@ struct SumMedium {
     double value_error;
 };
 
-// A part of a path on one segment of its transfer function; it ends at `end`.
-struct SumPart {
-    double end;
-    Cuts::Medium medium;
-    bool ascending;
-};
-
-// Working memory.
-struct SumCuts {
-    struct Parts {
-        std::vector<SumPart> list;
-        std::size_t now;
-    };
-    Cuts cuts;
-    std::vector<Parts> parts;  // of each path
-    std::vector<SumMedium> media;
-};
+using SumCuts = PartCuts<SumMedium>;
 
 // Gathers the light of all media in the cell; each path lies in it from entry to exit. `paths` has two or more.
 void gather_sum_cell(Beam& beam, const std::vector<SumPath>& paths, const RayLimits& limits, SumCuts& cuts) noexcept;

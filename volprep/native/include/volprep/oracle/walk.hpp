@@ -288,7 +288,7 @@ void gather_voxel(Beam& beam, const Field<Voxel>& field, const AxisWalk axes[3],
     gather_cell(beam, {{0.0, 0.0, 0.0, 0.0}, value, value, value, length_mm, 0.0}, transfer, limits, cuts);
 }
 
-// Where [from, to] of a ray runs within a face between two voxels, nobody can tell in which of them it is.
+// Where [from, to] of a ray runs within a face between two voxels, it belongs to either voxel.
 inline bool runs_in_face(const AxisWalk& axis, double from_mm, double to_mm, double error) noexcept {
     const double plane = std::round(axis.at(from_mm));
     return plane >= 0.0 && plane <= static_cast<double>(axis.last) && std::fabs(axis.at(from_mm) - plane) <= error &&

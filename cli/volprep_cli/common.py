@@ -1,0 +1,36 @@
+"""Options that every verb has: --quiet, and --json for verbs whose only result is that they are done."""
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Annotated
+
+import typer
+
+from volprep_cli.console import Json, be_quiet, want_json
+
+_Quiet = Annotated[
+    bool, typer.Option("-q", "--quiet", help="Print neither progress nor notes; warnings and errors remain.")
+]
+
+
+def with_common_options(verb: Callable[..., None]) -> Callable[..., None]:
+    """Return the function of a verb with the options that all verbs have."""
+    plain = inspect.signature(verb, eval_str=True)
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    added = [inspect.Parameter("quiet", keyword, default=False, annotation=_Quiet)]
+    takes_json = "as_json" in plain.parameters
+    if not takes_json:
+        added.append(inspect.Parameter("as_json", keyword, default=False, annotation=Json))
+
+    @functools.wraps(verb)
+    def with_options(**given: object) -> None:
+        be_quiet(wanted=bool(given.pop("quiet")))
+        if not takes_json:
+            want_json(wanted=bool(given.pop("as_json")))
+        verb(**given)
+
+    parameters = [each.replace(kind=keyword) for each in plain.parameters.values()] + added
+    with_options.__signature__ = plain.replace(parameters=parameters)  # type: ignore[attr-defined]
+    with_options.__annotations__ = {each.name: each.annotation for each in parameters}
+    return with_options

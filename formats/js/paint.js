@@ -1,0 +1,49 @@
+/** Draws one picture with a loaded level. SPEC section 11.3. */
+import { bind } from "./load.js";
+
+/** @typedef {import("./choose.js").Value} Value */
+/** @typedef {import("./formats.js").Gl} Gl */
+/**
+ * @typedef {object} Painting
+ * @property {ArrayLike<number>} boxFromClip
+ * @property {import("./options.js").Viewport} viewport
+ * @property {WebGLFramebuffer | null | undefined} target in place of the picture
+ * @property {import("./target.js").Picture} picture
+ * @property {number} scale share of the pixels of the picture along an axis
+ * @property {import("./mesh.js").Mesh | null} mesh where rays may begin
+ * @property {Pick<import("./clip.js").Behind, "texture" | "reversed" | "scale" | "planes">} behind
+ * @property {Record<string, Value>} values by the source of a uniform
+ * @property {boolean} blend with the existing picture
+ */
+
+/**
+ * @param {Gl} gl @param {import("./device.js").Device} device @param {import("./load.js").Drawn} drawn
+ * @param {Painting} how
+ */
+export function paint(gl, device, drawn, how) {
+  const { boxFromClip, viewport, target, picture, scale, values, blend } = how;
+  const [x, y, width, height] = viewport;
+  const own = target === undefined;
+  const mesh = how.mesh && how.mesh.front(boxFromClip);
+  const bindTarget = () => {
+    if (own) picture.bind(Math.ceil(width * scale), Math.ceil(height * scale), mesh !== null);
+    else gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+  };
+  bindTarget();
+  const size = own ? [picture.width, picture.height] : [width, height];
+  const place = /** @type {const} */ ([own ? 0 : x, own ? 0 : y, size[0], size[1]]);
+  gl.viewport(...place);
+  device.state(blend);
+  const behind = { ...how.behind, pixel: size, boxFromClip };
+  const give = (/** @type {any} */ to, /** @type {any} */ inputs, /** @type {any} */ all) =>
+    bind(gl, drawn, to, inputs, all, behind);
+  const { choice, linked, technique } = drawn;
+  if (mesh) mesh.draw((to, program) => give(to, program, { ...values, ...mesh.values }));
+  else if (technique) technique.draw(linked, { values, viewport: place, bindTarget, bind: give });
+  else {
+    give(linked, choice.program, values);
+    device.triangle();
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+  device.unbind();
+}

@@ -1,0 +1,56 @@
+/** Segments of a scan, and their looks: apps switch, tint and fade them. SPEC section 13. */
+import { VolpkgError } from "./error.js";
+
+/** @typedef {import("./types.js").Manifest} Manifest */
+/** @typedef {import("./types.js").Segment} Segment */
+/** @typedef {import("./types.js").Texture} Texture */
+/**
+ * Look of a segment; absent fields keep their values.
+ * @typedef {{visible?: boolean, tint?: readonly number[], opacity?: number}} Look
+ */
+
+const share = (/** @type {unknown} */ value) => typeof value === "number" && value >= 0 && value <= 1;
+
+/** The looks of all segments, as an app has changed them. */
+export class Segments {
+  #record;
+  /** By the name of the segment. @type {Map<string, Segment>} */
+  #now;
+
+  /** @param {Manifest} manifest @param {string} path for messages */
+  constructor(manifest, path) {
+    if (!manifest.segments) throw new VolpkgError("VP4014", { path, file: "segments" });
+    this.#record = manifest.segments;
+    this.#now = new Map(this.#record.segments.map((each) => [each.name, each]));
+  }
+
+  /** Segments as they look now, in the order of the package. */
+  get all() {
+    return [...this.#now.values()];
+  }
+
+  /** @param {string} name @param {Look | null} look null restores the package's look */
+  set(name, look) {
+    const before = look ? this.#now.get(name) : this.#record.segments.find((each) => each.name === name);
+    const { visible = true, tint = [1, 1, 1], opacity = 1 } = look ?? {};
+    const sound = typeof visible === "boolean" && tint.length === 3 && tint.every(share) && share(opacity);
+    if (!before || !sound) {
+      const known = before ? "visible, tint of three numbers and opacity, from 0 to 1" : [...this.#now.keys()].join(", ");
+      throw new VolpkgError("VP5018", { package: "segments", level: "any", transfer: name, known });
+    }
+    this.#now.set(name, { ...before, ...look, ...(look?.tint && { tint: /** @type {any} */ ([...look.tint]) }) });
+  }
+
+  /** Texels of the table of looks. @param {Texture} texture */
+  texels({ shape_zyx: [, rows, columns] }) {
+    const texels = new Uint8Array(4 * rows * columns);
+    this.#record.labels.forEach(({ segments = [] }, label) => {
+      const shown = segments.map((name) => /** @type {Segment} */ (this.#now.get(name))).filter(({ visible = true }) => visible);
+      const mean = (/** @type {number} */ c) => shown.reduce((sum, { tint = [1, 1, 1] }) => sum + tint[c], 0) / shown.length;
+      const inside = shown.length ? Math.max(...shown.map(({ opacity = 1 }) => opacity)) : 0;
+      const look = [0, 1, 2].map((c) => Math.sqrt(shown.length ? mean(c) : 1));
+      texels.set([...look, segments.length ? inside : (this.#record.outside ?? 1)].map((each) => Math.round(255 * each)), 4 * label);
+    });
+    return texels;
+  }
+}

@@ -1,0 +1,23 @@
+"""Diagnostics VP3240 to VP3249: light that is computed once."""
+
+from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
+
+ENTRIES: dict[str, Diagnostic] = {
+    "VP3240": Diagnostic(
+        ExitStatus.SCENE,
+        'lighting.baked = "{baked}" does not go with {what}',
+        "Leave out one of the two. Light that is computed once goes with 3D textures, ray casting (also with technique "
+        "two-pass or slabs), the compositings emission-absorption and back-to-front, and the classifications lookup, "
+        "palette and control-points.",
+    ),
+    "VP3241": Diagnostic(
+        ExitStatus.SCENE,
+        'lighting.baked = "shadow" needs the place of the light',
+        "Set lighting.light_mm to x, y and z in the patient's space (LPS), in millimetres.",
+    ),
+    "VP3242": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: baked light of {programs} is off by RMSE {rmse:.3g} from path tracing, allowed is {allowed:.3g}",
+        "Set lighting.resolution to 2, or allow more with tolerance.rmse. {report} shows the pictures.",
+    ),
+}

@@ -1,0 +1,42 @@
+"""Recognition of scans, and tables of labels: VP1300 to VP1349."""
+
+from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
+
+ENTRIES: dict[str, Diagnostic] = {
+    "VP1300": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a table of labels: {problem}",
+        "Known are tables of FreeSurfer, 3D Slicer, ITK-SNAP, BIDS, FSL and SPM, and lines of number and name. Without "
+        "--label-table labels get colours of their own.",
+    ),
+    "VP1301": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not an MRC or CCP4 map that can be read: {problem}",
+        "Write it as a map of floats with right angles, for example with e2proc3d.py, IMOD's newstack or ChimeraX.",
+    ),
+    "VP1302": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {count} series have the number {wanted}",
+        "Set source.series in the scene, or --series, to one of these or to a unique ending of it:{found}",
+    ),
+    "VP1303": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: holds a package of another scan or scene, which is not replaced",
+        "Name another output, or replace it with --force.",
+    ),
+    "VP1304": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a MINC volume that can be read: {problem}",
+        "Get the file again from where it came, or write it anew with mincconvert or mincresample of the MINC toolkit.",
+    ),
+    "VP1305": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: a MINC 2 file, for which h5py is needed",
+        "To add it: {how}. Or convert the file with mincconvert -1.",
+    ),
+    "VP1306": Diagnostic(
+        ExitStatus.SOURCE,
+        "{address}: this command reads files of this machine, not addresses",
+        "Download the scan first, and name the file. volprep batch takes addresses of stores: s3://, gs:// and others.",
+    ),
+}

@@ -1,0 +1,109 @@
+"""Segmentations: VP14xx when they are read, VP322x and VP323x when a scene asks for them."""
+
+from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
+
+SOURCE_ENTRIES: dict[str, Diagnostic] = {
+    "VP1400": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a usable segmentation: {problem}",
+        "The file is damaged, or written against the standard; export it again.",
+    ),
+    "VP1401": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: it has {count} segments; from 1 to {most} can be read",
+        "Check that this is a segmentation: a label volume has whole numbers, 0 for the background, and a folder has "
+        "one mask for each segment.",
+    ),
+    "VP1402": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {layers} layer(s) of {size} voxels are more than the {most} voxels that a segmentation may have",
+        "Crop the segmentation, or merge segments that overlap.",
+    ),
+    "VP1403": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the frames are compressed (transfer syntax {syntax}), which is not read for segmentations",
+        "Decompress the file, for example with dcmdjpeg or gdcmconv --raw.",
+    ),
+    "VP1404": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its frames need {expected} bytes of pixels, but the file has {actual}",
+        "The file is incomplete; copy it again from where it came.",
+    ),
+    "VP1405": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the frames form no grid: {problem}",
+        "Export the segmentation on one regular grid.",
+    ),
+    "VP1406": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its structures lie in {count} different frames of reference",
+        "Export the structures of one scan.",
+    ),
+    "VP1407": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: slice {z} has the value {value:g}, which is not a label: labels are whole numbers from 0 to 16777216",
+        "Check that this is the label volume and not the scan.",
+    ),
+    "VP1408": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the masks of the folder lie on different grids: {found}; {first} has {expected}",
+        "Resample the masks onto one grid.",
+    ),
+    "VP1409": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the folder holds {count} DICOM objects, and one segmentation is needed",
+        "Name the file of the segmentation.",
+    ),
+    "VP1410": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the segmentation lies in another frame of reference (…{own}) than the scan (…{scan})",
+        "Use the segmentation of this scan, or register it and export it in the frame of the scan.",
+    ),
+    "VP1411": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the segmentation does not lie on the scan: {difference}. Segmentation: {own}; scan: {scan}",
+        "Use the segmentation of this scan, or resample it onto the grid of the scan.",
+    ),
+    "VP1412": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: contour {contour} of segment {number} does not lie in a slice of the scan: its points are up to "
+        "{off_mm:.3g} mm off one plane, or the plane is turned by {angle:.2f}° against the slices",
+        "Use the series on which the contours were drawn.",
+    ),
+    "VP1413": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: overlaps of segments make {count} combinations; {most} labels can be drawn",
+        "Leave segments out of the file, or make segments that do not overlap.",
+    ),
+}
+
+SCENE_ENTRIES: dict[str, Diagnostic] = {
+    "VP3220": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: a scan with its segments is not drawn with {what}",
+        "Leave one of the two out of the scene. Segments are drawn unlit, with compositing emission-absorption or "
+        "back-to-front, from 3D textures, mosaics or bricks.",
+    ),
+    "VP3221": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: segments.smoothing_mm is {width:g}, but borders of segments cannot be smoothed yet",
+        "Leave segments.smoothing_mm out, or smooth the segmentation first.",
+    ),
+    "VP3222": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: a segments.style names {label!r}, which no segment has as its number, name or code; numbers are "
+        "{numbers}",
+        "Correct the name, or leave it out.",
+    ),
+    "VP3223": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: segments name the transfer function {name!r}; the scene has {known}",
+        "Name one of these, or add a [[transfer]] of that name.",
+    ),
+    "VP3224": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: a scan with segments in {styles} styles takes {count} textures; the profile has {limit} units",
+        "Let segments share transfer functions, or set render.classification to control-points, which takes no "
+        "textures.",
+    ),
+}

@@ -1,0 +1,65 @@
+"""Signs that a file is a label map: an intent in its header, a filter of a package, or a name by a convention.
+
+NIfTI has the intent NIFTI_INTENT_LABEL (nifti1.h: 1002). BIDS calls discrete segmentations NAME_dseg, FreeSurfer names
+its maps aseg, aparc and wmparc, and 3D Slicer saves label maps as NAME-label.
+"""
+
+import re
+import struct
+from contextlib import suppress
+from pathlib import Path
+
+from volprep_formats.regular_files import open_gzipped, open_regular
+
+_INTENT_LABEL = 1002
+_HEADER_BYTES = 540
+_BY_NAME = (
+    (re.compile(r"_dseg\.nii(\.gz)?$"), "the name ends in dseg, as BIDS calls segmentations"),
+    (
+        re.compile(r"(^|[._-])(aseg|aparc|wmparc|aparc\.a2009s)([.+_-][\w.+-]*)?\.(mgz|mgh|nii|nii\.gz)$"),
+        "the name is that of a segmentation of FreeSurfer",
+    ),
+    (re.compile(r"-label\.(nrrd|nhdr|nii|nii\.gz|mha|mhd)$"), "the name ends in -label, as 3D Slicer calls label maps"),
+)
+
+
+def label_hint(path: Path) -> str:
+    """Return the evidence that the file is a label map, or ""."""
+    if _intent(path) == _INTENT_LABEL:
+        return "its NIfTI intent is label"
+    if _is_package_of_labels(path):
+        return "the package holds labels"
+    return next((said for pattern, said in _BY_NAME if pattern.search(path.name)), "")
+
+
+def _intent(path: Path) -> int:
+    """Return the intent of a NIfTI file; 0 for any other file."""
+    with suppress(OSError, EOFError, ValueError):
+        head = _head(path)
+        for order in "<>":
+            if len(head) >= 348 and struct.unpack_from(order + "i", head)[0] == 348 and head[344:346] in {b"n+", b"ni"}:
+                return int(struct.unpack_from(order + "h", head, 68)[0])
+            if len(head) >= _HEADER_BYTES and struct.unpack_from(order + "i", head)[0] == 540:
+                return int(struct.unpack_from(order + "i", head, 504)[0])
+    return 0
+
+
+def _is_package_of_labels(path: Path) -> bool:
+    """Whether a path is a package whose voxels are never interpolated."""
+    if path.suffix != ".volpkg" or not path.is_dir():
+        return False
+    from volprep_formats.package.reader import Package  # noqa: PLC0415 - seldom needed
+
+    textures = Package.open(path, allow_draft=True).manifest.textures
+    return any(texture.role in {"volume", "slices"} and texture.filter == "nearest" for texture in textures)
+
+
+def _head(path: Path) -> bytes:
+    if path.is_dir():
+        return b""
+    with open_regular(path) as file:
+        head = file.read(_HEADER_BYTES)
+    if head[:2] != b"\x1f\x8b":
+        return head
+    with open_gzipped(path) as unpacked:
+        return unpacked.read(_HEADER_BYTES)

@@ -1,0 +1,1 @@
+"""Records of precomputed light in a package."""

@@ -1,0 +1,107 @@
+"""Whether the segments of a manifest agree with its textures, programs and transfer functions."""
+
+from collections import Counter
+from collections.abc import Iterator
+from itertools import groupby
+
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.segments.record import COMPOSITED, SAMPLED, Segments, table_shape
+from volprep_formats.package.program import Program
+from volprep_formats.package.texture import COMPONENTS, Texture
+
+
+def segments_contradictions(manifest: Manifest) -> Iterator[str]:
+    """Return every problem of the picture of a scan with its segments."""
+    segments = manifest.segments
+    textures = [each for each in manifest.textures if each.role in {"labels", "looks"}]
+    if segments is None:
+        yield from (f"texture {each.name} has the role {each.role}, but there are no segments" for each in textures)
+        return
+    yield from _names(manifest, segments)
+    for texture in textures:
+        yield from (f"texture {texture.name} {problem}" for problem in _texture(manifest, segments, texture))
+    programs = [program for program in manifest.programs if program.transfer == segments.name]
+    if manifest.state == "sealed" and not programs:
+        yield f"no program draws the picture {segments.name}"
+    for program in programs:
+        yield from (f"program {program.name} {problem}" for problem in _program(manifest, segments, program))
+
+
+def _names(manifest: Manifest, segments: Segments) -> Iterator[str]:
+    known = {function.name for function in manifest.transfer_functions}
+    if segments.name in known:
+        yield f"{segments.name} names a transfer function and the picture of segments"
+    if len(manifest.channels) > 1 or manifest.together is not None:
+        yield "segments belong to a scan of one channel"
+    named = [segment.name for segment in segments.segments]
+    yield from (f"segment {name} is named {count} times" for name, count in Counter(named).items() if count > 1)
+    styles = [label.transfer for label in segments.labels]
+    if tuple(name for name, _ in groupby(styles)) != segments.transfers or not known >= set(styles):
+        yield "the labels are not in the order of the transfer functions of segments"
+    by_name = {segment.name: segment for segment in segments.segments}
+    for number, label in enumerate(segments.labels):
+        unknown = [name for name in label.segments if name not in by_name]
+        if unknown or len(set(label.segments)) < len(label.segments):
+            yield f"label {number} is of segments {', '.join(label.segments)}, which are not there, or not once"
+        elif label.segments and by_name[label.segments[0]].transfer != label.transfer:
+            yield f"label {number} has another transfer function than its first segment"
+    yield from (
+        f"segment {each.name} has the transfer function {each.transfer}, which there is not"
+        for each in segments.segments
+        if each.transfer not in known
+    )
+
+
+def _texture(manifest: Manifest, segments: Segments, texture: Texture) -> Iterator[str]:
+    if texture.filter != "nearest" or texture.gl.type != "UNSIGNED_BYTE":
+        yield f"holds {texture.role}, but has a filter, or no bytes"
+    if texture.role == "looks":
+        shape = (1, *table_shape(len(segments.labels)))
+        if texture.shape_zyx != shape or texture.gl.format != "RGBA" or texture.level is not None:
+            yield f"is not the table of the looks of {len(segments.labels)} labels"
+        if texture.transfer != segments.name:
+            yield f"holds the looks of {texture.transfer}, which is not the picture of segments"
+        return
+    level = next((each for each in manifest.levels if each.index == texture.level), None)
+    if level is None or not _has_shape(texture, level.grid.shape_zyx):
+        yield "holds labels, but neither as a 3D texture nor as a mosaic of the shape of its level"
+    if COMPONENTS.get(texture.gl.format) != 1 + segments.wide:
+        yield f"holds {len(segments.labels)} labels in texels of {texture.gl.format}"
+
+
+def _has_shape(texture: Texture, shape_zyx: tuple[int, int, int]) -> bool:
+    mosaic = texture.mosaic
+    if mosaic is None:
+        return texture.gl.target == "TEXTURE_3D" and texture.shape_zyx == shape_zyx
+    held = (mosaic.slices, *mosaic.tile_shape_yx)
+    return texture.gl.target == "TEXTURE_2D" and held == shape_zyx and mosaic.slices_per_texel == 1
+
+
+def _program(manifest: Manifest, segments: Segments, program: Program) -> Iterator[str]:
+    if program.sampling not in SAMPLED or program.lighting != "none" or program.compositing not in COMPOSITED:
+        yield f"draws segments from {program.sampling}, lit by {program.lighting}, with {program.compositing}"
+    if not program.levels:
+        yield "draws no level"
+        return
+    roles = Counter(sampler.role for sampler in program.samplers if sampler.role != "skip")
+    tables = len(segments.transfers) if program.classification == "lookup" else 0
+    level = min(program.levels)
+    held = Counter(texture.role for texture in manifest.textures if texture.level == level)
+    wanted = Counter(
+        {
+            "volume": held["volume"],
+            "labels": held["labels"],
+            "bricks": held["bricks"],
+            "looks": 1,
+            "transfer": tables,
+        }
+    )
+    if roles != +wanted:
+        yield f"draws segments, but samples {', '.join(each.role for each in program.samplers)}"
+    named = [sampler.transfer for sampler in program.samplers if sampler.role == "transfer"]
+    if tables and named != list(segments.transfers):
+        yield f"samples tables of {', '.join(map(str, named))}, and draws {', '.join(segments.transfers)}"
+    labelled = {texture.level for texture in manifest.textures if texture.role == "labels"}
+    yield from (f"draws level {each}, which has no labels" for each in program.levels if each not in labelled)
+    if len(program.samplers) > manifest.profile.texture_units:
+        yield f"reads {len(program.samplers)} textures; the profile has {manifest.profile.texture_units} units"

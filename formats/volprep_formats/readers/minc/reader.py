@@ -1,0 +1,170 @@
+"""MINC volumes (.mnc, .mnc.gz), from RAS to LPS: MINC 1 is NetCDF, MINC 2 is HDF5 and needs h5py.
+
+Source: the MINC 1 programmer's guide and the MINC 2.0 file format reference (https://en.wikibooks.org/wiki/MINC). Each
+slice may map integers to a range of physical values of its own: integers are kept as stored if all ranges are the same,
+and read as floats otherwise. Attributes of patient, study and acquisition are not read.
+"""
+
+import itertools
+import json
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.installation import how_to_add
+from volprep_formats.isolation import Function, WorkerRequest, Workers, workers
+from volprep_formats.progress import Progress
+from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.minc.file import HDF5, MincFacts, MincFile, MincSlab, facts_of, read_slab
+from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
+from volprep_formats.readers.voxel_file import is_gzip
+from volprep_formats.readers.voxel_source import chosen_volume, stored_type_of
+from volprep_formats.regular_files import open_regular
+from volprep_formats.source import SourceInfo, SourceSpec
+
+_MM_PER_UNIT = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3}
+_LPS_FROM_RAS = np.array([-1.0, -1.0, 1.0])
+_LARGEST_HEADER = 2**16
+_BASE_MEMORY_BYTES = 2**29
+_PACKED_MEMORY_PER_BYTE, _PLAIN_MEMORY_PER_BYTE = 64, 2
+"""nibabel unpacks all variables of a gzipped file; a plain one is mapped."""
+_SLAB_VOXELS, _MEMORY_PER_VOXEL = 2**24, 32
+_SECONDS, _BYTES_PER_SECOND = 30.0, 2**20
+_tokens = itertools.count()
+
+
+@dataclass(frozen=True)
+class _File:
+    """Worker processes that read one file."""
+
+    pool: Workers
+    request: MincFile
+    file_bytes: int
+    is_packed: bool
+
+    def run(self, function: Function, argument: object, result_bytes: int, voxels: int) -> NDArray[np.generic]:
+        """Call a function of `file`; the result is a copy."""
+        results: list[NDArray[np.generic]] = []
+        per_byte = _PACKED_MEMORY_PER_BYTE if self.is_packed else _PLAIN_MEMORY_PER_BYTE
+        request = WorkerRequest(
+            function=function,
+            argument=argument,
+            path=self.request.path,
+            result_bytes=result_bytes,
+            memory_bytes=_BASE_MEMORY_BYTES + per_byte * self.file_bytes + _MEMORY_PER_VOXEL * voxels,
+            seconds=_SECONDS + self.file_bytes / _BYTES_PER_SECOND,
+        )
+        self.pool.run([request], lambda _index, result: results.append(result.copy()))
+        return results[0]
+
+
+class MincSource:
+    """One volume of a MINC file, which a worker process holds open."""
+
+    def __init__(self, info: SourceInfo, slices: "_Slices", opened: ExitStack) -> None:
+        self._info = info
+        self._slices = slices
+        self._opened = opened
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry and type."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x]. Raises VolprepError VP1304 or VP1270 to VP1273."""
+        slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
+        step = max(1, _SLAB_VOXELS // (slab.shape[1] * slab.shape[2]))
+        for start in range(z0, z1, step):
+            stop = min(start + step, z1)
+            with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
+                slab[start - z0 : stop - z0] = self._slices.read(start, stop)
+        return slab
+
+    def __enter__(self) -> Self:
+        """Return the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Let the worker go."""
+        self._opened.close()
+
+
+@dataclass(frozen=True)
+class _Slices:
+    """Slices of one volume, as stored or scaled."""
+
+    file: _File
+    volume: int
+    shape_zyx: tuple[int, int, int]
+    dtype: np.dtype[np.generic]
+    scaled: bool
+
+    def read(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Return slices z0 to z1 - 1."""
+        voxels = (z1 - z0) * self.shape_zyx[1] * self.shape_zyx[2]
+        request = MincSlab(self.file.request, self.volume, z0, z1, self.scaled)
+        return self.file.run(read_slab, request, voxels * self.dtype.itemsize, voxels)
+
+
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> MincSource:
+    """Open one volume of numbers: of several, that which `spec.volume` numbers.
+
+    Raises VolprepError VP1003, VP1008, VP1021, VP1270 to VP1273, VP1304, VP1305 (h5py is missing), VP2020 (sheared) or
+    VP2021 (unusable axes).
+    """
+    with open_regular(path) as head:
+        is_hdf5 = head.read(len(HDF5)) == HDF5
+    if is_hdf5 and find_spec("h5py") is None:
+        raise VolprepError("VP1305", path=path, how=how_to_add("minc"))
+    with ExitStack() as opened:
+        request = MincFile(path, next(_tokens))
+        file = _File(opened.enter_context(workers()), request, path.stat().st_size, is_gzip(path))
+        facts = MincFacts(**json.loads(file.run(facts_of, request, _LARGEST_HEADER, 0).tobytes()))
+        nz, ny, nx = facts.shape_zyx
+        volume = chosen_volume(path, (nz, ny, nx), facts.volumes, spec.volume)
+        grid = _grid(path, facts)
+        dtype = np.dtype(facts.dtype if facts.scale else "float32")
+        slices = _Slices(file, volume, (nz, ny, nx), dtype, facts.scale is None)
+        stored_type, lost = stored_type_of(dtype.name, nz, lambda z: slices.read(z, z + 1), progress)
+        slope, intercept = facts.scale or (1.0, 0.0)
+        remarks = (*_remarks(facts), *lost)
+        info = SourceInfo(
+            format="minc", grid=grid, stored_type=stored_type, slope=slope, intercept=intercept, remarks=remarks
+        )
+        return MincSource(info, slices, opened.pop_all())
+
+
+def _grid(path: Path, facts: MincFacts) -> Grid:
+    """Grid in LPS millimetres. Raises VP2020 or VP2021."""
+    if not {*facts.units} <= _MM_PER_UNIT.keys() or len({*facts.units}) > 1:
+        raise VolprepError("VP2021", path=path, which="unit of length")
+    cosines = np.array(facts.cosines, dtype=np.float64)
+    with np.errstate(all="ignore"):  # non-finite values are refused below
+        if not (np.abs(np.linalg.norm(cosines, axis=1) - 1.0) <= ORIENTATION_TOLERANCE).all():
+            raise VolprepError("VP2021", path=path, which="field direction_cosines")
+        to_mm = _LPS_FROM_RAS * _MM_PER_UNIT[facts.units[0]]
+        # The file lists axes from the slowest one, the grid from x, the fastest.
+        columns = (to_mm * cosines * np.array(facts.steps)[:, None])[::-1].T
+        origin = to_mm * np.array(facts.origin)
+    nz, ny, nx = facts.shape_zyx
+    return grid_from_affine(path, "field step or start", (nz, ny, nx), columns, origin)
+
+
+def _remarks(facts: MincFacts) -> Iterator[str]:
+    if facts.scale is None:
+        yield "each slice has a range of values of its own; physical values are read as 32-bit floating point"
+    if facts.beyond and facts.valid:
+        low, high = facts.valid
+        yield f"{facts.beyond} voxels lie outside the valid range {low:g} to {high:g}, and are set to its nearer end"
+    if facts.odd_axes:
+        axes = ", ".join(facts.odd_axes)
+        yield f"spacing or length of {axes} contradicts the image; regular slices and the size of the image are taken"

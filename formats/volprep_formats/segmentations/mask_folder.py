@@ -1,0 +1,54 @@
+"""A folder with one mask per segment, as organ segmenters write it: the name of each file is that of its segment."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.progress import Progress
+from volprep_formats.segmentations.label_volume import read_mask
+from volprep_formats.segmentations.layers import LayerStack
+from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, SourceSegment
+
+_MASK = re.compile(r"(.+?)\.(?:nii|nii\.gz|nrrd|mha|mgz|mgh)", re.IGNORECASE)
+_SAME_VOXELS = 1e-3
+
+
+def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
+    """Read all masks in a folder. Raises VP1401, VP1402, VP1408 (grids differ), and the errors of the readers."""
+    files = sorted(file for file in folder.iterdir() if _MASK.fullmatch(file.name))
+    if not 0 < len(files) <= MOST_SEGMENTS:
+        raise VolprepError("VP1401", path=folder, count=len(files), most=MOST_SEGMENTS)
+    layers: LayerStack | None = None
+    grid: Grid | None = None
+    for index, file in enumerate(files):
+        own, mask = read_mask(file, progress)
+        if layers is None or grid is None:
+            grid, layers = own, LayerStack(folder, own.shape_zyx)
+        elif not same_grid(own, grid):
+            raise VolprepError("VP1408", path=file, first=files[0].name, found=described(own), expected=described(grid))
+        layers.add(index + 1, mask)
+    if layers is None or grid is None:
+        raise VolprepError("VP1401", path=folder, count=0, most=MOST_SEGMENTS)
+    names = [match[1] for file in files if (match := _MASK.fullmatch(file.name))]
+    segments = tuple(SourceSegment(index + 1, name) for index, name in enumerate(names))
+    return LabelLayers(segments, grid, layers.arrays)
+
+
+def same_grid(one: Grid, other: Grid) -> bool:
+    """Return whether the voxels of two grids lie at the same places, within a thousandth of a voxel."""
+    if one.shape_zyx != other.shape_zyx:
+        return False
+    corners = np.array(np.meshgrid(*((0, n) for n in one.shape_zyx[::-1]), 1)).reshape(4, -1)
+    apart = np.abs((one.world_from_index - other.world_from_index) @ corners).max()
+    return bool(apart <= _SAME_VOXELS * min(one.spacing_mm_zyx))
+
+
+def described(grid: Grid) -> str:
+    """Say size, spacing and origin of a grid in one line."""
+    size = "×".join(str(n) for n in grid.shape_zyx[::-1])
+    spacing = " × ".join(f"{h:.4g}" for h in grid.spacing_mm_zyx[::-1])
+    origin = ", ".join(f"{x:.4g}" for x in grid.origin_mm_xyz)
+    return f"{size} voxels of {spacing} mm from ({origin}) mm"

@@ -1,0 +1,83 @@
+"""Records of a segmentation: its segments, with their voxels or contours."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.arrays import Float64Array
+from volprep_formats.grid import Grid
+
+MOST_SEGMENTS = 4096
+"""Largest number of segments in one segmentation."""
+MOST_VOXELS = 2**31
+"""Largest number of voxels of a segmentation, all its layers together."""
+CODING_SCHEMES = frozenset(("SCT", "SRT", "SNM3", "FMA", "DCM", "UBERON", "RADLEX", "NEU", "UMLS"))
+"""Public vocabularies. A meaning from any other scheme is free text."""
+
+LayerArray = NDArray[np.uint16]
+"""Indices of segments [z, y, x]: 0 for none, k for segment k - 1 of the segmentation."""
+
+
+@dataclass(frozen=True)
+class Code:
+    """A coded name."""
+
+    scheme: str
+    """Vocabulary, for example SCT."""
+    value: str
+    """Code in this vocabulary, for example 10200004. Modifiers such as laterality follow after a plus sign."""
+    meaning: str
+    """Meaning of the code, in words."""
+
+    @property
+    def is_public(self) -> bool:
+        """Whether the vocabulary is a public one, so that its words cannot name a patient."""
+        return self.scheme in CODING_SCHEMES
+
+
+@dataclass(frozen=True)
+class SourceSegment:
+    """One segment, as its file describes it."""
+
+    number: int
+    """Number in the file."""
+    name: str = ""
+    """Free text; it may name a patient."""
+    code: Code | None = None
+    """Coded name, if the file has one."""
+    colour: tuple[float, float, float] | None = None
+    """Recommended colour, sRGB from 0 to 1."""
+
+
+@dataclass(frozen=True)
+class LabelLayers:
+    """Segments as voxels. Segments of one layer do not overlap."""
+
+    segments: tuple[SourceSegment, ...]
+    """All segments, in the order of their numbers."""
+    grid: Grid
+    """Where the voxels of every layer lie."""
+    layers: tuple[LayerArray, ...]
+    """At least one."""
+    frame_of_reference: str = ""
+    """UID of the coordinate system in which the grid lies; empty if the file does not say."""
+    remarks: tuple[str, ...] = ()
+    """Notes for the user."""
+
+
+@dataclass(frozen=True)
+class Contours:
+    """Segments as closed planar contours in patient space."""
+
+    segments: tuple[SourceSegment, ...]
+    """All segments, in the order of their numbers."""
+    rings: tuple[tuple[Float64Array, ...], ...]
+    """Of each segment: its contours, each [points, (x, y, z)] in millimetres (LPS)."""
+    frame_of_reference: str = ""
+    """UID of the coordinate system of the points; empty if the file does not say."""
+    remarks: tuple[str, ...] = ()
+    """Notes for the user."""
+
+
+Segmentation = LabelLayers | Contours

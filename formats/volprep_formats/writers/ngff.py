@@ -1,0 +1,185 @@
+"""Attributes of an OME-NGFF 0.5 image: axes, scale and translation of each level, windows and colours, labels.
+
+NGFF 0.5 has scale and translation but no rotation. The translation of a level is the position of the centre of its
+first voxel along the index axes, so that world = direction · position. The direction is kept beside the NGFF metadata,
+under "volprep".
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.source import SourceInfo
+from volprep_formats.srgb import srgb_of_linear
+
+_OWN = "volprep"
+"""Key of the attributes that NGFF does not define. A store with this key was written by this module."""
+
+
+@dataclass(frozen=True)
+class ChannelLook:
+    """First look in a viewer: the channel, its window and a colour."""
+
+    channel: str
+    """Name of the channel."""
+    level_filter: str
+    """Filter of the coarse levels, as in the manifest; none if there are no coarse levels."""
+    range: tuple[float, float] | None
+    """Physical values between which all voxels lie, or None."""
+    function: TransferFunction | None
+    """Default transfer function, or None in a draft that has none."""
+
+    @classmethod
+    def of(cls, manifest: Manifest) -> "ChannelLook":
+        """Return the look of a manifest of one channel."""
+        channel = manifest.channels[0]
+        codes, values = channel.quantization, channel.statistics
+        filters = {level.filter for level in channel.levels} - {"none"}
+        return cls(
+            channel=channel.name,
+            level_filter=", ".join(sorted(filters)) or "none",
+            range=(values.minimum, values.maximum) if codes is None else codes.window,
+            function=channel.transfer_functions[0] if channel.transfer_functions else None,
+        )
+
+
+@dataclass(frozen=True)
+class WrittenLevel:
+    """One array of the store."""
+
+    number: int
+    """Number of the level, which is the name of the array."""
+    channels: tuple[SourceInfo, ...]
+    """Facts of the level in the package, for each channel; several are an axis of the array."""
+    stored: bool
+    """Whether stored values were written, and not physical ones."""
+
+    @property
+    def grid(self) -> Grid:
+        """Grid of the level, which its channels share."""
+        return self.channels[0].grid
+
+
+@dataclass(frozen=True)
+class WrittenLabel:
+    """A value of a label image."""
+
+    value: int
+    """The value."""
+    name: str
+    """Name for people; empty if there is none."""
+    rgba: tuple[int, int, int, int]
+    """Colour as sRGB bytes, and opacity."""
+
+
+def image_attributes(levels: Sequence[WrittenLevel], looks: Sequence[ChannelLook]) -> dict[str, Any]:
+    """Return the attributes of the group that holds `levels`, finest first, of channels that look like `looks`."""
+    name = ", ".join(look.channel for look in looks)
+    kinds = ", ".join(sorted({look.level_filter for look in looks}))
+    ome: dict[str, Any] = {"version": "0.5", "multiscales": [_multiscale(levels, name, kinds)]}
+    if all(look.function is not None for look in looks):
+        ome["omero"] = _omero(levels[0], looks, name)
+    direction = [list(row) for row in levels[0].grid.direction]
+    units = ["" if levels[0].stored else each.unit for each in levels[0].channels]
+    own = {"unit": units[0]} if len(units) == 1 else {"units": units}
+    return {"ome": ome, _OWN: {"direction": direction, **own}}
+
+
+def label_attributes(levels: Sequence[WrittenLevel], name: str, entries: Sequence[WrittenLabel]) -> dict[str, Any]:
+    """Return the attributes of the group `labels`/`name` that holds the label arrays of `levels`, finest first."""
+    image_label = {
+        "version": "0.5",
+        "colors": [{"label-value": each.value, "rgba": list(each.rgba)} for each in entries],
+        "properties": [{"label-value": each.value, "name": each.name} for each in entries if each.name],
+        "source": {"image": "../../"},
+    }
+    multiscale = _multiscale(levels, name, "labels")
+    return {"ome": {"version": "0.5", "multiscales": [multiscale], "image-label": image_label}}
+
+
+def is_export(document: object) -> bool:
+    """Whether the parsed zarr.json of a group has attributes of this module."""
+    attributes = document.get("attributes") if isinstance(document, dict) else None
+    return isinstance(attributes, dict) and {"ome", _OWN} <= attributes.keys()
+
+
+def is_rotated(grid: Grid) -> bool:
+    """Whether the index axes are not the axes of the world, which NGFF 0.5 cannot express."""
+    return not np.array_equal(np.array(grid.direction), np.eye(3))
+
+
+def _multiscale(levels: Sequence[WrittenLevel], name: str, kind: str) -> dict[str, Any]:
+    several = len(levels[0].channels) > 1
+    axes: list[dict[str, str]] = [{"name": "c", "type": "channel"}] if several else []
+    return {
+        "name": name,
+        "type": kind,
+        "metadata": {"description": "levels of a volume package", "method": "volprep export"},
+        "axes": [*axes, *({"name": axis, "type": "space", "unit": "millimeter"} for axis in "zyx")],
+        "datasets": [
+            {"path": str(level.number), "coordinateTransformations": _transformations(level.grid, several)}
+            for level in levels
+        ],
+    }
+
+
+def _transformations(grid: Grid, several: bool) -> list[dict[str, Any]]:
+    along_axes_xyz = np.array(grid.direction).T @ np.array(grid.origin_mm_xyz)
+    scale, translation = list(grid.spacing_mm_zyx), along_axes_xyz[::-1].tolist()
+    return [
+        {"type": "scale", "scale": [1.0, *scale] if several else scale},
+        {"type": "translation", "translation": [0.0, *translation] if several else translation},
+    ]
+
+
+def _omero(finest: WrittenLevel, looks: Sequence[ChannelLook], name: str) -> dict[str, Any]:
+    """Rendering settings, as far as these have fields: a window and one colour for each channel."""
+    pairs = zip(looks, finest.channels, strict=True)
+    return {
+        "name": name,
+        "channels": [_omero_channel(look, info, stored=finest.stored) for look, info in pairs],
+        "rdefs": {"defaultT": 0, "defaultZ": finest.grid.shape_zyx[0] // 2, "model": "color"},
+    }
+
+
+def _omero_channel(look: ChannelLook, info: SourceInfo, *, stored: bool) -> dict[str, Any]:
+    if look.function is None:
+        raise ValueError(look.channel)
+    start, end = _visible_range(look.function)
+    least, most = look.range or (start, end)
+    if not start < end:
+        start, end = least, most
+    if stored:
+        start, end, least, most = ((value - info.intercept) / info.slope for value in (start, end, least, most))
+    return {
+        "label": look.channel,
+        "active": True,
+        "color": "".join(f"{part:02X}" for part in function_colour(look.function)),
+        "coefficient": 1.0,
+        "family": "linear",
+        "inverted": False,
+        "window": {"start": start, "end": end, "min": min(least, start), "max": max(most, end)},
+    }
+
+
+def _visible_range(function: TransferFunction) -> tuple[float, float]:
+    """Physical values from where the extinction begins to rise to where it has fallen to 0 again."""
+    points = function.points
+    visible = [index for index, point in enumerate(points) if point.extinction_per_mm > 0.0] or [0, len(points) - 1]
+    return points[max(visible[0] - 1, 0)].value, points[min(visible[-1] + 1, len(points) - 1)].value
+
+
+def function_colour(function: TransferFunction, tint: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[int, int, int]:
+    """Return the mean colour of the points, weighted by extinction, tinted and scaled to full brightness, as sRGB."""
+    colours = np.array([point.colour for point in function.points])
+    weights = np.array([point.extinction_per_mm for point in function.points])
+    mean = (weights if weights.any() else np.ones_like(weights)) @ colours * np.array(tint)
+    brightest = mean.max()
+    encoded = srgb_of_linear(mean / brightest) if brightest > 0.0 else np.ones(3)
+    red, green, blue = (round(255 * float(part)) for part in encoded)
+    return red, green, blue

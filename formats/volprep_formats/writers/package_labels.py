@@ -1,0 +1,159 @@
+"""Label images of a package for OME-Zarr: its segments, or a label map that is the scan itself."""
+
+from collections.abc import Collection, Iterator, Sequence
+from itertools import count
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep_formats.grid import Grid
+from volprep_formats.package.channel_packages import channel_packages
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.segments.record import Segment, Segments
+from volprep_formats.package.parts.segments.texels import held_labels
+from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.files import source_name
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.readers.volpkg import open_levels
+from volprep_formats.source import SourceInfo, StoredType, VolumeSource
+from volprep_formats.writers.ngff import WrittenLabel, function_colour
+from volprep_formats.writers.ome_zarr import LabelImage
+
+_MOST_OPAQUE = 255
+_LARGEST = 2**16 - 1
+
+
+def label_images(path: Path, level: int | None, channels: Collection[str]) -> list[LabelImage]:
+    """Return the segments of the package at `path`, and the `channels` that are label maps; a draft has none.
+
+    At all levels, or at one.
+
+    Raises what `Package` and the texture reader raise, when the levels are read.
+    """
+    package = Package.open(path, allow_draft=True)
+    manifest = package.manifest
+    files = {each.path for each in manifest.files}
+    if any(source_name(channel.name) in files for channel in manifest.channels):
+        # A draft gives the scan as it was imported, with its labels.
+        return []
+    images = [
+        _label_map(path, level, name, each.manifest)
+        for name, each in channel_packages(package).items()
+        if _is_label_map(each.manifest) and name in channels
+    ]
+    if manifest.segments is not None:
+        images.append(_segments(package, manifest.segments, level))
+    return images
+
+
+class _Labels:
+    """Labels of one level, in memory."""
+
+    def __init__(self, grid: Grid, values: NDArray[np.generic], stored_type: StoredType) -> None:
+        self._values = values
+        self.info = SourceInfo(format="volpkg", grid=grid, stored_type=stored_type)
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Labels of slices z0 to z1 - 1 as [z, y, x]."""
+        return self._values[z0:z1]
+
+    def __enter__(self) -> Self:
+        """Return the labels."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Let go of the labels."""
+        self._values = np.empty((0, 0, 0))
+
+
+def _stored_type(numbers: Sequence[int]) -> StoredType | None:
+    """Return the smallest type for the numbers, None if none has them: NGFF wants whole numbers."""
+    types: tuple[StoredType, ...] = ("uint8", "uint16", "int16")
+    for name in types:
+        limits = np.iinfo(name)
+        if limits.min <= min(numbers) and max(numbers) <= limits.max:
+            return name
+    return None
+
+
+def _is_label_map(manifest: Manifest) -> bool:
+    """Whether a channel holds labels: they alone are sampled nearest."""
+    return any(
+        (each.role, each.filter) == ("volume", "nearest") and each.transfer is None for each in manifest.textures
+    )
+
+
+def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> LabelImage:
+    bits = 8 if manifest.quantization is None else manifest.quantization.bits
+    told = manifest.source.info.label_numbers or tuple(range(2**bits))
+    # Numbers beyond 16 bits are names; the values are then the codes.
+    stored_type = _stored_type(told)
+    values = np.array(told if stored_type else range(len(told)), np.int64)
+    written: StoredType = stored_type or "uint16"
+
+    def levels() -> Iterator[tuple[int, VolumeSource]]:
+        for number, (source,) in open_levels(path, level, name).levels:
+            codes = source.read_slab(0, source.info.grid.shape_zyx[0]).astype(np.int64)
+            yield number, _Labels(source.info.grid, values[codes].astype(written), written)
+
+    functions = manifest.channels[0].transfer_functions
+    entries = [] if not functions else list(_entries_of(functions[0], told, values))
+    return LabelImage(name, levels(), entries)
+
+
+def _entries_of(
+    function: TransferFunction, numbers: Sequence[int], values: NDArray[np.int64]
+) -> Iterator[WrittenLabel]:
+    """Yield number and colour of each code at which the transfer function shows something."""
+    for code, number in enumerate(numbers):
+        points = [point for point in function.points if point.value == code and point.extinction_per_mm > 0]
+        if points:
+            shown = function.model_copy(update={"points": tuple(points)})
+            yield WrittenLabel(int(values[code]), str(number), (*function_colour(shown), _MOST_OPAQUE))
+
+
+def _segments(package: Package, segments: Segments, level: int | None) -> LabelImage:
+    manifest = package.manifest
+    values = _values_of(segments)
+    stored_type: StoredType = _stored_type(values) or "uint16"
+    held = {each.level for each in manifest.textures if each.role == "labels"}
+    chosen = [each for each in manifest.levels if each.index in held and level in {None, each.index}]
+
+    def levels() -> Iterator[tuple[int, VolumeSource]]:
+        for each in chosen:
+            codes = held_labels(manifest.textures, each.index, package.read_bytes)
+            yield each.index, _Labels(each.grid, np.array(values).astype(stored_type)[codes], stored_type)
+
+    by_name = {segment.name: segment for segment in segments.segments}
+    functions = {each.name: each for each in manifest.transfer_functions}
+    entries = [
+        _entry(value, [by_name[name] for name in label.segments], functions[label.transfer])
+        for value, label in zip(values, segments.labels, strict=True)
+        if label.segments
+    ]
+    return LabelImage(segments.name, levels(), entries)
+
+
+def _values_of(segments: Segments) -> list[int]:
+    """Return the value of each label: 0 outside, the number of its segment, a new number where several overlap."""
+    numbers = {segment.name: segment.number for segment in segments.segments}
+    overlaps = sum(len(label.segments) > 1 for label in segments.labels)
+    own = [*numbers.values()]
+    if len({*own}) < len(own) or min(own) < 1 or max(own) + overlaps > _LARGEST:
+        numbers = {segment.name: 1 + index for index, segment in enumerate(segments.segments)}
+    following = count(1 + max(numbers.values()))
+    return [
+        next(following) if len(label.segments) > 1 else numbers[label.segments[0]] if label.segments else 0
+        for label in segments.labels
+    ]
+
+
+def _entry(value: int, segments: Sequence[Segment], function: TransferFunction) -> WrittenLabel:
+    """Return the name and look of a label: the mean tint and the largest opacity of its visible segments."""
+    shown = [each for each in segments if each.visible]
+    tint = np.mean([each.tint for each in shown or segments], axis=0).tolist()
+    opacity = max((each.opacity for each in shown), default=0.0)
+    name = " + ".join(each.title or each.name for each in segments)
+    return WrittenLabel(value, name, (*function_colour(function, tint), round(_MOST_OPAQUE * opacity)))

@@ -1,0 +1,164 @@
+"""Light that is computed once beside what shaders can do at run time, against the same path-traced truth.
+
+`python -m tests.benchmarks.bench_light SCAN [--every N] [--preset NAME]` prints a table in Markdown: decibels, size,
+preparation and drawing. Each way is a package that is built as a user builds it, and drawn on the driver at hand. The
+truth is multiple scattering under a white sky; every picture may have one factor of brightness, the one that suits it
+best, so that a way is not judged by its exposure. `--every` takes each Nth voxel along each axis.
+"""
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from volprep.library.scans import read_scan
+from volprep.pipeline.build import build
+from volprep.render.renderer import Renderer
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
+from volprep.truth.path_traced import LitVolume, TracedPicture, traced_picture
+from volprep_formats.arrays import Float64Array
+from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+VIEWS = ("anterior", "anterior-left", "superior")
+PIXELS = 64
+PATHS = 256
+_LAMP = "light_mm = [-150.0, -220.0, 180.0]\n"
+_SCENE = """name = "s"
+crop = "none"
+[source]
+path = "scan.raw"
+raw = {{ shape_zyx = {shape}, dtype = "{dtype}", spacing_mm_zyx = {spacing} }}
+[pyramid]
+coarsest_longest_axis = 4096
+[render]
+step_voxels = 0.5
+{render}
+[lighting]
+{lighting}
+[[transfer]]
+preset = "{preset}"
+"""
+WAYS = {
+    "unlit": ('lighting = "none"', ""),
+    "headlight": ('lighting = "headlight"', ""),
+    "Phong, shadow rays": ('lighting = "phong"', _LAMP + 'shadows = "rays"'),
+    "Phong, half-angle slices": ('lighting = "phong"\ntechnique = "view-slices"', _LAMP + 'shadows = "half-angle"'),
+    "baked occlusion, 1/2": ("", 'baked = "occlusion"\nresolution = 2'),
+    "baked scattering, 1/4": ("", 'baked = "scattering"\nresolution = 4'),
+    "baked scattering, 1/2": ("", 'baked = "scattering"\nresolution = 2'),
+}
+"""Settings of [render] and of [lighting]."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """A package of one way, and what it took."""
+
+    way: str
+    package: Package
+    seconds: float
+
+    @property
+    def megabytes(self) -> float:
+        """Bytes of its textures."""
+        manifest = self.package.manifest
+        return sum(len(self.package.read_bytes(each.file)) for each in manifest.textures) / 1e6
+
+
+def make(folder: Path, way: str, voxels: np.ndarray, spacing_mm_zyx: Sequence[float], preset: str) -> Made:
+    """Build the package of a way."""
+    folder.mkdir()
+    voxels.tofile(folder / "scan.raw")
+    render, lighting = WAYS[way]
+    scene = _SCENE.format(
+        shape=list(voxels.shape),
+        dtype=voxels.dtype.name,
+        spacing=list(spacing_mm_zyx),
+        render=render,
+        lighting=lighting,
+        preset=preset,
+    )
+    (folder / "s.toml").write_text(scene, encoding="utf-8")
+    # Without light that is computed once the plan tries nothing: the difference is what this light takes.
+    start = time.process_time()
+    build(load_request(folder / "s.toml"), folder / "s.volpkg", Silent())
+    return Made(way, Package.open(folder / "s.volpkg"), time.process_time() - start)
+
+
+def truths(made: Made, voxels: np.ndarray) -> dict[str, TracedPicture]:
+    """Path trace multiple scattering under a white sky."""
+    manifest = made.package.manifest
+    info, grid = manifest.channels[0].source.info, manifest.levels[0].grid
+    lit = LitVolume(
+        voxels, grid, info.slope, info.intercept, manifest.transfer_functions[0], LightModel(kind="scattering")
+    )
+    return {
+        name: traced_picture(lit, standard_views(grid)[name].box_from_clip(grid, 1.0), (PIXELS, PIXELS), PATHS)
+        for name in VIEWS
+    }
+
+
+def draw(made: Made) -> tuple[list[Float64Array], list[float]]:
+    """Draw all views, and return the processor's milliseconds of each."""
+    grid = made.package.manifest.levels[0].grid
+    pictures, took = [], []
+    with Renderer(made.package, level=0, target="rgba32f") as renderer:
+        for name in VIEWS:
+            camera = standard_views(grid)[name].box_from_clip(grid, 1.0)
+            renderer.render(camera, (PIXELS, PIXELS))
+            start = time.process_time()
+            pictures.append(renderer.render(camera, (PIXELS, PIXELS)).astype(np.float64))
+            took.append((time.process_time() - start) * 1000)
+    return pictures, took
+
+
+def decibels(pictures: Sequence[Float64Array], traced: Sequence[TracedPicture]) -> tuple[float, float]:
+    """Return decibels over seen pixels beyond the noise of the truth, and the factor of brightness that suits best."""
+    ours = np.concatenate([each[truth.rgba[..., 3] > 0, :3] for each, truth in zip(pictures, traced, strict=True)])
+    true = np.concatenate([truth.rgba[truth.rgba[..., 3] > 0, :3] for truth in traced])
+    noise = np.concatenate([truth.variance[truth.rgba[..., 3] > 0, :3] for truth in traced])
+    factor = float((ours * true).sum() / (ours**2).sum())
+    beyond = float(((factor * ours - true) ** 2 - noise).mean())
+    return -10 * np.log10(max(beyond, 1e-8)), factor
+
+
+def main() -> None:
+    """Measure all ways, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scan", type=Path)
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--preset", default="mr-head")
+    asked = parser.parse_args()
+    found = read_scan(asked.scan)
+    n = asked.every
+    voxels = np.ascontiguousarray(found.stored[::n, ::n, ::n])
+    spacing = [n * h for h in found.grid.spacing_mm_zyx]
+    with tempfile.TemporaryDirectory() as folder:
+        made = [make(Path(folder) / str(i), way, voxels, spacing, asked.preset) for i, way in enumerate(WAYS)]
+        traced = list(truths(made[0], voxels).values())
+        drawn = [draw(each) for each in made]
+        again = [[draw(each)[1] for each in made] for _ in range(3)]
+        megabytes = [each.megabytes for each in made]
+    write = sys.stdout.write
+    write(f"{asked.scan.name}, {'×'.join(map(str, voxels.shape))} voxels, preset {asked.preset}\n\n")
+    write(
+        "| way | dB | brightness | MB | preparation, processor s | ms | times unlit |\n|---|---|---|---|---|---|---|\n"
+    )
+    for i, (each, (pictures, _)) in enumerate(zip(made, drawn, strict=True)):
+        ms = float(np.median([sum(took[i]) / len(VIEWS) for took in again]))
+        times = float(np.median([sum(took[i]) / sum(took[0]) for took in again]))
+        db, factor = decibels(pictures, traced)
+        cells = f"{db:.1f} | {factor:.2f} | {megabytes[i]:.2f} | {each.seconds:.1f} | {ms:.1f} | {times:.2f}"
+        write(f"| {each.way} | {cells} |\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""Old and new verdict of the sample scenes, side by side, as the table of docs/MEASURED.md.
+
+    python -m tests.benchmarks.sample_verdicts [SCENE ...]
+
+Builds and validates each scene of `sample_specs` whose scan lies in VOLPREP_TEST_DATA. Until volprep judged what is
+seen, a package was within if no view was off by more than 0.02 in the mean over all pixels, or by 0.25 in one. Now
+errors count over seen pixels, with FLIP, and each thin thing must keep its light. The numbers are those of the worst of
+nine views at the finest level; all coarse levels are judged, too.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from volprep.validation.report_record import Report
+from volprep_formats.package.manifest import Tolerance
+
+SAMPLES = Path(__file__).parents[2] / "sample_specs"
+_ENGINE, _HEAD = "engine_pair/data/*.raw.gz", "mr_t1_studyforrest/dicoms"
+_SHELL = "qim_microct/shell_*.tif"
+SCANS = {
+    "engine-lit": _ENGINE,
+    "engine-raw": _ENGINE,
+    "engine-slices": _ENGINE,
+    "head-segments": "segments/norm.mgz",
+    "head-surface": _HEAD,
+    "mr-head": _HEAD,
+    "shell-editable": _SHELL,
+    "shell-microct": _SHELL,
+    "shell-proxy": _SHELL,
+}
+"""The scan of each scene, below the folder of real scans."""
+SEGMENTS = {"head-segments": "segments/aparc.a2009s+aseg.mgz"}
+OLD = Tolerance(rmse=0.02, maximum=0.25)
+"""Limits of the old verdict, over all pixels."""
+HEAD = (
+    "| scene | RMSE, all pixels | largest | old verdict | RMSE, seen | FLIP | kept light | new verdict | previews |\n"
+    "|---|---|---|---|---|---|---|---|---|"
+)
+
+
+def main(names: list[str]) -> None:
+    """Print the table, a row as soon as it is known."""
+    scans = Path(os.environ["VOLPREP_TEST_DATA"])
+    print(HEAD)
+    for name in names or SCANS:
+        with tempfile.TemporaryDirectory() as folder:
+            print(row(name, report_of(name, scans, Path(folder))), flush=True)
+
+
+def report_of(name: str, scans: Path, folder: Path) -> Report:
+    """Build and validate a scene."""
+    (source,) = scans.glob(SCANS[name])
+    extra = ["--segments", scans / SEGMENTS[name]] if name in SEGMENTS else []
+    package = folder / "sample.volpkg"
+    _volprep("build", SAMPLES / f"{name}.toml", "--source", source, *extra, "-o", package)
+    # Exit status 1 is a verdict, too.
+    _volprep("validate", package, allowed=(0, 1))
+    return Report.model_validate(json.loads((folder / "sample.report" / "report.json").read_text(encoding="utf-8")))
+
+
+def row(name: str, report: Report) -> str:
+    """Return the row of a scene."""
+    views = [view for program in report.programs for view in program.views]
+    rmse, largest = max(view.total.rmse for view in views), max(view.total.maximum for view in views)
+    others = [other for program in report.programs for other in program.others if not other.preview_only]
+    of_others = [view.rmse for other in others for view in other.views]
+    old = max(rmse, *of_others, 0.0) <= OLD.rmse and largest <= OLD.maximum
+    kept = [view.seen.kept_light for view in views if view.seen.thin_things]
+    cells = (
+        f"`{name}`",
+        f"{rmse:.4f}",
+        f"{largest:.3f}",
+        "within" if old else "beyond",
+        f"{max(view.seen.rmse for view in views):.4f}",
+        f"{max(view.seen.flip for view in views):.3f}",
+        f"{min(kept):.2f}" if kept else "–",
+        report.verdict.code,
+        f"{len(report.verdict.previews)}",
+    )
+    return f"| {' | '.join(cells)} |"
+
+
+def _volprep(*words: object, allowed: tuple[int, ...] = (0,)) -> None:
+    done = subprocess.run(
+        [Path(sys.executable).with_name("volprep"), *map(str, words)], check=False, capture_output=True, text=True
+    )
+    if done.returncode not in allowed:
+        sys.exit(f"volprep {words[0]} ended with {done.returncode}:\n{done.stderr}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,57 @@
+"""The cache of slow stages gives what the stage gives, and only where nothing that it depends on differs."""
+
+from pathlib import Path
+
+import pytest
+from phantom_scene import write_phantom_scene
+from remembered_stages import kept_in, remember
+
+from volprep.parts.levels import stage
+from volprep.pipeline.build import build
+from volprep.scene.request import load_request
+from volprep_formats.progress import Silent
+
+
+@pytest.fixture
+def runs(monkeypatch) -> list[str]:
+    """Each run of the stage that makes levels."""
+    begun: list[str] = []
+    levels = stage.LevelInput
+    monkeypatch.setattr(stage, "LevelInput", lambda *given: begun.append("levels") or levels(*given))
+    return begun
+
+
+def contents(scene: Path, old: str = "", new: str = "") -> dict[str, bytes]:
+    scene.write_text(scene.read_text().replace(old, new))
+    target = scene.with_suffix(".volpkg")
+    build(load_request(scene), target, Silent())
+    return {str(path.relative_to(target)): path.read_bytes() for path in target.rglob("*") if path.is_file()}
+
+
+def test_levels_are_made_again_only_if_what_they_depend_on_differs(tmp_path, runs) -> None:
+    cheap = '[pyramid]\nfilter = "box"\n'
+    scene = write_phantom_scene(tmp_path)
+    scene.write_text(scene.read_text().replace("[pyramid]\n", cheap))
+    with remember(tmp_path / "cache"):
+        first = contents(scene)
+        assert contents(scene) == first
+        assert runs == ["levels"]
+        contents(scene, "[pyramid]", "[grid]\nsize = 16\n[pyramid]")
+        assert runs == ["levels"]
+        assert contents(scene, '"box"', '"maximum"') != first
+        assert runs == ["levels"] * 2
+        raw = tmp_path / "phantom.raw"
+        raw.write_bytes(raw.read_bytes()[::-1])
+        contents(scene)
+        assert runs == ["levels"] * 3
+        with remember(tmp_path / "cache", whole_plan=True):
+            contents(scene)
+            contents(scene)
+        assert runs == ["levels"] * 4
+
+
+def test_the_cache_of_another_version_is_removed(tmp_path) -> None:
+    (tmp_path / "0123456789abcdef").mkdir()
+    assert list(tmp_path.iterdir()) == [tmp_path / "0123456789abcdef"]
+    kept = kept_in(tmp_path)
+    assert list(tmp_path.iterdir()) == [kept]

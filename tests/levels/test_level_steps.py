@@ -1,0 +1,101 @@
+"""Steps of coarser levels keep their promise on the level as it is, and rays that see nothing are no evidence."""
+
+import numpy as np
+import pytest
+from tiny_packages import ES3, function, tiny_package
+
+from tests.levels_study.phantoms import vessel_tree
+from volprep.compositing import COMPOSITINGS
+from volprep.parts.levels.in_memory import InMemory
+from volprep.parts.levels.level_input import LevelInput, level_slices
+from volprep.parts.levels.level_steps import LevelSteps
+from volprep.parts.levels.records import AdaptedTable
+from volprep.parts.programs.patch_rays import PatchRays
+from volprep.parts.programs.step_bench import STEP_SHARE, StepBench, longest_step
+from volprep.render.renderer import Renderer
+from volprep.transfer.lookup import lookup_table
+from volprep.truth.camera import standard_views
+from volprep.truth.oracle import oracle_picture
+from volprep.truth.seen import seen_pixels
+from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
+from volprep_formats.package.manifest import Tolerance
+
+FACTORS = (2, 2, 2)
+TOLERANCE = Tolerance(rmse=0.02, maximum=0.5)
+VESSELS = function((110.0, (0.7, 0.1, 0.1), 0.0), (170.0, (0.9, 0.3, 0.2), 1.5), (255.0, (1.0, 0.9, 0.8), 2.0))
+WINDOW = (0.0, 255.0)
+
+
+@pytest.fixture(scope="module")
+def scan() -> LevelInput:
+    voxels = vessel_tree(40, 5)
+    grid = Grid.of(voxels.shape, (1.0, 1.0, 1.0))
+    return LevelInput(InMemory.of(voxels), grid, {VESSELS.name: lookup_table(VESSELS, WINDOW, 256)})
+
+
+@pytest.fixture(scope="module")
+def level(scan) -> np.ndarray:
+    return np.concatenate([slices for slices, _ in level_slices(scan, "raised", FACTORS)])
+
+
+def steps_of(scan) -> LevelSteps:
+    compositing = COMPOSITINGS["emission-absorption"]
+    return LevelSteps(scan, WINDOW, (VESSELS,), compositing, is_segments=False, tolerance=TOLERANCE)
+
+
+def test_the_step_of_a_level_of_thin_vessels_is_as_exact_as_it_says(scan, level, tmp_path) -> None:
+    step = steps_of(scan).measured(InMemory.of(level), FACTORS, ())
+    assert step is not None
+    grid = scan.grid.coarser(FACTORS)
+    package = tiny_package(tmp_path / "p", level, VESSELS, ES3, grid=grid, step_mm=step.step_mm)
+    errors = []
+    for view in ("anterior-left", "left", "superior"):
+        box_from_clip = standard_views(grid)[view].box_from_clip(grid, 1.0)
+        truth = oracle_picture(level, grid, 1.0, 0.0, VESSELS, box_from_clip, (80, 80), tolerance=1e-6).rgba
+        with Renderer(package, target="rgba32f") as renderer:
+            drawn, longer = (renderer.render(box_from_clip, (80, 80), times * step.step_mm) for times in (1, 3))
+        seen = seen_pixels(drawn, truth)
+        errors.append([np.sqrt(np.mean((each - truth)[seen] ** 2)) for each in (drawn, longer)])
+    worst, of_longer = np.max(errors, axis=0)
+    assert worst <= STEP_SHARE * TOLERANCE.rmse
+    assert of_longer > STEP_SHARE * TOLERANCE.rmse, "three times the step would do"
+
+
+def test_the_table_of_the_level_counts(scan, level) -> None:
+    own = scan.tables[VESSELS.name].copy()
+    own[:, 3] *= 0.05
+    rows = tuple((r, g, b, extinction) for r, g, b, extinction in own.tolist())
+    steps, codes = steps_of(scan), InMemory.of(level)
+    faint = steps.measured(codes, FACTORS, [AdaptedTable(transfer=VESSELS.name, entries=rows)])
+    usual = steps.measured(codes, FACTORS, ())
+    assert faint is not None
+    assert usual is not None
+    assert faint.step_mm > usual.step_mm
+
+
+def test_a_level_that_shows_nothing_measures_nothing(scan, level) -> None:
+    assert steps_of(scan).measured(InMemory.of(np.zeros_like(level)), FACTORS, ()) is None
+
+
+def test_rays_that_see_nothing_are_no_evidence() -> None:
+    rays = PatchRays(np.zeros((64, 10)), 0.125, (slice(0, 10),))
+    bench = StepBench(COMPOSITINGS["emission-absorption"], [Table.exact(VESSELS)], rays, is_segments=False)
+    voxels, reason = longest_step(bench, 1.0, TOLERANCE, 0.5)
+    assert voxels == 0.5
+    assert "no ray of a sample sees anything" in reason
+
+
+def test_a_step_that_no_length_keeps_is_the_finest_and_says_so() -> None:
+    values = np.where(np.random.default_rng(2).random((512, 40)) < 0.05, 200.0, 0.0)
+    rays = PatchRays(values, 0.125, (slice(0, 40),))
+    bench = StepBench(COMPOSITINGS["emission-absorption"], [Table.exact(VESSELS)], rays, is_segments=False)
+    voxels, reason = longest_step(bench, 1.0, Tolerance(rmse=1e-6, maximum=1e-5), 0.5)
+    assert voxels == 0.125
+    assert reason.endswith("no step that was tried is fine enough")
+
+
+def test_a_level_that_is_off_itself_takes_longer_steps(scan, level) -> None:
+    steps, codes = steps_of(scan), InMemory.of(level)
+    exact, rough = (steps.measured(codes, FACTORS, (), off) for off in (0.0, 0.3))
+    assert rough.step_mm > exact.step_mm

@@ -1,0 +1,86 @@
+"""Levels that keep thin things by default: raised, refined through the renderer, and chosen along aimed rays."""
+
+import numpy as np
+import pytest
+
+from tests.levels_study.phantoms import vessel_tree
+from volprep.parts.levels.aimed import aimed_lines
+from volprep.parts.levels.appearance import SeenBlocks
+from volprep.parts.levels.choose_level import Chooser
+from volprep.parts.levels.in_memory import InMemory
+from volprep.parts.levels.level_input import LevelInput, level_slices
+from volprep.parts.levels.refined import AUTO, RefineBudget
+from volprep.parts.levels.stage import CANDIDATES
+from volprep_formats.grid import Grid
+
+FACTORS = (4, 4, 4)
+TABLE = np.zeros((256, 4))
+TABLE[120:, :3] = (0.9, 0.2, 0.1)
+TABLE[120:, 3] = np.minimum(np.arange(136) * 0.03, 1.2)
+
+
+@pytest.fixture(scope="module")
+def scan() -> LevelInput:
+    voxels = vessel_tree(36, 4)[:33, :, :35]
+    return LevelInput(
+        InMemory.of(np.ascontiguousarray(voxels)), Grid.of(voxels.shape, (1.0, 1.0, 1.0)), {"vessels": TABLE}
+    )
+
+
+def level_of(scan: LevelInput, name) -> np.ndarray:
+    return np.concatenate([slices for slices, _ in level_slices(scan, name, FACTORS)])
+
+
+def test_raised_is_halfway_from_the_fit_to_the_maximum(scan) -> None:
+    fitted, high = (level_of(scan, name).astype(int) for name in ("appearance", "maximum"))
+    assert np.array_equal(level_of(scan, "raised"), (fitted + high + 1) // 2)
+
+
+def test_by_default_vessels_keep_their_light(scan, tmp_path) -> None:
+    chooser = Chooser(scan, adapt=True, levels=[FACTORS], budget=AUTO)
+    choice, _ = chooser.choose(2, FACTORS, CANDIDATES, tmp_path.joinpath, lambda _: None)
+    found = {(trial.filter, trial.table): trial for trial in choice.trials}
+    assert choice.filter == "refined"
+    best = found["refined", "adapted"]
+    assert 0.8 < best.kept_light < 1.3
+    assert found["box", "adapted"].kept_light < 0.3
+    for name in ("box", "appearance", "maximum", "feature-preserving", "raised"):
+        assert best.seen_rmse < found[name, "adapted"].seen_rmse, name
+
+
+def test_a_refined_level_is_the_same_each_time_and_stays_in_the_range_of_its_cells(scan, tmp_path) -> None:
+    made = []
+    for _ in range(2):
+        chooser = Chooser(scan, adapt=True, levels=[FACTORS], budget=RefineBudget(fine=10**6, coarse=5 * 10**6))
+        assert chooser.refines(FACTORS)
+        _, codes = chooser.choose(2, FACTORS, ("refined",), tmp_path.joinpath, lambda _: None)
+        made.append(codes.read_slab(0, codes.shape_zyx[0]).copy())
+    assert np.array_equal(made[0], made[1])
+    assert (made[0] <= level_of(scan, "maximum")).all()
+    assert (made[0] >= level_of(scan, "minimum")).all()
+    assert not np.array_equal(made[0], level_of(scan, "raised"))
+
+
+def test_a_level_beyond_the_budget_is_not_refined(scan, tmp_path) -> None:
+    chooser = Chooser(scan, adapt=True, levels=[FACTORS], budget=RefineBudget(fine=1000, coarse=1000))
+    assert not chooser.refines(FACTORS)
+    choice, _ = chooser.choose(2, FACTORS, ("raised", "refined"), tmp_path.joinpath, lambda _: None)
+    assert {trial.filter for trial in choice.trials} == {"raised"}
+
+
+def test_aimed_rays_pass_the_block_that_is_seen() -> None:
+    grid = Grid.of((12, 10, 14), (1.0, 2.0, 0.5))
+    seen = np.zeros((6, 5, 7), np.bool_)
+    seen[4, 1, 5] = True
+    lines = aimed_lines(grid, SeenBlocks(seen, 2), 0.0, 300, seed=3)
+    # The middle of the block in millimetres, x first, and the distance of its corners from there.
+    middle, radius = np.array([5.5, 6.0, 9.0]), np.sqrt(0.5**2 + 2.0**2 + 1.0**2)
+    along = ((middle - lines.starts_mm_xyz) * lines.directions_xyz).sum(axis=1)
+    nearest = lines.starts_mm_xyz + along[:, None] * lines.directions_xyz
+    assert len(lines.lengths_mm) > 290
+    assert (np.linalg.norm(nearest - middle, axis=1) <= radius + 1e-9).all()
+
+
+def test_nothing_to_aim_at_gives_no_rays() -> None:
+    lines = aimed_lines(Grid.of((4, 4, 4), (1.0, 1.0, 1.0)), SeenBlocks(np.zeros((4, 4, 4), bool), 1), 1.0, 9, 1)
+    assert len(lines.lengths_mm) == 0

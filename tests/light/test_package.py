@@ -1,0 +1,152 @@
+"""Packages with light that was computed once: built, drawn, proved, refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from volprep.parts.light import solve
+from volprep.parts.light.trial import choice
+from volprep.pipeline.build import build
+from volprep.render.renderer import Renderer
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest_json import read_manifest
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+SHAPE_ZYX = (15, 13, 17)
+SCENE = """name = "ball"
+profile = "{profile}"
+[source]
+path = "ball.raw"
+raw = {{ shape_zyx = [15, 13, 17], dtype = "uint8", spacing_mm_zyx = [1.2, 1.0, 0.9] }}
+[render]
+picture_size = 32
+{render}
+[lighting]
+baked = "{baked}"
+{lighting}
+[[transfer]]
+name = "tissue"
+points = [
+    {{ value = 60.0, colour = "#d0a890", extinction_per_mm = 0.0 }},
+    {{ value = 110.0, colour = "#e0d0c0", extinction_per_mm = 1.2 }},
+]
+{more}
+"""
+
+
+def scene_of(folder, *, baked="scattering", lighting="", render="", more="", profile="gles3"):
+    """A bowl, open to the top: its bottom gets less light than its rim."""
+    z, y, x = np.mgrid[:15, :13, :17]
+    radius = np.sqrt(((z - 7) * 1.2) ** 2 + (y - 6.0) ** 2 + ((x - 8) * 0.9) ** 2)
+    voxels = np.where((z < 9) & (radius < 6), 255 - 90 * np.abs(radius - 4.5), 0)
+    np.clip(voxels, 0, 255).astype(np.uint8).tofile(folder / "ball.raw")
+    path = folder / "ball.toml"
+    path.write_text(SCENE.format(baked=baked, lighting=lighting, render=render, more=more, profile=profile))
+    return path
+
+
+@pytest.fixture(scope="module")
+def bowl(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(solve, "BATCH", 1 << 15)
+        folder = tmp_path_factory.mktemp("bowl")
+        build(load_request(scene_of(folder)), folder / "ball.volpkg", Silent())
+        report = validate(folder / "ball.volpkg", folder / "report", Silent(), picture_size=32)
+        yield Package.open(folder / "ball.volpkg"), report
+
+
+def test_a_package_with_baked_light_is_proved_against_path_tracing(bowl) -> None:
+    package, report = bowl
+    print("LIGHT", report.programs[0].light, [i.reason for i in package.manifest.plan if "light" in i.name])
+    assert report.verdict.passed
+    item = next(each for each in package.manifest.plan if each.name == "baked light")
+    assert "from path tracing at half the resolution" in item.reason
+    light = report.programs[0].light
+    assert light.pixels > 100
+    assert 0.0 < light.rmse < light.rmse_below < 0.02
+    texture = next(each for each in package.manifest.textures if each.role == "light")
+    voxels = np.prod(package.manifest.levels[0].grid.shape_zyx)
+    assert np.prod(texture.shape_zyx) * 2 <= 0.4 * voxels
+
+
+def test_what_the_package_draws_is_darker_than_without_the_light(bowl) -> None:
+    package, _ = bowl
+    grid = package.manifest.grid
+    camera = standard_views(grid)["superior"].box_from_clip(grid, 1.0)
+    with Renderer(package) as renderer:
+        picture = renderer.render(camera, (32, 32))
+    assert "baked_light" in package.read_bytes(package.manifest.programs[0].fragment).decode()
+    seen = picture[..., 3] > 0.5
+    assert 0.1 < picture[seen, :3].mean() < 0.6 * np.mean([0.745, 0.631, 0.527]) + 0.1
+
+
+def test_a_manifest_that_contradicts_itself_about_light_is_refused(bowl, tmp_path) -> None:
+    manifest = json.loads((bowl[0].path / "manifest.json").read_text())
+    for change in ("sampler", "meaning", "values"):
+        folder = tmp_path / change
+        folder.mkdir()
+        lie = json.loads(json.dumps(manifest))
+        texture = next(each for each in lie["textures"] if each["role"] == "light")
+        if change == "sampler":
+            lie["programs"][0]["baked"] = False
+        elif change == "meaning":
+            del texture["light"]
+        else:
+            texture["light"]["stored_values"] = [0.5, 0.5]
+        (folder / "manifest.json").write_text(json.dumps(lie))
+        with pytest.raises(VolprepError) as refused:
+            Package.open(folder)
+        assert refused.value.code == "VP4011", change
+    assert read_manifest(bowl[0].path).programs[0].baked
+
+
+@pytest.mark.parametrize(
+    ("errors", "wanted", "texels", "factor", "words"),
+    [
+        ((0.004, 0.002, 0.001), "auto", 1000, None, "hardly change: RMSE 0.004 without"),
+        ((0.3, 0.02, 0.01), "auto", 1000, 2, "0.01 from path tracing at half"),
+        ((0.3, 0.0104, 0.01), "auto", 1000, 4, "0.01 at a quarter"),
+        ((0.3, 0.004, 0.001), "auto", 1000, 4, "0.004 at a quarter"),
+        ((0.3, 0.02, 0.01), "auto", 5_000_000, 4, "more than 4000000 texels"),
+        ((0.004, 0.002, 0.001), 2, 1000, 2, "as the scene states"),
+    ],
+)
+def test_the_resolution_is_the_coarsest_that_is_near_enough(errors, wanted, texels, factor, words) -> None:
+    found = choice(np.array(errors), 0.01, wanted, texels)
+    assert (found.factor, words in found.reason) == (factor, True), found
+
+
+def test_a_thin_veil_has_no_light_and_the_plan_says_so(tmp_path) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(solve, "BATCH", 1 << 12)
+        path = scene_of(tmp_path)
+        path.write_text(path.read_text().replace("1.2 },", "0.001 },"))
+        manifest = build(load_request(path), tmp_path / "ball.volpkg", Silent())
+    item = next(each for each in manifest.plan if each.name == "baked light")
+    assert not item.kept
+    assert "hardly change" in item.reason
+    assert not any(each.role == "light" for each in manifest.textures)
+    assert not any(each.baked for each in manifest.programs)
+
+
+@pytest.mark.parametrize(
+    ("wishes", "code"),
+    [
+        ({"profile": "gles2-4096"}, "VP3240"),
+        ({"render": 'compositing = "maximum"'}, "VP3240"),
+        ({"render": 'technique = "view-slices"'}, "VP3240"),
+        ({"render": 'classification = "preintegrated"'}, "VP3240"),
+        ({"more": "[grid]"}, "VP3240"),
+        ({"baked": "shadow"}, "VP3241"),
+    ],
+    ids=["ES 2", "maximum", "slices", "preintegrated", "grid", "shadow without a light"],
+)
+def test_what_baked_light_does_not_go_with_is_refused(wishes, code, tmp_path) -> None:
+    with pytest.raises(VolprepError) as refused:
+        build(load_request(scene_of(tmp_path, **wishes)), tmp_path / "ball.volpkg", Silent())
+    assert refused.value.code == code

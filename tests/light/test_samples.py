@@ -1,0 +1,64 @@
+"""Estimates of light at seen places: rays that end in a known field, and places that light others."""
+
+import numpy as np
+import pytest
+from tiny_packages import function
+
+from volprep.kernels import _native
+from volprep.truth.path_traced import LitVolume
+from volprep_formats.grid import Grid
+from volprep_formats.package.parts.light.model import LightModel
+
+GREY = (0.6, 0.6, 0.6)
+CURVE = np.array([[0.0, 255.0], [0.0, 1.0]])
+COUNT = 4000
+
+
+@pytest.fixture(scope="module")
+def cube():
+    """A cube of one density, 8 × 8 × 8 mm, under a white sky."""
+    volume = np.full((8, 8, 8), 200, np.uint8)
+    look = function((100.0, GREY, 0.3))
+    return LitVolume(volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), 1.0, 0.0, look, LightModel(kind="scattering"))
+
+
+def sampled(lit, known=None, paths=8, **wishes):
+    places, light = np.empty((COUNT, 4), np.float32), np.empty((COUNT, 3), np.float32)
+    kinds = np.empty(COUNT, np.uint8)
+    if known is not None:
+        texels = np.zeros((1, 1, 1, 2, 1), np.float32)
+        texels[..., 0, :] = known
+        wishes |= {"known": texels, "known_curve": CURVE, "known_per_mm_xyz": (1.0, 1.0, 1.0)}
+    buffers = {"places": places, "light": light, "kinds": kinds}
+    _native.light_samples(**lit.native(), seed=3, first=0, paths=paths, inner_each=0, **buffers, **wishes)
+    found = kinds == 1
+    assert found.mean() > 0.8
+    return places[found], light[found, 0].astype(float)
+
+
+def test_a_ray_that_is_stopped_brings_the_known_light_times_the_albedo(cube) -> None:
+    _, open_sky = sampled(cube, known=0.0)
+    _, lit = sampled(cube, known=0.5)
+    assert lit == pytest.approx(open_sky + 0.6 * 0.5 * (1.0 - open_sky), abs=1e-6)
+    assert 0.1 < open_sky.mean() < 0.9
+
+
+def test_rays_into_all_octants_have_the_mean_of_paths_and_less_noise(cube) -> None:
+    occluded = LitVolume(
+        cube.volume, cube.grid, 1.0, 0.0, cube.transfer_function, cube.model.model_copy(update={"kind": "occlusion"})
+    )
+    _, rays = sampled(occluded, known=0.0)
+    _, paths = sampled(occluded, paths=8)
+    error = np.hypot(rays.std(), paths.std()) / np.sqrt(COUNT)
+    assert abs(rays.mean() - paths.mean()) < 4.5 * error
+    assert rays.std() < 0.95 * paths.std()
+
+
+def depths_mm(places):
+    return np.minimum(places[:, :3], 8.0 - places[:, :3]).min(axis=1)
+
+
+def test_places_that_light_others_lie_deeper_than_those(cube) -> None:
+    seen, _ = sampled(cube, paths=1)
+    lighting, _ = sampled(cube, paths=1, lighting=True)
+    assert depths_mm(lighting).mean() > 1.1 * depths_mm(seen).mean()

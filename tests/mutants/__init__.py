@@ -1,0 +1,1 @@
+"""Planted bugs: who finds them. `make mutants` runs all of them."""

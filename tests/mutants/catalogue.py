@@ -1,0 +1,9 @@
+"""All planted bugs."""
+
+from .mutant import Mutant
+from .of_readers import OF_READERS
+from .of_shaders import OF_SHADERS
+from .of_stages import OF_STAGES
+from .of_truth import OF_TRUTH
+
+MUTANTS: tuple[Mutant, ...] = (*OF_READERS, *OF_STAGES, *OF_SHADERS, *OF_TRUTH)

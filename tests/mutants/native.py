@@ -1,0 +1,51 @@
+"""Native cores with a bug, built from a copy of the sources; with ccache a build compiles one file."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from .mutant import ROOT, Mutant
+
+_SOURCE = "volprep/native"
+
+
+class NativeBuild:
+    """Sources and objects in `folder`."""
+
+    def __init__(self, folder: Path) -> None:
+        self._source, self._build = folder / "source", folder / "build"
+        shutil.rmtree(self._source, ignore_errors=True)
+        shutil.copytree(ROOT / _SOURCE, self._source)
+        launcher = shutil.which("ccache")
+        self._environment = {**os.environ, "CCACHE_BASEDIR": str(folder), "CCACHE_NOHASHDIR": "1"}
+        self._run(
+            *("cmake", "-S", str(self._source), "-B", str(self._build), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release"),
+            f"-DPython_EXECUTABLE={sys.executable}",
+            *([f"-DCMAKE_CXX_COMPILER_LAUNCHER={launcher}"] if launcher else []),
+        )
+
+    def library(self, mutant: Mutant | None) -> Path:
+        """Build the core with a bug, or without, and return its library."""
+        if mutant is not None:
+            path = self._source / Path(mutant.file).relative_to(_SOURCE)
+            before = path.read_text(encoding="utf-8")
+            path.write_text(mutant.text(), encoding="utf-8")
+        try:
+            self._run("cmake", "--build", str(self._build), "--target", "_native")
+        finally:
+            if mutant is not None:
+                path.write_text(before, encoding="utf-8")
+        (built,) = self._build.glob("_native.*.so")
+        kept = self._build / f"{mutant.name if mutant else 'none'}" / built.name
+        kept.parent.mkdir(exist_ok=True)
+        return Path(shutil.copy(built, kept))
+
+    def _run(self, *command: str) -> None:
+        path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+        done = subprocess.run(
+            command, env=self._environment | {"PATH": path}, capture_output=True, text=True, check=False
+        )
+        if done.returncode:
+            raise RuntimeError(done.stdout[-2000:] + done.stderr[-2000:])

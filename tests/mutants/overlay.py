@@ -1,0 +1,97 @@
+"""A copy of the product made of links, in which single files are replaced. The checkout is never written to."""
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from .mutant import ROOT, Mutant
+
+_PACKAGES = {
+    "volprep": "volprep",
+    "formats/volprep_formats": "volprep_formats",
+    "formats/js": "volprep_formats/js",
+    "cli/volprep_cli": "volprep_cli",
+}
+"""Where each package is in the checkout, and in the copy."""
+_NATIVE = ("volprep.kernels._native", "volprep_formats._vdb", "volprep_formats._dicom")
+_WITHOUT_EDITABLE = """\
+import sys
+
+sys.meta_path[:] = [each for each in sys.meta_path if type(each).__name__ != "ScikitBuildRedirectingFinder"]
+"""
+
+
+class Overlay:
+    """The copy in `folder`; `environment` makes Python import it."""
+
+    def __init__(self, folder: Path) -> None:
+        shutil.rmtree(folder, ignore_errors=True)
+        self.folder = folder
+        for origin, place in _PACKAGES.items():
+            for path in (ROOT / origin).rglob("*"):
+                inside = path.relative_to(ROOT / origin)
+                if "__pycache__" in inside.parts or inside.parts[0] == "native" or path.is_dir():
+                    continue
+                target = folder / place / inside
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.symlink_to(path)
+        for name in _NATIVE:
+            found = importlib.util.find_spec(name)
+            assert found is not None, name
+            assert found.origin is not None
+            self._copy(self._module(name, Path(found.origin)), Path(found.origin))
+        (folder / "sitecustomize.py").write_text(_WITHOUT_EDITABLE, encoding="utf-8")
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Environment variables that make Python import the copy."""
+        return {**os.environ, "PYTHONPATH": str(self.folder), "PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0"}
+
+    def plant(self, mutant: Mutant) -> None:
+        """Put a bug into the copy; a native one is there already, as a library."""
+        if not mutant.is_native:
+            path = self._place(mutant.file)
+            path.unlink()
+            path.write_text(mutant.text(), encoding="utf-8")
+
+    def mend(self, mutant: Mutant) -> None:
+        """Take it out again."""
+        if not mutant.is_native:
+            self._replace(self._place(mutant.file), ROOT / mutant.file)
+
+    def use_library(self, library: Path) -> None:
+        """Take another native core."""
+        self._copy(self._module(_NATIVE[0], library), library)
+
+    def run(self, *arguments: str, seconds: float) -> subprocess.CompletedProcess[str]:
+        """Run Python on the copy."""
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=ROOT,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            timeout=seconds,
+            check=False,
+        )
+
+    def _module(self, name: str, library: Path) -> Path:
+        return self.folder / "/".join(name.split(".")[:-1]) / library.name
+
+    def _place(self, file: str) -> Path:
+        origin = next(each for each in _PACKAGES if file.startswith(f"{each}/"))
+        return self.folder / _PACKAGES[origin] / Path(file).relative_to(origin)
+
+    @staticmethod
+    def _replace(link: Path, target: Path) -> None:
+        link.unlink(missing_ok=True)
+        link.symlink_to(target)
+
+    @staticmethod
+    def _copy(place: Path, library: Path) -> None:
+        """Take a library as it is now: an installation may replace it while bugs are tried."""
+        place.unlink(missing_ok=True)
+        shutil.copy(library, place)

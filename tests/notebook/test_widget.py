@@ -1,0 +1,206 @@
+"""The notebook widget: its module in a browser with a model as anywidget gives one, its traits, its still picture."""
+
+import base64
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import Browser
+from PIL import Image
+from traitlets import TraitError
+from web_server import WebServer
+
+import volprep
+from volprep.library.notebook.widget import VolumeWidget
+
+PARALLEL = {"forward": [0, 0, 1], "up": [0, 0, 2]}
+ROOT = Path(__file__).parents[2]
+PAGE = "<!doctype html><meta charset=utf-8><link rel=icon href='data:,'><body style='margin: 0'></body>"
+START = """
+const wait = async (test) => {
+  for (let turn = 0; turn < 300; turn++) {
+    if (await test()) return true;
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+  throw new Error(`waited in vain for ${test}: ${window.model?.state.error}`);
+};
+const bytes = (text) => Uint8Array.from(atob(text), (each) => each.charCodeAt(0));
+const pixels = (viewer) => {
+  viewer.stage.still();
+  viewer.stage.draw();
+  return Array.from(viewer.renderer.readPixels().pixels);
+};
+const viewer = () => document.querySelector("volume-viewer");
+const apart = (a, b) => a.reduce((most, each, i) => Math.max(most, Math.abs(each - b[i])), 0);
+"""
+MODEL = """
+class Model {
+  constructor(state) { this.state = state; this.heard = {}; this.saved = []; }
+  get(name) { return this.state[name]; }
+  set(name, value) { this.state[name] = value; this.saved.push(name); }
+  save_changes() {}
+  on(event, act) { (this.heard[event] ??= new Set()).add(act); }
+  off(event, act) { this.heard[event].delete(act); }
+  tell(name, value) { this.state[name] = value; this.heard[`change:${name}`]?.forEach((act) => act()); }
+}
+const state = given[0];
+for (const name of ["package", "picture"]) state[name] = new DataView(bytes(state[name]).buffer);
+window.model = new Model(state);
+const { default: widget } = await import("/esm/widget.js");
+window.clean = widget.render({ model, el: document.body });
+await wait(() => viewer().renderer?.level === 0 && model.get("level") === 0);
+"""
+
+
+def ball() -> np.ndarray:
+    z, y, x = np.mgrid[:24, :24, :24]
+    return (255 * np.exp(-((z - 14) ** 2 + (y - 10) ** 2 + (x - 12) ** 2) / 40)).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def widget() -> VolumeWidget:
+    return volprep.show(ball(), spacing_mm_zyx=(1.0, 1.0, 2.0), editable=True)
+
+
+@pytest.fixture(scope="module")
+def server(widget, tmp_path_factory) -> Iterator[WebServer]:
+    folder = tmp_path_factory.mktemp("esm")
+    (folder / "widget.js").write_text(str(widget._esm), encoding="utf-8")
+    (folder / "index.html").write_text(PAGE)
+    with WebServer({"esm": folder, "js": ROOT / "formats" / "js"}) as serving:
+        yield serving
+
+
+@pytest.fixture(scope="module")
+def notebook(widget, server, browser: Browser) -> Browser:
+    """A page in which anywidget would have rendered the widget."""
+    state = {name: value for name, value in widget.get_state().items() if not name.startswith("_")}
+    for name in ("package", "picture"):
+        state[name] = base64.b64encode(bytes(state[name])).decode()
+    state.pop("layout", None), state.pop("tabbable", None), state.pop("tooltip", None)
+    browser.open(f"{server.url}/esm/index.html")
+    browser.run(START + MODEL, json.loads(json.dumps(state)))
+    return browser
+
+
+def test_the_module_imports_nothing_and_exports_render(widget, server) -> None:
+    text = str(widget._esm)
+    assert "import(" not in text
+    assert "import.meta" not in text
+    assert text.rstrip().endswith(".widget;")
+
+
+def test_both_sides_follow_view_clip_and_points(notebook) -> None:
+    script = (
+        START
+        + """
+    const { stage } = viewer();
+    const first = pixels(viewer());
+    const seen = {};
+    model.tell("view", "superior");
+    seen.view = apart(first, pixels(viewer())) > 0.05;
+    await wait(() => model.get("camera")?.forward[2] === -1);
+    // By hand: keys as people press them.
+    const canvas = viewer().shadowRoot.querySelector("canvas");
+    await wait(() => viewer().shadowRoot.querySelector("[role=toolbar]"));
+    canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft", bubbles: true }));
+    await wait(() => model.get("view") === "" && Math.abs(model.get("camera").forward[2]) < 0.9999);
+    const turned = pixels(viewer());
+    const camera = model.get("camera");
+    model.tell("view", "left");
+    await wait(() => model.get("camera").forward[0] === -1);
+    seen.moved = apart(turned, pixels(viewer())) > 0.05;
+    model.tell("camera", camera);
+    seen.back = model.get("view") === "" && apart(turned, pixels(viewer())) < 0.01;
+    model.tell("view", "left");
+    const whole = pixels(viewer());
+    model.tell("clip", [0, 0, 0, 1, 1, 0.5]);
+    await wait(() => apart(whole, pixels(viewer())) > 0.05);
+    viewer().setAttribute("clip", "0 0 0 1 1 0.25");
+    await wait(() => model.get("clip")?.[5] === 0.25);
+    viewer().removeAttribute("clip");
+    await wait(() => model.get("clip") === null && apart(whole, pixels(viewer())) < 0.01);
+    model.tell("points", [{ value: 0, colour: [1, 0, 0], extinction_per_mm: 1 }]);
+    await wait(() => apart(whole, pixels(viewer())) > 0.3);
+    model.tell("points", null);
+    await wait(() => apart(whole, pixels(viewer())) < 0.01);
+    const before = model.get("error");
+    model.tell("function", "nothing");
+    await wait(() => model.get("error"));
+    return { seen, before, error: model.get("error"), name: model.get("function") };
+    """
+    )
+    found = notebook.run(script)
+    assert found["seen"] == {"view": True, "moved": True, "back": True}
+    assert found["before"] == ""
+    assert found["error"].startswith("VP7081")
+
+
+def test_the_widget_draws_what_the_element_draws_and_leaves_nothing(notebook, server, widget) -> None:
+    drawn = notebook.run(START + 'model.tell("view", "anterior"); viewer().style.maxWidth = "300px"; return null')
+    script = START + 'await wait(() => viewer().shadowRoot.querySelector("canvas").clientWidth === 300);'
+    drawn = notebook.run(script + "return pixels(viewer())")
+    left = notebook.run("clean(); return [document.body.children.length, [...model.heard['change:view']].length]")
+    assert left == [0, 0]
+    notebook.open(f"{server.url}/esm/index.html")
+    script = (
+        START
+        + """
+    await import("/js/element.js");
+    const made = document.createElement("volume-viewer");
+    Object.assign(made.style, { width: "300px" });
+    made.setAttribute("view", "anterior");
+    made.setAttribute("controls", "");
+    document.body.append(made);
+    await made.open(bytes(given[0]));
+    await wait(() => made.renderer.level === 0);
+    return pixels(made);
+    """
+    )
+    element = notebook.run(script, base64.b64encode(widget.package).decode())
+    assert len(drawn) == len(element) == 4 * 300 * 225
+    assert max(drawn) > 0.2
+    np.testing.assert_allclose(drawn, element, atol=1e-6)
+
+
+def test_programs_that_run_nothing_show_a_picture_with_words(widget) -> None:
+    data, metadata = widget._repr_mimebundle_()
+    assert data["application/vnd.jupyter.widget-view+json"]["model_id"] == widget.model_id
+    assert data["text/plain"] == metadata["image/png"]["alt"] == widget.label
+    assert "Not validated." in widget.label
+    picture = np.asarray(Image.open(io.BytesIO(base64.b64decode(data["image/png"]))))
+    preview = np.asarray(Image.open(io.BytesIO(widget.picture)))
+    np.testing.assert_array_equal(picture[: preview.shape[0]], preview)
+    assert (picture[preview.shape[0] :] < 100).any()
+
+
+def test_the_words_are_those_of_the_report_beside_a_package(tmp_path) -> None:
+    volprep.build_package(ball()[4::4, 4::4, ::4], tmp_path / "ball.volpkg")
+    report = volprep.validate_package(tmp_path / "ball.volpkg", size=16)
+    shown = volprep.show(tmp_path / "ball.volpkg", view="left")
+    assert f"Validation {'passed' if report.verdict.passed else 'failed'}: RMSE " in shown.label
+    assert shown.view == "left"
+    assert volprep.show(volprep.open_package(tmp_path / "ball.volpkg")).package == shown.package
+    with pytest.raises(volprep.VolprepError, match="spacing_mm_zyx is for arrays"):
+        volprep.show(tmp_path / "ball.volpkg", spacing_mm_zyx=(1.0, 1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("view", "sideways"), ("clip", [0, 0, 0, 1, 1]), ("points", [{"value": 1}]), ("camera", PARALLEL)],
+)
+def test_wrong_values_are_refused_in_python(widget, name, value) -> None:
+    before = getattr(widget, name)
+    with pytest.raises(TraitError):
+        setattr(widget, name, value)
+    assert getattr(widget, name) == before
+
+
+def test_points_begin_as_those_of_the_function(widget) -> None:
+    (points,) = widget.functions.values()
+    widget.points = points
+    assert widget.points == points
+    widget.points = None

@@ -1,0 +1,296 @@
+"""A scan with its segments: what the package draws is what the oracle integrates, and the laws of labels hold."""
+
+from pathlib import Path
+
+import nibabel
+import numpy as np
+import pytest
+
+from volprep.pipeline.build import build
+from volprep.render.renderer import Renderer
+from volprep.report.validate import validate
+from volprep.scene.profiles import load_profile
+from volprep.scene.request import Request
+from volprep.scene.scene import Scene
+from volprep.truth.camera import standard_views
+from volprep.truth.labelled import Labelled, labelled_picture, tinted
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.check import check
+from volprep_formats.package.parts.segments.record import looks
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+SHAPE_XYZ = (21, 17, 13)
+AFFINE = np.diag([-1.0, -1.5, 2.0, 1.0])
+TINTS = {1: "#ff4020", 2: "#20c0ff", 3: "#40ff40", 200: "#ffffff"}
+SOFT = {"value": 0.0, "colour": "#808080", "extinction_per_mm": 0.01}
+DENSE = {"value": 255.0, "colour": "#ffffff", "extinction_per_mm": 0.2}
+INSIDE = [{"value": 0.0, "colour": "#c0c0c0", "extinction_per_mm": 0.08}, DENSE]
+
+
+def scene_of(folder: Path, coarsest: int = 48, **segments: object) -> Scene:
+    table: dict = {
+        "name": "body",
+        "source": {"path": str(folder / "scan.nii")},
+        "transfer": [{"name": "veil", "points": [SOFT, DENSE]}, {"name": "inside", "points": INSIDE}],
+        "pyramid": {"coarsest_longest_axis": coarsest},
+        "render": {"step_voxels": 0.25, "opacity_cutoff": 1.0, "picture_size": 48},
+        "crop": "none",
+    }
+    if segments:
+        styles = [{"labels": [number], "tint": tint} for number, tint in TINTS.items()]
+        table["segments"] = {"source": str(folder / "labels.nii"), "style": styles, **segments}
+    else:
+        del table["transfer"][1]
+    return Scene.model_validate(table)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("segments")
+    x, y, z = np.indices(SHAPE_XYZ)
+    values = 128 + 100 * np.sin(x / 3) * np.cos(y / 4) * np.cos(z / 3)
+    labels = np.zeros(SHAPE_XYZ, np.int16)
+    labels[3:12, 3:14, 2:11] = 1
+    labels[12:19, 3:14, 2:11] = 2
+    labels[8:15, 6:12, 4:9] = 3
+    labels[2:5, 2:5, 2:5] = 200
+    nibabel.save(nibabel.Nifti1Image(values.astype(np.uint8), AFFINE), folder / "scan.nii")
+    nibabel.save(nibabel.Nifti1Image(labels, AFFINE), folder / "labels.nii")
+    many = np.where(labels > 0, x + 21 * y, 0).astype(np.int16)
+    nibabel.save(nibabel.Nifti1Image(many, AFFINE), folder / "many.nii")
+    return folder
+
+
+def built(
+    folder: Path, name: str, profile: str = "gles3", change: dict[str, object] | None = None, **segments: object
+) -> Package:
+    scene = Scene.model_validate(scene_of(folder, **segments).model_dump(exclude_unset=True) | (change or {}))
+    request = Request(scene, load_profile(profile, folder), None)
+    build(request, folder / f"{name}.volpkg", Silent())
+    return Package.open(folder / f"{name}.volpkg")
+
+
+@pytest.fixture(scope="module")
+def mixed(folder) -> Package:
+    return built(folder, "mixed", outside_opacity=0.5)
+
+
+def drawn(
+    package: Package, view: str = "anterior-left", transfer: str | None = None, target: str = "rgba32f"
+) -> np.ndarray:
+    with Renderer(package, transfer=transfer, target=target) as renderer:
+        grid = renderer.level.grid
+        return renderer.render(standard_views(grid, "orthographic")[view].box_from_clip(grid, 1.0), (48, 48))
+
+
+def truth(folder: Path, package: Package, view: str = "anterior-left") -> np.ndarray:
+    """The oracle on the scan, with labels and looks as the manifest has them."""
+    manifest = package.manifest
+    segments, grid = manifest.segments, manifest.grid
+    functions = {each.name: each for each in manifest.transfer_functions}
+    volumes = [nibabel.load(folder / f"{name}.nii").get_fdata() for name in ("scan", "labels")]
+    scan, numbers = (np.ascontiguousarray(volume.T) for volume in volumes)
+    labels = np.zeros(numbers.shape, np.uint16)
+    by_name = {segment.name: segment.number for segment in segments.segments}
+    for place, label in enumerate(segments.labels):
+        labels[numbers == (by_name[label.segments[0]] if label.segments else 0)] = place
+    shown = zip(segments.labels, looks(segments), strict=True)
+    every = tuple(tinted(functions[label.transfer], look[:3], look[3]) if look[3] else None for label, look in shown)
+    camera = standard_views(grid, "orthographic")[view].box_from_clip(grid, 1.0)
+    labelled = Labelled(labels, every, segments.border)
+    return labelled_picture(scan.astype(np.uint8), grid, 1.0, 0.0, labelled, camera, (48, 48)).rgba
+
+
+@pytest.mark.parametrize("view", ["anterior-left", "superior"])
+def test_mixed_borders_are_those_of_the_oracle(folder, mixed, view):
+    picture = drawn(mixed, view)
+    # Looks have 8 bits, tables 256 entries, and the step is a quarter of a voxel.
+    assert np.abs(picture - truth(folder, mixed, view)).max() < 0.004
+    assert picture[..., 3].max() > 0.5
+
+
+def test_crisp_borders_are_those_of_the_oracle(folder):
+    package = built(folder, "crisp", border="crisp")
+    difference = np.abs(drawn(package) - truth(folder, package)).max(axis=-1)
+    # Of order 1: a ray may take one step more or less through a label.
+    assert np.sqrt((difference**2).mean()) < 0.004
+    assert difference.max() < 0.03
+
+
+@pytest.mark.parametrize("border", ["mixed", "crisp"])
+@pytest.mark.parametrize("labels", ["labels", "many"])
+def test_a_mosaic_of_labels_draws_what_a_3d_texture_does(folder, border, labels):
+    name = f"mosaic-{border}-{labels}"
+    source = {"border": border, "source": str(folder / f"{labels}.nii"), "style": []}
+    mosaic = built(folder, name, profile="gles2-2048", **source)
+    assert {each.gl.format for each in mosaic.manifest.textures if each.role == "labels"} == {
+        "LUMINANCE" if labels == "labels" else "LUMINANCE_ALPHA"
+    }
+    assert check(mosaic.path) == []
+    other = built(folder, f"3d-{name}", **source)
+    for view in ("anterior-left", "superior"):
+        difference = np.abs(drawn(mosaic, view, target="rgba8") - drawn(other, view)).max(axis=-1)
+        # Half a step of 8 bits. Where a ray touches a face, float32 may find the other label.
+        assert np.sort(difference, axis=None)[-4] < 0.006 if border == "crisp" else difference.max() < 0.004
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"bricks": {"size": 4}},
+        {"render": {"step_voxels": 0.25, "opacity_cutoff": 1.0, "technique": "slabs"}},
+        {"render": {"step_voxels": 0.25, "opacity_cutoff": 1.0, "technique": "two-pass"}},
+        {"render": {"step_voxels": 0.25, "opacity_cutoff": 1.0, "technique": "view-slices"}},
+        {"render": {"step_voxels": 0.25, "opacity_cutoff": 1.0, "compositing": "back-to-front"}},
+    ],
+    ids=["bricks", "slabs", "two-pass", "view-slices", "back-to-front"],
+)
+def test_other_ways_to_draw_give_the_picture_of_ray_casting(folder, mixed, change):
+    name = "-".join(map(str, next(iter(change.values())).values()))
+    package = built(folder, name, change=change, outside_opacity=0.5)
+    assert check(package.path) == []
+    (program,) = package.manifest.programs
+    assert (program.sampling == "bricks") == ("bricks" in change)
+    drawn_otherwise, expected = drawn(package), drawn(mixed)
+    # Layers are rounded to half floats one by one; other ways take the same samples.
+    assert np.abs(drawn_otherwise - expected).max() < (0.01 if "view-slices" in name else 1e-3)
+
+
+def test_a_mosaic_of_labels_is_validated(folder):
+    package = built(folder, "mosaic", profile="gles2-2048", border="mixed", outside_opacity=0.5)
+    assert validate(package.path, folder / "mosaic.report", Silent(), witness=False).verdict.passed
+
+
+def test_a_crisp_border_is_within_a_quarter_of_a_voxel_of_the_truth(folder):
+    """Values are places along the view, and colours are values: where a ray first meets what is opaque."""
+    own = folder / "places"
+    own.mkdir()
+    shape = (24, 20, 18)
+    values = np.broadcast_to(np.arange(20)[:, None] * 12, shape).astype(np.uint8)
+    x, y, z = np.indices(shape)
+    ball = (x - 12) ** 2 + (y - 10) ** 2 + (z - 9) ** 2 < 49
+    nibabel.save(nibabel.Nifti1Image(values, np.diag([-1.0, -1.0, 1.0, 1.0])), own / "scan.nii")
+    nibabel.save(nibabel.Nifti1Image(ball.astype(np.int16), np.diag([-1.0, -1.0, 1.0, 1.0])), own / "labels.nii")
+    solid = [
+        {"value": 0.0, "colour": "#000000", "extinction_per_mm": 100.0},
+        {"value": 228.0, "colour": "#ffffff", "extinction_per_mm": 100.0},
+    ]
+    change = {
+        "transfer": [{"name": "veil", "points": [SOFT]}, {"name": "inside", "points": solid}],
+        "render": {"picture_size": 48},
+    }
+    styles = [{"tint": "#ffffff"}]
+    package = built(own, "places", change=change, border="crisp", style=styles, outside_opacity=0.0)
+    found, expected = drawn(package, "anterior"), truth(own, package, "anterior")
+    hit = (found[..., 3] > 0.99) & (expected[..., 3] > 0.99)
+    assert hit.sum() > 200
+    places = [19 * picture[hit, 0] / picture[hit, 3] for picture in (found, expected)]
+    assert np.ptp(places[1]) > 4
+    step_mm = package.manifest.render.step_mm
+    assert step_mm <= 0.5
+    # What a sample sees begins half a step in front of it. The view runs towards smaller places, or larger ones.
+    towards = np.sign(np.median(places[1]) - 10)
+    assert np.abs(places[0] + towards * step_mm / 2 - places[1]).max() < 0.25
+
+
+def test_labels_that_look_alike_draw_the_scan_alone(folder):
+    styles = [{"transfer": "veil", "tint": "#ffffff"}]
+    package = built(folder, "alike", style=styles)
+    alone = built(folder, "alone")
+    # In 8 bits no pixel differs; in float32 sums of eight weights round.
+    assert np.abs(drawn(package) - drawn(alone, transfer="veil")).max() < 1e-6
+
+
+def test_what_is_hidden_is_not_drawn(folder):
+    package = built(folder, "hidden", style=[{"visible": False}], outside_opacity=0.0)
+    assert not drawn(package).any()
+
+
+def test_three_styles_in_one_cell_are_told_apart(folder):
+    styles = [{"tint": "#ffffff"}, {"labels": [3], "transfer": "veil", "tint": "#ff0000", "opacity": 0.25}]
+    package = built(folder, "styles", style=styles, outside="inside", outside_opacity=0.1)
+    assert package.manifest.segments.transfers == ("veil", "inside")
+    assert np.abs(drawn(package) - truth(folder, package)).max() < 0.004
+
+
+def test_the_package_is_sound_and_holds_one_byte_more_for_each_voxel(mixed):
+    assert check(mixed.path) == []
+    textures = {texture.role: texture for texture in mixed.manifest.textures}
+    assert textures["labels"].gl.internal_format == "R8"
+    assert textures["labels"].shape_zyx == textures["volume"].shape_zyx
+    assert textures["looks"].shape_zyx == (1, 1, 256)
+
+
+def test_what_only_segments_show_is_cropped_to_them_and_skipped_where_there_are_none(folder):
+    """The style of segments shows every value: without their labels no voxel and no block would be empty."""
+    labels = np.zeros((48, 40, 36), np.int16)
+    labels[2:5, 20:24, 6:9] = 1
+    labels[40:43, 20:24, 28:31] = 2
+    values = np.random.default_rng(3).integers(0, 255, labels.shape, dtype=np.uint8)
+    own = folder / "apart"
+    own.mkdir()
+    nibabel.save(nibabel.Nifti1Image(values, AFFINE), own / "scan.nii")
+    nibabel.save(nibabel.Nifti1Image(labels, AFFINE), own / "labels.nii")
+    nothing = {"value": 0.0, "colour": "#000000", "extinction_per_mm": 0.0}
+    change = {"transfer": [{"name": "veil", "points": [nothing]}, {"name": "inside", "points": INSIDE}], "crop": "auto"}
+    package = built(own, "apart", change=change, style=[])
+    assert package.manifest.grid.shape_zyx == (27, 6, 43)
+    assert package.manifest.skipping.tables[0].empty_share > 0.7
+    whole = built(own, "whole", change={**change, "crop": "none", "skip": {"kind": "none"}}, style=[])
+    grid = package.manifest.grid
+    world = grid.world_from_box @ standard_views(grid, "orthographic")["anterior-left"].box_from_clip(grid, 1.0)
+    pictures = []
+    for each in (package, whole):
+        with Renderer(each, target="rgba32f") as renderer:
+            pictures.append(renderer.render(np.linalg.inv(each.manifest.grid.world_from_box) @ world, (48, 48)))
+    assert pictures[0].max() > 0.05
+    # Their samples lie at other places of the same field, and are a quarter of a voxel apart.
+    assert np.abs(pictures[0] - pictures[1]).max() < 0.01
+
+
+def test_segments_know_their_volume_and_names_stay_out(mixed):
+    segments = mixed.manifest.segments.segments
+    assert [segment.name for segment in segments] == ["segment-1", "segment-2", "segment-3", "segment-200"]
+    assert segments[2].volume_ml == pytest.approx(7 * 6 * 5 * 3.0 / 1000)
+
+
+def test_a_validated_package_follows_from_scan_and_segments(folder, mixed):
+    report = validate(mixed.path, folder / "mixed.report", Silent(), witness=False)
+    assert report.verdict.passed
+    assert not report.derivation.findings
+    assert {program.transfer for program in report.programs} == {"segments"}
+    assert report.verdict.worst_rmse < 0.002
+
+
+def test_coarser_levels_are_for_previews_and_no_worse_than_box_means(folder):
+    package = built(folder, "levels", coarsest=12, border="mixed")
+    assert [level.preview_only for level in package.manifest.levels] == [None, True, True]
+    report = validate(package.path, folder / "levels.report", Silent(), witness=False)
+    assert report.verdict.passed
+    assert len(report.programs[0].others) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        ({"smoothing_mm": 1.0}, "VP3221"),
+        ({"style": [{"labels": ["liver"]}]}, "VP3222"),
+        ({"inside": "bone"}, "VP3223"),
+    ],
+)
+def test_wishes_that_cannot_be_are_refused(folder, change, code):
+    with pytest.raises(VolprepError) as raised:
+        built(folder, "bad", **change)
+    assert raised.value.code == code
+
+
+@pytest.mark.parametrize(
+    "render", [{"lighting": "headlight"}, {"compositing": "maximum"}, {"technique": "view-slices-as-published"}]
+)
+def test_what_segments_do_not_go_with_is_refused(folder, render):
+    scene = scene_of(folder, border="mixed")
+    scene = scene.model_copy(update={"render": scene.render.model_copy(update=render)})
+    with pytest.raises(VolprepError) as raised:
+        build(Request(scene, load_profile("gles3", folder), None), folder / "bad.volpkg", Silent())
+    assert raised.value.code == "VP3220"

@@ -1,0 +1,164 @@
+"""Small scans in foreign formats, written with foreign libraries, and a scene for each: what mutants are tried on."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import nibabel
+import nrrd
+import numpy as np
+import pydicom
+from pydicom.dataset import FileDataset, FileMetaDataset
+from pydicom.uid import ExplicitVRLittleEndian, generate_uid
+
+SHAPE_ZYX = (22, 27, 31)
+PICTURE_SIZE = 64
+
+
+def blobs(seed: int = 3) -> np.ndarray:
+    """Values from about 0 to 1: smooth hills with no symmetry, one dense, one thin, in empty air."""
+    rng = np.random.default_rng(seed)
+    z, y, x = (np.arange(n) / (n - 1) for n in SHAPE_ZYX)
+    z, y, x = np.meshgrid(z, y, x, indexing="ij")
+
+    def hill(centre, width):
+        return np.exp(-sum(((each - c) / w) ** 2 for each, c, w in zip((z, y, x), centre, width, strict=True)))
+
+    values = 0.9 * hill((0.45, 0.4, 0.6), (0.16, 0.2, 0.22)) + 0.6 * hill((0.7, 0.7, 0.25), (0.12, 0.1, 0.12))
+    values += 0.5 * hill((0.3, 0.75, 0.7), (0.3, 0.05, 0.06))
+    return np.clip(values + 0.01 * rng.standard_normal(values.shape) * (values > 0.05), 0.0, 1.0)
+
+
+POINTS = """
+reference_mm = 4.0
+points = [
+    { value = 60.0, colour = "#6b4032", opacity = 0.0 },
+    { value = 200.0, colour = "#c08a6a", opacity = 0.35 },
+    { value = 520.0, colour = [0.9, 0.8, 0.2], opacity = 0.6 },
+    { value = 800.0, colour = "#fff6ea", opacity = 0.995 },
+]
+"""
+
+
+def _scene(folder: Path, name: str, source: str, more: str = "", points: str = POINTS) -> Path:
+    path = folder / f"{name}.toml"
+    text = f'name = "{name}"\n{more}\n[source]\n{source}\n[[transfer]]\nname = "tissue"\n{points}'
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+_RENDER = f"[render]\npicture_size = {PICTURE_SIZE}\n"
+_LEVELS = "[pyramid]\ncoarsest_longest_axis = 9\n"
+
+
+def nifti(folder: Path) -> Path:
+    """Emission and absorption of a NIfTI file, stored with slope and intercept, in three levels."""
+    stored = np.rint(blobs() * 2000 + 40).astype(np.int16)
+    image = nibabel.Nifti1Image(stored.T, np.array([[-0.8, 0, 0, 12], [0, 1.1, 0, -9], [0, 0, 1.7, 4], [0, 0, 0, 1]]))
+    image.header.set_slope_inter(0.5, -20.0)
+    image.header.set_xyzt_units("mm")
+    nibabel.save(image, folder / "scan.nii.gz")
+    return _scene(folder, "nifti", 'path = "scan.nii.gz"', _RENDER + _LEVELS + 'filter = "box"\n')
+
+
+def dicom(folder: Path) -> Path:
+    """A lit CT series, oblique, with an intercept, in files whose names have another order."""
+    stored = np.rint(blobs(4) * 1000 + 24).astype(np.uint16)
+    series = folder / "series"
+    series.mkdir()
+    along_row, along_column = np.array([0.8, 0.6, 0.0]), np.array([0.0, 0.0, -1.0])
+    normal = np.cross(along_row, along_column)
+    uids = [generate_uid(entropy_srcs=[f"mutants {part}"]) for part in ("series", "study", "frame")]
+    for number, slice_yx in enumerate(stored):
+        meta = FileMetaDataset()
+        meta.MediaStorageSOPClassUID = pydicom.uid.CTImageStorage
+        meta.MediaStorageSOPInstanceUID = generate_uid(entropy_srcs=[f"mutants slice {number}"])
+        meta.TransferSyntaxUID = ExplicitVRLittleEndian
+        file = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
+        file.SOPClassUID, file.SOPInstanceUID = meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID
+        file.SeriesInstanceUID, file.StudyInstanceUID, file.FrameOfReferenceUID = uids
+        file.Modality, file.SamplesPerPixel, file.PhotometricInterpretation = "CT", 1, "MONOCHROME2"
+        file.Rows, file.Columns = slice_yx.shape
+        file.BitsAllocated, file.BitsStored, file.HighBit, file.PixelRepresentation = 16, 16, 15, 0
+        file.PixelSpacing, file.SliceThickness, file.InstanceNumber = [1.2, 0.7], 3.0, number + 1
+        file.ImageOrientationPatient = [*along_row, *along_column]
+        file.ImagePositionPatient = list(np.array([5.0, -20.0, 40.0]) + 2.0 * number * normal)
+        file.RescaleSlope, file.RescaleIntercept = 1, -124
+        file.PixelData = slice_yx.tobytes()
+        file.save_as(series / f"{number * 7 % 22:02d}.dcm", enforce_file_format=True)
+    lit = _RENDER + 'lighting = "headlight"\n' + _LEVELS
+    return _scene(folder, "dicom", 'path = "series"', lit)
+
+
+def maximum(folder: Path) -> Path:
+    """A maximum of an NRRD file, whose axes point right, front and head, in perspective, in levels."""
+    stored = np.rint(blobs(5) * 1000).astype(np.uint16)
+    header = {
+        "space": "right-anterior-superior",
+        "space directions": np.diag([0.9, 1.3, -1.1]),
+        "space origin": [3.0, 4.0, 5.0],
+    }
+    nrrd.write(str(folder / "scan.nrrd"), np.ascontiguousarray(stored.T), header)
+    more = _RENDER + 'compositing = "maximum"\nprojection = "perspective"\n' + _LEVELS
+    return _scene(folder, "maximum", 'path = "scan.nrrd"', more)
+
+
+def surface(folder: Path) -> Path:
+    """A lit isosurface of raw voxels, from a light with a place."""
+    (np.rint(blobs(6) * 1000)).astype(">u2").tofile(folder / "scan.raw")
+    layout = f'shape_zyx = {list(SHAPE_ZYX)}, dtype = "uint16", byte_order = "big", spacing_mm_zyx = [1.4, 1.0, 0.8]'
+    more = (
+        _RENDER
+        + 'compositing = "isosurface"\nlighting = "blinn-phong"\n[lighting]\nlight_mm = [40.0, -30.0, 60.0]\n'
+        + "[tolerance]\nrmse = 0.05\nmaximum = 1.0\n"
+    )
+    points = "isovalue = 420.0" + POINTS
+    return _scene(folder, "surface", f'path = "scan.raw"\nraw = {{ {layout} }}', more, points)
+
+
+def opaque(folder: Path) -> Path:
+    """Dense matter in a NumPy file: rays end early, and a 2D mosaic of a device without 3D textures."""
+    np.save(folder / "scan.npy", np.rint(blobs(7) * 1000).astype(np.uint16))
+    points = """
+points = [
+    { value = 80.0, colour = "#2040ff", extinction_per_mm = 0.0 },
+    { value = 150.0, colour = "#2040ff", extinction_per_mm = 0.22 },
+    { value = 500.0, colour = "#ffd020", extinction_per_mm = 0.3 },
+    { value = 900.0, colour = "#ff2020", extinction_per_mm = 0.5 },
+]
+"""
+    source = 'path = "scan.npy"\narray = { spacing_mm_zyx = [1.0, 1.0, 1.0] }'
+    return _scene(folder, "opaque", source, 'profile = "gles2-2048"\n' + _RENDER + "opacity_cutoff = 0.998\n", points)
+
+
+def mida(folder: Path) -> Path:
+    """Maximum intensity difference accumulation, with control points beyond all values."""
+    np.save(folder / "scan.npy", np.rint(blobs(8) * 1000).astype(np.uint16))
+    points = """
+intensities = [0.0, 1000.0]
+points = [
+    { value = -10.0, colour = "#2040ff", extinction_per_mm = 0.02 },
+    { value = 1010.0, colour = "#ffd020", extinction_per_mm = 0.3 },
+]
+"""
+    more = _RENDER + 'compositing = "mida"\n'
+    return _scene(folder, "mida", 'path = "scan.npy"\narray = { spacing_mm_zyx = [1.1, 1.0, 0.9] }', more, points)
+
+
+def minimum(folder: Path) -> Path:
+    """A minimum: dark airways in matter."""
+    np.save(folder / "scan.npy", np.rint(1000 - blobs(9) * 900).astype(np.uint16))
+    points = """
+reference_mm = 2.0
+points = [
+    { value = 100.0, colour = "#ffffff", opacity = 0.95 },
+    { value = 700.0, colour = "#4060c0", opacity = 0.4 },
+    { value = 950.0, colour = "#101020", opacity = 0.0 },
+]
+"""
+    more = _RENDER + 'compositing = "minimum"\n' + _LEVELS
+    return _scene(folder, "minimum", 'path = "scan.npy"\narray = { spacing_mm_zyx = [1.0, 1.2, 0.8] }', more, points)
+
+
+SCENES: dict[str, Callable[[Path], Path]] = {
+    each.__name__: each for each in (nifti, dicom, maximum, surface, opaque, mida, minimum)
+}

@@ -1,0 +1,58 @@
+"""Imports point down: between the rooms of the house, and between those of `volprep/parts`."""
+
+import ast
+from collections import defaultdict
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FLOORS = (
+    {"volprep_formats", "kernels"},
+    {"scene", "scan", "shading", "transfer", "truth"},
+    {"compositing", "techniques", "plan", "render", "vtk"},
+    {"parts", "doctor"},
+    {"pipeline"},
+    {"validation"},
+    {"report", "view"},
+    {"batch", "library"},
+    {"volprep_cli", "__init__"},
+)
+"""The rooms, the lowest floor first."""
+
+
+def imports(root: Path, package: str) -> dict[str, set[str]]:
+    """Return the rooms of a package that each of its rooms imports; a file beside the rooms is a room of its own."""
+    found: dict[str, set[str]] = defaultdict(set)
+    for path in root.rglob("*.py"):
+        room = path.relative_to(root).parts[0].removesuffix(".py")
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            for name in names:
+                if name.startswith(f"{package}."):
+                    found[room].add(name.removeprefix(f"{package}.").split(".")[0])
+    return {room: others - {room} for room, others in found.items()}
+
+
+@pytest.mark.parametrize("package", ["volprep", "volprep.parts"])
+def test_no_rooms_import_each_other_in_a_circle(package: str) -> None:
+    order = TopologicalSorter(imports(ROOT / package.replace(".", "/"), package)).static_order()
+    assert len(list(order)) > 10
+
+
+def test_no_room_imports_one_of_a_higher_floor() -> None:
+    floor = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+    for room, others in imports(ROOT / "volprep", "volprep").items():
+        assert {other: room for other in others if floor[other] > floor[room]} == {}
+
+
+def test_formats_import_nothing_of_the_house_and_the_house_nothing_of_the_command_line() -> None:
+    formats = ROOT / "formats/volprep_formats"
+    for path in (*formats.rglob("*.py"), *(ROOT / "volprep").rglob("*.py")):
+        upward = "volprep." if path.is_relative_to(formats) else "volprep_cli"
+        modules = [
+            node.module or "" for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)
+        ]
+        assert not [module for module in modules if module.startswith(upward)], path

@@ -1,0 +1,195 @@
+"""Segments on the grid of a scan: overlaps, other grids, contours, and what belongs to another scan."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from segment_files import FRAME, seg, structure_set
+
+from volprep.kernels import _native
+from volprep.parts.segments.level_labels import coarse_labels
+from volprep.scan.segments.combine import combine
+from volprep.scan.segments.contours import plane_coverage
+from volprep.scan.segments.fitted import fitted_segments
+from volprep.scan.segments.onto_grid import onto_grid
+from volprep.truth.box import frequent_level
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.parts.segments.texels import flagged, label_texels, labels_of_texels
+from volprep_formats.progress import Silent
+
+RNG = np.random.default_rng(8)
+
+
+def test_overlaps_get_labels_of_their_own_that_know_their_segments():
+    one, two = np.array([[[1, 1, 0, 3]]], np.uint16), np.array([[[0, 2, 2, 0]]], np.uint16)
+    found = combine(Path("x"), [one, two])
+    assert found.members == ((), (0,), (1,), (2,), (0, 1))
+    assert found.labels.ravel().tolist() == [1, 4, 2, 3]
+
+
+def slow_coverage(src, shape, matrix, samples):
+    """The label of most points of each voxel, the smallest of equals."""
+    result = np.zeros(shape, np.uint16)
+    offsets = (np.arange(samples) + 0.5) / samples - 0.5
+    for z, y, x in np.ndindex(*shape):
+        found = []
+        for dz, dy, dx in np.ndindex(samples, samples, samples):
+            place = matrix @ [x + offsets[dx], y + offsets[dy], z + offsets[dz], 1.0]
+            i, j, k = np.floor(place + 0.5).astype(int)
+            inside = 0 <= i < src.shape[2] and 0 <= j < src.shape[1] and 0 <= k < src.shape[0]
+            found.append(src[k, j, i] if inside else 0)
+        result[z, y, x] = np.argmax(np.bincount(found))
+    return result
+
+
+@pytest.mark.parametrize("samples", [1, 3])
+def test_the_label_that_covers_most_of_a_voxel_is_what_its_slow_twin_finds(samples):
+    src = RNG.integers(0, 4, (3, 4, 5)).astype(np.uint16)
+    turn, _ = np.linalg.qr(RNG.normal(size=(3, 3)))
+    matrix = np.hstack([turn * [0.7, 1.3, 0.9], RNG.uniform(0, 2, (3, 1))])
+    found = [np.zeros((4, 3, 5), np.uint16) for _ in range(2)]
+    for threads, dst in enumerate(found, 1):
+        _native.label_coverage(src, dst, matrix, samples, threads=threads)
+    assert np.array_equal(found[0], slow_coverage(src, (4, 3, 5), matrix, samples))
+    assert np.array_equal(*found)
+    assert found[0].any()
+
+
+def test_labels_on_turned_and_cropped_axes_are_copied_voxel_by_voxel():
+    target = Grid.of((4, 5, 6), (2.0, 1.0, 0.5), (10.0, 20.0, 30.0))
+    labels = RNG.integers(1, 9, (4, 5, 6)).astype(np.uint16)
+    # Axes x, y, z of the segmentation run along -y, z and x of the scan, without the first voxel along z.
+    turned = np.transpose(labels, (2, 0, 1))[:, 1:, ::-1]
+    direction = np.array([[0, 0, 1], [-1, 0, 0], [0, 1, 0]], float)
+    origin = (10.0, 20.0 + 4 * 1.0, 30.0 + 2.0)
+    grid = Grid.of(turned.shape, (0.5, 2.0, 1.0), origin, direction)
+    found = onto_grid(np.ascontiguousarray(turned), grid, target)
+    assert np.array_equal(found[1:], labels[1:])
+    assert not found[0].any()
+
+
+@pytest.mark.parametrize(
+    ("rings", "area"),
+    [
+        ([[(0.5, 0.5), (3.5, 0.5), (3.5, 4.5), (0.5, 4.5)]], 12.0),
+        ([[(0.3, 0.2), (3.1, 1.7), (1.2, 4.4)]], 5.205),
+        ([[(0, 0), (6, 0), (6, 6), (0, 6)], [(2, 2), (4, 2), (4, 4), (2, 4)]], 32.0),
+        ([[(0, 0), (6, 0), (6, 6), (0, 6), (0, 0), (2, 2), (2, 4), (4, 4), (4, 2), (2, 2)]], 32.0),
+        ([[(-5, 1), (20, 1), (20, 2), (-5, 2)]], 8.0),
+    ],
+    ids=["square", "triangle", "hole", "keyhole", "beyond the picture"],
+)
+def test_contours_cover_their_area(rings, area):
+    covered = plane_coverage([np.array(ring, float) for ring in rings], (7, 8))
+    assert covered.sum() == pytest.approx(area, rel=0.01)
+    assert covered.min() >= -1e-12
+    assert covered.max() <= 1 + 1e-12
+
+
+def test_a_pixel_that_is_half_covered_counts_by_its_area_not_by_its_centre():
+    # The centres of the pixels of column 2 lie inside, but 40 % of them do.
+    covered = plane_coverage([np.array([(0.5, -0.5), (1.9, -0.5), (1.9, 2.5), (0.5, 2.5)])], (3, 4))
+    assert covered[1] == pytest.approx([0, 1, 0.4, 0])
+
+
+SCAN = Grid.of((5, 8, 9), (2.0, 0.5, 0.25), (1.0, 2.0, 3.0))
+
+
+def ring_at(z, low=(1.25, 2.5), high=(2.5, 4.5)):
+    (x0, y0), (x1, y1) = low, high
+    return [(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)]
+
+
+@pytest.fixture
+def fit(tmp_path):
+    def call(make, grid=SCAN, frame=FRAME):
+        return fitted_segments(make(tmp_path / "s.dcm"), grid, frame, Silent())
+
+    return call
+
+
+def test_contours_fill_the_slices_half_way_to_the_next_ones(fit):
+    found = fit(lambda path: structure_set(path, [[ring_at(5.0), ring_at(9.0)]]))
+    filled = found.labels.any(axis=(1, 2)).tolist()
+    # Planes 4 mm apart stand for 4 mm each: half of the slice beside each, all of the slice between them.
+    assert filled == [True, True, True, True, True]
+    assert found.volumes_ml[0] == pytest.approx(1.25 * 2.0 * 8.0 / 1000)
+    # Three rows of six pixels, and two of which half is covered: their corners are covered by a quarter.
+    assert found.labels[1].sum() == 3 * 6 + 2 * 4
+
+
+def test_contours_of_another_slice_direction_are_voxelised_along_it(fit):
+    turned = [(1.5, 2.5, 4.0), (1.5, 4.5, 4.0), (1.5, 4.5, 8.0), (1.5, 2.5, 8.0)]
+    found = fit(lambda path: structure_set(path, [[turned]]))
+    assert np.flatnonzero(found.labels.any(axis=(0, 1))).tolist() == [2]
+    # Rows 1 and 5 are covered by one half, which is enough.
+    assert found.labels.sum() == 2 * 5
+
+
+PLANE = np.ones((8, 9), np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("make", "frame", "code", "says"),
+    [
+        (lambda path: seg(path, [(1, (1, 2, 3), PLANE)]), "1.2.3", "VP1410", "another frame"),
+        (lambda path: seg(path, [(1, (100, 2, 3), PLANE)]), FRAME, "VP1411", "96.75 mm apart"),
+        (lambda path: seg(path, [(1, (1.1, 2, 3), PLANE)]), "", "VP1411", "no common frame"),
+        (lambda path: seg(path, [(1, (-3, -5.5, z), PLANE) for z in (3, 5, 7, 9, 11)]), "", "VP1411", "x and y turned"),
+        (lambda path: structure_set(path, [[[(0, 0, 3), (2, 0, 4), (2, 2, 5)]]]), FRAME, "VP1412", "turned by"),
+    ],
+)
+def test_segments_of_another_place_are_refused_with_numbers(fit, make, frame, code, says):
+    with pytest.raises(VolprepError) as raised:
+        fit(make, frame=frame)
+    assert raised.value.code == code
+    assert says in str(raised.value)
+
+
+def test_the_flag_tells_cells_with_several_labels():
+    labels = RNG.choice([3, 3, 3, 3, 3, 200], (4, 5, 6)).astype(np.uint16)
+    padded = np.pad(labels, [(0, 1)] * 3, "edge")
+    cells = [padded[dz : dz + 4, dy : dy + 5, dx : dx + 6] for dz, dy, dx in np.ndindex(2, 2, 2)]
+    several = np.ptp(np.stack(cells), axis=0) > 0
+    in_slabs = np.concatenate([flagged(labels[:3], labels[3]), flagged(labels[3:], None)])
+    assert np.array_equal(in_slabs, several)
+    assert 0 < several.sum() < several.size
+    texels = label_texels(labels, several, wide=True)
+    assert np.array_equal(labels_of_texels(texels), labels)
+    assert np.array_equal(texels[..., 1] >= 128, several)
+
+
+def test_a_coarse_label_is_the_most_frequent_one_where_none_vanishes():
+    regions = np.indices((9, 12, 15)).sum(axis=0) // 9
+    labels = np.where(RNG.random(regions.shape) < 0.3, RNG.integers(0, 4, regions.shape), regions).astype(np.uint16)
+    for found in (coarse_labels(labels, (2, 2, 4)), frequent_level(labels, (2, 2, 4))):
+        for z, y, x in np.ndindex(5, 6, 4):
+            own = labels[2 * z : 2 * z + 2, 2 * y : 2 * y + 2, 4 * x : 4 * x + 4]
+            assert found[z, y, x] == np.argmax(np.bincount(own.ravel()))
+
+
+@pytest.mark.parametrize("factor", [2, 4])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_thin_structure_keeps_its_volume_in_coarse_labels(factor, axis):
+    shape, place = [24, 23, 22], [5, 13, 9]
+    shape[axis] = 320
+    labels = np.zeros(shape, np.uint16)
+    labels[tuple(slice(None) if each == axis else place[each] for each in range(3))] = 1
+    kept = (coarse_labels(labels, (factor,) * 3) == 1).sum() * factor**3 / labels.sum()
+    # Votes grow in steps, which win a few blocks at once: 0.6 to 1.4 of the volume where 5 or 40 voxels are wanted.
+    assert 0.5 <= kept <= 1.5
+    assert not frequent_level(labels, (factor,) * 3).any()
+
+
+def test_a_label_of_less_than_half_a_coarse_voxel_takes_no_block():
+    labels = np.ones((8, 8, 8), np.uint16)
+    labels[3, 3, 3] = 2
+    assert (coarse_labels(labels, (4, 4, 4)) == 1).all()
+
+
+def test_labels_that_share_every_block_have_some_blocks_each():
+    labels = np.broadcast_to(np.arange(3, dtype=np.uint16)[:, None, None], (3, 6, 6)).copy()
+    found = coarse_labels(labels, (3, 3, 3))
+    assert found.shape == (1, 2, 2)
+    assert set(found.ravel()) == {0, 1, 2}

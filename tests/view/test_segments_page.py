@@ -1,0 +1,74 @@
+"""The page of a scan with its segments: a list with volumes, and names under the resting mouse."""
+
+import re
+from pathlib import Path
+
+import pytest
+from view_page import opened, served, text_of
+from web_scenes import build_scene
+
+from volprep_formats.package.reader import Package
+
+_PLACES = """
+const canvas = window.volprep.stage.gl.canvas;
+const { left, top, width, height } = canvas.getBoundingClientRect();
+const found = [];
+for (const [x, y] of [[0.5, 0.5], [0.42, 0.5], [0.6, 0.5], [0.01, 0.01]]) {
+  const hit = await window.volprep.stage.renderer.pick(x * canvas.width, y * canvas.height);
+  found.push([left + x * width, top + y * height, hit?.segments ?? []]);
+}
+return found;
+"""
+_HOVERED = """
+const note = document.querySelector(".hovered");
+await new Promise((resolve) => setTimeout(resolve, 300));
+for (let turn = 0; note.hidden && turn < given[0]; turn++) await new Promise((resolve) => setTimeout(resolve, 20));
+return note.hidden ? "" : note.textContent;
+"""
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory) -> Package:
+    return build_scene("segments", tmp_path_factory.mktemp("segments"))
+
+
+def _move(browser, x: float, y: float, **more: object) -> None:
+    browser.send("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, button="none", buttons=0, **more)
+
+
+@pytest.fixture
+def page(browser, package):
+    with served(Path(package.path)) as server:
+        assert opened(browser, server.url) == "ready"
+        yield browser
+
+
+def test_the_mouse_names_the_segments_that_it_rests_on(page, package) -> None:
+    titles = {each.name: each.title or each.name for each in package.manifest.segments.segments}
+    seen: set[str] = set()
+    for x, y, names in page.run(_PLACES):
+        _move(page, x, y)
+        expected = " and ".join(titles[name] for name in names)
+        assert page.run(_HOVERED, 100 if expected else 5) == expected
+        seen.add(expected)
+    assert len(seen) > 2
+    assert "" in seen
+    assert page.console == []
+
+
+def test_a_moving_or_pressed_mouse_names_nothing(page) -> None:
+    x, y, names = page.run(_PLACES)[0]
+    assert names
+    _move(page, x, y)
+    assert page.run(_HOVERED, 100)
+    page.send("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", buttons=1, clickCount=1)
+    assert page.run("return document.querySelector('.hovered').hidden")
+    page.send("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", buttons=0, clickCount=1)
+
+
+def test_the_list_has_the_volume_of_every_segment(page, package) -> None:
+    told = text_of(page, "segments-body")
+    segments = package.manifest.segments.segments
+    assert all((each.title or each.name) in told for each in segments)
+    volumes = [float(each) for each in re.findall(r"(\S+) ml", told)]
+    assert volumes == pytest.approx([each.volume_ml for each in segments], rel=0.01)

@@ -1,0 +1,55 @@
+"""The page of slices: WebGL draws the stacks of OpenGL ES 1.1, and an edit uploads their palettes alone."""
+
+import numpy as np
+import pytest
+from slice_packages import missing_es11, slice_package
+from view_page import opened, picture, served
+
+from volprep.parts.editing.renderer import edited_renderer
+from volprep.render.slices import SliceRenderer
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+
+pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
+EDIT = TransferFunction(
+    name="ramp",
+    points=(
+        TransferPoint(value=20.0, colour=(0.1, 0.9, 0.3), extinction_per_mm=0.0),
+        TransferPoint(value=255.0, colour=(1.0, 0.8, 0.1), extinction_per_mm=0.5),
+    ),
+)
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    z, y, x = np.mgrid[:11, :14, :16]
+    codes = 110 + 80 * np.sin(x / 2.0) * np.cos(y / 3.0) + 60 * np.sin(z / 2.0)
+    folder = tmp_path_factory.mktemp("slices")
+    return slice_package(folder, np.clip(codes, 0, 255), (2.0, 1.0, 1.5), head="editable = true")
+
+
+def reference(page, package, renderer):
+    """The picture of the reference renderer for the camera and the size of the page."""
+    drawn = picture(page)
+    matrix = page.run("return window.volprep.stage.orbit.boxFromClip(1)")
+    with renderer:
+        side = drawn.shape[0]
+        return drawn, renderer.render(np.reshape(matrix, (4, 4)).T, (side, side))
+
+
+def test_the_page_draws_slices_as_the_reference_does_before_and_after_an_edit(browser, package) -> None:
+    with served(package.path) as server:
+        assert opened(browser, server.url) == "ready"
+        drawn, expected = reference(browser, package, SliceRenderer(package))
+        assert drawn.shape == expected.shape
+        assert expected[..., 3].max() > 0.5
+        # Each of eleven slices is rounded to 8 bits by either driver; edges of slices cut other pixels.
+        assert np.sqrt(((drawn - expected) ** 2).mean()) < 2 / 255
+        points = [point.model_dump() for point in EDIT.points]
+        browser.run("await window.volprep.stage.renderer.setTransfer({ points: given[0] }, 'ramp')", points)
+        after, expected = reference(browser, package, edited_renderer(package, EDIT))
+        assert np.sqrt(((after - expected) ** 2).mean()) < 2 / 255
+        assert np.abs(after - drawn).max() > 0.1
+        stacks = len(package.manifest.textures)
+        assert browser.run("return window.volprep.stage.renderer.edited") == 1024 * stacks
+        assert browser.console == []
+        assert browser.run("return document.querySelectorAll('#function button').length") > 0

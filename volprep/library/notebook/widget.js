@@ -1,0 +1,119 @@
+/** The browser's side of the notebook widget: keeps a `<volume-viewer>` and the traits of a model equal. */
+import "./runtime/element.js";
+
+const REST_MS = 150;
+const FLAGS = ["controls", "measuring", "annotations", "fidelity"];
+
+function bytesOf(view) {
+  return new Uint8Array(view.buffer, view.byteOffset, view.byteLength);
+}
+
+function render({ model, el }) {
+  const end = new AbortController();
+  const viewer = document.createElement("volume-viewer");
+  // The volume has the width of its cell, whatever the element's own size.
+  Object.assign(viewer.style, { width: "100%", maxWidth: `${model.get("width")}px` });
+  const put = (name, value) => {
+    if (JSON.stringify(model.get(name)) === JSON.stringify(value)) return;
+    model.set(name, value);
+    model.save_changes();
+  };
+  const attribute = (name, value) => {
+    if (value) viewer.setAttribute(name, value);
+    else viewer.removeAttribute(name);
+  };
+  const fail = (error) => put("error", String(error?.message ?? error));
+  const follow = {
+    view: () => {
+      const view = model.get("view");
+      // "" means that the volume was turned by hand; the camera has the direction.
+      if (!view) return;
+      if (viewer.renderer) viewer.stage.look(view);
+      else viewer.setAttribute("view", view);
+    },
+    camera: () => {
+      const { stage, renderer } = viewer;
+      const camera = model.get("camera");
+      if (!renderer || !camera || same(camera, cameraOf(stage))) return;
+      put("view", "");
+      stage.orbit.aim(camera.forward, camera.up, camera.zoom);
+      stage.redraw();
+    },
+    "function": () => attribute("function", model.get("function")),
+    clip: () => attribute("clip", (model.get("clip") ?? []).join(" ")),
+    background: () => attribute("background", model.get("background")),
+    points: () => {
+      const points = model.get("points");
+      viewer.renderer?.setTransfer(points && { points }).then(() => put("error", ""), fail);
+    },
+    package: () => {
+      const bytes = bytesOf(model.get("package"));
+      viewer.open(bytes.slice());
+    },
+  };
+  for (const name of FLAGS) follow[name] = () => viewer.toggleAttribute(name, model.get(name));
+
+  let rest = 0;
+  const moved = (name) => {
+    // A standard view is sent at once, a moving camera when it rests.
+    clearTimeout(rest);
+    if (name) put("view", name);
+    rest = setTimeout(() => {
+      if (!viewer.stage || end.signal.aborted) return;
+      put("view", name);
+      put("camera", cameraOf(viewer.stage));
+    }, REST_MS);
+  };
+  viewer.addEventListener("load", () => {
+    const { stage } = viewer;
+    const inner = stage.onchange;
+    stage.onchange = () => {
+      inner();
+      put("function", stage.renderer.program);
+      put("level", stage.renderer.level);
+    };
+    stage.onview = moved;
+    stage.onchange();
+    put("error", "");
+    if (model.get("points")) follow.points();
+    if (model.get("view")) put("camera", cameraOf(stage));
+    else follow.camera();
+  });
+  viewer.addEventListener("error", ({ detail }) => fail(detail));
+  const observer = new MutationObserver(() => {
+    const clip = viewer.getAttribute("clip")?.match(/[\d.]+/g)?.map(Number) ?? null;
+    if (!clip || clip.length === 6) put("clip", clip);
+    for (const name of FLAGS) put(name, viewer.hasAttribute(name));
+  });
+
+  for (const name of ["view", "function", "clip", "background", ...FLAGS]) follow[name]();
+  viewer.setAttribute("label", model.get("label"));
+  const picture = model.get("picture");
+  const poster = picture?.byteLength ? URL.createObjectURL(new Blob([bytesOf(picture)], { type: "image/png" })) : "";
+  attribute("poster", poster);
+  observer.observe(viewer, { attributes: true, attributeFilter: ["clip", ...FLAGS] });
+  for (const [name, act] of Object.entries(follow)) model.on(`change:${name}`, act);
+  el.append(viewer);
+  follow.package();
+  return () => {
+    end.abort();
+    clearTimeout(rest);
+    observer.disconnect();
+    for (const [name, act] of Object.entries(follow)) model.off(`change:${name}`, act);
+    viewer.remove();
+    if (poster) URL.revokeObjectURL(poster);
+  };
+}
+
+function cameraOf({ orbit }) {
+  const { forward, up } = orbit.camera;
+  return { forward: [...forward], up: [...up], zoom: orbit.zoom };
+}
+
+function same(one, other) {
+  const numbers = ({ forward, up, zoom }) => [...forward, ...up, zoom];
+  const others = numbers(other);
+  return numbers(one).every((each, i) => Math.abs(each - others[i]) < 1e-6);
+}
+
+export const widget = { render };

@@ -1,0 +1,125 @@
+"""The widget: a package in a notebook, with traits that Python and the browser share.
+
+`anywidget` runs it in JupyterLab, VS Code, Colab and marimo (https://anywidget.dev).
+"""
+
+import base64
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from volprep.library.notebook.module import widget_module
+from volprep.library.notebook.static_picture import captioned
+from volprep.truth.camera import STANDARD_VIEWS
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Vector
+from volprep_formats.installation import how_to_add
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.record import Record, problems
+
+try:
+    import anywidget
+    import traitlets
+except ModuleNotFoundError as error:
+    raise VolprepError("VP7090", module=error.name, how=how_to_add("notebook")) from error
+
+
+class Sight(Record):
+    """Direction of sight, and how large the volume is."""
+
+    forward: Vector
+    """Direction in which the viewer looks, in the patient's space (LPS)."""
+    up: Vector
+    """Up direction of the picture."""
+    zoom: Annotated[float, Field(gt=0.0)] = 1.0
+    """Size of the volume relative to the standard views."""
+
+    @model_validator(mode="after")
+    def _is_a_direction(self) -> Self:
+        if not np.cross(self.forward, self.up).any():
+            msg = "forward and up are parallel, or one of them is 0"
+            raise ValueError(msg)
+        return self
+
+
+class VolumeWidget(anywidget.AnyWidget):
+    """A package in a notebook. `volprep.show` makes one.
+
+    Traits that both sides change: `view`, `camera`, `function`, `clip`, and the flags of the tools. Assign to a trait
+    to change the picture; use `observe` to follow what people do with it.
+    """
+
+    _esm = widget_module()
+
+    package = traitlets.Bytes().tag(sync=True)
+    """The package in its single-file form."""
+    picture = traitlets.Bytes().tag(sync=True)
+    """PNG file that is shown until the volume is drawn, and where it cannot be drawn."""
+    view = traitlets.Enum(["", *STANDARD_VIEWS], "").tag(sync=True)
+    """Name of a standard view; "" if the volume was turned by hand."""
+    camera = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
+    """Direction of sight: `forward` and `up`, unit vectors in the patient's space (LPS), and `zoom`. It follows the
+    picture; assign to it to turn the volume, and `view` becomes ""."""
+    function = traitlets.Unicode("").tag(sync=True)
+    """Name of the picture that is drawn, one of `functions`; "" for the first."""
+    clip = traitlets.List(traitlets.Float(min=0.0, max=1.0), None, allow_none=True, minlen=6, maxlen=6).tag(sync=True)
+    """Part of the box that is drawn, its low and its high corner (x, y, z) from 0 to 1; None for all of it."""
+    points = traitlets.List(traitlets.Dict(), None, allow_none=True).tag(sync=True)
+    """Points of an edited transfer function, with the keys of `functions`; None for the package's own. The package must
+    be editable."""
+    background = traitlets.Unicode("#000000").tag(sync=True)
+    """Background colour, "#rrggbb"."""
+    controls = traitlets.Bool(True).tag(sync=True)
+    """Whether the volume can be turned and has a toolbar."""
+    measuring = traitlets.Bool(False).tag(sync=True)
+    """Whether clicks read out values and distances."""
+    annotations = traitlets.Bool(False).tag(sync=True)
+    """Whether letters of the patient's directions and a scale bar are drawn."""
+    fidelity = traitlets.Bool(False).tag(sync=True)
+    """Whether the known error of the picture is shown."""
+    width = traitlets.Int(640, min=16).tag(sync=True)
+    """Largest width on the page, in pixels; the height is three quarters of it."""
+    label = traitlets.Unicode("The volume").tag(sync=True)
+    """Name of the picture for screen readers, and text in place of it."""
+    level = traitlets.Int(-1).tag(sync=True)
+    """Level that is drawn; -1 until there is a picture. Set by the browser."""
+    error = traitlets.Unicode("").tag(sync=True)
+    """Message of the last error in the browser, with its code. Set by the browser."""
+
+    def __init__(self, functions: dict[str, list[dict[str, Any]]], **traits: Any) -> None:
+        """Use `volprep.show`."""
+        super().__init__(**traits)
+        self.functions = functions
+        """Points of each transfer function: value, colour (linear RGB), extinction_per_mm."""
+
+    @traitlets.validate("camera")
+    def _check_camera(self, proposal: dict[str, Any]) -> dict[str, Any] | None:
+        if proposal["value"] is None:
+            return None
+        try:
+            return Sight.model_validate(proposal["value"]).model_dump(mode="json")
+        except ValidationError as error:
+            raise traitlets.TraitError(f"camera: {problems(error)}") from error
+
+    @traitlets.validate("points")
+    def _check_points(self, proposal: dict[str, Any]) -> list[dict[str, Any]] | None:
+        points: list[dict[str, Any]] | None = proposal["value"]
+        if points is None:
+            return None
+        try:
+            checked = TransferFunction.model_validate({"name": "edited", "points": points})
+        except ValidationError as error:
+            raise traitlets.TraitError(f"points: {problems(error)}") from error
+        return [point.model_dump(mode="json") for point in checked.points]
+
+    def _repr_mimebundle_(self, **options: Any) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        """Return the live view, with a still picture and words for programs that do not run it."""
+        found = super()._repr_mimebundle_(**options)
+        data, metadata = ({}, {}) if found is None else found
+        data = {**data, "text/plain": self.label}
+        if self.picture:
+            picture = base64.b64encode(captioned(self.picture, self.label)).decode()
+            data["image/png"] = picture
+            metadata = {**metadata, "image/png": {"alt": self.label}}
+        return data, metadata

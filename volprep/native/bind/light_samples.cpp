@@ -1,0 +1,91 @@
+#include "volprep/light_samples.hpp"
+
+#include "described.hpp"
+#include "light_arguments.hpp"
+#include "stored_light.hpp"
+
+namespace volprep::bind {
+namespace {
+
+using Rows4 = nb::ndarray<float, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
+using Rows3 = nb::ndarray<float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Kinds = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+void sample(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
+            const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm, const Colours& albedos,
+            const SkyNumbers& sky, const Suns& suns, const std::optional<Vector3>& lamp_mm_xyz, double ambient,
+            double reach_mm, bool scatters, uint64_t seed, int64_t first, int64_t paths, int64_t inner_each,
+            const Rows4& places, const Rows3& light, const Kinds& kinds, const std::optional<Texels>& known,
+            const std::optional<Curve>& known_curve, const std::optional<Vector3>& known_per_mm_xyz, bool lighting,
+            int threads) {
+    const Shape3 shape = shape_of(volume);
+    require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
+    require(first >= 0 && paths >= 1 && inner_each >= 0, "first, paths or inner_each is too small");
+    const std::size_t count = places.shape(0);
+    require(light.shape(0) == count && kinds.shape(0) == count, "places, light and kinds must have one length");
+    std::vector<light::Sun> kept;
+    const light::Surroundings around = surroundings_of(sky, suns, kept, lamp_mm_xyz, ambient, reach_mm, scatters);
+    const light::Function function = function_of(values, colours, extinctions_per_mm, albedos);
+    const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    require(known.has_value() == known_curve.has_value() && known.has_value() == known_per_mm_xyz.has_value(),
+            "known, known_curve and known_per_mm_xyz go together");
+    light::StoredLight stored{};
+    if (known.has_value()) stored = stored_light(*known, *known_curve, *known_per_mm_xyz, {0.0, 0.0, 0.0});
+    const LightSamples samples{static_cast<int64_t>(count),
+                               seed,
+                               first,
+                               paths,
+                               known.has_value() ? &stored : nullptr,
+                               lighting,
+                               inner_each,
+                               places.data(),
+                               light.data(),
+                               kinds.data()};
+    with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        volprep::light_samples(static_cast<const T*>(volume.data()), source, function, around, samples, threads);
+    });
+}
+
+}  // namespace
+
+void light_samples(nb::module_& module) {
+    module.def("light_samples", &sample, VOLPREP_LIGHT_ARGS, nb::arg("seed"), nb::arg("first"), nb::arg("paths"),
+               nb::arg("inner_each"), nb::arg("places").noconvert(), nb::arg("light").noconvert(),
+               nb::arg("kinds").noconvert(), nb::arg("known").noconvert().none() = nb::none(),
+               nb::arg("known_curve").noconvert().none() = nb::none(), nb::arg("known_per_mm_xyz").none() = nb::none(),
+               nb::arg("lighting") = false, nb::arg("threads") = 0,
+               nb::sig((std::string("def light_samples(") + kLightSignature +
+                        "seed: int, first: int, paths: int, inner_each: int, "
+                        "places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], "
+                        "kinds: numpy.typing.NDArray[numpy.uint8], "
+                        "known: numpy.typing.NDArray[numpy.float32] | None = None, "
+                        "known_curve: numpy.typing.NDArray[numpy.float64] | None = None, "
+                        "known_per_mm_xyz: collections.abc.Sequence[float] | None = None, lighting: bool = False, "
+                        "threads: int = 0) -> None")
+                           .c_str()),
+               described("Write the places where pictures need light, and an estimate of the light at each.\n\n"
+                         "Parameters\n----------\n" +
+                             std::string(kLightParameters) + R"(seed, first
+    Sample k has its own stream of random numbers, that of `seed` and `first` + k.
+paths
+    Paths of light for each place, at least 1.
+inner_each
+    Every so many samples one is uniform in the volume where it has extinction, instead of seen from outside; 0: none.
+places
+    float32 [n, 4], written: x, y and z in millimetres in box space, and the physical value there.
+light
+    float32 [n, 3], written: the mean of what the paths bring.
+kinds
+    uint8 [n], written: 0 nothing was found, 1 seen from outside, 2 uniform in the volume.
+known, known_curve, known_per_mm_xyz
+    A field of light as the oracle takes it; a path ends where it is first stopped, with the light that the field holds
+    there. None: paths go on.
+lighting
+    Whether places are, instead of seen ones, those where light toward a seen place was last stopped.
+)",
+                         "a size does not fit")
+                   .c_str());
+}
+
+}  // namespace volprep::bind

@@ -1,0 +1,107 @@
+#include "volprep/path_tracer.hpp"
+
+#include "described.hpp"
+#include "light_arguments.hpp"
+
+namespace volprep::bind {
+namespace {
+
+using Places = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Lights = nb::ndarray<double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+
+double trace_view(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz,
+                  Vector3 extent_mm_xyz, const Numbers& values, const Colours& colours,
+                  const Numbers& extinctions_per_mm, const Colours& albedos, const SkyNumbers& sky, const Suns& suns,
+                  const std::optional<Vector3>& lamp_mm_xyz, double ambient, double reach_mm, bool scatters,
+                  const Matrix4& box_from_clip, int64_t paths, uint64_t seed, const Rgba& rgba, const Rgba& variance,
+                  int threads) {
+    const Shape3 shape = shape_of(volume);
+    require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
+    require(paths >= 2, "paths must be at least 2");
+    require(variance.shape(0) == rgba.shape(0) && variance.shape(1) == rgba.shape(1),
+            "rgba and variance must have the same height and width");
+    std::vector<light::Sun> kept;
+    const light::Surroundings around = surroundings_of(sky, suns, kept, lamp_mm_xyz, ambient, reach_mm, scatters);
+    const light::Function function = function_of(values, colours, extinctions_per_mm, albedos);
+    const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    const OracleView view{static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)),
+                          box_from_clip.data()};
+    const TracedPicture picture{view, paths, seed, rgba.data(), variance.data()};
+    double missed = 0.0;
+    with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        missed =
+            volprep::trace_picture(static_cast<const T*>(volume.data()), source, function, around, picture, threads);
+    });
+    return missed;
+}
+
+double trace_points(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz,
+                    Vector3 extent_mm_xyz, const Numbers& values, const Colours& colours,
+                    const Numbers& extinctions_per_mm, const Colours& albedos, const SkyNumbers& sky, const Suns& suns,
+                    const std::optional<Vector3>& lamp_mm_xyz, double ambient, double reach_mm, bool scatters,
+                    const Places& places_mm_xyz, int64_t paths, uint64_t seed, const Lights& light,
+                    const Lights& variance, int threads) {
+    const Shape3 shape = shape_of(volume);
+    require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
+    require(paths >= 2, "paths must be at least 2");
+    const std::size_t count = places_mm_xyz.shape(0);
+    require(light.shape(0) == count && variance.shape(0) == count,
+            "places_mm_xyz, light and variance must have one length");
+    std::vector<light::Sun> kept;
+    const light::Surroundings around = surroundings_of(sky, suns, kept, lamp_mm_xyz, ambient, reach_mm, scatters);
+    const light::Function function = function_of(values, colours, extinctions_per_mm, albedos);
+    const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    const TracedPlaces wanted{
+        static_cast<int64_t>(count), places_mm_xyz.data(), paths, seed, light.data(), variance.data()};
+    double missed = 0.0;
+    with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
+        const nb::gil_scoped_release released;
+        missed = volprep::trace_places(static_cast<const T*>(volume.data()), source, function, around, wanted, threads);
+    });
+    return missed;
+}
+}  // namespace
+
+void path_tracer(nb::module_& module) {
+    module.def(
+        "trace_picture", &trace_view, VOLPREP_LIGHT_ARGS, nb::arg("box_from_clip").noconvert(), nb::arg("paths"),
+        nb::arg("seed"), nb::arg("rgba").noconvert(), nb::arg("variance").noconvert(), nb::arg("threads") = 0,
+        nb::sig((std::string("def trace_picture(") + kLightSignature +
+                 "box_from_clip: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, "
+                 "rgba: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], "
+                 "threads: int = 0) -> float")
+                    .c_str()),
+        described("Write a picture by path tracing, and the variance of each pixel.\n\nReturns the largest part of a "
+                  "pixel that is missing because paths were given up; 0 if none was.\n\nParameters\n----------\n" +
+                      std::string(kLightParameters) + R"(box_from_clip
+    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
+paths, seed
+    Paths of each pixel, at least 2. Each pixel has its own stream of random numbers.
+rgba, variance
+    float64 [height, width, 4], written: premultiplied linear means, row 0 on top; the variances of these means.
+)",
+                  "a size does not fit")
+            .c_str());
+    module.def(
+        "trace_places", &trace_points, VOLPREP_LIGHT_ARGS, nb::arg("places_mm_xyz").noconvert(), nb::arg("paths"),
+        nb::arg("seed"), nb::arg("light").noconvert(), nb::arg("variance").noconvert(), nb::arg("threads") = 0,
+        nb::sig((std::string("def trace_places(") + kLightSignature +
+                 "places_mm_xyz: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, "
+                 "light: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], "
+                 "threads: int = 0) -> float")
+                    .c_str()),
+        described("Write the light that reaches places, by path tracing, and its variance.\n\nReturns the largest part "
+                  "that is missing because paths were given up; 0 if none was.\n\nParameters\n----------\n" +
+                      std::string(kLightParameters) + R"(places_mm_xyz
+    float64 [n, 3], places in box space, inside the box.
+paths, seed
+    Paths of each place, at least 2. Each place has its own stream of random numbers.
+light, variance
+    float64 [n, 3], written: means, and the variances of these means.
+)",
+                  "a size does not fit")
+            .c_str());
+}
+
+}  // namespace volprep::bind

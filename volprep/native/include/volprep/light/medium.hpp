@@ -1,0 +1,124 @@
+// The medium: the trilinear field of a volume and a piecewise linear transfer function, with the
+// greatest extinction of each block of cells.
+//
+// Places are index coordinates: the centre of voxel k is at k, and the box begins at -1/2. In the half voxel outside
+// the outer centres the field is that of the nearest centre plane.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "volprep/block_minmax.hpp"
+#include "volprep/oracle/transfer.hpp"
+#include "volprep/shape.hpp"
+
+namespace volprep::light {
+
+// Cells along an edge of a block with one majorant.
+inline constexpr int64_t kBlock = 4;
+
+// Control points in ascending order; equal neighbours make a jump, and the value itself belongs to the side above.
+struct Function {
+    int64_t count;
+    const double* values;
+    const double* colours;             // [count, 3]
+    const double* extinctions_per_mm;  // [count]; above 1e9 counts as 1e9
+    const double* albedos;             // [count, 3], 0 to 1: what a later collision keeps of the light
+
+    double point_extinction(int64_t i) const noexcept { return std::min(extinctions_per_mm[i], oracle::kOpaquePerMm); }
+
+    // The first control point above a value, and the share of it in the mean of it and the one before.
+    struct Between {
+        int64_t above;
+        double share;
+    };
+    Between find(double value) const noexcept {
+        int64_t above = 0;
+        while (above < count && values[above] <= value) ++above;
+        if (above == 0 || above == count) return {above, 0.0};
+        return {above, (value - values[above - 1]) / (values[above] - values[above - 1])};
+    }
+    double extinction(double value) const noexcept {
+        const Between at = find(value);
+        if (at.above == 0) return point_extinction(0);
+        const double low = point_extinction(at.above - 1);
+        return at.above == count ? low : low + at.share * (point_extinction(at.above) - low);
+    }
+    void blend(const double* triples, double value, double out[3]) const noexcept {
+        const Between at = find(value);
+        const int64_t low = std::max<int64_t>(at.above - 1, 0);
+        const int64_t high = std::min(at.above, count - 1);
+        for (int c = 0; c < 3; ++c) {
+            out[c] = triples[3 * low + c] + at.share * (triples[3 * high + c] - triples[3 * low + c]);
+        }
+    }
+    // No value in [low, high] has more extinction.
+    double most_between(double low, double high) const noexcept {
+        double most = std::max(extinction(low), extinction(high));
+        for (int64_t i = 0; i < count; ++i) {
+            if (values[i] >= low && values[i] <= high) most = std::max(most, point_extinction(i));
+        }
+        return most;
+    }
+};
+
+template <typename Voxel>
+struct Medium {
+    const Voxel* voxels;
+    Shape3 shape;
+    double slope;  // physical = slope * stored + intercept
+    double intercept;
+    double spacing_mm[3];  // x, y, z
+    double end[3];         // the box's far corner in index coordinates
+    const Function* function;
+    Shape3 blocks;
+    std::vector<double> majorants;  // [blocks]
+
+    int64_t count(int axis) const noexcept { return axis == 0 ? shape.x : axis == 1 ? shape.y : shape.z; }
+    int64_t block_count(int axis) const noexcept { return axis == 0 ? blocks.x : axis == 1 ? blocks.y : blocks.z; }
+
+    double value_at(const double place[3]) const noexcept {
+        int64_t low[3];
+        int64_t step[3];
+        double share[3];
+        const int64_t strides[3] = {1, shape.x, shape.slice()};
+        for (int axis = 0; axis < 3; ++axis) {
+            const double last = static_cast<double>(count(axis) - 1);
+            const double inside = std::clamp(place[axis], 0.0, last);
+            low[axis] = std::min(static_cast<int64_t>(inside), std::max<int64_t>(count(axis) - 2, 0));
+            share[axis] = inside - static_cast<double>(low[axis]);
+            step[axis] = count(axis) > 1 ? strides[axis] : 0;
+        }
+        const Voxel* const corner = voxels + low[2] * strides[2] + low[1] * strides[1] + low[0];
+        const auto along = [](double a, double b, double s) { return a + s * (b - a); };
+        const auto row = [&](int64_t at) {
+            return along(static_cast<double>(corner[at]), static_cast<double>(corner[at + step[0]]), share[0]);
+        };
+        const double near = along(row(0), row(step[1]), share[1]);
+        const double far = along(row(step[2]), row(step[2] + step[1]), share[1]);
+        return slope * along(near, far, share[2]) + intercept;
+    }
+};
+
+// Majorants hold for every place of a block, rounding included: the range of values is widened by more than it can be.
+template <typename Voxel>
+std::vector<double> majorants_of(const Medium<Voxel>& medium, int threads) {
+    const std::size_t count = static_cast<std::size_t>(medium.blocks.voxels());
+    std::vector<Voxel> least(count);
+    std::vector<Voxel> most(count);
+    block_minmax(medium.voxels, medium.shape, kBlock, least.data(), most.data(), threads);
+    std::vector<double> majorants(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double one = medium.slope * static_cast<double>(least[i]) + medium.intercept;
+        const double other = medium.slope * static_cast<double>(most[i]) + medium.intercept;
+        const double low = std::min(one, other);
+        const double high = std::max(one, other);
+        const double slack = 1e-9 * (high - low) + 1e-12 * std::max(std::fabs(low), std::fabs(high));
+        majorants[i] = medium.function->most_between(low - slack, high + slack);
+    }
+    return majorants;
+}
+
+}  // namespace volprep::light

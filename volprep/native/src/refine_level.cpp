@@ -1,0 +1,216 @@
+// Forward: front to back, each sample kept. Backward: the light behind a sample is the whole light minus the light in
+// front of it, so that a second pass gives all slopes. Rays are split into a fixed number of groups with sums of their
+// own, so that the order of additions never depends on the threads.
+#include "volprep/refine_level.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "volprep/threads.hpp"
+
+namespace volprep {
+namespace {
+
+constexpr int64_t groups = 4;
+// Light from behind this changes no picture of 16 bits.
+constexpr double least_transmittance = 1e-6;
+
+// The corners of the cell that a sample lies in, and their weights.
+struct Corners {
+    int64_t voxel[8];
+    float weight[8];
+};
+
+// Where a sample lies between the centres of two voxels along an axis.
+struct Place {
+    int64_t lower;
+    float upper_weight;
+};
+
+inline Place find_place(double position, int64_t voxels) noexcept {
+    const double inside = std::clamp(position, 0.0, static_cast<double>(voxels - 1));
+    const int64_t lower = std::min(static_cast<int64_t>(inside), std::max<int64_t>(voxels - 2, 0));
+    return {lower, static_cast<float>(inside - static_cast<double>(lower))};
+}
+
+Corners find_corners(const double* origin, const double* direction, double t, Shape3 shape) noexcept {
+    const Place x = find_place(origin[0] + t * direction[0], shape.x);
+    const Place y = find_place(origin[1] + t * direction[1], shape.y);
+    const Place z = find_place(origin[2] + t * direction[2], shape.z);
+    const int64_t first = (z.lower * shape.y + y.lower) * shape.x + x.lower;
+    const int64_t next_x = shape.x > 1 ? 1 : 0;
+    const int64_t next_y = shape.y > 1 ? shape.x : 0;
+    const int64_t next_z = shape.z > 1 ? shape.slice() : 0;
+    Corners corners;
+    for (int k = 0; k < 8; ++k) {
+        corners.voxel[k] = first + (k & 1 ? next_x : 0) + (k & 2 ? next_y : 0) + (k & 4 ? next_z : 0);
+        corners.weight[k] = (k & 1 ? x.upper_weight : 1.0F - x.upper_weight) *
+                            (k & 2 ? y.upper_weight : 1.0F - y.upper_weight) *
+                            (k & 4 ? z.upper_weight : 1.0F - z.upper_weight);
+    }
+    return corners;
+}
+
+// A sample that shows something, or would if its value changed.
+struct Sample {
+    int64_t number;  // along the ray
+    double colour[3];
+    double slope[4];  // of colour, and of optical depth
+    double in_front;
+    double through;
+};
+
+// The ray that is worked on.
+struct Ray {
+    std::vector<float> values;
+    std::vector<Sample> samples;
+    double light[4];
+    int64_t number = 0;
+    double segment_mm = 0.0;
+};
+
+void read_values(const float* level, Shape3 shape, const Rays& rays, Ray& ray) {
+    const int64_t count = rays.offsets[ray.number + 1] - rays.offsets[ray.number];
+    ray.values.resize(static_cast<size_t>(count));
+    ray.segment_mm = rays.length_mm[ray.number] / static_cast<double>(count);
+    for (int64_t i = 0; i < count; ++i) {
+        const Corners corners = find_corners(rays.origin_xyz + 3 * ray.number, rays.direction_xyz + 3 * ray.number,
+                                             (static_cast<double>(i) + 0.5) * ray.segment_mm, shape);
+        float value = 0.0F;
+        for (int k = 0; k < 8; ++k) {
+            value += corners.weight[k] * level[corners.voxel[k]];
+        }
+        ray.values[i] = value;
+    }
+}
+
+void march(const SlopedTable& table, Ray& ray) {
+    ray.samples.clear();
+    std::fill_n(ray.light, 3, 0.0);
+    double transmittance = 1.0;
+    const auto count = static_cast<int64_t>(ray.values.size());
+    for (int64_t i = 0; i < count && transmittance >= least_transmittance; ++i) {
+        const double position = std::clamp<double>(ray.values[i], 0.0, 1.0) * static_cast<double>(table.entries - 1);
+        const int64_t entry = std::min(static_cast<int64_t>(position), table.entries - 2);
+        const double weight = position - static_cast<double>(entry);
+        const auto mix = [&](const double* rows, int channel) {
+            const double* const low = rows + 4 * entry + channel;
+            return low[0] + weight * (low[4] - low[0]);
+        };
+        const double extinction_per_mm = mix(table.rgba, 3);
+        const double slope = mix(table.slopes, 3);
+        if (extinction_per_mm <= 0.0 && slope == 0.0) {
+            continue;
+        }
+        Sample sample{};
+        sample.number = i;
+        sample.in_front = transmittance;
+        sample.through = std::exp(-extinction_per_mm * ray.segment_mm);
+        const double shown = transmittance * (1.0 - sample.through);
+        for (int c = 0; c < 3; ++c) {
+            sample.colour[c] = mix(table.rgba, c);
+            sample.slope[c] = mix(table.slopes, c);
+            ray.light[c] += shown * sample.colour[c];
+        }
+        sample.slope[3] = slope * ray.segment_mm;
+        transmittance *= sample.through;
+        ray.samples.push_back(sample);
+    }
+    ray.light[3] = 1.0 - transmittance;
+}
+
+// Calls each(sample, slopes of the light's four channels by the sample's value) for each sample of a ray.
+template <typename Each>
+void each_slope(const Ray& ray, const Each& each) {
+    double so_far[3] = {0.0, 0.0, 0.0};
+    for (const Sample& sample : ray.samples) {
+        const double shown = sample.in_front * (1.0 - sample.through);
+        double by_value[4];
+        for (int c = 0; c < 3; ++c) {
+            so_far[c] += shown * sample.colour[c];
+            const double behind = ray.light[c] - so_far[c];
+            by_value[c] = sample.slope[c] * shown +
+                          sample.slope[3] * (sample.in_front * sample.through * sample.colour[c] - behind);
+        }
+        by_value[3] = sample.slope[3] * (1.0 - ray.light[3]);
+        each(sample, by_value);
+    }
+}
+
+// Adds what one ray says through one table; returns its weighted squared error.
+double add_ray(const RefineTarget& target, Shape3 shape, const Rays& rays, Ray& ray, float* sums) {
+    march(target.table, ray);
+    const double weight = target.weight[ray.number];
+    double residual[4];
+    double cost = 0.0;
+    for (int c = 0; c < 4; ++c) {
+        residual[c] = ray.light[c] - target.light[4 * ray.number + c];
+        cost += weight * residual[c] * residual[c];
+    }
+    double total[4] = {};
+    each_slope(ray, [&](const Sample&, const double* by_value) {
+        for (int c = 0; c < 4; ++c) {
+            total[c] += std::abs(by_value[c]);
+        }
+    });
+    each_slope(ray, [&](const Sample& sample, const double* by_value) {
+        double gradient = 0.0;
+        double curvature = 0.0;
+        for (int c = 0; c < 4; ++c) {
+            gradient += by_value[c] * residual[c];
+            curvature += std::abs(by_value[c]) * total[c];
+        }
+        if (curvature == 0.0) {
+            return;
+        }
+        const Corners corners = find_corners(rays.origin_xyz + 3 * ray.number, rays.direction_xyz + 3 * ray.number,
+                                             (static_cast<double>(sample.number) + 0.5) * ray.segment_mm, shape);
+        const auto down = static_cast<float>(weight * gradient);
+        const auto bend = static_cast<float>(weight * curvature);
+        for (int k = 0; k < 8; ++k) {
+            float* const to = sums + refine_numbers * corners.voxel[k];
+            to[0] += corners.weight[k] * down;
+            to[1] += corners.weight[k] * bend;
+        }
+    });
+    return cost;
+}
+
+}  // namespace
+
+double refine_sums(const float* level, Shape3 shape, const Rays& rays, const RefineTarget& target, float* sums,
+                   int threads) {
+    const int64_t numbers = refine_numbers * shape.voxels();
+    std::vector<std::vector<float>> parts(groups, std::vector<float>(static_cast<size_t>(numbers)));
+    std::vector<Ray> work(groups);
+    double costs[groups] = {};
+    const int64_t longest = [&] {
+        int64_t most = 0;
+        for (int64_t ray = 0; ray < rays.count; ++ray) {
+            most = std::max(most, rays.offsets[ray + 1] - rays.offsets[ray]);
+        }
+        return most;
+    }();
+    for (Ray& ray : work) {
+        ray.values.reserve(static_cast<size_t>(longest));
+        ray.samples.reserve(static_cast<size_t>(longest));
+    }
+#pragma omp parallel for num_threads(resolve_threads(threads)) schedule(static, 1)
+    for (int64_t group = 0; group < groups; ++group) {
+        Ray& ray = work[group];
+        for (ray.number = group; ray.number < rays.count; ray.number += groups) {
+            read_values(level, shape, rays, ray);
+            costs[group] += add_ray(target, shape, rays, ray, parts[group].data());
+        }
+    }
+#pragma omp parallel for num_threads(resolve_threads(threads)) schedule(static)
+    for (int64_t i = 0; i < numbers; ++i) {
+        for (int64_t group = 0; group < groups; ++group) {
+            sums[i] += parts[group][i];
+        }
+    }
+    return ((costs[0] + costs[1]) + costs[2]) + costs[3];
+}
+
+}  // namespace volprep

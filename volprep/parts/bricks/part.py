@@ -1,0 +1,44 @@
+"""The part *bricks*: levels as bricks with ghost voxels in one 3D texture."""
+
+from collections.abc import Iterator
+
+from volprep.parts.ablation import AblationItem, always, by_the_scene
+from volprep.parts.bricks.decision import KIND, describe_bricks, require_bricks
+from volprep.parts.bricks.stage import STAGE
+from volprep.parts.part import Decided, Part
+from volprep.plan.records import ChannelPlan
+from volprep.scene.scene import Scene
+from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.profile import DeviceProfile
+
+
+def _require(scene: Scene, profile: DeviceProfile) -> None:
+    if profile.has_shaders:
+        require_bricks(scene, profile)
+
+
+def _items(plan: ChannelPlan, _decided: Decided) -> Iterator[PlanItem]:
+    return describe_bricks(plan.volumes, plan.profile)
+
+
+def _has(manifest: Manifest, _transfer: str) -> bool:
+    return any(texture.bricks is not None for texture in manifest.textures if texture.role == "volume")
+
+
+PART = Part(
+    name="bricks",
+    require=_require,
+    items=_items,
+    stages=(STAGE,),
+    ablations=(
+        AblationItem(
+            "bricks",
+            KIND,
+            always("memory"),
+            _has,
+            without={"bricks": None},
+            added=lambda _: {"bricks": {}},
+            chosen_by=by_the_scene,
+        ),
+    ),
+)

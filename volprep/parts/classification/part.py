@@ -1,0 +1,59 @@
+"""The part *classification*: turns values into colours."""
+
+from collections.abc import Iterator
+
+from volprep.parts.ablation import AblationItem, always, by_the_scene
+from volprep.parts.classification.decision import describe_tables, require_classification
+from volprep.parts.classification.stage import STAGE
+from volprep.parts.part import Decided, Images, Part
+from volprep.plan.functions import describe_functions
+from volprep.plan.item_kinds import TABLES
+from volprep.plan.records import ChannelPlan, PreintegratedPlan
+from volprep.scene.scene import Scene
+from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import ProgramDesign
+
+
+def _require(scene: Scene, profile: DeviceProfile) -> None:
+    if profile.has_shaders:
+        require_classification(scene)
+
+
+def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
+    yield from describe_functions(decided.case.scene, plan.transfer_functions)
+    yield from describe_tables(plan, decided.tables)
+
+
+def _images(plan: ChannelPlan, transfer: str, _level: int, _program: ProgramDesign | None) -> Images:
+    images: Images = {
+        each.file: (each.format, (1, 1, each.entries)) for each in plan.lookups if each.transfer == transfer
+    }
+    tables = (each for each in plan.preintegrated if each.transfer == transfer)
+    return images | {each.file: (each.format, each.shape_zyx) for each in tables}
+
+
+def _has_preintegrated(manifest: Manifest, _transfer: str) -> bool | None:
+    names = {program.classification for program in manifest.programs}
+    return "preintegrated" in names if names <= {"lookup", "preintegrated"} else None
+
+
+PART = Part(
+    name="classification",
+    require=_require,
+    items=_items,
+    images=_images,
+    stages=(STAGE,),
+    ablations=(
+        AblationItem(
+            "pre-integrated table",
+            TABLES[PreintegratedPlan],
+            always("truth"),
+            _has_preintegrated,
+            without={"render": {"classification": "lookup"}},
+            added=lambda scene: None if scene.editable else {"render": {"classification": "preintegrated"}},
+            chosen_by=by_the_scene,
+            lossy=True,
+        ),
+    ),
+)

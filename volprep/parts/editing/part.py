@@ -1,0 +1,42 @@
+"""The part *editing*: data for apps whose users edit transfer functions."""
+
+from collections.abc import Iterator
+
+from volprep.parts.ablation import AblationItem, always, by_the_scene
+from volprep.parts.editing.decision import KIND, describe_editing, plan_editing
+from volprep.parts.part import Decided, LaidOut, Part
+from volprep.plan.products import EditingPlan
+from volprep.plan.records import ChannelPlan
+from volprep_formats.package.manifest import Manifest, PlanItem
+
+
+def _plan(channel: LaidOut) -> EditingPlan | None:
+    return plan_editing(channel.case.scene, channel.case.grid, channel.layout.levels)
+
+
+def _items(plan: ChannelPlan, _decided: Decided) -> Iterator[PlanItem]:
+    return describe_editing(plan.part(EditingPlan))
+
+
+def _has(manifest: Manifest, _transfer: str) -> bool:
+    return manifest.editing is not None
+
+
+PART = Part(
+    name="editing",
+    plan=_plan,
+    items=_items,
+    ablations=(
+        AblationItem(
+            "what edits need",
+            KIND,
+            always("wish"),
+            _has,
+            without={"editable": False},
+            # No filter may rest on a transfer function.
+            added=lambda _: {"editable": True, "pyramid": {"filter": "box"}},
+            chosen_by=by_the_scene,
+            lossy=True,
+        ),
+    ),
+)

@@ -1,0 +1,42 @@
+"""The part *flattened*: one value for the voxels that no picture can show."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+from volprep.parts.ablation import AblationItem, always
+from volprep.parts.flattened.decision import KIND, describe_flattened, plan_flattened
+from volprep.parts.part import Decided, Part
+from volprep.plan.products import FlattenedPlan
+from volprep.plan.records import ChannelPlan
+from volprep.scene.scene import Scene
+from volprep_formats.package.manifest import Manifest, PlanItem
+
+
+def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
+    return describe_flattened(plan.part(FlattenedPlan), decided.laid_out)
+
+
+def _has(manifest: Manifest, _transfer: str) -> bool:
+    return any(item.kind == KIND and item.kept for item in manifest.plan)
+
+
+def _chooser(scene: Scene) -> Literal["plan", "scene"]:
+    return "plan" if scene.textures.flatten == "auto" else "scene"
+
+
+PART = Part(
+    name="flattened",
+    plan=plan_flattened,
+    items=_items,
+    ablations=(
+        AblationItem(
+            "flattened voxels",
+            KIND,
+            always("transport"),
+            _has,
+            without={"textures": {"flatten": "none"}},
+            added=lambda _: {"textures": {"flatten": "auto"}},
+            chosen_by=_chooser,
+        ),
+    ),
+)

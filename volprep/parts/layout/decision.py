@@ -1,0 +1,77 @@
+"""Decide which levels a package holds, and in which layout: the finest that the device class has room for."""
+
+import math
+from collections.abc import Sequence
+
+from volprep.parts.bricks.decision import Bricks, as_bricks
+from volprep.parts.case import Case, Neighbour
+from volprep.parts.classification.decision import CLASSIFIED_BITS, tables_bytes
+from volprep.parts.layout.fit import fit_level
+from volprep.parts.levels.decision import candidate_levels, filter_of
+from volprep.parts.programs.decision import passes_before
+from volprep.parts.texture.mipmaps import in_one_texture, mipmap_levels
+from volprep.plan.decisions import Layout
+from volprep.plan.records import LevelPlan, VolumePlan
+from volprep.plan.room import Beside, Misfit
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.textures.block_formats import CompressedFormat
+
+
+def lay_out(case: Case, neighbours: Sequence[Neighbour], form: CompressedFormat | None) -> Layout:
+    """Lay the levels of a channel out beside the textures of `neighbours`, compressed if `form` is given.
+
+    Raises VP3022 if the profile holds no level, VP3024, VP3044 and VP3071 for wishes that do not go together.
+    """
+    scene, profile, values = case.scene, case.profile, case.values
+    # Devices compress no 3D textures, so compressed levels, and the textures sampled beside them, are mosaics.
+    layouts = profile if form is None else profile.model_copy(update={"max_3d_texture_size": 0})
+    list_levels = mipmap_levels if scene.textures.mipmaps else candidate_levels
+    listed = list_levels(case.channel, case.grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
+    candidates = [level.model_copy(update={"refine": scene.pyramid.refine}) for level in listed]
+    table_bytes = tables_bytes(scene.render, profile, values.entries)
+    units = (1 if table_bytes else 0) + passes_before(scene.render.technique, scene.lighting.shadows)
+    beside = Beside(units=units, bytes=table_bytes)
+    bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits
+    rooms = [_beside(case, neighbours, layouts, level, beside) for level in candidates]
+    fits = [
+        room
+        if isinstance(room, Misfit)
+        else fit_level(level, bits, layouts, room, scene.mosaic, form, values.quantize.filter)
+        for level, room in zip(candidates, rooms, strict=True)
+    ]
+    if scene.textures.mipmaps:
+        fits = in_one_texture(fits, candidates, profile, beside)
+    if scene.bricks is not None:
+        kinds = Bricks(scene.bricks, values.quantize.filter, keep_empty=scene.crop == "none")
+        fits = [as_bricks(level, bits, layouts, beside, kinds) for level in candidates]
+    levels, volumes = _kept(candidates, fits, profile)
+    return Layout(layouts, beside, candidates, fits, levels, volumes)
+
+
+def _beside(
+    case: Case, neighbours: Sequence[Neighbour], layouts: DeviceProfile, level: LevelPlan, beside: Beside
+) -> Beside | Misfit:
+    """Return the room that everything else takes beside a level."""
+    for neighbour in neighbours:
+        room = neighbour(case.scene, layouts, level, beside)
+        if isinstance(room, Misfit):
+            return room
+        beside = room
+    return beside
+
+
+def _kept(
+    candidates: list[LevelPlan], fits: list[VolumePlan | Misfit], profile: DeviceProfile
+) -> tuple[tuple[LevelPlan, ...], tuple[VolumePlan, ...]]:
+    """Take every level that fits as a 3D texture; as mosaics the finest, and each with an eighth of the voxels."""
+    fitting = [(level, fit) for level, fit in zip(candidates, fits, strict=True) if isinstance(fit, VolumePlan)]
+    if not fitting:
+        coarsest = fits[-1]
+        assert isinstance(coarsest, Misfit)  # noqa: S101 - the alternative is a VolumePlan
+        raise VolprepError("VP3022", profile=profile.name, level=candidates[-1].index, reason=coarsest.reason)
+    kept = fitting[:1]
+    for level, volume in fitting[1:]:
+        if volume.mosaic is None or math.prod(level.factors_zyx) >= 8 * math.prod(kept[-1][0].factors_zyx):
+            kept.append((level, volume))
+    return tuple(level for level, _ in kept), tuple(volume for _, volume in kept)

@@ -1,0 +1,166 @@
+"""Decisions made while levels were built, for later stages: filters, tables, and the reasons."""
+
+from collections.abc import Iterator
+from typing import Literal, TypeVar
+
+import numpy as np
+
+from volprep.parts.levels.preview import preview_levels, preview_reason
+from volprep.parts.levels.records import LevelChoice, Trial
+from volprep.parts.work import choice_name
+from volprep.plan.item_kinds import LEVEL, OWN_TABLE, TABLE_NAMES, TABLES
+from volprep.plan.products import EditingPlan, SegmentsPlan
+from volprep.plan.records import ChannelPlan, LookupPlan, Plan, PreintegratedPlan
+from volprep_formats.arrays import Float64Array
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.storage.draft import Draft
+
+
+def choices_of(draft: Draft, plan: ChannelPlan) -> tuple[LevelChoice, ...]:
+    """Return the decisions about the levels that are coarser than level 0."""
+    named = {record.path for record in draft.manifest.files}
+    names = [choice_name(level.index, plan.channel) for level in plan.levels]
+    return tuple(LevelChoice.model_validate_json(draft.read_bytes(name)) for name in names if name in named)
+
+
+def own_tables(draft: Draft, plan: ChannelPlan, transfer: str) -> dict[int, Float64Array]:
+    """Return the tables of levels that have one of their own for a transfer function, by level."""
+    return {
+        choice.level: np.array(table.entries)
+        for choice in choices_of(draft, plan)
+        for table in choice.tables
+        if table.transfer == transfer
+    }
+
+
+LevelTable = TypeVar("LevelTable", LookupPlan, PreintegratedPlan)
+"""A table that a level may have of its own."""
+
+
+def table_of_level(table: LevelTable, level: int) -> LevelTable:
+    """Return the names of the table that a level has of its own."""
+    return table.model_copy(update={"name": f"{table.name}-level{level}", "file": file_of_level(table.name, level)})
+
+
+def file_of_level(name: str, level: int) -> str:
+    """Return the file of the table that a level has instead of the one of this name."""
+    return f"textures/{name}-level{level}.ktx2"
+
+
+def settle(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:
+    """Complete the items with the results that depend on the data: filters and tables of the levels."""
+    written = {texture.name for texture in draft.manifest.textures}
+    common = {
+        (each.channel, TABLES[type(table)], table.transfer): table.name in written
+        for each in plan.channels
+        for table in _tables(each)
+    }
+    previews = {(each.channel, level): why for each in plan.channels for level, why in _previews(draft, each)}
+    settled = [_settled(item, common, previews) for item in items]
+    return (*settled, *(item for each in plan.channels for item in _decided(draft, each)))
+
+
+def _settled(
+    item: PlanItem,
+    common: dict[tuple[str, str, str], bool],
+    previews: dict[tuple[str, int], str],
+) -> PlanItem:
+    """Complete one item. `common` says which common tables were written, `previews` why a level is a preview."""
+    if item.channel is None:
+        return item
+    if item.transfer is not None and not common.get((item.channel, item.kind, item.transfer), True):
+        # No level needs it, so that it was not written.
+        unused = {"kept": False, "reason": "every level has a table of its own", "files": ()}
+        return item.model_copy(update=unused)
+    if item.kind == LEVEL and item.level is not None and (item.channel, item.level) in previews:
+        return item.model_copy(update={"reason": f"{item.reason}; {previews[item.channel, item.level]}"})
+    return item
+
+
+def _tables(plan: ChannelPlan) -> tuple[LookupPlan | PreintegratedPlan, ...]:
+    """Return the tables that a level may have of its own."""
+    return (*plan.lookups, *plan.preintegrated)
+
+
+_NEARLY_ALL = 0.05
+"""Light that is gained or lost without being told, as a part."""
+_BEYOND = """; refining it is beyond the budget of refine = "auto": refine = "thorough" in [pyramid] takes minutes"""
+
+
+def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
+    tables = {table.transfer: table for table in _tables(plan)}
+    made = "fitted to the level" if plan.part(EditingPlan) is None else "of its joint histogram"
+    for choice in choices_of(draft, plan):
+        if len({trial.filter for trial in choice.trials}) > 1:
+            yield PlanItem(
+                name=f"filter of level {choice.level}",
+                kind="level-filter",
+                level=choice.level,
+                channel=plan.channel,
+                kept=True,
+                reason=f"{choice.filter}: along rays aimed at what is seen its light is nearest to that of level 0; "
+                f"errors: {_listed(choice)}{_BEYOND if choice.beyond_budget else ''}",
+            )
+        own = {table.transfer for table in choice.tables}
+        for common, adapted in _pairs(choice):
+            table = tables[adapted.transfer]
+            file = file_of_level(table.name, choice.level)
+            kept = adapted.transfer in own
+            yield PlanItem(
+                name=f"{TABLE_NAMES[type(table)]} {adapted.transfer} of level {choice.level}",
+                kind=OWN_TABLE,
+                transfer=adapted.transfer,
+                level=choice.level,
+                channel=plan.channel,
+                kept=kept,
+                reason=f"light is {_error(adapted):.2g} from that of level 0 with a table {made}, "
+                f"{_error(common):.2g} with the common one",
+                files=(file,) if kept else (),
+            )
+
+
+def _previews(draft: Draft, plan: ChannelPlan) -> Iterator[tuple[int, str]]:
+    """Return the levels that are for previews only, and why they are."""
+    choices, tolerance = choices_of(draft, plan), plan.render.tolerance
+    segments = plan.part(SegmentsPlan) is not None
+    previews = preview_levels(choices, plan.levels[0].index, tolerance, segments=segments)
+    for choice in choices:
+        if choice.level in previews:
+            yield choice.level, preview_reason(choice, tolerance, segments=segments)
+
+
+def _pairs(choice: LevelChoice) -> Iterator[tuple[Trial, Trial]]:
+    """Common and adapted table of the chosen filter, for each transfer function."""
+    whole = [trial for trial in choice.trials if trial.filter == choice.filter and trial.on == "whole"]
+    tried = {(trial.transfer, trial.table): trial for trial in whole}
+    for (transfer, table), trial in tried.items():
+        if table == "adapted":
+            yield tried[transfer, "common"], trial
+
+
+def _listed(choice: LevelChoice) -> str:
+    """Write the errors of all filters: for each the better of its tables, the mean over transfer functions."""
+    listed = _written(choice, "whole")
+    on_blocks = _written(choice, "blocks")
+    if not on_blocks:
+        return listed
+    return f"{listed}; only those that were nearly the best on blocks of the volume made all of it: {on_blocks}"
+
+
+def _written(choice: LevelChoice, on: Literal["whole", "blocks"]) -> str:
+    """Write the error of each filter, and the part of the light that it keeps where that is not nearly all."""
+    best: dict[str, dict[str, Trial]] = {}
+    for trial in choice.trials:
+        if trial.on == on:
+            found = best.setdefault(trial.filter, {})
+            found[trial.transfer] = min(trial, found.get(trial.transfer, trial), key=_error)
+    texts = []
+    for name, trials in best.items():
+        error = float(np.mean([_error(trial) for trial in trials.values()]))
+        kept = min((trial.kept_light for trial in trials.values()), key=lambda part: -abs(part - 1.0))
+        texts.append(f"{name} {error:.2g}" + (f" (light kept {kept:.2f})" if abs(kept - 1.0) > _NEARLY_ALL else ""))
+    return ", ".join(texts)
+
+
+def _error(trial: Trial) -> float:
+    return trial.rmse if trial.seen_rmse is None else trial.seen_rmse

@@ -1,0 +1,210 @@
+"""Levels refined through the renderer: voxels and tables together, until rays through them show what level 0 shows.
+
+A refined level begins as the filter "raised" makes it, so that a thin thing is nowhere at values that its transfer
+function does not show: there no change of a voxel changes any light. In turn, tables are fitted to the light of rays
+(adapted.py), and voxels take accelerated gradient steps that the adjoint of the emission-absorption sum gives
+(`refine_sums` of the native core; separable surrogates as in tomography, with Nesterov's momentum). Each voxel stays
+within the range of its cell. The method is volprep's own.
+
+The number of rays follows from how many voxels of the level show something. Too few rays fit themselves only: with 20
+rays for a voxel the error in pictures fell by 10 to 20 %, with 4 it did not, and with less it rose on opaque volumes. A
+level whose rays are beyond the budget is therefore not refined.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from volprep.kernels import _native
+from volprep.parts.levels.adapted import fitted_table
+from volprep.parts.levels.aimed import aimed_lines
+from volprep.parts.levels.appearance import SeenBlocks
+from volprep.parts.levels.rays import RaySegments, random_lines, ray_counts, sample_slices
+from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.grid import Grid
+
+Factors = tuple[int, int, int]
+
+_ROUNDS = (8, 12)
+"""Steps of voxels in each round; tables are fitted before each."""
+STEPS = sum(_ROUNDS)
+_TABLE_RAYS = 3000
+"""Rays that tables are fitted along between rounds."""
+_TIE = 0.01
+"""Weight of a voxel's change beside the mean curvature, so that voxels that no ray meets stay."""
+_REACH = 2 / 255
+"""Slopes of tables are differences over so much on either side: a value just below the foot of a table may rise."""
+_RAYS_PER_VOXEL = 20
+_FEWEST_RAYS_PER_VOXEL = 8
+_USUAL_RAYS = 8000
+"""Also of a level that shows few voxels."""
+_RANDOM_SHARE = 5
+"""One ray in so many is aimed at nothing."""
+_MEAN_OF = 200
+"""Rays that tell how long the others are."""
+_SEED = 11
+
+
+@dataclass(frozen=True)
+class RefineBudget:
+    """Budget for refining the levels of a channel, in samples: not in seconds, so that bytes are always the same."""
+
+    fine: int
+    """Samples of level 0 along all rays together."""
+    coarse: int
+    """Samples of all levels, in all steps and through all transfer functions."""
+
+
+AUTO = RefineBudget(fine=12_000_000, coarse=60_000_000)
+"""About 0.2 and 1 to 2 seconds on two cores."""
+THOROUGH = RefineBudget(fine=600_000_000, coarse=6_000_000_000)
+"""Minutes."""
+
+
+def refine_lines(
+    grid: Grid, blocks: SeenBlocks, levels: Sequence[Factors], functions: int, budget: RefineBudget
+) -> dict[Factors, RaySegments]:
+    """Return the rays that each level is refined along; none for a level that is beyond the budget.
+
+    The coarsest level comes first: it gains most, and needs the fewest rays.
+    """
+    chosen: dict[Factors, RaySegments] = {}
+    fine, coarse = budget.fine, budget.coarse
+    for factors in sorted(levels, key=math.prod, reverse=True):
+        voxels = _seen_voxels(blocks, factors)
+        aside = float(max(factors))
+        probe = aimed_lines(grid, blocks, aside, _MEAN_OF, _SEED)
+        if not len(probe.lengths_mm):
+            continue
+        per_ray = int(ray_counts(probe.lengths_mm, grid.spacing_mm_zyx).mean()) + 1
+        work = STEPS * functions * (per_ray // min(factors) + 1)
+        count = min(max(_RAYS_PER_VOXEL * voxels, _USUAL_RAYS), fine // per_ray, coarse // work)
+        if count < _FEWEST_RAYS_PER_VOXEL * voxels:
+            continue
+        fine -= count * per_ray
+        coarse -= count * work
+        at_random = count // _RANDOM_SHARE
+        aimed = aimed_lines(grid, blocks, aside, count - at_random, _SEED)
+        lines = RaySegments.joined([aimed, random_lines(grid, at_random, _SEED, fewest=1)])
+        # Tables are fitted along the first of them.
+        chosen[factors] = lines.taken(np.random.default_rng(_SEED).permutation(len(lines.lengths_mm)))
+    return chosen
+
+
+def _seen_voxels(blocks: SeenBlocks, factors: Factors) -> int:
+    """Return how many voxels of a level hold a block that is seen, about."""
+    ratios = [max(1, factor // blocks.edge) for factor in factors]
+    seen = blocks.seen
+    for axis, ratio in enumerate(ratios):
+        starts = np.arange(0, seen.shape[axis], ratio)
+        seen = np.logical_or.reduceat(seen, starts, axis=axis)
+    # A block may hold several voxels of the level.
+    return int(seen.sum()) * math.prod(max(1, blocks.edge // factor) for factor in factors)
+
+
+@dataclass(frozen=True)
+class LevelRange:
+    """Where a level begins, and what its voxels may become; all [z, y, x] with values from 0 to 1."""
+
+    start: Float32Array
+    low: Float32Array
+    high: Float32Array
+    spacing_mm_zyx: tuple[float, float, float]
+    """Distances of the voxels."""
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """Target of the refinement of a level: the light of rays through level 0."""
+
+    lines: RaySegments
+    """Rays."""
+    lights: Mapping[str, Float64Array]
+    """Light [n, 4] of level 0 along them, premultiplied linear colour and opacity, for each transfer function."""
+    tables: Mapping[str, Float64Array]
+    """The common lookup tables [entries, 4], linear colour and extinction per millimetre."""
+    adapt: bool
+    """Whether the level may have tables of its own."""
+    per_voxel: int = 2
+    """Samples along rays for each voxel of the level."""
+
+    def refined(self, given: LevelRange) -> Float32Array:
+        """Return the voxels of a level, values from 0 to 1."""
+        tables = dict(self.tables)
+        level = given.start
+        for steps in _ROUNDS:
+            if self.adapt:
+                tables = {
+                    name: self._fitted(level, name, table, given.spacing_mm_zyx) for name, table in tables.items()
+                }
+            level = self._moved(level, given, tables, steps)
+        return level
+
+    def _fitted(
+        self, level: Float32Array, name: str, table: Float64Array, spacing_mm_zyx: tuple[float, float, float]
+    ) -> Float64Array:
+        count = min(_TABLE_RAYS, len(self.lines.lengths_mm))
+        codes = np.rint(level * np.float32(65535)).astype(np.uint16)
+        samples = sample_slices(codes, spacing_mm_zyx, self.lines.part(0, count), self.per_voxel)
+        return fitted_table(samples, np.ascontiguousarray(self.lights[name][:count]), table)
+
+    def _moved(
+        self, begin: Float32Array, given: LevelRange, tables: Mapping[str, Float64Array], steps: int
+    ) -> Float32Array:
+        """Take gradient steps with momentum, which begins again where it points uphill."""
+        sloped = {name: (table, smoothed_slopes(table, _REACH)) for name, table in tables.items()}
+        level, ahead = begin, begin
+        speed = 1.0
+        for _ in range(steps):
+            gradient, curvature = self._sums(ahead, sloped, given.spacing_mm_zyx)
+            met = curvature > 0
+            if not met.any():
+                return level
+            tie = np.float32(_TIE * curvature[met].mean(dtype=np.float64))
+            moved = np.clip(ahead - (gradient + tie * (ahead - begin)) / (curvature + tie), given.low, given.high)
+            if float(((ahead - moved) * (moved - level)).sum(dtype=np.float64)) > 0.0:
+                speed, ahead = 1.0, moved
+            else:
+                faster = (1.0 + math.sqrt(1.0 + 4.0 * speed**2)) / 2.0
+                further = moved + np.float32((speed - 1.0) / faster) * (moved - level)
+                speed, ahead = faster, np.clip(further, given.low, given.high)
+            level = moved
+        return level
+
+    def _sums(
+        self,
+        level: Float32Array,
+        sloped: Mapping[str, tuple[Float64Array, Float64Array]],
+        spacing_mm_zyx: tuple[float, float, float],
+    ) -> tuple[Float32Array, Float32Array]:
+        """Return gradient and curvature of the squared error of light by each voxel, over all transfer functions."""
+        spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
+        lengths_mm = self.lines.lengths_mm
+        counts = ray_counts(lengths_mm, spacing_mm_zyx, per_voxel=self.per_voxel)
+        offsets = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
+        sums = np.zeros((*level.shape, 2), np.float32)
+        for name, (table, slopes) in sloped.items():
+            _native.refine_sums(
+                np.ascontiguousarray(level),
+                np.ascontiguousarray(self.lines.starts_mm_xyz / spacing_mm_xyz - 0.5),
+                np.ascontiguousarray(self.lines.directions_xyz / spacing_mm_xyz),
+                np.ascontiguousarray(lengths_mm),
+                offsets,
+                table,
+                slopes,
+                self.lights[name],
+                np.ones(len(lengths_mm)),
+                sums,
+            )
+        return sums[..., 0], sums[..., 1]
+
+
+def smoothed_slopes(table: Float64Array, reach: float) -> Float64Array:
+    """Return the slopes of a table over values 0 to 1, as differences over `reach` on both sides."""
+    at = np.linspace(0.0, 1.0, len(table))
+    above, below = (
+        np.column_stack([np.interp(at + side * reach, at, channel) for channel in table.T]) for side in (1, -1)
+    )
+    return np.ascontiguousarray((above - below) / (2.0 * reach))

@@ -1,0 +1,60 @@
+"""Which levels of a volume are refined, and their codes: what stands between a scan and the refinement of voxels."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.levels.appearance import largest_code
+from volprep.parts.levels.level_input import Factors, LevelInput, Slices, level_slices
+from volprep.parts.levels.rays import RaySegments, in_memory_parts, sample_level
+from volprep.parts.levels.refined import LevelRange, RefineBudget, Refinement, refine_lines
+from volprep_formats.arrays import Float64Array
+
+
+def refinements(
+    scan: LevelInput, levels: Sequence[Factors], budget: RefineBudget, *, adapt: bool, per_voxel: int = 2
+) -> dict[Factors, Refinement]:
+    """Return how to refine those levels that the budget has room for, by their factors.
+
+    Rays have `per_voxel` samples. One pass over level 0 for each 8 million samples.
+    """
+    chosen = refine_lines(scan.grid, scan.looks.seen_blocks, levels, len(scan.tables), budget)
+    if not chosen:
+        return {}
+    lights = _lights(scan, RaySegments.joined(list(chosen.values())), per_voxel)
+    found: dict[Factors, Refinement] = {}
+    begin = 0
+    for factors, lines in chosen.items():
+        end = begin + len(lines.lengths_mm)
+        part = {name: np.ascontiguousarray(light[begin:end]) for name, light in lights.items()}
+        found[factors] = Refinement(lines, part, scan.tables, adapt, per_voxel)
+        begin = end
+    return found
+
+
+def refined_slices(scan: LevelInput, factors: Factors, refinement: Refinement) -> Slices:
+    """Return the slices of a refined level, with the number of slices of level 0 that they cover."""
+    dtype = scan.volume.dtype
+    whole = np.float32(largest_code(dtype))
+    start, low, high = (
+        _joined(slices for slices, _ in level_slices(scan, name, factors)).astype(np.float32) / whole
+        for name in ("raised", "minimum", "maximum")
+    )
+    level = refinement.refined(LevelRange(start, low, high, scan.spacing_mm_zyx(factors)))
+    yield np.rint(level * whole).astype(dtype), scan.volume.shape_zyx[0]
+
+
+def _joined(slices: Iterable[NDArray[np.generic]]) -> NDArray[np.generic]:
+    return np.concatenate(list(slices))
+
+
+def _lights(scan: LevelInput, lines: RaySegments, per_voxel: int) -> dict[str, Float64Array]:
+    """Return the light of level 0 along rays for each transfer function, some rays at a time."""
+    spacing_mm_zyx = scan.grid.spacing_mm_zyx
+    found: dict[str, list[Float64Array]] = {name: [] for name in scan.tables}
+    for part in in_memory_parts(lines, spacing_mm_zyx, per_voxel):
+        along = sample_level(scan.volume, spacing_mm_zyx, part, per_voxel=per_voxel)
+        for name, table in scan.tables.items():
+            found[name].append(along.light(table))
+    return {name: np.concatenate(parts) for name, parts in found.items()}

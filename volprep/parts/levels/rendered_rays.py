@@ -1,0 +1,137 @@
+"""Light of random rays for levels that need more than a lookup table: projections, surfaces, labels, lit scenes.
+
+The rays come from rays.py, with samples in the middles of equal segments; each compositing combines the samples itself
+(`Compositing.rays`). Light comes from the viewer: the colour of a sample times the cosine of its ray and the gradient,
+central differences one voxel of the level wide. This also represents light from elsewhere: the errors of levels come
+from the gradient, wherever the light is.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from volprep.compositing import Compositing
+from volprep.parts.levels.choose_level import CHECK_RAYS
+from volprep.parts.levels.level_input import Factors, LevelInput
+from volprep.parts.levels.light import rmse_of
+from volprep.parts.levels.rays import RaySamples, RaySegments, random_lines, sample_sets
+from volprep.parts.levels.records import AdaptedTable, LightError
+from volprep.scan.slabs import RawVolume
+from volprep_formats.arrays import Float64Array
+from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.texture import SampleFilter
+from volprep_formats.package.transfer_function import TransferFunction
+
+_SEED = 4
+_TOGETHER = 32
+"""The number of samples of a ray is a multiple of this, so that many rays have equal numbers and are drawn together."""
+
+
+@dataclass(frozen=True)
+class RaySight:
+    """How rays of a package make light of values."""
+
+    functions: Sequence[TransferFunction]
+    """Transfer functions."""
+    window: tuple[float, float]
+    """Physical values of the smallest code and the largest."""
+    between: SampleFilter
+    """Interpolation between voxels."""
+    compositing: Compositing
+    """The compositing."""
+    lit: bool
+    """Whether samples are lit."""
+
+
+def check_lines(grid: Grid) -> RaySegments:
+    """Return random rays that errors are measured along."""
+    return random_lines(grid, min(CHECK_RAYS, 2 * max(grid.shape_zyx) ** 2), _SEED)
+
+
+class SeenLevels:
+    """Light of random rays through level 0, and the distance of coarser levels from it."""
+
+    def __init__(self, scan: LevelInput, drawn: RaySight, lines: RaySegments | None = None) -> None:
+        """Take the volume, whose lookup tables play no part, how it is drawn, and the rays: random ones if None."""
+        self._scan = scan
+        self._drawn = drawn
+        self._tables = {each.name: Table.exact(each) for each in drawn.functions}
+        self._lines = check_lines(scan.grid) if lines is None else lines
+        self.truth = self._light(scan.volume, (1, 1, 1), self._tables)
+        """Premultiplied linear colour and opacity of all rays [n, 4] through level 0, for each transfer function."""
+
+    def errors(self, volume: RawVolume, factors: Factors, own: Sequence[AdaptedTable]) -> tuple[LightError, ...]:
+        """Return how far a level is from level 0 through each transfer function, with the tables of its own."""
+        light = self.light(volume, factors, own)
+        return tuple(LightError(transfer=name, rmse=rmse_of(light[name], truth)) for name, truth in self.truth.items())
+
+    def light(self, volume: RawVolume, factors: Factors, own: Sequence[AdaptedTable] = ()) -> dict[str, Float64Array]:
+        """Return what `truth` is, of a level."""
+        return self._light(volume, factors, self._tables | {each.transfer: self._own(each) for each in own})
+
+    def _own(self, table: AdaptedTable) -> Table:
+        entries = np.array(table.entries)
+        return self._tables[table.transfer].with_entries(np.linspace(*self._drawn.window, len(entries)), entries)
+
+    def _light(self, volume: RawVolume, factors: Factors, tables: Mapping[str, Table]) -> dict[str, Float64Array]:
+        """Return premultiplied linear colour and opacity of all rays [n, 4], for each transfer function."""
+        spacing_mm_zyx = self._scan.spacing_mm_zyx(factors)
+        beside = _beside(self._lines, spacing_mm_zyx) if self._drawn.lit else []
+        samples, *around = sample_sets(
+            volume,
+            spacing_mm_zyx,
+            [self._lines, *beside],
+            between=self._drawn.between,
+            multiple=_TOGETHER,
+        )
+        cosines = None
+        if around:
+            least_per_mm = LEAST_SLOPE / min(self._scan.grid.spacing_mm_zyx)
+            cosines = _cosines(self._lines, samples, around, spacing_mm_zyx, least_per_mm)
+        return {name: self._shown(samples, cosines, table) for name, table in tables.items()}
+
+    def _shown(self, samples: RaySamples, cosines: Float64Array | None, table: Table) -> Float64Array:
+        compositing = self._drawn.compositing
+        first, last = self._drawn.window
+        result = np.empty((len(samples.lengths_mm), 4))
+        counts = np.diff(samples.offsets)
+        for count in np.unique(counts):
+            rays = np.flatnonzero(counts == count)
+            at = samples.offsets[rays] + np.arange(count)[:, None]
+            values = first + samples.values[at].astype(np.float64) * samples.scale * (last - first)
+            segment_mm = samples.lengths_mm[rays] / count
+            if cosines is None or compositing.lit_rays is None:
+                result[rays] = compositing.rays(values, segment_mm, table, "nearest")
+            else:
+                result[rays] = compositing.lit_rays(values, segment_mm, table, "nearest", cosines[at])
+        return result
+
+
+def _beside(lines: RaySegments, spacing_mm_zyx: tuple[float, float, float]) -> list[RaySegments]:
+    """Return the rays a voxel to each side along x, y and z, the side of larger coordinates first."""
+    steps_mm = np.diag(spacing_mm_zyx[::-1])
+    starts = [lines.starts_mm_xyz + sign * step_mm for step_mm in steps_mm for sign in (1, -1)]
+    return [RaySegments(each, lines.directions_xyz, lines.lengths_mm) for each in starts]
+
+
+def _cosines(
+    lines: RaySegments,
+    samples: RaySamples,
+    around: Sequence[RaySamples],
+    spacing_mm_zyx: tuple[float, float, float],
+    least_per_mm: float,
+) -> Float64Array:
+    """Return the absolute cosine of ray and gradient at each sample; 1 where the slope is less than `least_per_mm`."""
+    counts = np.diff(samples.offsets)
+    along, squared = np.zeros(len(samples.values)), np.zeros(len(samples.values))
+    for axis, spacing_mm in enumerate(spacing_mm_zyx[::-1]):
+        upper, lower = around[2 * axis : 2 * axis + 2]
+        slope = (upper.values.astype(np.float64) - lower.values) * (samples.scale / (2 * spacing_mm))
+        along += slope * np.repeat(lines.directions_xyz[:, axis], counts)
+        squared += slope**2
+    length = np.sqrt(squared)
+    is_flat = length < least_per_mm
+    return np.where(is_flat, 1.0, np.abs(along) / np.where(is_flat, 1.0, length))

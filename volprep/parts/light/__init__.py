@@ -1,0 +1,1 @@
+"""Light that is computed once: its decision, its solver, its stage."""

@@ -1,0 +1,76 @@
+"""The part *normals*: directions of gradients, for lighting or as data."""
+
+from collections.abc import Iterator
+
+from volprep.parts.ablation import AblationItem, Changes, Gain, by_the_scene
+from volprep.parts.normals.decision import KIND, beside_level, normal_items, plan_normals, wanted_normals
+from volprep.parts.normals.stage import STAGE
+from volprep.parts.part import Decided, Images, LaidOut, Part
+from volprep.plan.products import NormalsPlan
+from volprep.plan.records import ChannelPlan, LevelPlan
+from volprep.plan.room import Beside, Misfit
+from volprep.scene.scene import Scene
+from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import ProgramDesign
+
+
+def _beside(scene: Scene, profile: DeviceProfile, level: LevelPlan, beside: Beside) -> Beside | Misfit:
+    return beside_level(beside, level, wanted_normals(scene), profile)
+
+
+def _plan(channel: LaidOut) -> NormalsPlan | None:
+    layout = channel.layout
+    return plan_normals(wanted_normals(channel.case.scene), layout.profile, layout.levels, layout.beside)
+
+
+def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
+    return normal_items(plan.part(NormalsPlan), decided.case.scene, plan.levels)
+
+
+def _images(plan: ChannelPlan, _transfer: str, level: int, program: ProgramDesign | None) -> Images:
+    normals = plan.part(NormalsPlan)
+    reads = program is not None and program.lighting != "none" and program.normals_from == "volume"
+    if normals is None or not reads:
+        return {}
+    textures = [each for each in normals.textures if each.level == level]
+    return {file: (normals.format, each.shape_zyx) for each in textures for file in each.files}
+
+
+def _has(manifest: Manifest, _transfer: str) -> bool:
+    return any(texture.role == "normals" for texture in manifest.textures)
+
+
+def _is_lit(scene: Scene) -> bool:
+    return scene.render.lighting != "none"
+
+
+def _gain(scene: Scene) -> Gain:
+    return "time" if _is_lit(scene) else "wish"
+
+
+def _added(scene: Scene) -> Changes:
+    return {"lighting": {"normals": "volume"}} if _is_lit(scene) else {"normals": {"magnitude": True}}
+
+
+PART = Part(
+    name="normals",
+    beside=_beside,
+    plan=_plan,
+    items=_items,
+    images=_images,
+    stages=(STAGE,),
+    ablations=(
+        AblationItem(
+            "normals",
+            KIND,
+            _gain,
+            _has,
+            without={"normals": None, "lighting": {"normals": "central"}},
+            added=_added,
+            chosen_by=by_the_scene,
+            lossy=True,
+            with_everything=True,
+        ),
+    ),
+)

@@ -1,0 +1,113 @@
+"""The part *programs*: the shaders that draw the levels."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+from volprep.parts.ablation import AblationItem, always, by_the_scene, no_change, time_or_wish
+from volprep.parts.part import Decided, Part
+from volprep.parts.programs.decision import require_shadows, require_technique, shader_files
+from volprep.parts.programs.early_end import AUTO_CUTOFF
+from volprep.parts.programs.early_end import KIND as EARLY_END
+from volprep.parts.programs.stage import STAGE
+from volprep.parts.programs.step import describe_steps
+from volprep.plan.records import ChannelPlan
+from volprep.scene.scene import Scene
+from volprep.techniques import TECHNIQUES
+from volprep.techniques.record import Technique
+from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.profile import DeviceProfile
+
+_PLAIN = "ray-casting"
+_KIND = "shaders"
+
+
+def _require(scene: Scene, profile: DeviceProfile) -> None:
+    require_shadows(scene, profile)
+    if profile.has_shaders:
+        require_technique(scene, profile)
+
+
+def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
+    if plan.programs:
+        yield _shaders(plan)
+    yield from describe_steps(plan.render, decided.steps)
+
+
+def _shaders(plan: ChannelPlan) -> PlanItem:
+    files = {path for program in plan.programs for path in shader_files(program)}
+    finest = plan.volumes[0]
+    layout = "3D texture" if finest.mosaic is None else "mosaic"
+    layout = layout if finest.bricks is None else "bricks"
+    walk = TECHNIQUES[plan.programs[0].technique].text
+    return PlanItem(
+        name="shaders",
+        kind=_KIND,
+        kept=True,
+        reason=f"{walk} through the {layout}, one program for each transfer function",
+        files=tuple(sorted(files)),
+    )
+
+
+def _has_early_end(manifest: Manifest, _transfer: str) -> bool | None:
+    if all(item.kind != EARLY_END for item in manifest.plan):
+        return None
+    return manifest.render is not None and manifest.render.opacity_cutoff is not None
+
+
+def _chooser_of_cutoff(scene: Scene) -> Literal["plan", "scene"]:
+    return "plan" if scene.render.opacity_cutoff == "auto" else "scene"
+
+
+def _has_shadows(manifest: Manifest, _transfer: str) -> bool | None:
+    return any(each.light is not None and each.light.shadows != "none" for each in manifest.programs) or None
+
+
+def _finds_the_same(technique: Technique) -> bool:
+    """Return whether a technique takes the samples of ray casting, in another order or in several draws."""
+    return technique.loops and technique.order is None and technique.name != _PLAIN
+
+
+def _drawn_by(technique: Technique) -> AblationItem:
+    """Return the ablation of a technique in place of ray casting: an app asks for it, to show frames in between."""
+    return AblationItem(
+        f"technique {technique.name}",
+        f"technique-{technique.name}",
+        always("wish"),
+        lambda manifest, _: any(each.technique == technique.name for each in manifest.programs),
+        without={"render": {"technique": _PLAIN}},
+        added=lambda _: {"render": {"technique": technique.name}},
+        chosen_by=by_the_scene,
+        lossy=True,
+    )
+
+
+PART = Part(
+    name="programs",
+    require=_require,
+    items=_items,
+    stages=(STAGE,),
+    ablations=(
+        AblationItem(
+            "early ray termination",
+            EARLY_END,
+            time_or_wish,
+            _has_early_end,
+            without={"render": {"opacity_cutoff": 1.0}},
+            added=lambda _: {"render": {"opacity_cutoff": AUTO_CUTOFF}},
+            chosen_by=_chooser_of_cutoff,
+            lossy=True,
+            with_everything=True,
+        ),
+        AblationItem(
+            "shadows",
+            "shadows",
+            always("wish"),
+            _has_shadows,
+            without={"lighting": {"shadows": "none"}},
+            # With them it is another picture.
+            added=no_change,
+            chosen_by=by_the_scene,
+        ),
+        *(_drawn_by(technique) for technique in TECHNIQUES.values() if _finds_the_same(technique)),
+    ),
+)

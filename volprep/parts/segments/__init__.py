@@ -1,0 +1,1 @@
+"""A scan with its segments in one picture."""

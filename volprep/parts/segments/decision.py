@@ -1,0 +1,208 @@
+"""Which textures and programs draw a scan with its segments, and what does not go with them.
+
+Labels are one byte for each voxel beside its value, two above 127 labels, sampled nearest: the label, and a flag where
+the cell that begins at the voxel has several. One fetch is enough where it has not, eight are needed where it has.
+Without 3D textures they are mosaics of one slice in a texel.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from volprep.parts.case import Case
+from volprep.parts.part import LaidOut
+from volprep.parts.programs.decision import ray_casters, shader_files
+from volprep.parts.segments.beside import LOOK_UNITS, label_texture
+from volprep.parts.segments.extent import style_blocks
+from volprep.parts.segments.looks import segments_of
+from volprep.parts.skip.decision import KIND as SKIP_KIND
+from volprep.parts.skip.decision import Found, skip_together
+from volprep.plan.products import LabelTexturePlan, SegmentsPlan, SkipTablePlan
+from volprep.plan.room import Misfit, first_of
+from volprep.scan.segments.record import FoundSegments
+from volprep.scene.scene import Scene
+from volprep.techniques import TECHNIQUES
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.parts.segments.record import COMPOSITED, Segments, table_shape
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.textures.gl_formats import size_bytes
+
+KIND = "segments"
+"""Kind of the item of the plan."""
+LABEL_FORMATS: dict[bool, tuple[TextureFormat, ...]] = {
+    False: ("R8", "LUMINANCE8"),
+    True: ("RG8", "LUMINANCE_ALPHA8"),
+}
+"""Formats of labels, by whether they have two bytes."""
+_CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
+
+
+def with_segments(scene: Scene, channels: int) -> Scene:
+    """Return the scene as segments need it: coarser levels are means.
+
+    Raises VP3220 for a scan of several channels.
+    """
+    if scene.segments is None:
+        return scene
+    if channels > 1:
+        raise VolprepError("VP3220", path=scene.name, what="several channels")
+    if scene.pyramid.filter != "auto":
+        return scene
+    return scene.model_copy(update={"pyramid": scene.pyramid.model_copy(update={"filter": "box"})})
+
+
+def require_possible(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3220 for what segments do not go with, VP3221 for smoothing."""
+    if scene.segments is None:
+        return
+    if scene.segments.smoothing_mm:
+        raise VolprepError("VP3221", path=scene.name, width=scene.segments.smoothing_mm)
+    for what, wanted in _obstacles(scene, profile):
+        if wanted:
+            raise VolprepError("VP3220", path=scene.name, what=what)
+
+
+def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool]]:
+    render = scene.render
+    has_format = all(first_of(formats, profile) for formats in LABEL_FORMATS.values())
+    yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format
+    yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None
+    yield f"compositing {render.compositing}", render.compositing not in COMPOSITED
+    yield f"classification {render.classification}", render.classification not in _CLASSIFICATIONS
+    yield f"lighting {render.lighting}", render.lighting != "none"
+    yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none"
+    yield f"textures.compression {scene.textures.compression}", scene.textures.compression != "none"
+    yield "textures.mipmaps", scene.textures.mipmaps
+    yield "[grid]", scene.grid is not None
+    yield "[proxy]", scene.proxy is not None
+    yield "[normals]", scene.normals is not None
+    yield "[together]", scene.together is not None
+    yield "editable", scene.editable
+    yield "fidelity", scene.fidelity
+    yield "a source of labels", bool(scene.source.labels)
+
+
+def used_functions(
+    scene: Scene, found: FoundSegments | None, functions: tuple[TransferFunction, ...]
+) -> tuple[TransferFunction, ...]:
+    """Return the transfer functions that a picture of segments shows; all of them for a picture without segments.
+
+    Raises VP3222 for a style of an unknown segment, VP3223 for an unknown transfer function.
+    """
+    if found is None or scene.segments is None:
+        return functions
+    used = segments_of(found, scene.segments, [each.name for each in scene.transfer], scene.name)[0].transfers
+    return tuple(each for each in functions if each.name in used)
+
+
+def plan_segments(channel: LaidOut, empty_space: Found) -> SegmentsPlan | None:
+    """Decide the picture of a scan with its segments.
+
+    Raises VP3222 for a style of an unknown segment, VP3223 for an unknown transfer function, VP3224 where the profile
+    has too few texture units.
+    """
+    case, layout = channel.case, channel.layout
+    scene, found = case.scene, case.segments
+    if found is None or scene.segments is None:
+        return None
+    record, order = segments_of(found, scene.segments, [each.name for each in scene.transfer], scene.name)
+    tables, _ = skip_tables(case, record, empty_space)
+    functions = len(record.transfers) if scene.render.classification == "lookup" else 0
+    others = LOOK_UNITS + bool(tables) + functions
+    format_ = first_of(LABEL_FORMATS[record.wide], case.profile)
+    assert format_ is not None  # noqa: S101 - require_possible has found it
+    return SegmentsPlan(
+        **{name: getattr(record, name) for name in Segments.model_fields},
+        order=order,
+        format=format_,
+        textures=tuple(_textures(channel, record, others)),
+        looks="textures/looks-segments.ktx2",
+        programs=tuple(ray_casters(record.name, layout.volumes, scene)),
+        skip_tables=tables,
+    )
+
+
+def _textures(channel: LaidOut, record: Segments, others: int) -> Iterator[LabelTexturePlan]:
+    """Return the labels of each level; so many `others` need a texture unit.
+
+    Raises VP3224 where the profile has too few.
+    """
+    case, layout = channel.case, channel.layout
+    limit = case.profile.texture_units
+    for level, volume in zip(layout.levels, layout.volumes, strict=True):
+        taken = len(volume.files) + others
+        texture = label_texture(level, case.profile, limit - taken, wide=record.wide)
+        if isinstance(texture, Misfit) or taken + len(texture.files) > limit:
+            count = taken + 1 if isinstance(texture, Misfit) else taken + len(texture.files)
+            styles = len(record.transfers)
+            raise VolprepError("VP3224", path=case.scene.name, count=count, styles=styles, limit=limit)
+        yield texture
+
+
+def skip_tables(case: Case, record: Segments, found: Found) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
+    """Decide whether rays skip what no style shows, whatever the labels are."""
+    functions = {function.name: function for function in case.functions}
+    blocks = style_blocks(record, case.segments, found.measured.blocks.shape_zyx)
+    media = [(functions[name], replace(found, among=blocks.get(name))) for name in record.transfers]
+    tables, reason, size = skip_together(case.scene.skip, record.name, media, found.levels)
+    files = tuple(table.file for table in tables)
+    item = PlanItem(
+        name=f"skip table {record.name}",
+        kind=SKIP_KIND,
+        transfer=record.name,
+        kept=bool(tables),
+        reason=reason,
+        files=files,
+        size_bytes=size,
+    )
+    return tables, item
+
+
+def segment_items(plan: SegmentsPlan, found: FoundSegments, scene: Scene) -> Iterator[PlanItem]:
+    """List the decisions about segments."""
+    overlaps = sum(len(label.segments) > 1 for label in plan.labels)
+    volume_bytes = sum(size_bytes(plan.format, each.shape_zyx) * len(each.files) for each in plan.textures)
+    unnamed = sum(segment.title is None for segment in plan.segments)
+    yield PlanItem(
+        name=plan.name,
+        kind=KIND,
+        transfer=plan.name,
+        kept=True,
+        reason=f"{len(plan.segments)} segments in {len(plan.labels)} labels, {overlaps} of them overlaps; borders "
+        f"{plan.border}; styles {', '.join(plan.transfers)}; {1 + plan.wide} byte(s) more for each voxel",
+        files=(
+            *(file for texture in plan.textures for file in texture.files),
+            *dict.fromkeys(path for program in plan.programs for path in shader_files(program)),
+        ),
+        size_bytes=volume_bytes,
+    )
+    yield PlanItem(
+        name="looks of segments",
+        kind="looks-of-segments",
+        kept=True,
+        reason="tint and opacity of each label, which an app changes to switch, tint and fade segments",
+        files=(plan.looks,),
+        size_bytes=look_bytes(plan),
+    )
+    yield PlanItem(
+        name="names of segments",
+        kind="names-of-segments",
+        kept=not unnamed,
+        reason="every segment has a name that may be written"
+        if not unnamed
+        else f"{unnamed} segments have no coded name and are called by their numbers; names that somebody typed are "
+        'written with segments.names = "free"',
+    )
+    for transfer in scene.transfer:
+        if transfer.name not in plan.transfers:
+            reason = "no label has it as its style"
+            yield PlanItem(name=f"transfer function {transfer.name}", kind="style", kept=False, reason=reason)
+    for number, remark in enumerate(found.remarks, 1):
+        yield PlanItem(name=f"source of segments {number}", kind="source-of-segments", kept=True, reason=remark)
+
+
+def look_bytes(plan: Segments) -> int:
+    """Size of the table of looks."""
+    rows, columns = table_shape(len(plan.labels))
+    return 4 * rows * columns

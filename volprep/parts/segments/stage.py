@@ -1,0 +1,123 @@
+"""Labels of the segments become textures of each level, and a table of what each label looks like."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from volprep.parts.mosaic.packing import pack_mosaic
+from volprep.parts.segments.level_labels import coarse_labels
+from volprep.parts.stage import Shapes, Stage, Work, present, required
+from volprep.parts.work import source_info
+from volprep.plan.products import LabelTexturePlan, SegmentsPlan
+from volprep.plan.records import ChannelPlan, Plan
+from volprep.scan.segments.combine import LabelArray
+from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
+from volprep_formats.arrays import UInt8Array
+from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.segments.record import looks, table_shape
+from volprep_formats.package.parts.segments.texels import flagged, label_texels, look_texels
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.storage.files import SEGMENT_LABELS
+from volprep_formats.package.texture import Texture
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+from volprep_formats.textures import ktx2
+from volprep_formats.textures.gl_formats import KTX2_FORMAT, Target, gl_format
+
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    channel = plan.channels[0]
+    return (*present(plan.segments), plan.shared.crop, *channel.levels)
+
+
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
+    segments, channel = required(plan.segments), plan.channels[0]
+    labels = _cropped(draft, plan, segments)
+    progress.start("segments", len(segments.textures))
+    textures = []
+    for texture in segments.textures:
+        factors = channel.level(texture.level).factors_zyx
+        own = labels if factors == (1, 1, 1) else coarse_labels(labels, factors)
+        target: Target = "TEXTURE_3D" if texture.mosaic is None else "TEXTURE_2D"
+        for part, (name, path) in enumerate(zip(texture.names, texture.files, strict=True)):
+            draft.write(path, "texture", _file(segments, texture, own, part))
+            textures.append(
+                Texture(
+                    name=name,
+                    role="labels",
+                    file=path,
+                    part=part,
+                    shape_zyx=texture.shape_zyx,
+                    gl=gl_format(segments.format, target, channel.profile.api),
+                    level=texture.level,
+                    channels=(channel.channel,),
+                    mosaic=texture.mosaic,
+                    filter="nearest",
+                )
+            )
+        progress.advance()
+    return Contribution(textures=(*textures, _write_looks(draft, channel, segments)))
+
+
+def _cropped(draft: Draft, plan: Plan, segments: SegmentsPlan) -> LabelArray:
+    """Return the labels of level 0."""
+    (z0, y0, x0), (z1, y1, x1) = plan.shared.crop.start_zyx, plan.shared.crop.stop_zyx
+    grid = source_info(draft.manifest, plan.channels[0].channel).grid
+    return np.ascontiguousarray(labels_of_source(draft, segments, grid)[z0:z1, y0:y1, x0:x1])
+
+
+def labels_of_source(draft: Draft, segments: SegmentsPlan, grid: Grid) -> LabelArray:
+    """Return the labels on the grid of the source, numbered as in the package."""
+    raw = RawVolume(draft.folder / SEGMENT_LABELS, grid.shape_zyx, np.dtype(np.uint16))
+    labels: LabelArray = np.array(segments.order, np.uint16)[raw.read_slab(0, grid.shape_zyx[0])]
+    return labels
+
+
+def _file(
+    segments: SegmentsPlan, texture: LabelTexturePlan, labels: LabelArray, part: int
+) -> Iterator[bytes | memoryview]:
+    """Return a KTX 2 file of labels in pieces: the 3D texture, or one texture of the mosaic."""
+
+    def texels(z0: int, z1: int) -> UInt8Array:
+        following = labels[z1] if z1 < len(labels) else None
+        own = labels[z0:z1]
+        return label_texels(own, flagged(own, following), wide=segments.wide)
+
+    if texture.mosaic is not None:
+        yield ktx2.header(KTX2_FORMAT[segments.format], texture.shape_zyx, 2)
+        yield from map(bytes_of, pack_mosaic(texels, texture.mosaic, part))
+        return
+    yield ktx2.header(KTX2_FORMAT[segments.format], texture.shape_zyx, 3)
+    depth, height, width = labels.shape
+    for z0, z1 in slab_ranges(depth, height * width * 2):
+        yield bytes_of(texels(z0, z1))
+
+
+def _write_looks(draft: Draft, channel: ChannelPlan, segments: SegmentsPlan) -> Texture:
+    texels = look_texels(looks(segments))
+    _, rows, width, _ = texels.shape
+    draft.write(segments.looks, "texture", ktx2.encode(ktx2.Ktx2Image("RGBA8", (1, rows, width), texels, 2)))
+    return Texture(
+        name="looks-segments",
+        role="looks",
+        file=segments.looks,
+        shape_zyx=(1, rows, width),
+        gl=gl_format("RGBA8", "TEXTURE_2D", channel.profile.api),
+        transfer=segments.name,
+        filter="nearest",
+    )
+
+
+def _shapes(_draft: Draft, plan: Plan) -> Shapes:
+    segments = required(plan.segments)
+    shapes = {file: texture.shape_zyx for texture in segments.textures for file in texture.files}
+    return shapes | {segments.looks: (1, *table_shape(len(segments.labels)))}
+
+
+STAGE = Stage(
+    name="segments",
+    reads=("quantize",),
+    package=Work(_settings, _run, _shapes),
+    is_needed=lambda plan: plan.segments is not None,
+)

@@ -1,0 +1,98 @@
+"""The part *skip*: tables that let rays jump over empty space."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+from volprep.compositing import COMPOSITINGS
+from volprep.parts.ablation import AblationItem, always, by_the_scene, time_or_wish
+from volprep.parts.part import Decided, Images, LaidOut, Part
+from volprep.parts.skip.decision import KIND, RANGES_KIND, Found, describe_skip, plan_skip
+from volprep.parts.skip.stage import STAGE
+from volprep.parts.stage import required
+from volprep.plan.products import NormalsPlan, SkipPlan
+from volprep.plan.records import ChannelPlan
+from volprep.scene.scene import Scene
+from volprep.techniques import TECHNIQUES
+from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.program import ProgramDesign
+
+
+def found_of(channel: LaidOut) -> Found:
+    """Return the inputs of decisions about empty space."""
+    case, layout = channel.case, channel.layout
+    return Found(
+        profile=layout.profile,
+        crop=case.crop,
+        grid=case.grid,
+        quantize=case.values.quantize,
+        entries=case.values.entries,
+        levels=layout.levels,
+        volumes=layout.volumes,
+        measured=case.measured,
+        normals=channel.part(NormalsPlan),
+        compositing=COMPOSITINGS[case.scene.render.compositing],
+        editable=case.scene.editable,
+        loops=TECHNIQUES[case.scene.render.technique].loops,
+    )
+
+
+def _plan(channel: LaidOut) -> SkipPlan:
+    return plan_skip(channel.case.scene.skip, channel.case.drawn_alone, found_of(channel))
+
+
+def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
+    skip = required(plan.part(SkipPlan))
+    return describe_skip(skip, decided.case.drawn_alone, decided.case.scene.skip, found_of(decided.laid_out))
+
+
+def _images(plan: ChannelPlan, transfer: str, level: int, _program: ProgramDesign | None) -> Images:
+    skip = plan.part(SkipPlan)
+    tables = skip.tables if skip else ()
+    return {
+        each.file: (each.format, each.shape_zyx) for each in tables if (each.transfer, each.level) == (transfer, level)
+    }
+
+
+def _has_table(manifest: Manifest, transfer: str) -> bool:
+    tables = manifest.skipping.tables if manifest.skipping is not None else ()
+    return any(table.transfer == transfer for table in tables)
+
+
+def _has_ranges(manifest: Manifest, _transfer: str) -> bool:
+    return manifest.skipping is not None and bool(manifest.skipping.ranges)
+
+
+def _chooser(scene: Scene) -> Literal["plan", "scene"]:
+    return "plan" if scene.skip.kind == "auto" else "scene"
+
+
+PART = Part(
+    name="skip",
+    plan=_plan,
+    items=_items,
+    images=_images,
+    stages=(STAGE,),
+    ablations=(
+        AblationItem(
+            "skip table",
+            KIND,
+            time_or_wish,
+            _has_table,
+            without={"skip": {"kind": "none"}},
+            added=lambda _: {"skip": {"kind": "distance"}},
+            chosen_by=_chooser,
+            for_each_transfer=True,
+            with_everything=True,
+        ),
+        AblationItem(
+            "ranges of blocks",
+            RANGES_KIND,
+            always("wish"),
+            _has_ranges,
+            without={"skip": {"ranges": False}, "editable": False},
+            added=lambda scene: None if scene.editable else {"skip": {"ranges": True}},
+            chosen_by=by_the_scene,
+            with_everything=True,
+        ),
+    ),
+)

@@ -1,0 +1,63 @@
+"""The part *subvolumes*: level 0 in pieces, for devices that cannot hold it whole."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+from volprep.parts.ablation import AblationItem, always
+from volprep.parts.part import Decided, LaidOut, Part
+from volprep.parts.subvolumes.decision import KIND, describe_subvolumes, plan_subvolumes
+from volprep.parts.subvolumes.stage import STAGE
+from volprep.plan.products import SubvolumesPlan
+from volprep.plan.records import ChannelPlan, Plan
+from volprep.scene.scene import Scene
+from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.storage.draft import Draft
+
+
+def _plan(channel: LaidOut) -> SubvolumesPlan | None:
+    case = channel.case
+    bits = case.values.quantize.bits
+    return plan_subvolumes(case.scene, case.profile, case.grid, bits, channel.layout.volumes, case.functions)
+
+
+def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
+    return describe_subvolumes(plan, decided.case.scene)
+
+
+def _settle(items: tuple[PlanItem, ...], draft: Draft, _plan: Plan) -> tuple[PlanItem, ...]:
+    """Add the files of the pieces: the stage knows which are empty."""
+    found = draft.manifest.subvolumes
+    if found is None:
+        return items
+    return tuple(
+        item.model_copy(update={"files": (*item.files, *found.pieces)}) if item.kind == KIND else item for item in items
+    )
+
+
+def _has(manifest: Manifest, _transfer: str) -> bool:
+    return manifest.subvolumes is not None
+
+
+def _chooser(scene: Scene) -> Literal["plan", "scene"]:
+    return "plan" if scene.grid is not None and scene.grid.size == "auto" else "scene"
+
+
+PART = Part(
+    name="subvolumes",
+    plan=_plan,
+    items=_items,
+    stages=(STAGE,),
+    settle=_settle,
+    ablations=(
+        AblationItem(
+            "sub-volumes",
+            KIND,
+            always("wish"),
+            _has,
+            without={"grid": None},
+            added=lambda _: {"grid": {"size": 64}},
+            chosen_by=_chooser,
+            with_everything=True,
+        ),
+    ),
+)

@@ -1,0 +1,36 @@
+"""The part *texture*: levels as 3D textures, each in a file of its own or all as the mipmaps of one."""
+
+from collections.abc import Iterator
+
+from volprep.parts.ablation import AblationItem, always, by_the_scene
+from volprep.parts.part import Decided, Part
+from volprep.parts.texture.mipmaps import KIND, describe_mipmaps
+from volprep.parts.texture.stage import STAGE
+from volprep.plan.records import ChannelPlan
+from volprep_formats.package.manifest import Manifest, PlanItem
+
+
+def _items(plan: ChannelPlan, _decided: Decided) -> Iterator[PlanItem]:
+    return describe_mipmaps(plan.levels, plan.volumes)
+
+
+def _has(manifest: Manifest, _transfer: str) -> bool:
+    return any(texture.mipmap is not None for texture in manifest.textures if texture.role == "volume")
+
+
+PART = Part(
+    name="texture",
+    items=_items,
+    stages=(STAGE,),
+    ablations=(
+        AblationItem(
+            "mipmaps",
+            KIND,
+            always("wish"),
+            _has,
+            without={"textures": {"mipmaps": False}},
+            added=lambda _: {"textures": {"mipmaps": True}},
+            chosen_by=by_the_scene,
+        ),
+    ),
+)

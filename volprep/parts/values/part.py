@@ -1,0 +1,64 @@
+"""The part *values*: codes of 8 or 16 bits, and the crop."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+from volprep.parts.ablation import AblationItem, Gain, always
+from volprep.parts.part import Decided, Part
+from volprep.parts.values.items import BORDER_KIND, WIDE_KIND, describe_codes
+from volprep.parts.values.stage import STAGE
+from volprep.plan.records import ChannelPlan
+from volprep.scene.scene import Scene
+from volprep_formats.package.manifest import Manifest, PlanItem
+
+
+def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
+    return describe_codes(plan, decided.case.scene, decided.case.values)
+
+
+def _has_border(manifest: Manifest, _transfer: str) -> bool | None:
+    if all(item.kind != BORDER_KIND for item in manifest.plan):
+        return None
+    return manifest.grid is not None and manifest.grid.shape_zyx == manifest.source.info.grid.shape_zyx
+
+
+def _has_wide_codes(manifest: Manifest, _transfer: str) -> bool | None:
+    labels = any(texture.filter == "nearest" for texture in manifest.textures if texture.role == "volume")
+    return None if labels or manifest.quantization is None else manifest.quantization.bits == 16
+
+
+def _gain_of_bits(scene: Scene) -> Gain:
+    return "wish" if scene.quantize.bits == 16 else "truth"
+
+
+def _chooser_of_bits(scene: Scene) -> Literal["plan", "scene"]:
+    return "plan" if scene.quantize.bits == "auto" else "scene"
+
+
+PART = Part(
+    name="values",
+    items=_items,
+    stages=(STAGE,),
+    ablations=(
+        AblationItem(
+            "empty border",
+            BORDER_KIND,
+            always("wish"),
+            _has_border,
+            without={"crop": "auto"},
+            added=lambda _: {"crop": "none"},
+            with_everything=True,
+        ),
+        AblationItem(
+            "16-bit values",
+            WIDE_KIND,
+            _gain_of_bits,
+            _has_wide_codes,
+            without={"quantize": {"bits": 8}},
+            added=lambda _: {"quantize": {"bits": 16}},
+            chosen_by=_chooser_of_bits,
+            lossy=True,
+            with_everything=True,
+        ),
+    ),
+)

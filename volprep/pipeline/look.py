@@ -1,0 +1,135 @@
+"""A first look at a scan, before anything is built: three slices, a histogram, and the kind that was recognised.
+
+It reads up to 128 slices, spread over the scan, so that it takes about a second.
+"""
+
+from dataclasses import dataclass
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.pipeline.prepare import prepare
+from volprep.scene.first_look import with_first_look
+from volprep.scene.request import Request
+from volprep_formats.arrays import Float64Array, UInt8Array
+from volprep_formats.package.channel import Statistics
+from volprep_formats.progress import Silent
+from volprep_formats.source import SourceInfo, VolumeSource
+
+BINS = 64
+_SLICES = 128
+_OUTLIERS = (0.5, 99.5)
+"""Per cent of the values that are shown black and white."""
+_PANEL_PIXELS = 256
+_GAP_PIXELS = 8
+_HISTOGRAM_PIXELS = 96
+_MOST_SAMPLES = 2_000_000
+
+
+@dataclass(frozen=True)
+class Looked:
+    """Results of a look at a scan."""
+
+    info: SourceInfo
+    """Geometry, type and remarks."""
+    slices: tuple[Float64Array, Float64Array, Float64Array]
+    """Physical values in the middle across z, y and x, [row, column], as coarse as the look was."""
+    shapes_mm: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+    """Height and width of each of them."""
+    ends: tuple[float, float]
+    """Least and greatest value that was met."""
+    is_whole: bool
+    """Whether all slices were read, so that these are the ends of the scan."""
+    not_numbers: int
+    """Values that were NaN or infinite."""
+    counts: tuple[int, ...]
+    """Histogram of the values that were read, between the ends."""
+    recognised: str
+    """The kind that was recognised; "" if a scene says how it is drawn."""
+
+
+def look_at(request: Request) -> Looked:
+    """Look at the first channel of a scan. Raises the errors of its reader."""
+    prepared = prepare(request)
+    info, planes, places = next((info, *_planes(source)) for _, info, source in prepared.sources(Silent()))
+    depth, height, width = info.grid.shape_zyx
+    z_mm, y_mm, x_mm = info.grid.extent_mm_zyx
+    middle = planes[int(np.argmin(np.abs(places - depth // 2)))]
+    finite = planes[np.isfinite(planes)]
+    sample = finite[:: max(1, finite.size // _MOST_SAMPLES)]
+    ends = (float(sample.min()), float(sample.max())) if sample.size else (0.0, 0.0)
+    counts, _ = np.histogram(sample, BINS, ends if ends[0] < ends[1] else (ends[0], ends[0] + 1.0))
+    recognised = prepared.scene.recognised
+    if prepared.first_look and sample.size:
+        statistics = Statistics(minimum=ends[0], maximum=ends[1], non_finite=0)
+        recognised = with_first_look(prepared.scene, prepared.profile, info, statistics, sample).recognised
+    return Looked(
+        info=info,
+        slices=(middle, planes[:, height // 2], planes[:, :, width // 2]),
+        shapes_mm=((y_mm, x_mm), (z_mm, x_mm), (z_mm, y_mm)),
+        ends=ends,
+        is_whole=len(places) == depth,
+        not_numbers=planes.size - finite.size,
+        counts=tuple(counts.tolist()),
+        recognised=recognised,
+    )
+
+
+def _planes(source: VolumeSource) -> tuple[Float64Array, NDArray[np.intp]]:
+    """Return physical values of up to 128 slices [slice, y, x], and their numbers."""
+    info = source.info
+    depth, height, width = info.grid.shape_zyx
+    most = max(3, min(_SLICES, 2**27 // max(1, height * width)))
+    places = np.unique(np.linspace(0, depth - 1, min(depth, most)).round().astype(np.intp))
+    stored = np.empty((len(places), *info.grid.shape_zyx[1:]), info.stored_type)
+    for target, z in zip(stored, places.tolist(), strict=True):
+        target[...] = source.read_slab(z, z + 1)[0]
+    physical: Float64Array = info.slope * stored.astype(np.float64) + info.intercept
+    return physical, places
+
+
+def picture(looked: Looked) -> UInt8Array:
+    """Draw the three slices beside each other, the histogram below, as [H, W, 3]. The top of a slice is its last z."""
+    low, high = _window(looked)
+    tallest_mm = max(each for shape in looked.shapes_mm for each in shape)
+    panels = []
+    for number, (values, shape_mm) in enumerate(zip(looked.slices, looked.shapes_mm, strict=True)):
+        panel = np.zeros((_PANEL_PIXELS, _PANEL_PIXELS))
+        rows, columns = (max(1, round(_PANEL_PIXELS * length / tallest_mm)) for length in shape_mm)
+        resized = _resized(values if number == 0 else values[::-1], rows, columns)
+        top, left = (_PANEL_PIXELS - rows) // 2, (_PANEL_PIXELS - columns) // 2
+        panel[top : top + rows, left : left + columns] = np.clip((resized - low) / (high - low), 0.0, 1.0)
+        panels += [panel, np.zeros((_PANEL_PIXELS, _GAP_PIXELS))]
+    above = np.hstack(panels[:-1])
+    whole = np.vstack([above, np.zeros((_GAP_PIXELS, above.shape[1])), _bars(looked, above.shape[1])])
+    return np.repeat(np.rint(255 * np.nan_to_num(whole))[..., None], 3, axis=2).astype(np.uint8)
+
+
+def _window(looked: Looked) -> tuple[float, float]:
+    finite = np.concatenate([each[np.isfinite(each)].ravel() for each in looked.slices])
+    low, high = np.percentile(finite, _OUTLIERS) if finite.size else (0.0, 1.0)
+    return (float(low), float(high)) if low < high else (float(low), float(low) + 1.0)
+
+
+def _resized(values: Float64Array, rows: int, columns: int) -> Float64Array:
+    """Take the nearest value for each pixel."""
+    y = (np.arange(rows) + 0.5) * values.shape[0] / rows
+    x = (np.arange(columns) + 0.5) * values.shape[1] / columns
+    resized: Float64Array = values[y.astype(int)][:, x.astype(int)]
+    return resized
+
+
+def _bars(looked: Looked, width: int) -> Float64Array:
+    """Draw the histogram, heights by the logarithm of the counts."""
+    heights = np.log1p(looked.counts)
+    heights = heights / max(float(heights.max()), 1e-9) * (_HISTOGRAM_PIXELS - 1)
+    columns = heights[np.arange(width) * len(heights) // width]
+    rows = np.arange(_HISTOGRAM_PIXELS)[::-1, None]
+    bars: Float64Array = np.where(rows <= columns, 0.7, 0.0)
+    return bars
+
+
+def size_bytes(info: SourceInfo) -> int:
+    """Return the size of the voxels as they are read."""
+    return prod(info.grid.shape_zyx) * np.dtype(info.stored_type).itemsize

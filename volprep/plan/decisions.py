@@ -1,0 +1,117 @@
+"""Results of the decisions about one channel, with their reasons. The rooms of `volprep.parts` make them."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from volprep.plan.form_trial import FormTrial
+from volprep.plan.probe import PictureDifference, Quantizer
+from volprep.plan.records import (
+    LevelPlan,
+    LookupPlan,
+    PalettePlan,
+    PreintegratedPlan,
+    QuantizePlan,
+    VolumePlan,
+)
+from volprep.plan.room import Beside, Misfit
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.textures.block_formats import CompressedFormat
+
+
+@dataclass(frozen=True)
+class ValueChoice:
+    """A quantizer and tables, and their errors."""
+
+    quantize: QuantizePlan
+    """Bits and window."""
+    quantizer: Quantizer
+    """The same, with the rounding of texels."""
+    entries: int
+    """Length of each lookup table."""
+    error: PictureDifference
+    """Largest change that codes and tables together make in the sample of rays, over all transfer functions."""
+    narrow_error: PictureDifference | None
+    """The change with 8 bits, where 16 were chosen because of it."""
+    exact: bool
+    """Whether every stored value of the source has a code of its own."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Levels and their textures."""
+
+    profile: DeviceProfile
+    """Device class as far as levels are concerned: it has no 3D textures if they are compressed."""
+    beside: Beside
+    """Room that tables and passes take beside each level."""
+    candidates: list[LevelPlan]
+    """Levels that there could be."""
+    fits: list[VolumePlan | Misfit]
+    """Texture of each candidate, or why the device class cannot hold it."""
+    levels: tuple[LevelPlan, ...]
+    """Levels that the package holds, finest first."""
+    volumes: tuple[VolumePlan, ...]
+    """Their textures."""
+
+
+@dataclass(frozen=True)
+class CompressionChoice:
+    """Compressed form of the levels, and the trials."""
+
+    form: CompressedFormat | None = None
+    """Form that was chosen; None if levels are not compressed."""
+    items: tuple[PlanItem, ...] = ()
+    """The decision for people, one item for each form that was tried."""
+    forms: tuple[FormTrial, ...] = ()
+    """Results of the trials."""
+
+
+@dataclass(frozen=True)
+class LightChoice:
+    """The resolution of light that is computed once."""
+
+    factor: Literal[2, 4] | None
+    """Voxels along the edge of a texel; None if the light is left out."""
+    reason: str
+    """Why."""
+
+
+@dataclass(frozen=True)
+class StepChoice:
+    """The step of one level."""
+
+    level: int
+    """Number of the level."""
+    step_mm: float
+    """Distance of the samples along a ray."""
+    reason: str
+    """Why."""
+    in_pieces: bool = False
+    """Whether the package holds the level in sub-volumes only."""
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The classification of the package, one of the three for each transfer function, and the reasons."""
+
+    lookups: tuple[LookupPlan, ...] = ()
+    """Lookup tables."""
+    preintegrated: tuple[PreintegratedPlan, ...] = ()
+    """Pre-integrated tables."""
+    palettes: tuple[PalettePlan, ...] = ()
+    """Palettes."""
+    points: tuple[str, ...] = ()
+    """Transfer functions whose control points programs hold."""
+    voxels: tuple[str, float] | None = None
+    """Where voxels are classified: their transfer function, and the length of its path in millimetres."""
+    reasons: tuple[str, ...] = ()
+    """Error of each."""
+
+    def classified(self, volumes: tuple[VolumePlan, ...]) -> tuple[VolumePlan, ...]:
+        """Return the volumes with voxels classified, if they are to be."""
+        if self.voxels is None:
+            return volumes
+        transfer, reference_mm = self.voxels
+        update = {"transfer": transfer, "reference_mm": reference_mm}
+        return tuple(volume.model_copy(update=update) for volume in volumes)

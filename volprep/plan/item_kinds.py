@@ -1,0 +1,22 @@
+"""Kinds of plan items that several rooms share. The others stand with the part that they are about."""
+
+from volprep.plan.records import LookupPlan, PreintegratedPlan
+
+LEVEL = "level"
+"""A level of the pyramid."""
+OWN_TABLE = "level-table"
+"""A table that a level has of its own."""
+TABLES: dict[type[LookupPlan | PreintegratedPlan], str] = {
+    LookupPlan: "lookup-table",
+    PreintegratedPlan: "preintegrated-table",
+}
+"""Kind of item of a table, by the type of its plan."""
+TABLE_NAMES: dict[type[LookupPlan | PreintegratedPlan], str] = {
+    LookupPlan: "lookup table",
+    PreintegratedPlan: "pre-integrated table",
+}
+"""Name of a table, for people, by the type of its plan."""
+PREVIEW = "preview"
+"""The picture of the package."""
+FIRST_LOOK = "first-look"
+"""The kind of scan that was recognised when there is no scene."""

@@ -1,0 +1,90 @@
+"""The segments of a scan, read and fitted to it: a label for each of its voxels, and what each label means."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from volprep.scan.segments.combine import LabelArray, combine
+from volprep.scan.segments.contours import OffPlane, coverage_of
+from volprep.scan.segments.onto_grid import difference, onto_grid
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.progress import Progress
+from volprep_formats.segmentations.layers import LayerStack
+from volprep_formats.segmentations.records import Contours, LabelLayers, LayerArray, SourceSegment
+
+_HALF = 0.5
+_UID_ENDING = 12
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Segments on the grid of a scan."""
+
+    labels: LabelArray
+    """[z, y, x]; 0 is no segment."""
+    members: tuple[tuple[int, ...], ...]
+    """For each label from 0: indices of its segments."""
+    segments: tuple[SourceSegment, ...]
+    """All segments of the source."""
+    volumes_ml: tuple[float, ...]
+    """Of each segment, as its source has it."""
+    remarks: tuple[str, ...]
+    """Remarks for the user."""
+
+
+def fitted_segments(path: Path, grid: Grid, frame_of_reference: str, progress: Progress) -> Fitted:
+    """Read the segmentation at `path` and bring it onto the grid of a scan.
+
+    `frame_of_reference` is that of the scan, empty if it states none. Raises what `open_segmentation` raises, VP1410
+    (another frame of reference), VP1411 (another place), VP1412 (contours off the slices) and VP1413 (too many
+    labels).
+    """
+    from volprep_formats.segmentations import open_segmentation  # noqa: PLC0415 - loads readers of DICOM
+    from volprep_formats.segmentations.mask_folder import described  # noqa: PLC0415 - loads readers of DICOM
+
+    found = open_segmentation(path, progress)
+    own = found.frame_of_reference
+    if own and frame_of_reference and own != frame_of_reference:
+        ends = {"own": own[-_UID_ENDING:], "scan": frame_of_reference[-_UID_ENDING:]}
+        raise VolprepError("VP1410", path=path, **ends)
+    if isinstance(found, Contours):
+        layers, volumes = _masks(path, found, grid)
+        combined = combine(path, layers)
+        return Fitted(combined.labels, combined.members, found.segments, volumes, found.remarks)
+    problem = difference(found.grid, grid, same_frame=bool(own and frame_of_reference))
+    if problem:
+        fields = {"own": described(found.grid), "scan": described(grid)}
+        raise VolprepError("VP1411", path=path, difference=problem, **fields)
+    combined = combine(path, found.layers)
+    labels = onto_grid(combined.labels, found.grid, grid)
+    return Fitted(labels, combined.members, found.segments, _volumes(found), found.remarks)
+
+
+def _masks(path: Path, contours: Contours, grid: Grid) -> tuple[tuple[LayerArray, ...], tuple[float, ...]]:
+    layers = LayerStack(path, grid.shape_zyx)
+    volumes = []
+    voxel_ml = _voxel_ml(grid)
+    for index, rings in enumerate(contours.rings):
+        if not rings:
+            volumes.append(0.0)
+            continue
+        share = coverage_of(rings, grid)
+        if isinstance(share, OffPlane):
+            number = contours.segments[index].number
+            fields = {"contour": share.contour, "off_mm": share.off_mm, "angle": share.angle_deg}
+            raise VolprepError("VP1412", path=path, number=number, **fields)
+        volumes.append(float(share.sum()) * voxel_ml)
+        layers.add(index + 1, share >= _HALF)
+    return layers.arrays, tuple(volumes)
+
+
+def _volumes(layers: LabelLayers) -> tuple[float, ...]:
+    count = sum(np.bincount(layer.ravel(), minlength=len(layers.segments) + 1) for layer in layers.layers)
+    return tuple((np.asarray(count)[1:] * _voxel_ml(layers.grid)).tolist())
+
+
+def _voxel_ml(grid: Grid) -> float:
+    z, y, x = grid.spacing_mm_zyx
+    return z * y * x / 1000.0

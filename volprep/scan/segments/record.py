@@ -1,0 +1,130 @@
+"""Record of the segments that an import found in a scan: working data of a draft."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from volprep.scan.block_ranges import blocks_with
+from volprep.scan.segments.combine import LabelArray
+from volprep.scan.segments.fitted import Fitted
+from volprep.scan.statistics import MEASURED_BLOCK
+from volprep_formats.label_tables import table_of
+from volprep_formats.label_tables.table import LABEL_TABLES
+from volprep_formats.package.values import Sha256
+from volprep_formats.record import Record
+
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class FoundCode(Record):
+    """A coded name as the source has it."""
+
+    scheme: str
+    """Vocabulary."""
+    value: str
+    """Code in this vocabulary."""
+    meaning: str
+    """Meaning of the code."""
+    public: bool
+    """Whether the vocabulary is a public one."""
+
+
+class FoundSegment(Record):
+    """One segment of the source. Its name is free text, which only drafts hold."""
+
+    number: Annotated[int, Field(ge=0)]
+    """Number in the source."""
+    name: str
+    """Free text."""
+    public: str = ""
+    """Name in a public table of labels."""
+    code: FoundCode | None
+    """Coded name."""
+    colour: tuple[Share, Share, Share] | None
+    """Recommended colour, sRGB."""
+    volume_ml: Annotated[float, Field(ge=0.0)]
+    """Volume, as the source has it."""
+
+
+class VoxelBox(Record):
+    """A box of voxels of the scan."""
+
+    start_zyx: tuple[int, int, int]
+    """First voxel."""
+    stop_zyx: tuple[int, int, int]
+    """Voxel after the last one."""
+
+
+class FoundSegments(Record):
+    """The segments of a scan."""
+
+    segments: tuple[FoundSegment, ...]
+    """All segments of the source."""
+    members: tuple[tuple[int, ...], ...]
+    """For each label from 0: indices of its segments."""
+    boxes: tuple[VoxelBox | None, ...]
+    """For each label the box around its voxels; None if it has none."""
+    blocks: str
+    """Whether a block of 16³ cells has a voxel of a segment: a bit for each block, in hexadecimal digits."""
+    sha256: Sha256
+    """Digest of the labels, 16 bits each, little-endian."""
+    remarks: tuple[str, ...] = ()
+    """Remarks for the user."""
+
+
+def found_segments(fitted: Fitted, sha256: str, table: str | None = None) -> FoundSegments:
+    """Return the record of fitted segments, whose labels have the digest `sha256`.
+
+    A `table` of labels gives names and colours to segments without them. Raises VP1300 for one that cannot be read.
+    """
+    known = table_of(table, Path("/")).by_number if table else {}
+    public = table in LABEL_TABLES
+    segments = tuple(
+        FoundSegment(
+            number=each.number,
+            name=each.name or (known[each.number].name if each.number in known and not public else ""),
+            public=known[each.number].name if each.number in known and public else "",
+            code=None
+            if each.code is None
+            else FoundCode(
+                scheme=each.code.scheme,
+                value=each.code.value,
+                meaning=each.code.meaning,
+                public=each.code.is_public,
+            ),
+            colour=each.colour or (srgb_of(known[each.number].colour) if each.number in known else None),
+            volume_ml=volume_ml,
+        )
+        for each, volume_ml in zip(fitted.segments, fitted.volumes_ml, strict=True)
+    )
+    return FoundSegments(
+        segments=segments,
+        members=fitted.members,
+        boxes=_boxes(fitted.labels, len(fitted.members)),
+        blocks=np.packbits(blocks_with(fitted.labels > 0, MEASURED_BLOCK)).tobytes().hex(),
+        sha256=sha256,
+        remarks=fitted.remarks,
+    )
+
+
+def _boxes(labels: LabelArray, count: int) -> tuple[VoxelBox | None, ...]:
+    from scipy.ndimage import find_objects  # noqa: PLC0415 - loads slowly
+
+    # find_objects ignores 0.
+    found = find_objects(labels.astype(np.int32) + 1, count)
+    return tuple(
+        None
+        if box is None
+        else VoxelBox(
+            start_zyx=(box[0].start, box[1].start, box[2].start), stop_zyx=(box[0].stop, box[1].stop, box[2].stop)
+        )
+        for box in found
+    )
+
+
+def srgb_of(text: str) -> tuple[float, float, float]:
+    """Return a colour "#rrggbb" as sRGB from 0 to 1."""
+    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue

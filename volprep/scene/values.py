@@ -1,0 +1,99 @@
+"""Facts about the values of a scan, from the sample of rays: where its background ends, and what kind of scan it is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from volprep_formats.arrays import Float64Array
+
+_BINS = 256
+_OUTLIERS = (0.1, 99.9)
+"""Per cent of the sample that the histogram leaves out at either end."""
+_AIR_TO_WATER_HU = 1000.0
+_CT_SLACK_HU = 130.0
+"""How far the distance of the peaks of air and of soft tissue may be from 1000: fat and muscle lie on both sides of
+water."""
+_CT_PEAK_SHARE = 0.03
+"""Least share of the sample within 40 HU of each peak."""
+_USUAL_OFFSETS = (0.0, -1000.0, -1024.0, -32768.0, -31744.0)
+BONE_HU = 300.0
+"""A CT that reaches this has bone in it, or contrast medium."""
+_VESSEL_SHARE = (0.0003, 0.03)
+"""Share of the shown voxels that are vessels where bright vessels are what a scan is about."""
+_VESSEL_BRIGHTNESS = 2.2
+"""Multiple of the median of the visible values, above their background, above which a voxel may be a vessel."""
+_VESSEL_RANGE = 2.8
+"""Times the median that the brightest voxels have in a scan of vessels; fat in a T1 scan has 2.0 to 2.4."""
+
+
+@dataclass(frozen=True)
+class Values:
+    """Where the values of a scan lie."""
+
+    low: float
+    """Value below which one in a thousand lies."""
+    high: float
+    """Value above which one in a thousand lies."""
+    background: float
+    """Largest value of the surroundings of the object: air, or the noise of an empty field."""
+    median: float
+    """Median of the values above the background."""
+    vessels: float | None
+    """Smallest value of bright vessels; None if the scan has no bright vessels."""
+
+
+def values_of(sample: Float64Array) -> Values:
+    """Measure a sample of physical values."""
+    low, high = (float(each) for each in np.percentile(sample, _OUTLIERS))
+    if not low < high:
+        return Values(low, high, low, high, None)
+    background = _otsu(sample, low, high)
+    shown = sample[sample > background]
+    median = float(np.median(shown)) if shown.size else high
+    return Values(low, high, background, median, _vessels(shown, low, high, median))
+
+
+def hounsfield_offset(sample: Float64Array) -> float | None:
+    """Return the offset from the values to Hounsfield units, or None if the values are not CT values.
+
+    A CT has a peak of air and one of soft tissue, 1000 apart, and some bone above it.
+    """
+    low, high = (float(each) for each in np.percentile(sample, _OUTLIERS))
+    if not 1200.0 < high - low < 9000.0:
+        return None
+    counts, edges = np.histogram(sample, np.arange(low - 40.0, high + 60.0, 20.0))
+    share = np.convolve(counts, np.ones(3), "same") / sample.size
+    centres = (edges[:-1] + edges[1:]) / 2
+    highest = [share[max(k - 1, 0) : k + 2].max() for k in range(len(share))]
+    peaks = [k for k in range(len(share)) if share[k] >= _CT_PEAK_SHARE and share[k] == highest[k]]
+    for air in peaks:
+        tissue = [k for k in peaks if abs(centres[k] - centres[air] - _AIR_TO_WATER_HU) <= _CT_SLACK_HU]
+        if tissue and high - centres[air] >= _AIR_TO_WATER_HU + BONE_HU:
+            guess = -_AIR_TO_WATER_HU - float(centres[air])
+            near = min(_USUAL_OFFSETS, key=lambda offset: abs(offset - guess))
+            return near if abs(near - guess) <= 60.0 else round(guess)
+    return None
+
+
+def _otsu(sample: Float64Array, low: float, high: float) -> float:
+    """Threshold that separates the sample best in two classes (Otsu 1979), over the range without outliers."""
+    counts, edges = np.histogram(np.clip(sample, low, high), _BINS, (low, high))
+    centres = (edges[:-1] + edges[1:]) / 2
+    below = np.cumsum(counts).astype(np.float64)
+    above = below[-1] - below
+    sums = np.cumsum(counts * centres)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        spread = below * above * (sums / below - (sums[-1] - sums) / above) ** 2
+    best = np.flatnonzero(spread[:-1] >= np.nanmax(spread[:-1]) * (1 - 1e-9))
+    # Between two peaks with nothing between them all thresholds are equally good: the middle one is the surface.
+    return float((edges[1 + best[0]] + edges[1 + best[-1]]) / 2)
+
+
+def _vessels(shown: Float64Array, low: float, high: float, median: float) -> float | None:
+    if not shown.size:
+        return None
+    threshold = low + _VESSEL_BRIGHTNESS * (median - low)
+    share = float((shown > threshold).mean())
+    if high - low < _VESSEL_RANGE * (median - low):
+        return None
+    return threshold if _VESSEL_SHARE[0] <= share <= _VESSEL_SHARE[1] else None

@@ -1,0 +1,157 @@
+"""A scan with its segments in one picture: labels and their looks beside the values, each style a transfer function.
+
+Labels are read with one fetch where all eight voxels around a sample have one label, with eight elsewhere.
+
+Mesa's software driver runs both sides of every branch, so that each sample takes 3.2 times as long as one of the scan
+alone. Of that, the seven other labels take 0.8, their eight looks and sums 0.9, a second table of a style 0.2. Loops
+that end early take longer than what they leave out. Eight fetches from one table of values and labels, in place of
+styles and looks, would take 2.1 in all; with four labels in each texel 1.95, and with all eight in two texels, which is
+four bytes a voxel, 1.75 (a cube of 96³ voxels, 192² pixels, lookup tables; tests/benchmarks/bench_segments.py).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import accumulate, groupby, pairwise
+
+from volprep.shading.classification import sample_classification
+from volprep.shading.components import component_letter
+from volprep.shading.compose import Instance, Slot, literal
+from volprep.shading.feature import Feature
+from volprep.shading.mosaic import Mosaic
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.segments.record import Segments, table_shape
+from volprep_formats.package.parts.segments.texels import FLAG_BITS
+from volprep_formats.package.program import ProgramDesign, Sampler
+from volprep_formats.package.texture import Texture
+
+_PART = "classification/segments"
+_BYTES = {False: "({texel}).{low} * 255.0", True: "dot(({texel}).{low}{high}, vec2(255.0, 65280.0))"}
+"""A texel as a number, by whether labels have two bytes."""
+
+
+def drawn_with_segments(
+    manifest: Manifest, segments: Segments, program: ProgramDesign, sampling: Feature
+) -> tuple[Feature, Feature]:
+    """Return how a program samples the scan, and how it classifies samples by label."""
+    volume = tuple(replaced(each, segments.transfers[0]) for each in sampling.samplers)
+    dialect = manifest.profile.dialect
+    classify: list[Instance] = []
+    samplers: list[Sampler] = []
+    for index, transfer in enumerate(segments.transfers):
+        own = sample_classification(manifest, program.classification, transfer, f"_{index}", dialect)
+        part = own.slots["classification"]
+        assert isinstance(part, tuple)  # noqa: S101 - a function of samples is an instance
+        classify += part
+        samplers += [replaced(each, transfer) for each in own.samplers]
+    level = min(program.levels)
+    texture = next(each for each in manifest.textures if (each.role, each.level) == ("labels", level))
+    labels = _labels(texture, wide=segments.wide, in_voxels=program.sampling != "texture3d")
+    words = {
+        **labels.words,
+        "FLAG": literal(2 ** FLAG_BITS[segments.wide]),
+        "ENTRY": _entry(len(segments.labels)),
+    }
+    classified = Feature(
+        slots={
+            "classification": _PART,
+            "classification_start": None,
+            "channels": tuple(classify),
+            **labels.slots,
+            **_styles(segments),
+        },
+        words=words,
+        offers={"MEDIUM": "classify_segments(start + stride * i)"},
+        samplers=(*samplers, *labels.samplers, Sampler(name="u_segments", role="looks")),
+    )
+    return replace(sampling, samplers=volume), classified
+
+
+def _labels(texture: Texture, *, wide: bool, in_voxels: bool) -> Feature:
+    """Return how labels are read: from a 3D texture, or from a mosaic of one slice in a texel.
+
+    Labels use the positions of the volume: voxels if `in_voxels`, else texture coordinates.
+    """
+    low, high = (component_letter(texture.gl.format, component) for component in (0, 1))
+    if texture.mosaic is None:
+        texel = "textureLod(u_labels, at, 0.0)"
+        return Feature(
+            slots={"texels": f"{_PART}:texture3d"},
+            words={
+                "CODE": _BYTES[wide].format(texel=texel, low=low, high=high),
+                "PLACE": "at" if in_voxels else "at * vec3(textureSize(u_labels, 0))",
+                "OF_VOXELS": " / vec3(textureSize(u_labels, 0))",
+            },
+            samplers=(Sampler(name="u_labels", role="labels"),),
+        )
+    mosaic = Mosaic(
+        "The labels as a mosaic, in tiles of one slice each.",
+        texture.mosaic,
+        sampler="u_labels",
+        role="labels",
+        texel="label_tile_texel",
+        prefix="LABEL_",
+    )
+    return Feature(
+        slots={"texels": (mosaic.texels, mosaic.voxels("label_texel", "nearest"))},
+        words={
+            "CODE": _BYTES[wide].format(texel="label_texel(at)", low=low, high=high),
+            "PLACE": "at",
+            "OF_VOXELS": "",
+        },
+        samplers=mosaic.samplers,
+    )
+
+
+def _entry(labels: int) -> str:
+    """Return where the look of a label lies in its table."""
+    rows, columns = table_shape(labels)
+    if rows == 1:
+        return f"vec2((label + 0.5) * {literal(1 / columns)}, 0.5)"
+    row = f"floor((label + 0.5) * {literal(1 / columns)})"
+    return f"vec2(fract((label + 0.5) * {literal(1 / columns)}), ({row} + 0.5) * {literal(1 / rows)})"
+
+
+def replaced(sampler: Sampler, transfer: str) -> Sampler:
+    """Return a sampler that belongs to a transfer function."""
+    return sampler.model_copy(update={"transfer": transfer})
+
+
+def _styles(segments: Segments) -> dict[str, Slot]:
+    """Return what a shader does for each style. Labels of one style stand next to each other."""
+    counts = [len([*labels]) for _, labels in groupby(segments.labels, key=lambda label: label.transfer)]
+    ends = list(accumulate(counts))
+    each = [{"OF": f"_{index}"} for index in range(len(counts))]
+    shown = "medium_0.a"
+    for words in each[1:]:
+        shown = f"max({shown}, medium{words['OF']}.a)"
+    slots: dict[str, Slot] = {
+        "media": (*_instances("media", each), Instance(f"{_PART}:shown", {"SHOWN": shown})),
+        "chosen": tuple(
+            Instance(f"{_PART}:chosen", {"OF": words["OF"], "FIRST": literal(end - 0.5)})
+            for words, end in zip(each[1:], ends, strict=False)
+        ),
+        "borders": f"{_PART}:{segments.border}",
+    }
+    if segments.border == "crisp":
+        return slots
+    return {
+        **slots,
+        "sums": _instances("sum", each),
+        "corners": tuple(part for side in ("near", "far") for part in _corner(side, ends)),
+        "added": _instances("added", each),
+    }
+
+
+def _instances(section: str, each: Sequence[dict[str, str]]) -> tuple[Instance, ...]:
+    return tuple(Instance(f"{_PART}:{section}", words) for words in each)
+
+
+def _corner(side: str, ends: Sequence[int]) -> Iterator[Instance]:
+    """Add the look of a voxel to the sum of its style."""
+    yield Instance(f"{_PART}:corner", {"SIDE": side})
+    label = f"labels_{side}[corner]"
+    for index, (first, end) in enumerate(pairwise([0, *ends])):
+        conditions = [f"step({literal(first - 0.5)}, {label})"] if index else []
+        conditions += [f"step({label}, {literal(end - 0.5)})"] if index < len(ends) - 1 else []
+        share = "".join(f" * {condition}" for condition in conditions)
+        yield Instance(f"{_PART}:corner_sum", {"OF": f"_{index}", "SIDE": side, "SHARE": share})

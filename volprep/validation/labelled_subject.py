@@ -1,0 +1,124 @@
+"""Subject of validation for a scan with its segments: the oracle draws scan and package with their labels."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.truth.box import frequent_level
+from volprep.truth.decoded import Volume
+from volprep.truth.labelled import Labelled, labelled_picture, tinted
+from volprep.truth.oracle import OraclePicture
+from volprep.validation.same_field import part_of
+from volprep.validation.subject import Subject
+from volprep_formats.arrays import UInt8Array
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.parts.segments.record import Segments, looks
+from volprep_formats.package.parts.segments.texels import held_labels, looks_of_texels
+from volprep_formats.package.reader import Package
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.textures import ktx2
+
+Look = tuple[float, float, float, float]
+"""Linear tint, and opacity factor."""
+
+
+class LabelledSubject(Subject):
+    """A package that draws a scan with its segments, the scan, and the labels of the scan."""
+
+    def __init__(
+        self, package: Package, scan: Volume, picture_size: int, labels: NDArray[np.uint16], derived: Segments
+    ) -> None:
+        """Take the package, its scan, the size of pictures, and labels and segments as they follow from the scan."""
+        self._labels = labels
+        self._derived = derived
+        super().__init__(package, scan, picture_size, {})
+        self._held: dict[int, NDArray[np.uint16]] = {}
+
+    @property
+    def is_of_several(self) -> bool:
+        """Whether several transfer functions are drawn in one picture: the styles of labels."""
+        return True
+
+    def _styles(self, transfer: str) -> tuple[str, ...]:
+        """Return the transfer functions of a picture."""
+        return self._derived.transfers if transfer == self._derived.name else (transfer,)
+
+    def functions(self, transfer: str) -> tuple[TransferFunction, ...]:
+        """Return the transfer functions of all styles."""
+        return tuple(self.function(name) for name in self._styles(transfer))
+
+    def has_own_table(self, transfer: str, level: int) -> bool:
+        """Return whether a style has a table of its own at `level`."""
+        own = super().has_own_table
+        return any(own(name, level) for name in self._styles(transfer))
+
+    def _truth(self, transfer: str, view: str) -> OraclePicture:
+        functions = {name: self.function(name) for name in self._styles(transfer)}
+        return self._with(self.scan, self._labels, looks(self._derived), functions, view)
+
+    def on_data_beside(self, truth: OraclePicture, transfer: str, view: str, level: int) -> OraclePicture:
+        """Return what `on_data` draws; the truth is of no use, because many rays meet changed voxels."""
+        del truth
+        return self.on_data(transfer, view, level)
+
+    def _on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
+        names = self._styles(transfer)
+        own = super().has_own_table
+        functions = {name: self.table(name, level) if own(name, level) else self.function(name) for name in names}
+        return self._with(self.level(level), self._held_labels(level), self._held_looks(), functions, view)
+
+    def on_volumes(self, volumes: Sequence[Volume], transfer: str, view: str) -> OraclePicture:
+        """Draw box means of the scan with the most frequent label of each box."""
+        (volume,) = volumes
+        manifest = self.package.manifest
+        grid, level = manifest.grid, next(each for each in manifest.levels if each.grid == volume.grid)
+        if grid is None:
+            msg = "a sealed package without a grid"
+            raise ValueError(msg)
+        labels = frequent_level(self._labels[part_of(self.scan.grid, grid)], level.factors_zyx)
+        functions = {name: self.function(name) for name in self._styles(transfer)}
+        return self._with(volume, labels, looks(self._derived), functions, view)
+
+    def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
+        """Draw what the package holds of `level`, with lookup tables as transfer functions."""
+        functions = {name: self.table(name, level) for name in self._styles(transfer)}
+        return self._with(self.level(level), self._held_labels(level), self._held_looks(), functions, view)
+
+    def _held_labels(self, level: int) -> NDArray[np.uint16]:
+        """Return the labels of a level as its texture holds them."""
+        if level not in self._held:
+            textures = self.package.manifest.textures
+            self._held[level] = held_labels(textures, level, self.package.read_bytes)
+        return self._held[level]
+
+    def _held_looks(self) -> Sequence[Look]:
+        file = next(each.file for each in self.package.manifest.textures if each.role == "looks")
+        found = looks_of_texels(self._texels(file))
+        return [(red, green, blue, opacity) for red, green, blue, opacity in found.tolist()]
+
+    def _texels(self, file: str) -> UInt8Array:
+        return np.asarray(ktx2.decode(self.package.read_bytes(file), file).data, np.uint8)
+
+    def _with(
+        self,
+        volume: Volume,
+        labels: NDArray[np.uint16],
+        shown: Sequence[Look],
+        functions: dict[str, TransferFunction],
+        view: str,
+    ) -> OraclePicture:
+        styles = [functions[label.transfer] for label in self._derived.labels]
+        if len(shown) < len(styles) or int(labels.max()) >= len(styles):
+            problem = f"it has looks of {len(shown)} labels, and labels up to {int(labels.max())}"
+            raise VolprepError("VP4011", path=self.package.path, problem=problem)
+        pairs = zip(styles, shown, strict=False)
+        labelled = Labelled(
+            labels,
+            tuple(tinted(style, look[:3], look[3]) if look[3] > 0.0 else None for style, look in pairs),
+            self._derived.border,
+        )
+        box_from_clip = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
+        return labelled_picture(
+            volume.stored, volume.grid, volume.slope, volume.intercept, labelled, box_from_clip, self.shape_hw
+        )

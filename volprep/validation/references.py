@@ -1,0 +1,84 @@
+"""The reference of coarse levels: box means of the scan in NumPy, with the common table, drawn by the oracle.
+
+No level of a package may be worse, and a level may be for previews only if the reference is beyond the tolerance.
+Neither depends on data of the package.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from volprep.truth.box import box_levels, frequent_level
+from volprep.truth.decoded import Volume
+from volprep.truth.oracle import OraclePicture
+from volprep.validation.bench import Bench
+from volprep.validation.same_field import part_of
+from volprep.validation.subject import Subject
+from volprep.validation.sweep import SWEEP_VIEW
+from volprep_formats.arrays import Float64Array
+from volprep_formats.package.channel import Level
+from volprep_formats.package.program import Program
+
+REFERENCE_VIEWS = ("anterior-left", "anterior-right", "posterior-left")
+"""The oblique views: rays meet voxels at every angle, and each axis of the scan is seen from aside."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Box means of one level, drawn with one transfer function."""
+
+    views: dict[str, Float64Array]
+    """Oracle in the oblique views, as large as the pictures of the report."""
+    small: OraclePicture
+    """Oracle in the view of the sweep, in fewer pixels."""
+
+
+References = dict[tuple[str, int], Reference]
+"""References by transfer function, or picture of several channels, and level."""
+
+
+def draw_references(bench: Bench, programs: Sequence[Program]) -> References:
+    """Draw the reference of each coarse level that `programs` draw; the scan is read once for all of them."""
+    subject = bench.subject
+    wanted = {
+        program.transfer: {level for level in subject.levels(program) if level > min(program.levels)}
+        for program in programs
+    }
+    drawn = set[int]().union(*wanted.values())
+    levels = [level for level in subject.package.manifest.levels if level.index in drawn]
+    bench.progress.start("box reference of levels", len(levels))
+    found: References = {}
+    for level, volumes in zip(levels, _volumes(subject, levels), strict=True):
+        for transfer, indices in wanted.items():
+            if level.index in indices:
+                with bench.clock.part("oracle"):
+                    found[transfer, level.index] = _reference(subject, volumes, transfer)
+        bench.progress.advance()
+    return found
+
+
+def _reference(subject: Subject, volumes: Sequence[Volume], transfer: str) -> Reference:
+    return Reference(
+        views={name: subject.on_volumes(volumes, transfer, name).rgba for name in REFERENCE_VIEWS},
+        small=subject.small.on_volumes(volumes, transfer, SWEEP_VIEW),
+    )
+
+
+def _volumes(subject: Subject, levels: Sequence[Level]) -> Iterator[tuple[Volume, ...]]:
+    """Return the box means of each level, of every channel that is drawn."""
+    parts = [_of_channel(part, levels) for part in subject.channels]
+    yield from zip(*parts, strict=True)
+
+
+def _of_channel(subject: Subject, levels: Sequence[Level]) -> Iterator[Volume]:
+    scan, grid = subject.scan, subject.package.manifest.grid
+    if grid is None:
+        msg = "a sealed package without a grid"
+        raise ValueError(msg)
+    stored = scan.stored[part_of(scan.grid, grid)]
+    if scan.nearest:
+        for level in levels:
+            labels = frequent_level(stored, level.factors_zyx)
+            yield Volume(labels, level.grid, scan.slope, scan.intercept, scan.nearest, scan.normals)
+        return
+    for level, means in zip(levels, box_levels(stored, [each.factors_zyx for each in levels]), strict=True):
+        yield Volume(means, level.grid, scan.slope, scan.intercept, scan.nearest, scan.normals)

@@ -1,0 +1,71 @@
+"""Visible error of a picture: all numbers that the tolerance limits, as one record."""
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from volprep.truth.camera import Camera
+from volprep.truth.kept_light import ThinThing, least_kept
+from volprep.truth.picture import encoded
+from volprep.truth.seen import seen_error, seen_flip
+from volprep.truth.shift import shift_pixels
+from volprep.validation.seen_records import LeastKept, SeenNumbers
+from volprep_formats.arrays import FloatArray, UInt8Array
+from volprep_formats.grid import Grid
+
+_PLACE_PIXELS = 240
+"""Width and height of an enlarged place, about."""
+_LEAST_VOXEL_PIXELS = 2.0
+"""Smallest voxel whose shift pictures show: with 16 pixels a sound level seemed to be shifted by 0.47 voxels."""
+
+
+def width_pixels(cameras: Iterable[Camera], grid: Grid, pixels: int) -> float:
+    """Return the width of two voxels of a level with this grid, in pictures of so many pixels."""
+    height_mm = max(camera.height_mm for camera in cameras)
+    return 2.0 * min(grid.spacing_mm_zyx) * pixels / height_mm
+
+
+def seen_numbers(picture: FloatArray, truth: FloatArray, things: Sequence[ThinThing]) -> SeenNumbers:
+    """Compare two square pictures [H, W, 4], premultiplied linear, over seen pixels.
+
+    `things` are the thin things, which may have been measured in larger pictures of the same.
+    """
+    error, flip = seen_error(picture, truth), seen_flip(picture, truth)
+    least = things[0] if things else None
+    return SeenNumbers(
+        share=error.share,
+        rmse=error.rmse,
+        maximum=error.maximum,
+        off=error.off,
+        flip=max(flip.black, flip.white),
+        kept_light=least_kept(things),
+        thin_things=len(things),
+        least_kept=None if least is None else LeastKept(rows=least.rows, columns=least.columns, light=least.light),
+    )
+
+
+def shift_voxels(picture: FloatArray, truth: FloatArray, size: int, voxel_pixels: float) -> float | None:
+    """Return how far a picture is shifted against the truth, in voxels.
+
+    Both were averaged down from pictures of `size` pixels, in which a voxel has `voxel_pixels`, to about one pixel for
+    a voxel. Return None if a voxel was smaller than two pixels: such pictures do not resolve the level.
+    """
+    if voxel_pixels < _LEAST_VOXEL_PIXELS:
+        return None
+    return math.hypot(*shift_pixels(picture, truth)) * size / len(truth) / voxel_pixels
+
+
+def place_picture(picture: FloatArray, truth: FloatArray, place: LeastKept) -> UInt8Array:
+    """Return a place of the truth and of a picture over black, side by side and enlarged, [H, W, 3]."""
+    size = len(truth)
+    middle = [(first + last) // 2 for first, last in (place.rows, place.columns)]
+    longest = max(last - first for first, last in (place.rows, place.columns))
+    half = min(max(longest // 2 + 8, 16), size // 2)
+    starts = [min(max(at - half, 0), size - 2 * half) for at in middle]
+    part = tuple(slice(start, start + 2 * half) for start in starts)
+    shown = [encoded(each[part], "black") for each in (truth, picture)]
+    factor = max(1, round(_PLACE_PIXELS / (2 * half)))
+    gap = np.full((2 * half, 1, 3), 128, np.uint8)
+    joined = np.concatenate([shown[0], gap, shown[1]], axis=1)
+    return np.repeat(np.repeat(joined, factor, axis=0), factor, axis=1)

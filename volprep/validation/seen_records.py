@@ -1,0 +1,133 @@
+"""Records of visible errors: pictures of levels, pieces, edits and cuts, and the light that they keep."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from volprep_formats.grid import Count
+from volprep_formats.record import Record
+
+NonNegative = Annotated[float, Field(ge=0.0)]
+_Share = Annotated[float, Field(ge=0.0, le=1.0)]
+_Pixel = Annotated[int, Field(ge=0)]
+
+
+class LeastKept(Record):
+    """The thin thing that keeps the least of its light."""
+
+    rows: tuple[_Pixel, _Pixel]
+    """First pixel row, and the row after its last."""
+    columns: tuple[_Pixel, _Pixel]
+    """First pixel column, and the column after its last."""
+    light: NonNegative
+    """The truth's light of it: brightness above the surroundings, summed over pixels."""
+
+
+class SeenNumbers(Record):
+    """An error over seen pixels: those with an opacity or a light of more than half a step of 8 bits in either picture.
+
+    The tolerance limits `rmse`, `maximum`, `flip` and `kept_light`.
+    """
+
+    share: _Share
+    """Part of all pixels that are seen."""
+    rmse: NonNegative
+    """Root mean square over seen pixels and the four channels, premultiplied linear."""
+    maximum: NonNegative
+    """Largest difference of one channel of one seen pixel, premultiplied linear."""
+    off: _Share
+    """Part of the seen pixels with an sRGB channel off by more than 10 of 255, over black or over white."""
+    flip: NonNegative
+    """Mean of FLIP over seen pixels at 67 pixels a degree, over black or white, whichever is larger."""
+    kept_light: float
+    """Part of the truth's light that the thin thing keeps that keeps the least: 1 if right or without thin things,
+    below 0 if its surroundings have become darker."""
+    thin_things: _Pixel
+    """Number of thin things: connected, and thinner than two voxels of the level."""
+    least_kept: LeastKept | None
+    """Place that keeps the least light; null without thin things."""
+
+
+class OtherView(Record):
+    """One standard view of something that is not drawn at the finest level of the package."""
+
+    view: str
+    """Name of the standard view."""
+    passed: bool
+    """Whether everything that the tolerance limits is within it; for a coarse level the largest error is only
+    reported."""
+    rmse: NonNegative
+    """Root mean square error over all pixels and channels, premultiplied linear."""
+    seen: SeenNumbers
+    """The error as a person sees it. Things of a coarse level are measured in pictures as large as the report's."""
+    shift_voxels: NonNegative | None = None
+    """Shift of a coarse level's picture against the truth, in voxels of the level; null if it was not measured, as for
+    levels of maxima or minima, which are wider than the scan."""
+    box: SeenNumbers | None = None
+    """Error of the box reference in this view: means of the scan's voxels with the common table, drawn by the oracle;
+    null if it was not drawn."""
+
+
+class OtherDrawing(Record):
+    """A coarse level, the pieces of level 0, an edit or a cut, drawn in standard views and judged."""
+
+    item: str
+    """Description of the item."""
+    program: str
+    """Name of the program that draws it."""
+    level: Annotated[int, Field(ge=0)] | None = None
+    """Level that is drawn; null for a cut, which is part of none."""
+    preview_only: bool = False
+    """Whether it is a level for previews only: it is marked so, and the box reference is beyond the tolerance. It may
+    be beyond, too, but no worse than the reference."""
+    pixels: Count
+    """Width and height of the pictures: one pixel for a voxel of a level, or the size of the report's pictures."""
+    views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
+    """Standard views."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether all views are within the tolerance."""
+        return all(view.passed for view in self.views)
+
+    @property
+    def rmse(self) -> float:
+        """RMSE over seen pixels of the worst view."""
+        return max(view.seen.rmse for view in self.views)
+
+    @property
+    def flip(self) -> float:
+        """FLIP of the worst view."""
+        return max(view.seen.flip for view in self.views)
+
+    @property
+    def kept_light(self) -> float:
+        """Light that the thin thing keeps that keeps the least in any view."""
+        return min(view.seen.kept_light for view in self.views)
+
+    @property
+    def shift_voxels(self) -> float:
+        """Largest shift of a view against the truth, in voxels of the level; 0 where none was measured."""
+        return max((view.shift_voxels or 0.0 for view in self.views), default=0.0)
+
+    @property
+    def boxes(self) -> tuple[SeenNumbers, ...]:
+        """Errors of the reference, in the views in which it was drawn."""
+        return tuple(view.box for view in self.views if view.box is not None)
+
+
+class KeptLight(Record):
+    """Part of the truth's light that thin things keep at one level, and the worst place."""
+
+    level: Annotated[int, Field(ge=0)]
+    """Level."""
+    view: str
+    """Standard view with the thin thing that keeps the least."""
+    kept_light: float
+    """Part of its light that it keeps; 1 if right."""
+    box: float | None
+    """Part of the light that the box reference keeps at worst; null at the finest level, and if it was not drawn."""
+    thin_things: Count
+    """Number of thin things in this view."""
+    picture: str
+    """File of the place, enlarged: truth and drawing over black, side by side."""

@@ -1,0 +1,102 @@
+"""Normals of voxels, and lighting of colours, in NumPy."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.validation.witness.independent.scan import CannotWitnessError, Floats, WitnessedScan, between_eight
+
+MOST_VOXELS = 2**25
+"""Normals of more voxels would take 400 MB and more."""
+_LEAST_LENGTH = 0.01
+_ACROSS = {"thesis": ((6, 3), (3, 1)), "sobel": ((4, 2), (2, 1)), "isotropic": ((16, 4), (4, 1))}
+"""Weights of the 3×3 voxels across a difference: middle and edge, edge and corner."""
+
+
+@dataclass(frozen=True)
+class WitnessedLight:
+    """The light, and the normals that it falls on."""
+
+    normals: NDArray[np.float32]
+    """[z, y, x, (x, y, z)] of the first scan's voxels, along its index axes."""
+    place_mm: Floats | None
+    """None: from where the viewer is."""
+    ambient: float = 0.2
+    diffuse: float = 0.7
+    specular: float = 0.3
+    shininess: float = 20.0
+    halfway: bool = False
+
+
+def normals(scan: WitnessedScan, kernel: str) -> NDArray[np.float32]:
+    """Return unit vectors along the gradient of each voxel, [z, y, x, (x, y, z)]; 0 where it has none."""
+    if scan.stored.size > MOST_VOXELS:
+        raise CannotWitnessError(f"normals of {scan.stored.size} voxels: {MOST_VOXELS} at most")
+    padded = np.pad(np.asarray(scan.stored, dtype=np.float32), 1, mode="edge")
+    spacing = np.linalg.norm(scan.world_from_index[:3, :3], axis=0)
+    vectors = np.stack([_difference(padded, 2 - axis, kernel) / spacing[axis] for axis in range(3)], axis=-1)
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    unit: NDArray[np.float32] = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+    return unit
+
+
+def _difference(padded: NDArray[np.float32], axis: int, kernel: str) -> NDArray[np.float32]:
+    """Return differences along an axis of an array with a border of one voxel, smoothed across, without the border."""
+
+    def part(offsets: dict[int, int]) -> NDArray[Any]:
+        return padded[
+            tuple(slice(1 + offsets.get(each, 0), padded.shape[each] - 1 + offsets.get(each, 0)) for each in range(3))
+        ]
+
+    if kernel in {"forward", "central"}:
+        back = 0 if kernel == "forward" else -1
+        found = part({axis: 1}) - part({axis: back})
+        if kernel == "forward":
+            # The last voxel looks back.
+            last = [slice(None)] * 3
+            last[axis] = slice(-1, None)
+            found[tuple(last)] = (part({}) - part({axis: -1}))[tuple(last)]
+        return np.asarray(found)
+    (middle, edge), (_, corner) = _ACROSS[kernel]
+    one, other = (each for each in range(3) if each != axis)
+    total = np.zeros(part({}).shape, np.float32)
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            weight = (middle, edge, corner)[abs(i) + abs(j)]
+            total += weight * (part({axis: 1, one: i, other: j}) - part({axis: -1, one: i, other: j}))
+    return total
+
+
+def lit_colours(
+    colours: Floats, light: WitnessedLight, scan: WitnessedScan, world_mm: Floats, directions: Floats
+) -> Floats:
+    """Return colours [ray, sample, 3] as light falls on both sides of a surface; without a normal they stay."""
+    axes = scan.world_from_index[:3, :3] / np.linalg.norm(scan.world_from_index[:3, :3], axis=0)
+    place = np.clip(scan.index_of(world_mm), 0.0, scan.counts_xyz - 1)
+    normal = between_eight(light.normals, place) @ axes.T
+    length = np.linalg.norm(normal, axis=-1, keepdims=True)
+    normal /= np.where(length > 0.0, length, 1.0)
+    along = directions[:, None]
+    facing = (normal * along).sum(axis=-1, keepdims=True)
+    if light.place_mm is None:
+        lit = colours * np.abs(facing)
+    else:
+        lit = _placed(colours, light, normal * np.where(facing > 0.0, -1.0, 1.0), light.place_mm - world_mm, along)
+    return np.where(length > _LEAST_LENGTH, lit, colours)
+
+
+def _placed(colours: Floats, light: WitnessedLight, normal: Floats, to_light: Floats, along: Floats) -> Floats:
+    """Return colours under a light with a place, after Phong or Blinn; normals face the viewer."""
+    to_light = to_light / np.linalg.norm(to_light, axis=-1, keepdims=True)
+    facing = (normal * to_light).sum(axis=-1, keepdims=True)
+    if light.halfway:
+        between = to_light - along
+        shine = (normal * between).sum(axis=-1, keepdims=True) / np.linalg.norm(between, axis=-1, keepdims=True)
+    else:
+        mirrored = 2.0 * facing * normal - to_light
+        shine = -(mirrored * along).sum(axis=-1, keepdims=True)
+    highlight = np.where(facing > 0.0, light.specular * np.maximum(shine, 0.0) ** light.shininess, 0.0)
+    lit: Floats = np.minimum(colours * (light.ambient + light.diffuse * np.maximum(facing, 0.0)) + highlight, 1.0)
+    return lit

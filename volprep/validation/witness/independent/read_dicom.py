@@ -1,0 +1,61 @@
+"""A series of single-frame DICOM files, with pydicom."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from volprep.validation.witness.independent.scan import CannotWitnessError, WitnessedScan, affine
+
+
+def read(path: Path, source: Mapping[str, Any]) -> WitnessedScan:
+    """Read the series; slices are in the order of their positions along the normal of the first."""
+    from pydicom.pixels.utils import pixel_array  # noqa: PLC0415 - only for this format
+
+    headers = _series(path, source.get("series"))
+    if source.get("volume"):
+        raise CannotWitnessError("the series has several volumes")
+    first = headers[0]
+    if int(getattr(first, "NumberOfFrames", 1) or 1) != 1 or "PixelData" not in first:
+        raise CannotWitnessError("the files have several frames each")
+    if int(first.SamplesPerPixel) != 1:
+        raise CannotWitnessError("the pictures have colours")
+    along_row, along_column = np.array(first.ImageOrientationPatient, dtype=np.float64).reshape(2, 3)
+    normal = np.cross(along_row, along_column)
+    places = np.array([each.ImagePositionPatient for each in headers], dtype=np.float64)
+    order = np.argsort(places @ normal)
+    places = places[order]
+    if len(places) > 1 and np.min(np.diff(places @ normal)) < 1e-4:
+        raise CannotWitnessError("several slices lie at one place")
+    between_rows_mm, between_columns_mm = (float(each) for each in first.PixelSpacing)
+    thickness_mm = float(getattr(first, "SliceThickness", None) or 1.0)
+    step = (places[-1] - places[0]) / (len(places) - 1) if len(places) > 1 else normal * thickness_mm
+    axes = np.column_stack([along_row * between_columns_mm, along_column * between_rows_mm, step])
+    slopes = [
+        (float(getattr(each, "RescaleSlope", 1)), float(getattr(each, "RescaleIntercept", 0))) for each in headers
+    ]
+    slices = [pixel_array(headers[number]) for number in order]
+    if len(set(slopes)) == 1:
+        return WitnessedScan(np.stack(slices), *slopes[0], affine(axes, places[0]), "")
+    scaled = [(slopes[number], each) for number, each in zip(order, slices, strict=True)]
+    physical = [(slope * each + intercept).astype(np.float32) for (slope, intercept), each in scaled]
+    return WitnessedScan(np.stack(physical), 1.0, 0.0, affine(axes, places[0]), "")
+
+
+def _series(path: Path, wanted: str | None) -> list[Any]:
+    import pydicom  # noqa: PLC0415 - as above
+    from pydicom.errors import InvalidDicomError  # noqa: PLC0415 - as above
+
+    found: dict[str, list[Any]] = {}
+    for file in sorted(each for each in path.rglob("*") if each.is_file()) if path.is_dir() else [path]:
+        try:
+            header = pydicom.dcmread(file)
+        except InvalidDicomError:
+            continue
+        if "PixelData" in header and "ImagePositionPatient" in header:
+            found.setdefault(str(header.SeriesInstanceUID), []).append(header)
+    chosen = [each for uid, each in found.items() if wanted is None or uid.endswith(wanted)]
+    if len(chosen) != 1:
+        raise CannotWitnessError(f"{len(chosen)} series with single frames were found")
+    return chosen[0]

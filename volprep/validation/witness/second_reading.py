@@ -1,0 +1,218 @@
+"""Read scan, scene and package a second time, with libraries and code that the product does not use, and compare.
+
+Product and truth share readers, grids, cameras, and the decoding of colours and opacities: a mistake in these changes
+both in the same way. docs/VALIDATED.md lists the shared parts and their witnesses. A library that is not installed is
+named, and so is everything else that cannot be compared, with the reason.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from typing import ParamSpec
+
+import numpy as np
+
+from volprep.validation.subject import Subject
+from volprep.validation.views import Statement
+from volprep.validation.witness.check import WitnessCheck
+from volprep.validation.witness.data_checks import as_scan, check_levels, check_normals, check_table, on_level_0
+from volprep.validation.witness.drawn_checks import check_pictures
+from volprep.validation.witness.independent.normals import WitnessedLight, normals
+from volprep.validation.witness.independent.package import Json, corner_and_size, read_manifest
+from volprep.validation.witness.independent.rays import WitnessedMedium
+from volprep.validation.witness.independent.scan import CannotWitnessError, Floats, WitnessedScan
+from volprep.validation.witness.independent.scene import WitnessedFunction, WitnessedScene, read_scene
+from volprep.validation.witness.independent.sources import read_scan
+from volprep.validation.witness.read_checks import box_of, check_cameras, check_function, check_voxels
+from volprep.validation.witness.records import NotWitnessed
+
+_Given = ParamSpec("_Given")
+
+
+@dataclass
+class SecondReading:
+    """Comparisons so far, and the items without one."""
+
+    checks: list[WitnessCheck] = field(default_factory=list)
+    missing: list[NotWitnessed] = field(default_factory=list)
+
+    def compare(
+        self, item: str, make: Callable[_Given, Iterable[WitnessCheck]], *given: _Given.args, **named: _Given.kwargs
+    ) -> None:
+        """Run a comparison; if it cannot be made, note the reason."""
+        try:
+            self.checks += make(*given, **named)
+        except CannotWitnessError as reason:
+            self.missing.append(NotWitnessed(item=item, reason=str(reason)))
+
+
+def read_again(
+    package: Path, source: Path | None, channels: Mapping[str, Subject], statements: Sequence[Statement]
+) -> SecondReading:
+    """Compare everything that can be compared; `channels` are the package's, `statements` its drawn pictures."""
+    result = SecondReading()
+    try:
+        scene = read_scene(package, source, Path(str(files("volprep.scene.presets"))))
+    except CannotWitnessError as reason:
+        result.missing.append(NotWitnessed(item="scene", reason=str(reason)))
+        return result
+    manifest = read_manifest(package)
+    result.missing += [NotWitnessed(item=f"transfer function {n}", reason=r) for n, r in scene.undecoded.items()]
+    scans: dict[str, WitnessedScan] = {}
+    for channel in manifest["channels"]:
+        _read_channel(result, scans, scene, channel, channels[channel["name"]])
+        if channel["name"] in scans:
+            _compare_channel(result, package, manifest, scene, channel, channels[channel["name"]], scans)
+    first = next(iter(channels.values()))
+    result.compare("cameras", check_cameras, first, manifest["grid"], scene.projection)
+    for statement in statements:
+        name = f"pictures of {statement.program.name}"
+        result.compare(name, _pictures, statement, manifest, scene, scans)
+    return result
+
+
+def _read_channel(
+    result: SecondReading, scans: dict[str, WitnessedScan], scene: WitnessedScene, channel: Json, subject: Subject
+) -> None:
+    name = channel["name"]
+    source = scene.sources.get(name, scene.sources.get(None) if len(scene.sources) == 1 else None)
+    try:
+        scans[name] = _scan(source, subject)
+    except CannotWitnessError as reason:
+        result.missing.append(NotWitnessed(item=f"voxels of {name}", reason=str(reason)))
+        return
+    result.checks += check_voxels(name, subject.scan, channel["source"]["info"]["grid"], scans[name])
+    if any(check.item == f"grid of {name}" and not check.passed for check in result.checks):
+        # A scan in another place disagrees already; its pictures would only repeat that.
+        del scans[name]
+
+
+def _scan(source: Json | None, subject: Subject) -> WitnessedScan:
+    if source is None:
+        raise CannotWitnessError("channels of one file have no names of their own in the scene")
+    if source.get("labels") and subject.scan.stored.max() == 255:
+        raise CannotWitnessError("labels above 255 may have other numbers")
+    return read_scan(source)
+
+
+def _compare_channel(  # noqa: PLR0917 - the package, one channel of it, and who reads
+    result: SecondReading,
+    package: Path,
+    manifest: Json,
+    scene: WitnessedScene,
+    channel: Json,
+    subject: Subject,
+    scans: Mapping[str, WitnessedScan],
+) -> None:
+    name = channel["name"]
+    _, size = corner_and_size(channel["source"]["info"]["grid"])
+    diagonal = float(np.linalg.norm(size))
+    names = {function["name"] for function in channel["transfer_functions"]}
+    own = [each for each in scene.functions if each.name in names]
+    for function in own:
+        result.compare(f"transfer function {function.name}", check_function, subject, function, diagonal)
+    if not channel.get("quantization"):
+        return
+    wanted = scene.compositing if scene.compositing in {"maximum", "minimum"} and not subject.is_classified else ""
+    if not subject.is_classified:
+        shown = _shown_values(channel, own, diagonal)
+        result.compare(f"levels of {name}", check_levels, subject, channel, scans[name], wanted, shown)
+    window = tuple(channel["quantization"]["window"])
+    for texture in manifest["textures"]:
+        if texture["role"] == "transfer" and texture["transfer"] in names and texture.get("level") is None:
+            found = next((each for each in own if each.name == texture["transfer"] and each.values is not None), None)
+            if found is not None:
+                result.compare(texture["name"], _table, package, texture, window, found, diagonal)
+        if texture["role"] == "normals" and texture["level"] == 0 and name in texture["channels"]:
+            result.compare(texture["name"], _normals, package, texture, channel, scans[name])
+
+
+def _shown_values(
+    channel: Json, own: Sequence[WitnessedFunction], diagonal_mm: float
+) -> tuple[tuple[Floats, Floats], ...]:
+    """Return values and extinctions of the points of all functions of a channel; none if one is not decoded."""
+    listed = {function["name"]: function for function in channel["transfer_functions"]}
+    if len(own) < len(listed):
+        return ()
+    return tuple((_values(each, listed[each.name]), each.for_diagonal(diagonal_mm)[0]) for each in own)
+
+
+def _values(wanted: WitnessedFunction, listed: Json) -> Floats:
+    """Return the values of the points. Places in the measured range are the product's, and not witnessed."""
+    return np.array([point["value"] for point in listed["points"]]) if wanted.values is None else wanted.values
+
+
+def _table(
+    package: Path, texture: Json, window: tuple[float, float], function: WitnessedFunction, diagonal_mm: float
+) -> Iterator[WitnessCheck]:
+    assert function.values is not None  # noqa: S101 - the caller asks
+    extinctions, _ = function.for_diagonal(diagonal_mm)
+    yield check_table(package, texture, window, (function.values, function.colours, extinctions))
+
+
+def _normals(package: Path, texture: Json, channel: Json, scan: WitnessedScan) -> Iterator[WitnessCheck]:
+    grid, (low, high) = channel["levels"][0]["grid"], channel["quantization"]["window"]
+    fine, _ = on_level_0(scan, grid, (low, high), 1)
+    if fine.shape != tuple(grid["shape_zyx"]):
+        raise CannotWitnessError(f"normals of {np.prod(grid['shape_zyx'])} voxels")
+    step = (high - low) / (2.0 ** channel["quantization"]["bits"] - 1.0)
+    yield check_normals(package, texture, as_scan(fine, grid, scan.library), step)
+
+
+def _pictures(
+    asked: Statement, manifest: Json, scene: WitnessedScene, scans: Mapping[str, WitnessedScan]
+) -> Iterator[WitnessCheck]:
+    if asked.bench.subject.has_baked_light(asked.program.transfer):
+        raise CannotWitnessError(
+            "its light was computed once, which the NumPy integrator does not have; path tracing of the scan judges it"
+        )
+    shown = []
+    for function in asked.bench.subject.functions(asked.program.transfer):
+        wanted = next((each for each in scene.functions if each.name == function.name), None)
+        if wanted is None:
+            raise CannotWitnessError(f"its transfer function {function.name} is not decoded")
+        channel = next(
+            each for each in manifest["channels"] if function.name in [f["name"] for f in each["transfer_functions"]]
+        )
+        if channel["name"] not in scans:
+            raise CannotWitnessError(f"the voxels of {channel['name']} are not witnessed")
+        shown.append(_shown(wanted, channel, scans[channel["name"]], scene))
+    light = _light(scene, shown[0].scan) if scene.lighting != "none" else None
+    return check_pictures(asked, shown, box_of(manifest["grid"], scene.projection), scene, light)
+
+
+def _shown(wanted: WitnessedFunction, channel: Json, scan: WitnessedScan, scene: WitnessedScene) -> WitnessedMedium:
+    _, size = corner_and_size(channel["source"]["info"]["grid"])
+    extinctions, length_mm = wanted.for_diagonal(float(np.linalg.norm(size)))
+    listed = next(each for each in channel["transfer_functions"] if each["name"] == wanted.name)
+    in_range = wanted.values is None
+    values = _values(wanted, listed)
+    intensities = listed.get("intensities") if in_range else wanted.intensities
+    isovalue = listed.get("isovalue") if in_range else wanted.isovalue
+    source = scene.sources.get(channel["name"], scene.sources[None])
+    return WitnessedMedium(
+        scan,
+        values,
+        wanted.colours,
+        extinctions,
+        length_mm,
+        isovalue,
+        tuple(intensities) if intensities else (float(values[0]), float(values[-1])),
+        bool(source.get("labels")),
+    )
+
+
+def _light(scene: WitnessedScene, scan: WitnessedScan) -> WitnessedLight:
+    said = scene.light
+    if said.get("normals", "volume") != "volume":
+        raise CannotWitnessError("it is lit by slopes as a shader takes them")
+    if said.get("shadows", "none") != "none":
+        raise CannotWitnessError("the NumPy integrator has no shadows")
+    vectors = normals(scan, scene.normals or "thesis")
+    if scene.lighting == "headlight":
+        return WitnessedLight(vectors, None)
+    keys = {key: float(said[key]) for key in ("ambient", "diffuse", "specular", "shininess") if key in said}
+    return WitnessedLight(
+        vectors, np.array(said["light_mm"], dtype=np.float64), halfway=scene.lighting == "blinn-phong", **keys
+    )
