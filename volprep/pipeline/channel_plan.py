@@ -13,7 +13,7 @@ from volprep.parts.light.trial import try_light
 from volprep.parts.part import Decided, LaidOut
 from volprep.parts.programs.decision import ray_casters
 from volprep.parts.programs.early_end import EarlyEnd, behind_cutoff, cutoff_of, light_cost
-from volprep.parts.programs.step import choose_steps
+from volprep.parts.programs.step import choose_steps, layers_of
 from volprep.parts.registry import PARTS
 from volprep.parts.slices.decision import SlicesChoice, describe_slices, plan_of_slices
 from volprep.parts.values.decision import choose_values
@@ -127,6 +127,7 @@ def begin(scan: ChannelScan, profile: DeviceProfile, crop: CropPlan, grid: Grid)
         grid=grid,
         levels=layout.levels,
         in_pieces=_in_pieces(channel),
+        layers=layers_of(scan.scene.render.technique, profile),
     )
     return _Volume(channel, compression, steps)
 

@@ -12,10 +12,10 @@ axis here, and may be as close as wanted: a fragment mixes the two slices of the
 
 import math
 
-from volprep.shading.compose import Slot, compose
+from volprep.shading.compose import Dialect, Slot, compose
 from volprep.shading.feature import Feature
 from volprep.shading.walk import Walk, Wanted
-from volprep_formats.package.program import Blend, Geometry, Uniform
+from volprep_formats.package.program import Blend, Geometry, PassTarget, Uniform
 
 MOST_LAYERS = 2**14
 """More layers than that are more than any framebuffer can tell apart."""
@@ -57,6 +57,15 @@ def published_view_slices(wanted: Wanted) -> Walk:
     )
 
 
+def layer_target(dialect: Dialect) -> PassTarget:
+    """Return the format of the picture that layers are blended in.
+
+    The rounding of hundreds of faint layers adds up: RMSE of heads and an engine with steps of a voxel 2.6, 2.2 and
+    1.4/255 in 8 bits, 1.8, 0.9 and 0.6/255 in half floats, in which finer steps are better still.
+    """
+    return "rgba8" if dialect == "es100" else "rgba16f"
+
+
 def _layers(geometry: Geometry, wanted: Wanted) -> Walk:
     along = geometry == "axis-slices"
     slots: dict[str, Slot] = {
@@ -86,8 +95,6 @@ def _layers(geometry: Geometry, wanted: Wanted) -> Walk:
         math.hypot(*wanted.grid.extent_mm_zyx) / MOST_LAYERS,
         geometry=geometry,
         blend=UNDER,
-        # The rounding of hundreds of faint layers adds up: RMSE of heads and an engine with steps of a voxel 2.6, 2.2
-        # and 1.4/255 in 8 bits, 1.8, 0.9 and 0.6/255 in half floats, in which finer steps are better still.
-        target="rgba8" if wanted.dialect == "es100" else "rgba16f",
+        target=layer_target(wanted.dialect),
         loops=False,
     )

@@ -39,6 +39,8 @@ class Technique:
     """How it can classify them."""
     loops: bool
     """Whether a fragment takes several samples, so that it may skip empty space and end early."""
+    blends: bool = False
+    """Whether the samples of a ray are layers that are blended, each rounded to the format of the picture."""
     passes_before: int = 0
     """Passes that come before the picture, each of whose targets takes a texture unit."""
     order: float | None = None
@@ -46,6 +48,7 @@ class Technique:
     order_limit: str | None = None
     """Reason for the order, for people."""
     step_voxels: float | None = None
-    """Distance of samples, in voxels, where the scene names none; if None, that of the compositing."""
+    """Distance of samples, in voxels, where the scene names none and no error can be measured, because the technique
+    converges to another picture; None for the others."""
     twin: Twin | None = None
     """The picture of this step, where the technique does not converge to the oracle of the compositing."""

@@ -10,9 +10,7 @@ VIEW_SLICES = Technique(
     compositings=frozenset(("emission-absorption",)),
     classifications=frozenset(("lookup", "preintegrated", "palette", "control-points", "preclassified")),
     loops=False,
-    # Each layer is rounded to the format of the picture: in 8 bits finer steps are worse, and in half floats hardly
-    # better.
-    step_voxels=1.0,
+    blends=True,
 )
 AXIS_SLICES = Technique(
     name="axis-slices",
@@ -21,7 +19,7 @@ AXIS_SLICES = Technique(
     compositings=VIEW_SLICES.compositings,
     classifications=VIEW_SLICES.classifications,
     loops=False,
-    step_voxels=1.0,
+    blends=True,
 )
 PUBLISHED_VIEW_SLICES = Technique(
     name="view-slices-as-published",
@@ -30,6 +28,7 @@ PUBLISHED_VIEW_SLICES = Technique(
     compositings=VIEW_SLICES.compositings,
     classifications=frozenset(("lookup", "palette", "control-points", "preclassified")),
     loops=False,
+    blends=True,
     order=0.0,
     order_limit="As published, opacities are added, and linear in the distance of slices: finer slices converge, but "
     "not to the integral of emission and absorption.",

@@ -31,11 +31,6 @@ _EXACT = dict.fromkeys(CLASSIFICATIONS, Tolerance(rmse=0.004, maximum=0.004))
 _SILHOUETTES = dict.fromkeys(CLASSIFICATIONS, Tolerance(rmse=0.06, maximum=1.0))
 _BETWEEN_SAMPLES: Limits = {**_SILHOUETTES, "lookup": None}
 
-# Samples see a jump up to half a layer from its place. The error is of first order: 0.0154, 0.0079, 0.0034 and 0.0017
-# with layers 2, 1, 0.5 and 0.25 voxels apart, in the oblique view, and 0.0150 with 1 voxel in the worst of three. The
-# plan keeps layers a voxel apart, because 8 bits round each of them. Segments between samples keep the usual limit.
-_LAYERS_AT_JUMPS: Limits = {**_USUAL, "lookup": Tolerance(rmse=0.02)}
-
 _SIZE = 24
 _WHITE = "#ffffff"
 
@@ -64,8 +59,6 @@ class StressCase:
     """Class of devices that it is for, whatever is asked; None for any."""
     techniques: bool = True
     """Whether other techniques and coarser levels are drawn, too; not where that takes minutes and says no more."""
-    layered: Limits | None = None
-    """Limits of techniques that blend layers, where they cannot keep those of the others; None if they are the same."""
     silhouettes: bool = False
     """Whether the feature is so dense, and so sharp, that the places of layers decide where its silhouette is; see
     `StressDrawing.common_planes`."""
@@ -184,7 +177,6 @@ CASES: tuple[StressCase, ...] = (
             for side in (0, 1)
         ),
         limits=_USUAL,
-        layered=_LAYERS_AT_JUMPS,
     ),
     StressCase(
         name="faint-layers",

@@ -57,8 +57,7 @@ def _technique(
 ) -> StressDrawing:
     record = TECHNIQUES[way.technique]
     step_mm = (record.step_voxels or 0.0) * min(subject.grid.spacing_mm_zyx) or subject.render.step_mm
-    limits = case.limits if record.step_voxels is None or case.layered is None else case.layered
-    limit = limits[way.classification] if record.order is None else None
+    limit = case.limits[way.classification] if record.order is None else None
     precise_points: tuple[StressPoint, ...] = ()
     with _renderer(package, subject, 0, "rgba8") as renderer:
         total = worst(views_of(renderer, subject, step_mm), truths, limit)

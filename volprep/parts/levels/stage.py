@@ -19,6 +19,7 @@ from volprep.parts.levels.projected import ProjectedChooser
 from volprep.parts.levels.records import LevelChoice
 from volprep.parts.levels.refined import AUTO, THOROUGH, RefineBudget
 from volprep.parts.levels.rendered_rays import RaySight, SeenLevels
+from volprep.parts.programs.step import layers_of
 from volprep.parts.stage import Stage, Work, any_channel, present
 from volprep.parts.texels import voxels_of
 from volprep.parts.work import choice_name, classified_name, coarser_levels, codes_name, codes_of_source
@@ -29,7 +30,7 @@ from volprep.transfer.lookup import lookup_table
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart, LevelFilter
 from volprep_formats.package.manifest import Contribution, Tolerance
-from volprep_formats.package.program import CompositingName
+from volprep_formats.package.program import CompositingName, PassTarget
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -62,6 +63,7 @@ class _Drawing(Record):
     measure_steps: bool
     segments: bool
     labelled: bool
+    layers: PassTarget | None
 
 
 def _drawing(plan: ChannelPlan) -> _Drawing:
@@ -73,6 +75,7 @@ def _drawing(plan: ChannelPlan) -> _Drawing:
         measure_steps=plan.shared.measure_steps,
         segments=any(program.classification == "preintegrated" for program in plan.programs),
         labelled=plan.part(SegmentsPlan) is not None,
+        layers=layers_of(plan.programs[0].technique, plan.profile) if plan.programs else None,
     )
 
 
@@ -159,7 +162,14 @@ def _steps(scan: LevelInput, plan: ChannelPlan) -> LevelSteps | None:
         return None
     window, compositing = plan.quantize.window, COMPOSITINGS[drawing.compositing]
     return LevelSteps(
-        scan, window, plan.transfer_functions, compositing, is_segments=drawing.segments, tolerance=drawing.tolerance
+        scan,
+        window,
+        plan.transfer_functions,
+        compositing,
+        is_segments=drawing.segments,
+        tolerance=drawing.tolerance,
+        layers=drawing.layers,
+        lit=drawing.lit,
     )
 
 

@@ -18,12 +18,15 @@ from volprep.plan.decisions import StepChoice
 from volprep.plan.records import LevelPlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
+from volprep.shading.slices import layer_target
 from volprep.techniques import TECHNIQUES
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import LevelStep, PlanItem, RenderSettings
 from volprep_formats.package.parts.segments.record import Border
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import PassTarget, TechniqueName
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
@@ -41,10 +44,11 @@ def choose_steps(
     grid: Grid,
     levels: Sequence[LevelPlan],
     in_pieces: Sequence[LevelPlan] = (),
+    layers: PassTarget | None = None,
 ) -> tuple[StepChoice, ...]:
     """Choose the step of each level of a channel; `grid` is that of level 0, a part of the source's.
 
-    `in_pieces` are levels that the package holds in sub-volumes only.
+    `in_pieces` are levels that the package holds in sub-volumes only. `layers` is the result of `layers_of`.
     """
     wanted = scene.render.step_voxels
     technique = TECHNIQUES[scene.render.technique]
@@ -58,7 +62,7 @@ def choose_steps(
         elif scene.source.labels:
             voxels, reason = label_step_voxels(scene.render, functions, voxel_mm, scene.tolerance)
         elif technique.step_voxels is not None:
-            voxels, reason = usual, f"layers of technique {scene.render.technique} are rounded one by one, and so few"
+            voxels, reason = usual, f"technique {scene.render.technique} converges to another picture"
         elif COMPOSITINGS[scene.render.compositing].cell_by_cell:
             voxels, reason = usual, "rays go from cell to cell, so that no step of up to a voxel makes an error"
         elif COMPOSITINGS[scene.render.compositing].isovalue:
@@ -75,10 +79,11 @@ def choose_steps(
             bench = StepBench(
                 COMPOSITINGS[scene.render.compositing],
                 [Table.exact(each) for each in functions],
-                rays,
+                [rays],
                 is_segments=scene.render.classification == "preintegrated",
+                layers=layers,
             )
-            voxels, reason = longest_step(bench, voxel_mm, scene.tolerance, usual)
+            voxels, reason, _ = longest_step(bench, voxel_mm, scene.tolerance, usual)
             if scene.segments is not None and voxels > LONGEST_AT_BORDERS[scene.segments.border]:
                 voxels = LONGEST_AT_BORDERS[scene.segments.border]
                 reason = f"borders of segments, {scene.segments.border}, need samples as close as that"
@@ -86,6 +91,11 @@ def choose_steps(
             StepChoice(level.index, voxels * voxel_mm, f"{in_voxels(voxels)}: {reason}", in_pieces=level in in_pieces)
         )
     return tuple(chosen)
+
+
+def layers_of(technique: TechniqueName, profile: DeviceProfile) -> PassTarget | None:
+    """Return the format of the picture that a technique blends layers in; None if it casts rays."""
+    return layer_target(profile.dialect) if TECHNIQUES[technique].blends else None
 
 
 def measures_steps(scene: Scene) -> bool:

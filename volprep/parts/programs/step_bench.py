@@ -1,26 +1,28 @@
 """The error that a step makes: rays with fine samples, drawn in segments as shaders do it.
 
 A ray is cut into equal segments and drawn with one sample for each, or, with pre-integrated tables, with the exact
-light of a straight segment. The truth are pieces so short that shorter ones change nothing.
+light of a straight segment. The truth are pieces so short that shorter ones change nothing. Layers that are blended are
+segments, too, but each is rounded to the format of the picture.
 
 Where the scene lights samples, rays are lit by a headlight, whatever the light is. The angle of a surface changes
 faster along a ray than its opacity: on a ball and on a masked head of 20 to 36 voxels, steps of 0.35 to 1 voxel had 3
 to 6 times the error with a headlight, and the worst view of `validate` had the same.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.compositing import Compositing
 from volprep.kernels import _native
 from volprep.parts.programs.patch_rays import PatchRays
 from volprep.plan.probe import PictureDifference, difference, worst
+from volprep.transfer.segment_light import segment_light
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.program import PassTarget
 
 STEP_SHARE = 0.25
 """Part of the tolerance that samples may take; codes may take a half."""
@@ -38,53 +40,96 @@ def in_voxels(number: float) -> str:
     return "1 voxel" if number == 1 else f"{number:.3g} voxels"
 
 
+class LongestStep(NamedTuple):
+    """The longest step whose error is within its part of the tolerance."""
+
+    voxels: float
+    """Length in voxels of the level."""
+    reason: str
+    """Why, for people."""
+    keeps: bool
+    """Whether it was measured, and keeps the promise."""
+
+
 def longest_step(
     bench: "StepBench", voxel_mm: float, tolerance: Tolerance, usual: float, margin: float = 1.0
-) -> tuple[float, str]:
-    """Return the longest step in voxels whose error is within its part of the tolerance, and the reason.
+) -> LongestStep:
+    """Return the longest step whose error is within its part of the tolerance.
+
+    If none is, it is the finest, or the best one of layers, each of which is rounded.
 
     The sample of rays may take `margin` of that part, because some views are worse than the sample.
     Rays that see nothing are no evidence: then the step is the `usual` one.
     """
     if not bench.sees:
-        return usual, "as usual: no ray of a sample sees anything, so that nothing was measured"
+        reason = "as usual: no ray of a sample sees anything, so that nothing was measured"
+        return LongestStep(usual, reason, keeps=False)
     limit = PictureDifference(STEP_SHARE * tolerance.rmse, STEP_SHARE * tolerance.maximum)
     part = f"a quarter of the tolerance ({limit.text})"
+    tried: dict[float, PictureDifference] = {}
     beyond = ""
     for voxels in _VOXELS:
         error = bench.error(voxels * voxel_mm)
         if error.rmse <= margin * limit.rmse and error.maximum <= limit.maximum:
-            return voxels, f"a sample of rays is off by {error.text}, within {part}{beyond}"
+            return LongestStep(voxels, f"a sample of rays is off by {error.text}, within {part}{beyond}", keeps=True)
+        tried[voxels] = error
         beyond = f"; {in_voxels(voxels)} would be off by {error.text}"
-    return _VOXELS[
-        -1
-    ], f"a sample of rays is off by {error.text}, more than {part}: no step that was tried is fine enough"
+    best = min(_VOXELS, key=lambda voxels: tried[voxels].rmse) if bench.rounds else _VOXELS[-1]
+    reason = f"a sample of rays is off by {tried[best].text}, more than {part}: no step that was tried keeps it"
+    return LongestStep(best, reason, keeps=False)
+
+
+class _Part(NamedTuple):
+    """Rays of one length."""
+
+    values: Float64Array  # [sample, ray]
+    headlight: Float64Array | None  # [sample, ray], if samples are lit
+    fine_mm: float  # distance of the samples
 
 
 class _Case(NamedTuple):
-    table: Table
-    values: Float64Array  # [sample, ray]
-    truth: Float64Array  # [ray, 4]
-    headlight: Float64Array | None  # [sample, ray], if samples are lit
+    """What one view shows of one function."""
+
+    exact: Table
+    drawn: Table
+    parts: tuple[_Part, ...]
+    truth: Float64Array  # [ray, 4], of all parts
 
 
 class StepBench:
     """Rays, and their light in truth."""
 
     def __init__(
-        self, compositing: Compositing, tables: Sequence[Table], rays: PatchRays, *, is_segments: bool
+        self,
+        compositing: Compositing,
+        tables: Sequence[Table],
+        rays: Sequence[PatchRays],
+        *,
+        is_segments: bool,
+        layers: PassTarget | None = None,
+        drawn: Sequence[Table] = (),
     ) -> None:
-        """Take transfer functions; `is_segments` says whether segments are classified, not samples."""
+        """Take transfer functions, and rays of several lengths that have the same views.
+
+        `is_segments` says whether segments are classified, not samples; `layers` is the format of the picture, if
+        layers are blended. Samples are classified by the tables `drawn`, if they are not the functions themselves.
+        """
         self._segments = is_segments
         self._compositing = compositing
-        self._fine_mm = rays.step_mm
-        self._headlight = None if is_segments else rays.headlight
+        self._layers = layers
         self._cases: list[_Case] = []
-        for table in tables:
-            truth = self._truth(rays.values, table)
-            seen = truth[:, 3] > _SEEN
-            views = [np.flatnonzero(seen[view]) + view.start for view in rays.views]
-            self._cases += [self._case(rays, table, view, truth) for view in views if len(view)]
+        for table, used in zip(tables, drawn or tables, strict=True):
+            for views in zip(*(each.views for each in rays), strict=True):
+                pairs = zip(rays, views, strict=True)
+                found = [each for one, view in pairs for each in [self._seen(one, table, view)] if each is not None]
+                if found:
+                    parts, truths = zip(*found, strict=True)
+                    self._cases.append(_Case(table, used, parts, np.concatenate(truths)))
+
+    @property
+    def rounds(self) -> bool:
+        """Whether each segment is rounded, so that finer steps may be worse."""
+        return self._layers is not None
 
     @property
     def sees(self) -> bool:
@@ -95,26 +140,42 @@ class StepBench:
         """Return the worst error of any function in any view, over the rays that show something; `sees` must hold."""
         return worst([difference(self._light(case, step_mm), case.truth) for case in self._cases])
 
-    def _light(self, case: "_Case", step_mm: float) -> Float64Array:
-        if self._segments:
-            return self._segments_light(case.values, case.table, step_mm)
-        return self._samples_light(case.values, case.table, step_mm, case.headlight)
+    def _seen(self, rays: PatchRays, table: Table, view: slice) -> tuple[_Part, Float64Array] | None:
+        """Return the rays of a view that show something, and their light in truth; None if there are none."""
+        values = np.ascontiguousarray(rays.values[:, view])
+        if not values.size:
+            return None
+        part = _Part(values, None if rays.headlight is None else rays.headlight[:, view], rays.step_mm)
+        truth = self._truth(part, table)
+        (chosen,) = np.nonzero(truth[:, 3] > _SEEN)
+        if not len(chosen):
+            return None
+        headlight = None if part.headlight is None else part.headlight.take(chosen, axis=1)
+        part = _Part(values.take(chosen, axis=1), headlight, rays.step_mm)
+        return part, truth[chosen] if headlight is None else self._lit_truth(part, table, headlight)
 
-    def _case(self, rays: PatchRays, table: Table, chosen: NDArray[np.intp], truth: Float64Array) -> "_Case":
-        """Return chosen rays with a function, and their light in truth."""
-        values = rays.values.take(chosen, axis=1)
-        if self._headlight is None:
-            return _Case(table, values, truth[chosen], None)
-        headlight = self._headlight.take(chosen, axis=1)
-        between = (np.arange(_BETWEEN * len(values)) + 0.5) / _BETWEEN
-        exact = self._of_samples(_at(values, between), self._fine_mm / _BETWEEN, table, _at(headlight, between))
-        return _Case(table, values, exact, headlight)
-
-    def _truth(self, rays: Float64Array, table: Table) -> Float64Array:
+    def _truth(self, part: _Part, table: Table) -> Float64Array:
         """Return the light of straight pieces between fine samples; where no such light is known, of the samples."""
         if "preintegrated" in self._compositing.classifications:
-            return self._segments_light(rays, table, self._fine_mm)
-        return self._compositing.rays(rays, self._fine_mm, table, "nearest")
+            return _straight_light(part, table, part.fine_mm)
+        return self._compositing.rays(part.values, part.fine_mm, table, "nearest")
+
+    def _lit_truth(self, part: _Part, table: Table, headlight: Float64Array) -> Float64Array:
+        between = (np.arange(_BETWEEN * len(part.values)) + 0.5) / _BETWEEN
+        values, shown = _at(part.values, between), _at(headlight, between)
+        return self._of_samples(values, part.fine_mm / _BETWEEN, table, shown)
+
+    def _light(self, case: _Case, step_mm: float) -> Float64Array:
+        draw = self._part_drawn(step_mm)
+        table = case.exact if self._segments else case.drawn
+        return np.concatenate([draw(part, table) for part in case.parts])
+
+    def _part_drawn(self, step_mm: float) -> Callable[[_Part, Table], Float64Array]:
+        if self._layers is not None:
+            return lambda part, table: self._layers_light(part, table, step_mm)
+        if self._segments:
+            return lambda part, table: _segments_light(part, table, step_mm)
+        return lambda part, table: self._samples_light(part, table, step_mm)
 
     def _of_samples(
         self, values: Float64Array, step_mm: float, table: Table, headlight: Float64Array | None
@@ -124,26 +185,75 @@ class StepBench:
             return self._compositing.rays(values, step_mm, table, "nearest")
         return self._compositing.lit_rays(values, step_mm, table, "nearest", headlight)
 
-    def _samples_light(
-        self, rays: Float64Array, table: Table, step_mm: float, headlight: Float64Array | None
-    ) -> Float64Array:
-        count, segment_mm = self._cut(rays, step_mm)
-        ends = np.linspace(0.0, len(rays), count + 1)
-        middles = (ends[:-1] + ends[1:]) / 2
-        shown = None if headlight is None else _at(headlight, middles)
-        return self._of_samples(_at(rays, middles), segment_mm, table, shown)
+    def _samples_light(self, part: _Part, table: Table, step_mm: float) -> Float64Array:
+        count, segment_mm = _cut(part, step_mm)
+        middles = _middles(part, count)
+        shown = None if part.headlight is None else _at(part.headlight, middles)
+        return self._of_samples(_at(part.values, middles), segment_mm, table, shown)
 
-    def _segments_light(self, rays: Float64Array, table: Table, step_mm: float) -> Float64Array:
-        pieces, piece_mm = self._cut(rays, step_mm)
-        light = np.empty((rays.shape[1], 4))
-        _native.straight_light(rays, pieces, piece_mm, *table.points, light)
+    def _layers_light(self, part: _Part, table: Table, step_mm: float) -> Float64Array:
+        """Return the light of segments that are blended front to back, rounding each."""
+        colour, extinction, segment_mm = _media(part, table, step_mm, is_segments=self._segments)
+        light = np.zeros((extinction.shape[1], 4))
+        for layer_colour, layer_extinction in zip(colour, extinction, strict=True):
+            opacity = -np.expm1(-layer_extinction * segment_mm)
+            given = opacity[:, None] * np.column_stack([layer_colour, np.ones(len(opacity))])
+            light = _rounded(light + (1.0 - light[:, 3:]) * given, self._layers)
         return light
 
-    def _cut(self, rays: Float64Array, step_mm: float) -> tuple[int, float]:
-        """Return how many equal segments, none longer than the step, rays are cut into; and their length."""
-        length_mm = len(rays) * self._fine_mm
-        count = max(1, int(np.ceil(length_mm / step_mm - 1e-3)))
-        return count, length_mm / count
+
+def _media(part: _Part, table: Table, step_mm: float, *, is_segments: bool) -> tuple[Float64Array, Float64Array, float]:
+    """Return the colours [segment, ray, 3] of segments as they are lit, their extinctions, and their length."""
+    count, segment_mm = _cut(part, step_mm)
+    middles = _middles(part, count)
+    if is_segments:
+        ends = _at(part.values, np.linspace(0.0, len(part.values), count + 1))
+        colour, extinction = segment_light(table, ends[:-1], ends[1:], segment_mm)
+    else:
+        samples = _at(part.values, middles)
+        colour, extinction = (each.reshape(*samples.shape, *each.shape[1:]) for each in table.at(samples.ravel()))
+    if part.headlight is not None:
+        colour = colour * _at(part.headlight, middles)[..., None]
+    return colour, extinction, segment_mm
+
+
+def _segments_light(part: _Part, table: Table, step_mm: float) -> Float64Array:
+    if part.headlight is None:
+        return _straight_light(part, table, step_mm)
+    colour, extinction, segment_mm = _media(part, table, step_mm, is_segments=True)
+    depths = np.cumsum(extinction * segment_mm, axis=0)
+    left = np.exp(-np.vstack([np.zeros(depths.shape[1]), depths]))
+    light = ((left[:-1] - left[1:])[..., None] * colour).sum(axis=0)
+    return np.column_stack([light, 1.0 - left[-1]])
+
+
+def _straight_light(part: _Part, table: Table, step_mm: float) -> Float64Array:
+    pieces, piece_mm = _cut(part, step_mm)
+    light = np.empty((part.values.shape[1], 4))
+    _native.straight_light(part.values, pieces, piece_mm, *table.points, light)
+    return light
+
+
+def _cut(part: _Part, step_mm: float) -> tuple[int, float]:
+    """Return how many equal segments, none longer than the step, rays are cut into; and their length."""
+    length_mm = len(part.values) * part.fine_mm
+    count = max(1, int(np.ceil(length_mm / step_mm - 1e-3)))
+    return count, length_mm / count
+
+
+def _middles(part: _Part, count: int) -> Float64Array:
+    """Return the middles of so many equal segments, in samples from the ends of rays."""
+    ends = np.linspace(0.0, len(part.values), count + 1)
+    middles: Float64Array = (ends[:-1] + ends[1:]) / 2
+    return middles
+
+
+def _rounded(light: Float64Array, target: PassTarget | None) -> Float64Array:
+    """Return what a picture of this format keeps of light."""
+    if target == "rgba8":
+        whole: Float64Array = np.rint(light * 255.0) / np.float64(255.0)
+        return whole
+    return light.astype(np.float16).astype(np.float64)
 
 
 def _at(rays: Float64Array, places: Float64Array) -> Float64Array:
