@@ -52,6 +52,15 @@ class ChannelScan:
     segments: FoundSegments | None = None
     """Segments of the scan; None if the scene wants none."""
 
+    def valued(self, profile: DeviceProfile) -> ValueChoice:
+        """Choose its codes.
+
+        Raises VP3020, VP3021, VP3025 and VP3026 for codes that cannot be, VP3116 and VP3117 for an isovalue of nothing
+        that is seen.
+        """
+        require_isovalues(self.scene, self.functions, self.measured)
+        return choose_values(self.scene, profile, self.info, self.measured, self.functions)
+
 
 class Begun(Protocol):
     """A channel with every decision made that does not depend on the other channels."""
@@ -79,20 +88,17 @@ class Finished(Protocol):
         """List the decisions; `plan` is the final plan of the channel."""
 
 
-def begin(scan: ChannelScan, profile: DeviceProfile, crop: CropPlan, grid: Grid) -> Begun:
-    """Decide codes, levels and parts of a channel.
+def begin(scan: ChannelScan, values: ValueChoice, profile: DeviceProfile, crop: CropPlan, grid: Grid) -> Begun:
+    """Decide levels and parts of a channel, whose codes `values` says.
 
-    Raises VP3020 and VP3021 for bits and windows that cannot be, VP3022 if the profile holds no level, VP3024 and
-    VP3025 for what cannot be done with labels, VP3050 for normals that it cannot hold, VP3060 for slices with what
-    needs shaders, VP3070 for a compressed format that the profile does not have, VP3071 for mipmaps where it has no 3D
-    textures, VP3116 and VP3117 for an isovalue of nothing that is seen.
+    Raises VP3022 if the profile holds no level, VP3024 for what cannot be done with labels, VP3050 for normals that it
+    cannot hold, VP3060 for slices with what needs shaders, VP3070 for a compressed format that the profile does not
+    have, VP3071 for mipmaps where it has no 3D textures.
     """
-    require_isovalues(scan.scene, scan.functions, scan.measured)
     light = _tried_light(scan, crop, grid)
     if light is not None and light.factor is None:
         lighting = scan.scene.lighting.model_copy(update={"baked": "none"})
         scan = replace(scan, scene=scan.scene.model_copy(update={"lighting": lighting}))
-    values = choose_values(scan.scene, profile, scan.info, scan.measured, scan.functions)
     if not profile.has_shaders:
         return _Slices(scan, values, plan_of_slices(scan.name, scan.scene, profile, grid, scan.functions))
     case = Case(

@@ -5,9 +5,16 @@ All channels have one crop, because they have one box, and one step and one earl
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.classification.automatic import (
+    ClassificationChoice,
+    ScanRays,
+    choose_classification,
+    describe_classification,
+    possible_kinds,
+)
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.editing.decision import for_edits
 from volprep.parts.hybrid.decision import describe_hybrid, plan_hybrid
@@ -25,6 +32,7 @@ from volprep.pipeline.channel_plan import Begun, ChannelScan, begin
 from volprep.pipeline.costs import planned_costs
 from volprep.pipeline.stage_graph import planned_stages
 from volprep.plan.crop import choose_crop
+from volprep.plan.decisions import ValueChoice
 from volprep.plan.functions import resolved_functions
 from volprep.plan.item_kinds import FIRST_LOOK
 from volprep.plan.item_kinds import PREVIEW as PREVIEW_KIND
@@ -34,9 +42,11 @@ from volprep.scan.statistics import Measured
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import ClassificationName
 from volprep_formats.source import SourceInfo
 
 _PREVIEW = PlanItem(
@@ -65,17 +75,23 @@ def make_plan(
 ) -> Plan:
     """Decide everything for the channels that are drawn, in the order of `drawn_channels`.
 
-    Raises the errors of `begin`, VP1244 for parts that do not support several channels, VP3031 and VP3032 for
-    impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3043 for one that mixes labels, VP3060 for
-    unnecessary slices, VP3080 for parts that do not allow editing of transfer functions.
+    Raises the errors of `begin` and `ChannelScan.valued`, VP1244 for parts that do not support several channels, VP3031
+    and VP3032 for impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3043 for one that mixes labels,
+    VP3060 for unnecessary slices, VP3080 for parts that do not allow editing of transfer functions.
     """
-    scene = with_segments(for_edits(scene, profile), len(scanned))
-    _require_possible(scene, profile, len(scanned))
+    kinds = possible_kinds(scene, lambda each: _prepared(each, profile, len(scanned)))
+    wants_choice = scene.render.classification == "auto"
+    scene = _prepared(scene.with_classification(kinds[0]), profile, len(scanned))
     scans = _channel_scans(scene, scanned, segments)
     crop = _common_crop(scene, scans)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
     require_light_outside(scene, grid)
-    begun = [begin(scan, profile, crop, grid) for scan in scans]
+    values = [scan.valued(profile) for scan in scans]
+    classified = _classification(scans, values, profile, kinds, grid) if wants_choice else None
+    if classified is not None:
+        scene = scene.with_classification(classified.name)
+        scans = [replace(scan, scene=scan.scene.with_classification(classified.name)) for scan in scans]
+    begun = [begin(scan, each, profile, crop, grid) for scan, each in zip(scans, values, strict=True)]
     early_end = most([each.early_end for each in begun])
     shared = Shared(
         profile=profile,
@@ -94,6 +110,7 @@ def make_plan(
     together, of_picture = plan_together(channels, measured, drawn_together, packed, scene)
     items = [
         *_describe_look(scene),
+        *describe_classification(classified),
         *describe_border(shared, scene, scanned[0].info),
         *_of_channels(channels, [each.items(plan) for plan, each in zip(channels, finished, strict=True)]),
         *packed.items,
@@ -112,6 +129,28 @@ def make_plan(
         items=tuple(items),
     )
     return plan.model_copy(update={"stages": planned_stages(plan), "costs": planned_costs(plan)})
+
+
+def _prepared(scene: Scene, profile: DeviceProfile, channels: int) -> Scene:
+    """Return the scene with what editing and segments bring. Raises as `_require_possible`, `for_edits` and others."""
+    prepared = with_segments(for_edits(scene, profile), channels)
+    _require_possible(prepared, profile, channels)
+    return prepared
+
+
+def _classification(
+    scans: Sequence[ChannelScan],
+    values: Sequence[ValueChoice],
+    profile: DeviceProfile,
+    kinds: Sequence[ClassificationName],
+    grid: Grid,
+) -> ClassificationChoice:
+    """Choose how values become colours; all channels have the same way."""
+    rays = [
+        ScanRays(scan.info, scan.measured, scan.functions, found, grid)
+        for scan, found in zip(scans, values, strict=True)
+    ]
+    return choose_classification(scans[0].scene, profile, kinds, rays)
 
 
 def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> None:

@@ -142,12 +142,13 @@ class RenderWishes(Record):
     the picture. "axis-slices": the same with layers across an axis of the volume. "view-slices-as-published": as
     "view-slices", with the opacity and the blending of Noguera and Jiménez (2012), to compare with: it does not
     converge to the right picture."""
-    classification: ClassificationName = "lookup"
+    classification: Literal["auto"] | ClassificationName = "lookup"
     """How values become colours. "lookup": each sample, by a lookup table. "preintegrated": each segment between two
     samples, by the integral of the transfer function; far fewer samples are needed. "palette": each sample, by a few
     constants in the shader, without a texture. "control-points": each sample, by arithmetic from the control points of
     the transfer function, exactly and without a texture. "preclassified": the voxels of the package are colours
-    already."""
+    already. "auto": "lookup", "preintegrated" or "control-points", whichever draws rays of this scan within their part
+    of the tolerance in the least time; with a stated `step_voxels` the one with the least error in the same time."""
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
     """Entries of a palette."""
     step_voxels: Literal["auto"] | Annotated[float, Field(ge=1e-3, le=1e3)] = "auto"
@@ -166,6 +167,11 @@ class RenderWishes(Record):
     with highlights after Phong or after Blinn. The package holds the normals that this needs."""
     picture_size: Annotated[int, Field(ge=16, le=4096)] = 256
     """Width and height of the pictures that validation compares."""
+
+    @property
+    def decided_classification(self) -> ClassificationName:
+        """The classification; "auto" counts as "lookup" until the plan has replaced it."""
+        return "lookup" if self.classification == "auto" else self.classification
 
 
 class LightingSettings(Record):
@@ -435,6 +441,10 @@ class Scene(Record):
     def with_segments(self, segments: SegmentsSettings | None) -> Self:
         """Return the scene with other segments."""
         return self.model_copy(update={"segments": segments})
+
+    def with_classification(self, name: ClassificationName) -> Self:
+        """Return the scene with another classification."""
+        return self.model_copy(update={"render": self.render.model_copy(update={"classification": name})})
 
     def with_source(self, source: SourceSpec) -> Self:
         """Return the scene for another source."""

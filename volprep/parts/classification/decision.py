@@ -49,7 +49,7 @@ CLASSIFIED_BITS = 32
 
 def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> int:
     """Return the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
-    if not TABLES[wishes.classification]:
+    if not TABLES[wishes.decided_classification]:
         return 0
     if wishes.classification == "preintegrated":
         return _integral_bytes(_largest(profile))

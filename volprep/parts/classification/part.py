@@ -1,8 +1,9 @@
 """The part *classification*: turns values into colours."""
 
 from collections.abc import Iterator
+from typing import Literal
 
-from volprep.parts.ablation import AblationItem, always, by_the_scene
+from volprep.parts.ablation import AblationItem, always
 from volprep.parts.classification.decision import describe_tables, require_classification
 from volprep.parts.classification.stage import STAGE
 from volprep.parts.part import Decided, Images, Part
@@ -33,6 +34,10 @@ def _images(plan: ChannelPlan, transfer: str, _level: int, _program: ProgramDesi
     return images | {each.file: (each.format, each.shape_zyx) for each in tables}
 
 
+def _chooser(scene: Scene) -> Literal["plan", "scene"]:
+    return "plan" if scene.render.classification == "auto" else "scene"
+
+
 def _has_preintegrated(manifest: Manifest, _transfer: str) -> bool | None:
     names = {program.classification for program in manifest.programs}
     return "preintegrated" in names if names <= {"lookup", "preintegrated"} else None
@@ -52,7 +57,7 @@ PART = Part(
             _has_preintegrated,
             without={"render": {"classification": "lookup"}},
             added=lambda scene: None if scene.editable else {"render": {"classification": "preintegrated"}},
-            chosen_by=by_the_scene,
+            chosen_by=_chooser,
             lossy=True,
         ),
     ),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.programs.patch_rays import patch_rays
+from volprep.parts.programs.patch_rays import PatchRays, patch_rays
 from volprep.parts.programs.step_bench import StepBench, in_voxels, longest_step
 from volprep.parts.values.labels import label_step_voxels
 from volprep.plan.decisions import StepChoice
@@ -55,8 +55,7 @@ def choose_steps(
     usual = technique.step_voxels or COMPOSITINGS[scene.render.compositing].step_voxels
     chosen: list[StepChoice] = []
     for level in (*in_pieces, *levels):
-        z, y, x = (f * h for f, h in zip(level.factors_zyx, grid.spacing_mm_zyx, strict=True))
-        voxel_mm = min(z, y, x)
+        voxel_mm = min(f * h for f, h in zip(level.factors_zyx, grid.spacing_mm_zyx, strict=True))
         if wanted != "auto":
             voxels, reason = wanted, "as the scene states"
         elif scene.source.labels:
@@ -70,12 +69,7 @@ def choose_steps(
         elif scene.editable:
             voxels, reason = usual, "users may edit the functions that it would be measured with"
         else:
-            patches = np.stack([_reduced(patch, level.factors_zyx) for patch in measured.stored_patches])
-            patches *= info.slope
-            patches += info.intercept
-            rays = patch_rays(
-                patches, (z, y, x), float(np.mean(grid.extent_mm_zyx)), lit=scene.render.lighting != "none"
-            )
+            rays = source_rays(scene, info, measured, grid, level.factors_zyx)
             bench = StepBench(
                 COMPOSITINGS[scene.render.compositing],
                 [Table.exact(each) for each in functions],
@@ -91,6 +85,18 @@ def choose_steps(
             StepChoice(level.index, voxels * voxel_mm, f"{in_voxels(voxels)}: {reason}", in_pieces=level in in_pieces)
         )
     return tuple(chosen)
+
+
+def source_rays(
+    scene: Scene, info: SourceInfo, measured: Measured, grid: Grid, factors_zyx: tuple[int, int, int] = (1, 1, 1)
+) -> PatchRays:
+    """Return rays through patches of the source, or through their box means; `grid` is that of level 0."""
+    patches = np.stack([_reduced(patch, factors_zyx) for patch in measured.stored_patches])
+    patches *= info.slope
+    patches += info.intercept
+    z, y, x = (f * h for f, h in zip(factors_zyx, grid.spacing_mm_zyx, strict=True))
+    length_mm = float(np.mean(grid.extent_mm_zyx))
+    return patch_rays(patches, (z, y, x), length_mm, lit=scene.render.lighting != "none")
 
 
 def layers_of(technique: TechniqueName, profile: DeviceProfile) -> PassTarget | None:

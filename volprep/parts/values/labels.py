@@ -42,7 +42,7 @@ def label_step_voxels(
     Other samples have the label of one voxel: the step is so short that the densest label, along one step, has an
     opacity of a quarter of the largest error.
     """
-    if splits_voxels(render.technique, render.compositing, render.classification):
+    if splits_voxels(render.technique, render.compositing, render.decided_classification):
         return 1.0, "segments are split at the faces of voxels, which is exact for steps of up to a voxel"
     allowed_mm = -math.log1p(-_SHARE * tolerance.maximum) / max(_densest_per_mm(functions), 1e-12)
     voxels = max(_FINEST_STEP_VOXELS, min(_LONGEST_STEP_VOXELS, allowed_mm / voxel_mm))
@@ -55,7 +55,7 @@ def label_reason(render: RenderWishes, functions: tuple[TransferFunction, ...], 
         "codes are labels, coarser levels hold no others, and a sample has the label of the voxel that it is in: "
         "between two labels there is none"
     )
-    if splits_voxels(render.technique, render.compositing, render.classification):
+    if splits_voxels(render.technique, render.compositing, render.decided_classification):
         return said
     opacity = -math.expm1(-_densest_per_mm(functions) * step_mm)
     return (

@@ -168,7 +168,7 @@ def _gradients(scene: Scene) -> list[Variant]:
 
 def _tables(scene: Scene) -> list[Variant]:
     compositing = COMPOSITINGS[scene.render.compositing]
-    if scene.source.labels or compositing.level_filters or scene.render.classification not in _TABLES:
+    if scene.source.labels or compositing.level_filters or scene.render.decided_classification not in _TABLES:
         return []
     return [
         Variant(f"{tables}, {name}", {"render": {"classification": tables}}, level, (2.0, 1.0), altered)

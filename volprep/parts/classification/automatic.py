@@ -1,0 +1,219 @@
+"""`classification = "auto"`: the kind that draws this scan with the least error in the same time.
+
+Errors are measured on rays of the scan, as steps are (`parts/programs/step_bench.py`), each kind with what its shader
+reads: lookup tables of the length that the plan gives them, segments of straight values, control points themselves.
+Time is counted, not clocked, so that the same scan gives the same package: a ray costs its samples times what one of
+them costs.
+
+Where the plan chooses the step, each kind gets the longest one that keeps the promise, and the fastest one wins. Where
+the scene states the step, or no step keeps the promise, all get the time of lookup tables, and the least error wins.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from volprep.compositing import COMPOSITINGS
+from volprep.parts.programs.patch_rays import PatchRays
+from volprep.parts.programs.step import layers_of, measures_steps, source_rays
+from volprep.parts.programs.step_bench import LongestStep, StepBench, in_voxels, longest_step
+from volprep.plan.decisions import ValueChoice
+from volprep.plan.probe import PictureDifference
+from volprep.scan.statistics import Measured
+from volprep.scene.scene import Scene
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.source import SourceInfo
+
+KIND = "classification"
+"""Kind of its item of the plan."""
+_KINDS: tuple[ClassificationName, ...] = ("lookup", "preintegrated", "control-points")
+"""The first is the default, which goes with everything."""
+_SEGMENT = 1.55
+"""Cost of a pre-integrated segment, in samples with a lookup table. Nine fetches in place of two took 1.40 to 1.61
+times the time (llvmpipe, time of the processor, 3D textures and mosaics, unlit and lit)."""
+_FIRST_POINT, _NEXT_POINT = 0.6, 0.012
+"""Cost of a sample by control points: 2 to 16 points took 0.61 to 0.97 times the time of a table, 64 points 1.12 to
+1.56 times (as above)."""
+_CLEARLY = 0.9
+"""Another kind than lookup tables must take less than this part of the time, or of the error: costs are no more exact
+than that from driver to driver."""
+
+
+@dataclass(frozen=True)
+class ScanRays:
+    """What is measured of one channel."""
+
+    info: SourceInfo
+    """Description of the source."""
+    measured: Measured
+    """Measurements of the source."""
+    functions: tuple[TransferFunction, ...]
+    """Its transfer functions."""
+    values: ValueChoice
+    """Its codes, and the length of its lookup tables."""
+    grid: Grid
+    """Grid of level 0."""
+
+
+@dataclass(frozen=True)
+class ClassificationChoice:
+    """How values become colours."""
+
+    name: ClassificationName
+    """The kind."""
+    reason: str
+    """Why, for people."""
+
+
+def possible_kinds(scene: Scene, require: Callable[[Scene], object]) -> tuple[ClassificationName, ...]:
+    """Return what the classification of a scene may be, the default first.
+
+    `require` raises for a scene that cannot be built.
+    """
+    wanted = scene.render.classification
+    if wanted != "auto":
+        return (wanted,)
+
+    def is_possible(kind: ClassificationName) -> bool:
+        try:
+            require(scene.with_classification(kind))
+        except VolprepError:
+            return False
+        return True
+
+    return (_KINDS[0], *(kind for kind in _KINDS[1:] if is_possible(kind)))
+
+
+def choose_classification(
+    scene: Scene, profile: DeviceProfile, kinds: Sequence[ClassificationName], scans: Sequence[ScanRays]
+) -> ClassificationChoice:
+    """Choose one of `kinds` for a scene that wants "auto"; `scans` has one record for each channel."""
+    if reason := _unmeasured(scene, profile, kinds, len(scans)):
+        return ClassificationChoice(kinds[0], reason)
+    (scan,) = scans
+    if max(scan.grid.shape_zyx) > scene.pyramid.coarsest_longest_axis:
+        # A level whose table was fitted has 0.6 to 0.8 times the error of one with the common function (GUIDE).
+        kinds = [kind for kind in kinds if kind != "control-points"]
+    voxel_mm = min(scan.grid.spacing_mm_zyx)
+    rays = source_rays(scene, scan.info, scan.measured, scan.grid)
+    benches = {kind: _bench(kind, scene, profile, scan, rays) for kind in kinds}
+    if not benches[kinds[0]].sees:
+        return ClassificationChoice(kinds[0], "no ray of a sample sees anything, so that nothing was measured")
+    costs = {kind: _cost(kind, scan.functions) for kind in kinds}
+    step = scene.render.step_voxels
+    if step != "auto":
+        return _most_exact(benches, costs, step, voxel_mm)
+    usual = COMPOSITINGS[scene.render.compositing].step_voxels
+    steps = {kind: longest_step(bench, voxel_mm, scene.tolerance, usual) for kind, bench in benches.items()}
+    if not any(found.keeps for found in steps.values()):
+        return _most_exact(benches, costs, steps[kinds[0]].voxels, voxel_mm)
+    return _fastest(benches, costs, steps, voxel_mm)
+
+
+def describe_classification(choice: ClassificationChoice | None) -> list[PlanItem]:
+    """Return the item of the plan, if the scene leaves the choice to it."""
+    if choice is None:
+        return []
+    return [PlanItem(name="classification", kind=KIND, kept=True, reason=f"{choice.name}: {choice.reason}")]
+
+
+def _unmeasured(scene: Scene, profile: DeviceProfile, kinds: Sequence[ClassificationName], channels: int) -> str | None:
+    """Return why nothing is measured; None if it is."""
+    reasons = {
+        "devices without shaders have palettes": not profile.has_shaders,
+        "several channels share tables in one picture": channels > 1,
+        "the scene goes with no other kind": len(kinds) == 1,
+        "the technique or the compositing has no step that an error could be measured with": not measures_steps(
+            scene.with_classification(kinds[0])
+        )
+        and scene.render.step_voxels == "auto",
+    }
+    return next((reason for reason, holds in reasons.items() if holds), None)
+
+
+def _bench(
+    kind: ClassificationName, scene: Scene, profile: DeviceProfile, scan: ScanRays, rays: PatchRays
+) -> StepBench:
+    exact = [Table.exact(each) for each in scan.functions]
+    window, entries = scan.values.quantize.window, scan.values.entries
+    return StepBench(
+        COMPOSITINGS[scene.render.compositing],
+        exact,
+        [rays],
+        is_segments=kind == "preintegrated",
+        layers=layers_of(scene.render.technique, profile),
+        drawn=[each.resampled(window, entries) for each in exact] if kind == "lookup" else (),
+    )
+
+
+def _cost(kind: ClassificationName, functions: Sequence[TransferFunction]) -> float:
+    """Return the cost of a sample, in samples with a lookup table."""
+    if kind == "lookup":
+        return 1.0
+    if kind == "preintegrated":
+        return _SEGMENT
+    return _FIRST_POINT + _NEXT_POINT * (max(len(each.points) for each in functions) - 1)
+
+
+def _fastest(
+    benches: Mapping[ClassificationName, StepBench],
+    costs: Mapping[ClassificationName, float],
+    steps: Mapping[ClassificationName, LongestStep],
+    voxel_mm: float,
+) -> ClassificationChoice:
+    """Choose the kind whose longest step that keeps the promise takes the least time."""
+    times = {kind: costs[kind] / found.voxels for kind, found in steps.items() if found.keeps}
+    best = min(times, key=times.__getitem__)
+    first = next(iter(benches))
+    if first in times and times[best] > _CLEARLY * times[first]:
+        best = first
+    others = [
+        f"{kind} {in_voxels(found.voxels)} ({costs[kind] / found.voxels:.2g})" if found.keeps else f"{kind} none"
+        for kind, found in steps.items()
+        if kind != best
+    ]
+    errors = _errors(benches, costs, times[best], voxel_mm)
+    return ClassificationChoice(
+        best,
+        f"steps of {in_voxels(steps[best].voxels)} keep the promise, at the cost of {times[best]:.2g} lookups a voxel; "
+        f"{', '.join(others)}; in that time a sample of rays is off by {_listed(errors, best)}",
+    )
+
+
+def _most_exact(
+    benches: Mapping[ClassificationName, StepBench],
+    costs: Mapping[ClassificationName, float],
+    voxels: float,
+    voxel_mm: float,
+) -> ClassificationChoice:
+    """Choose the kind that is most exact in the time that lookup tables take with a step."""
+    errors = _errors(benches, costs, 1.0 / voxels, voxel_mm)
+    best = min(errors, key=lambda kind: errors[kind].rmse)
+    first = next(iter(errors))
+    if errors[best].rmse > _CLEARLY * errors[first].rmse:
+        best = first
+    return ClassificationChoice(
+        best,
+        f"in the time of lookup tables with steps of {in_voxels(voxels)} a sample of rays is off by "
+        f"{_listed(errors, best)}",
+    )
+
+
+def _errors(
+    benches: Mapping[ClassificationName, StepBench],
+    costs: Mapping[ClassificationName, float],
+    lookups_per_voxel: float,
+    voxel_mm: float,
+) -> dict[ClassificationName, PictureDifference]:
+    """Return the error of each kind in a time, given in samples with a lookup table for each voxel."""
+    return {kind: bench.error(costs[kind] / lookups_per_voxel * voxel_mm) for kind, bench in benches.items()}
+
+
+def _listed(errors: Mapping[ClassificationName, PictureDifference], best: ClassificationName) -> str:
+    others = [f"{kind} {error.text}" for kind, error in errors.items() if kind != best]
+    return "; ".join((f"{best} {errors[best].text}", *others))
