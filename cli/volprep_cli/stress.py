@@ -100,6 +100,7 @@ def _print(report: "StressReport", folder: Path) -> None:
     print_table(("case", "drawn by", "seen RMSE / largest", "seen RMSE by step", "verdict"), rows)
     if report.left_out:
         print_line(f"not tried, because the time was over: {', '.join(report.left_out)}")
+    print_line(f"not judged: {len(report.not_judged)} kinds of pictures, which the report lists")
     print_line(f"report: {folder / 'index.html'}")
 
 

@@ -12,7 +12,8 @@ def transfer(
     classification: Annotated[
         str | None,
         typer.Option(
-            help="lookup, preintegrated, palette, preclassified. Replaces the scene's render.classification.",
+            help="lookup, preintegrated, palette, control-points, preclassified, auto. Replaces the scene's "
+            "render.classification.",
             metavar="KIND",
         ),
     ] = None,
@@ -27,7 +28,8 @@ def transfer(
 
     lookup: a table of values. preintegrated: the integral of the transfer function, read at both ends of a ray
     segment; a steep transfer function then needs far fewer samples. palette: a few entries in the shader, without a
-    texture. preclassified: no table, because voxels become colours when textures are made.
+    texture. control-points: arithmetic in the shader, without a texture. preclassified: no table, because voxels become
+    colours when textures are made. auto: the fastest of lookup, preintegrated and control-points that is exact enough.
 
     A scene's transfer function may be a preset (preset = "NAME" in [[transfer]]); volprep presets lists them.
     """

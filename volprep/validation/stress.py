@@ -30,7 +30,7 @@ from volprep.validation.pictures import coloured, largest_difference
 from volprep.validation.precise import most_precise
 from volprep.validation.records import Driver, Target
 from volprep.validation.scan import read_scan
-from volprep.validation.stress_cases import CLASSIFICATIONS, StressCase
+from volprep.validation.stress_cases import CLASSIFICATIONS, COMPOSITING, StressCase
 from volprep.validation.stress_drawing import (
     PICTURE_SIZE,
     ROUNDING,
@@ -42,6 +42,7 @@ from volprep.validation.stress_drawing import (
     worst,
 )
 from volprep.validation.stress_records import StressDrawing, StressReport, StressResult
+from volprep.validation.stress_unjudged import unjudged
 from volprep.validation.stress_ways import varied_drawings
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
@@ -119,6 +120,7 @@ def measure_stress(
         difference_gain=GAIN,
         passed=len(results) == len(cases) and all(result.passed for result in results),
         results=tuple(results),
+        not_judged=unjudged(results, trials),
         left_out=tuple(case.name for case in cases[len(results) :]),
         driver=None if anyone is None else anyone.driver,
     )
@@ -144,7 +146,9 @@ def _built(
             source=spec,
             transfer=(SceneTransfer(name=TRANSFER, points=case.points),),
             pyramid=_levels(max(shape_zyx), wanted=trials.levels and case.techniques),
-            render=RenderWishes(classification=classification, lighting="headlight" if case.lit else "none"),
+            render=RenderWishes(
+                compositing=COMPOSITING, classification=classification, lighting="headlight" if case.lit else "none"
+            ),
         )
         devices = profile if case.profile is None else load_profile(case.profile, folder)
         build(Request(scene, devices, folder / "scene.toml"), folder / "case.volpkg", Silent())

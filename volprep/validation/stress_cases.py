@@ -16,13 +16,16 @@ from volprep.truth.phantoms import Field, constant, distance, sampled
 from volprep_formats.arrays import Float32Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
-from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.program import ClassificationName, CompositingName
 
 Voxels = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.int16] | Float32Array
 Limits = Mapping[ClassificationName, Tolerance | None]
 
 CLASSIFICATIONS: tuple[ClassificationName, ...] = ("lookup", "preintegrated")
 """Settings for drawing each case."""
+
+COMPOSITING: CompositingName = "emission-absorption"
+"""Compositing of each case."""
 
 _USUAL = dict.fromkeys(CLASSIFICATIONS, Tolerance())
 # Rounding of the target, half a step of 8 bits, plus the opacity that early termination leaves out, 0.002.

@@ -173,6 +173,8 @@ class StressReport(Record):
     """Whether every case was tried, and is refused or drawn as it must be."""
     results: tuple[StressResult, ...]
     """Cases."""
+    not_judged: tuple[str, ...] = ()
+    """What is drawn without a limit, and what no case draws, in sentences."""
     left_out: tuple[str, ...] = ()
     """Cases that were not tried, because the time was over."""
     driver: Driver | None
