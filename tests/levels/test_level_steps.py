@@ -1,5 +1,7 @@
 """Steps of coarser levels keep their promise on the level as it is, and rays that see nothing are no evidence."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tiny_packages import ES3, function, tiny_package
@@ -99,3 +101,37 @@ def test_a_level_that_is_off_itself_takes_longer_steps(scan, level) -> None:
     steps, codes = steps_of(scan), InMemory.of(level)
     exact, rough = (steps.measured(codes, FACTORS, (), off) for off in (0.0, 0.3))
     assert rough.step_mm > exact.step_mm
+
+
+def test_no_level_is_drawn_beyond_the_tolerance_however_far_it_is_from_level_0(scan, level) -> None:
+    steps, codes = steps_of(scan), InMemory.of(level)
+    wrong, useless = (steps.measured(codes, FACTORS, (), off) for off in (TOLERANCE.rmse / STEP_SHARE, 0.9))
+    assert useless.step_mm == wrong.step_mm
+    assert f"a quarter of the tolerance (RMSE {TOLERANCE.rmse:.2g}" in useless.reason
+
+
+def disc() -> LevelInput:
+    _, y, x = np.indices((1, 24, 24)) + 0.5
+    values = np.rint(np.clip(250.0 - 20.0 * np.hypot(y - 12.0, x - 12.0), 0.0, 255.0)).astype(np.uint8)
+    return LevelInput(InMemory.of(values), Grid.of(values.shape, (1.0, 1.0, 1.0)), {DISC.name: TABLE})
+
+
+DISC = function((0.0, (0.2, 0.5, 0.9), 0.0), (250.0, (1.0, 0.8, 0.5), 1.0))
+TABLE = lookup_table(DISC, WINDOW, 256)
+
+
+def test_the_step_of_a_single_slice_holds_for_rays_that_run_along_it() -> None:
+    scan, factors = disc(), (1, 4, 4)
+    codes = np.concatenate([slices for slices, _ in level_slices(scan, "box", factors)])
+    compositing = COMPOSITINGS["emission-absorption"]
+    steps = LevelSteps(scan, WINDOW, (DISC,), compositing, is_segments=False, tolerance=Tolerance(rmse=0.01))
+    rays = steps._rays(InMemory.of(codes), factors)
+    lengths_mm = [len(each.values) * each.step_mm for each in rays]
+    assert min(lengths_mm) < 1.2
+    assert max(lengths_mm) > 20.0
+    assert len({round(each, 3) for each in lengths_mm}) >= 5
+
+
+def test_where_samples_are_lit_the_step_of_a_level_is_measured_with_light(scan, level) -> None:
+    unlit, lit = (replace(steps_of(scan), lit=each).measured(InMemory.of(level), FACTORS, ()) for each in (False, True))
+    assert lit.step_mm < unlit.step_mm

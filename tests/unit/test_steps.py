@@ -128,6 +128,37 @@ def test_pre_integrated_tables_take_longer_steps_than_single_samples() -> None:
     assert found[0] > 2 * found[1]
 
 
+def test_lit_segments_take_shorter_steps_because_the_angle_of_a_surface_changes_within_them() -> None:
+    names = ("none", "headlight")
+    found = [
+        planned(ball(), scene_of(render={"classification": "preintegrated", "lighting": name})).render.step_mm
+        for name in names
+    ]
+    assert found[1] < found[0]
+
+
+def test_layers_are_measured_as_rays_are_where_the_picture_keeps_half_floats() -> None:
+    cast, blended = (planned(ball(), scene_of(render={"technique": t})) for t in ("ray-casting", "view-slices"))
+    assert blended.render.step_mm == cast.render.step_mm
+    assert "a sample of rays is off by" in next(each.reason for each in blended.items if each.kind == "step")
+
+
+def test_of_layers_that_are_rounded_to_8_bits_the_step_with_the_least_error_is_taken_not_the_finest() -> None:
+    tolerance = {"rmse": 4e-3, "maximum": 0.1}
+    render = {"technique": "axis-slices"}
+    info = SourceInfo(format="raw", grid=GRID, stored_type="uint8")
+    gauge = Gauge(info)
+    gauge.add(ball())
+    measured = gauge.result("0" * 64)
+    bytes_, floats = (
+        plan_of_one(scene_of(render=render, tolerance=tolerance), load_profile(name, Path()), info, measured)
+        for name in ("gles2-2048", "gles3")
+    )
+    assert bytes_.render.step_mm > floats.render.step_mm
+    reason = next(each.reason for each in bytes_.items if each.kind == "step")
+    assert "no step that was tried keeps it" in reason
+
+
 def test_a_step_that_the_scene_states_counts_in_voxels_of_each_level() -> None:
     plan = planned(waves(3.0), scene_of(render={"step_voxels": 0.8}))
     assert steps_of(plan) == pytest.approx([0.8, 1.6, 3.2])

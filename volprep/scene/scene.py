@@ -154,7 +154,7 @@ class RenderWishes(Record):
     step_voxels: Literal["auto"] | Annotated[float, Field(ge=1e-3, le=1e3)] = "auto"
     """Distance of the samples along a ray, in units of the smallest spacing of the level that is drawn. "auto": for
     each level the longest one, from 0.125 to 2, whose error, measured on a sample of rays, is within a quarter of the
-    tolerance; where users may edit transfer functions 0.5; with slices 1. With compositing maximum and minimum 1: rays
+    tolerance; where users may edit transfer functions 0.5. With compositing maximum and minimum 1: rays
     go from cell to cell, and steps of up to 1.5 voxels draw the same picture."""
     opacity_cutoff: Literal["auto"] | Fraction = "auto"
     """A ray ends when its opacity passes this (early ray termination). The rest of the ray is taken to look like the
