@@ -133,5 +133,6 @@ def test_the_step_of_a_single_slice_holds_for_rays_that_run_along_it() -> None:
 
 
 def test_where_samples_are_lit_the_step_of_a_level_is_measured_with_light(scan, level) -> None:
-    unlit, lit = (replace(steps_of(scan), lit=each).measured(InMemory.of(level), FACTORS, ()) for each in (False, True))
+    allowed = replace(steps_of(scan), tolerance=Tolerance(rmse=0.04, maximum=0.5))
+    unlit, lit = (replace(allowed, lit=each).measured(InMemory.of(level), FACTORS, ()) for each in (False, True))
     assert lit.step_mm < unlit.step_mm

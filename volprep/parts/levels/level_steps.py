@@ -6,23 +6,23 @@ picture meet the voxels in step. Random rays rarely meet a thin vessel, and miss
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.compositing import Compositing
 from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.level_input import Factors, LevelInput
-from volprep.parts.levels.rays import RaySegments, sample_level
+from volprep.parts.levels.rays import RaySegments, sample_sets
 from volprep.parts.levels.records import AdaptedTable, MeasuredStep
-from volprep.parts.programs.patch_rays import FINE, PatchRays, cosines
+from volprep.parts.levels.rendered_rays import beside, cosines
+from volprep.parts.programs.patch_rays import FINE, PatchRays
 from volprep.parts.programs.step_bench import STEP_SHARE, StepBench, in_voxels, longest_step
 from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE
 from volprep_formats.package.program import PassTarget
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -94,20 +94,22 @@ class LevelSteps:
         if not groups:
             return []
         lines = RaySegments.joined([group for _, group in groups])
-        values = self._physical(codes, spacing_mm_zyx, lines)
-        steepness = self._steepness(codes, spacing_mm_zyx, lines) if self.lit else None
+        others = beside(lines, spacing_mm_zyx) if self.lit else []
+        samples, *around = sample_sets(codes, spacing_mm_zyx, [lines, *others], per_voxel=FINE)
+        low, high = self.window
+        values = low + samples.values.astype(np.float64) * samples.scale * (high - low)
+        least_per_mm = LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx)
+        shown = cosines(lines, samples, around, spacing_mm_zyx, least_per_mm) if around else None
         rays: list[PatchRays] = []
-        first = begin = 0
+        begin = 0
         for view, group in groups:
             count = len(group.lengths_mm)
-            samples = int(values.offsets[begin + 1] - values.offsets[begin])
-            each = slice(first, first + count * samples)
-            by_ray, length_mm = _by_ray(values.values[each], samples), float(group.lengths_mm[0])
+            first, end = (int(samples.offsets[ray]) for ray in (begin, begin + count))
             views = tuple(slice(0, count if number == view else 0) for number in range(4))
-            step_mm = length_mm / samples
-            shown = None if steepness is None else cosines(by_ray, step_mm, _by_ray(steepness[each], samples))
-            rays.append(PatchRays(by_ray, step_mm, views, shown))
-            first, begin = each.stop, begin + count
+            step_mm = float(group.lengths_mm[0]) * count / (end - first)
+            headlight = None if shown is None else _by_ray(shown[first:end], count)
+            rays.append(PatchRays(_by_ray(values[first:end], count), step_mm, views, headlight))
+            begin += count
         return rays
 
     def _groups(self, factors: Factors, most_mm: float) -> Iterator[tuple[int, RaySegments]]:
@@ -122,37 +124,10 @@ class LevelSteps:
                     group = lines.taken(chosen)
                     yield view, _cut(group, float(min(group.lengths_mm[0] * (1.0 - 1e-9), most_mm)))
 
-    def _physical(self, codes: RawVolume, spacing_mm_zyx: tuple[float, float, float], lines: RaySegments) -> "_Samples":
-        samples = sample_level(codes, spacing_mm_zyx, lines, per_voxel=FINE)
-        low, high = self.window
-        return _Samples(low + samples.values.astype(np.float64) * samples.scale * (high - low), samples.offsets)
 
-    def _steepness(
-        self, codes: RawVolume, spacing_mm_zyx: tuple[float, float, float], lines: RaySegments
-    ) -> Float64Array:
-        """Return the length of the gradient at each sample, from differences over two voxels along each axis."""
-        squared = np.zeros(1)
-        for axis, spacing_mm in enumerate(reversed(spacing_mm_zyx)):
-            aside_mm = np.eye(3)[axis] * spacing_mm
-            behind, ahead = (
-                self._physical(codes, spacing_mm_zyx, replace(lines, starts_mm_xyz=lines.starts_mm_xyz + each)).values
-                for each in (-aside_mm, aside_mm)
-            )
-            squared = squared + ((ahead - behind) / (2.0 * spacing_mm)) ** 2
-        steepness: Float64Array = np.sqrt(squared)
-        return steepness
-
-
-class _Samples(NamedTuple):
-    """Physical values along rays, ray by ray."""
-
-    values: Float64Array
-    offsets: NDArray[np.int64]
-
-
-def _by_ray(values: Float64Array, samples: int) -> Float64Array:
-    """Return values of rays that have so many samples each as [sample, ray]."""
-    return np.ascontiguousarray(values.reshape(-1, samples).T)
+def _by_ray(values: Float64Array, rays: int) -> Float64Array:
+    """Return the values of so many rays of one length as [sample, ray]."""
+    return np.ascontiguousarray(values.reshape(rays, -1).T)
 
 
 def _cut(lines: RaySegments, length_mm: float) -> RaySegments:

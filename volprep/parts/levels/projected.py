@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.level_input import Factors, LevelInput, level_slices, written
@@ -46,10 +47,13 @@ class ProjectedChooser:
         self._scan = scan
         pixels = [_pixels(scan, each, len(levels), _SEED + k) for k, each in enumerate(levels)]
         lines = [check_lines(scan.grid), *pixels]
-        ends = np.cumsum([len(each.lengths_mm) for each in lines]).tolist()
-        self._by_chance = slice(0, ends[0])
-        self._pixels = {each: slice(*ends[k : k + 2]) for k, each in enumerate(levels)}
-        self._seen = SeenLevels(scan, sight, RaySegments.joined(lines))
+        # One pass over level 0 for all levels.
+        seen = SeenLevels(scan, sight, RaySegments.joined(lines))
+        by_chance, *of_levels = np.split(*_numbered(lines))
+        self._by_chance = len(by_chance)
+        self._seen = {
+            each: seen.along(np.concatenate([by_chance, own])) for each, own in zip(levels, of_levels, strict=True)
+        }
 
     def choose(
         self,
@@ -77,15 +81,22 @@ class ProjectedChooser:
         return LevelChoice(level=level, filter=best, trials=every), made[best]
 
     def _compared(self, name: LevelFilter, codes: RawVolume, factors: Factors, seconds: float) -> list[Trial]:
-        light = self._seen.light(codes, factors)
+        seen = self._seen[factors]
+        light = seen.light(codes, factors)
         trials: list[Trial] = []
-        for transfer, truth in self._seen.truth.items():
+        for transfer, truth in seen.truth.items():
             both = light[transfer], truth
-            check, aimed = ([each[part] for each in both] for part in (self._by_chance, self._pixels[factors]))
+            check, aimed = zip(*([each[: self._by_chance], each[self._by_chance :]] for each in both), strict=True)
             # In a volume that shows nothing there is nothing to aim at.
             drawn = [_drawn(each) for each in aimed] if len(aimed[0]) else check
             trials.append(trial_of(name, transfer, (check[0], check[1]), (drawn[0], drawn[1]), seconds))
         return trials
+
+
+def _numbered(lines: Sequence[RaySegments]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the numbers of all rays, and where each of `lines` after the first begins."""
+    ends = np.cumsum([len(each.lengths_mm) for each in lines])
+    return np.arange(ends[-1]), ends[:-1]
 
 
 def _pixels(scan: LevelInput, factors: Factors, levels: int, seed: int) -> RaySegments:

@@ -185,9 +185,11 @@ def sample_sets(
     *,
     between: SampleFilter = "linear",
     multiple: int = 1,
+    per_voxel: int = 2,
 ) -> list[RaySamples]:
     """Sample a level along several sets of rays, as `sample_level` does; one pass over the file."""
-    samples = sample_level(volume, spacing_mm_zyx, RaySegments.joined(lines), between=between, multiple=multiple)
+    every = RaySegments.joined(lines)
+    samples = sample_level(volume, spacing_mm_zyx, every, between=between, multiple=multiple, per_voxel=per_voxel)
     ends = np.cumsum([0, *(len(each.lengths_mm) for each in lines)])
     return [samples.part(begin, end) for begin, end in pairwise(ends.tolist())]
 

@@ -7,9 +7,11 @@ from the gradient, wherever the light is.
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep.compositing import Compositing
 from volprep.parts.levels.choose_level import CHECK_RAYS
@@ -63,6 +65,13 @@ class SeenLevels:
         self.truth = self._light(scan.volume, (1, 1, 1), self._tables)
         """Premultiplied linear colour and opacity of all rays [n, 4] through level 0, for each transfer function."""
 
+    def along(self, rays: NDArray[np.intp]) -> "SeenLevels":
+        """Return the same for some of the rays, in this order."""
+        some = copy(self)
+        some._lines = self._lines.taken(rays)
+        some.truth = {name: light[rays] for name, light in self.truth.items()}
+        return some
+
     def errors(self, volume: RawVolume, factors: Factors, own: Sequence[AdaptedTable]) -> tuple[LightError, ...]:
         """Return how far a level is from level 0 through each transfer function, with the tables of its own."""
         light = self.light(volume, factors, own)
@@ -79,21 +88,21 @@ class SeenLevels:
     def _light(self, volume: RawVolume, factors: Factors, tables: Mapping[str, Table]) -> dict[str, Float64Array]:
         """Return premultiplied linear colour and opacity of all rays [n, 4], for each transfer function."""
         spacing_mm_zyx = self._scan.spacing_mm_zyx(factors)
-        beside = _beside(self._lines, spacing_mm_zyx) if self._drawn.lit else []
+        others = beside(self._lines, spacing_mm_zyx) if self._drawn.lit else []
         samples, *around = sample_sets(
             volume,
             spacing_mm_zyx,
-            [self._lines, *beside],
+            [self._lines, *others],
             between=self._drawn.between,
             multiple=_TOGETHER,
         )
-        cosines = None
+        shown = None
         if around:
             least_per_mm = LEAST_SLOPE / min(self._scan.grid.spacing_mm_zyx)
-            cosines = _cosines(self._lines, samples, around, spacing_mm_zyx, least_per_mm)
-        return {name: self._shown(samples, cosines, table) for name, table in tables.items()}
+            shown = cosines(self._lines, samples, around, spacing_mm_zyx, least_per_mm)
+        return {name: self._shown(samples, shown, table) for name, table in tables.items()}
 
-    def _shown(self, samples: RaySamples, cosines: Float64Array | None, table: Table) -> Float64Array:
+    def _shown(self, samples: RaySamples, headlight: Float64Array | None, table: Table) -> Float64Array:
         compositing = self._drawn.compositing
         first, last = self._drawn.window
         result = np.empty((len(samples.lengths_mm), 4))
@@ -103,21 +112,21 @@ class SeenLevels:
             at = samples.offsets[rays] + np.arange(count)[:, None]
             values = first + samples.values[at].astype(np.float64) * samples.scale * (last - first)
             segment_mm = samples.lengths_mm[rays] / count
-            if cosines is None or compositing.lit_rays is None:
+            if headlight is None or compositing.lit_rays is None:
                 result[rays] = compositing.rays(values, segment_mm, table, "nearest")
             else:
-                result[rays] = compositing.lit_rays(values, segment_mm, table, "nearest", cosines[at])
+                result[rays] = compositing.lit_rays(values, segment_mm, table, "nearest", headlight[at])
         return result
 
 
-def _beside(lines: RaySegments, spacing_mm_zyx: tuple[float, float, float]) -> list[RaySegments]:
+def beside(lines: RaySegments, spacing_mm_zyx: tuple[float, float, float]) -> list[RaySegments]:
     """Return the rays a voxel to each side along x, y and z, the side of larger coordinates first."""
     steps_mm = np.diag(spacing_mm_zyx[::-1])
     starts = [lines.starts_mm_xyz + sign * step_mm for step_mm in steps_mm for sign in (1, -1)]
     return [RaySegments(each, lines.directions_xyz, lines.lengths_mm) for each in starts]
 
 
-def _cosines(
+def cosines(
     lines: RaySegments,
     samples: RaySamples,
     around: Sequence[RaySamples],

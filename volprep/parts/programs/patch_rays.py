@@ -53,7 +53,7 @@ def patch_rays(patches: Float64Array, spacing_mm_zyx: Sequence[float], length_mm
         along = np.empty_like(values)
         _native.sample_patches(_differences(patches, axis, spacing_mm), starts, velocities, step_mm, along)
         squared += along**2
-    return PatchRays(values, step_mm, views, cosines(values, step_mm, np.sqrt(squared)))
+    return PatchRays(values, step_mm, views, _cosines(values, step_mm, np.sqrt(squared)))
 
 
 def _differences(patches: Float64Array, axis: int, spacing_mm: float) -> Float64Array:
@@ -63,7 +63,7 @@ def _differences(patches: Float64Array, axis: int, spacing_mm: float) -> Float64
     return np.ascontiguousarray(np.gradient(patches, spacing_mm, axis=axis))
 
 
-def cosines(values: Float64Array, step_mm: float, steepness: Float64Array) -> Float64Array:
+def _cosines(values: Float64Array, step_mm: float, steepness: Float64Array) -> Float64Array:
     """Return the cosine between rays [sample, ray] and gradients of length `steepness`; 1 without a gradient.
 
     The gradient along a ray is the change of its values, also where a patch has thrown it back.
