@@ -89,7 +89,10 @@ def test_the_package_is_that_of_a_scene_that_names_the_kind() -> None:
     [
         ({"editable": True}, "the scene goes with no other kind"),
         ({"render": {"compositing": "mida"}}, "the scene goes with no other kind"),
-        ({"render": {"technique": "view-slices-as-published"}}, "has no step"),
+        ({"render": {"technique": "view-slices-as-published"}}, "do not tell which error a step makes"),
+        ({"source": {"path": "x", "labels": True}}, "do not tell which error a step makes"),
+        ({"source": {"path": "x", "labels": True}, "render": {"step_voxels": 0.5}}, "do not tell which error"),
+        ({"render": {"compositing": "maximum", "step_voxels": 0.5}}, "do not tell which error a step makes"),
     ],
 )
 def test_where_nothing_is_measured_it_is_lookup_tables(tables, reason) -> None:

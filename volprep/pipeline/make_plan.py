@@ -79,28 +79,22 @@ def make_plan(
     and VP3032 for impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3043 for one that mixes labels,
     VP3060 for unnecessary slices, VP3080 for parts that do not allow editing of transfer functions.
     """
+    wanted = scene.render.classification
     kinds = possible_kinds(scene, lambda each: _prepared(each, profile, len(scanned)))
-    wants_choice = scene.render.classification == "auto"
     scene = _prepared(scene.with_classification(kinds[0]), profile, len(scanned))
     scans = _channel_scans(scene, scanned, segments)
     crop = _common_crop(scene, scans)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
     require_light_outside(scene, grid)
     values = [scan.valued(profile) for scan in scans]
-    classified = _classification(scans, values, profile, kinds, grid) if wants_choice else None
-    if classified is not None:
+    classified = None
+    if wanted == "auto":
+        classified = _classification(scans, values, profile, kinds, grid)
         scene = scene.with_classification(classified.name)
         scans = [replace(scan, scene=scan.scene.with_classification(classified.name)) for scan in scans]
     begun = [begin(scan, each, profile, crop, grid) for scan, each in zip(scans, values, strict=True)]
     early_end = most([each.early_end for each in begun])
-    shared = Shared(
-        profile=profile,
-        crop=crop,
-        grid=grid,
-        render=_render(scene, profile, begun, early_end.cutoff(scene)),
-        compositing=scene.render.compositing,
-        measure_steps=profile.has_shaders and measures_steps(scene),
-    )
+    shared = _shared(scene, profile, crop, grid, _render(scene, profile, begun, early_end.cutoff(scene)))
     finished = [channel.finished(shared) for channel in begun]
     channels = [each.plan for each in finished]
     measured = [each.measured for each in scanned]
@@ -129,6 +123,17 @@ def make_plan(
         items=tuple(items),
     )
     return plan.model_copy(update={"stages": planned_stages(plan), "costs": planned_costs(plan)})
+
+
+def _shared(scene: Scene, profile: DeviceProfile, crop: CropPlan, grid: Grid, render: RenderSettings) -> Shared:
+    return Shared(
+        profile=profile,
+        crop=crop,
+        grid=grid,
+        render=render,
+        compositing=scene.render.compositing,
+        measure_steps=profile.has_shaders and measures_steps(scene),
+    )
 
 
 def _prepared(scene: Scene, profile: DeviceProfile, channels: int) -> Scene:

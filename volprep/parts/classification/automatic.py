@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.programs.patch_rays import PatchRays
-from volprep.parts.programs.step import layers_of, measures_steps, source_rays
+from volprep.parts.programs.step import has_error_of_steps, layers_of, source_rays
 from volprep.parts.programs.step_bench import LongestStep, StepBench, in_voxels, longest_step
 from volprep.plan.decisions import ValueChoice
 from volprep.plan.probe import PictureDifference
@@ -128,10 +128,9 @@ def _unmeasured(scene: Scene, profile: DeviceProfile, kinds: Sequence[Classifica
         "devices without shaders have palettes": not profile.has_shaders,
         "several channels share tables in one picture": channels > 1,
         "the scene goes with no other kind": len(kinds) == 1,
-        "the technique or the compositing has no step that an error could be measured with": not measures_steps(
+        "rays of the scan do not tell which error a step makes": not has_error_of_steps(
             scene.with_classification(kinds[0])
-        )
-        and scene.render.step_voxels == "auto",
+        ),
     }
     return next((reason for reason, holds in reasons.items() if holds), None)
 

@@ -106,9 +106,13 @@ def layers_of(technique: TechniqueName, profile: DeviceProfile) -> PassTarget | 
 
 def measures_steps(scene: Scene) -> bool:
     """Return whether the steps of coarser levels are measured on the levels, when these are made."""
+    return scene.render.step_voxels == "auto" and has_error_of_steps(scene)
+
+
+def has_error_of_steps(scene: Scene) -> bool:
+    """Return whether rays of the scan tell which error a step makes."""
     return (
-        scene.render.step_voxels == "auto"
-        and not scene.source.labels
+        not scene.source.labels
         and not scene.editable
         and TECHNIQUES[scene.render.technique].step_voxels is None
         and not COMPOSITINGS[scene.render.compositing].cell_by_cell
