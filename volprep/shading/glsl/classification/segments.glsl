@@ -3,6 +3,8 @@
 //: a texel for each label: rgb the square root of the tint, linear, a the opacity factor, 0 if hidden. Slots: channels
 //: gives classify_0, classify_1, ..., one for each style; texels declares u_labels; media classifies a value in every
 //: style, shown is the largest extinction of them; chosen is the style of a label; borders is section mixed or crisp.
+//: Where it is lit: lit declares border_slope, unlit sets it to 0, seen and slope find it; VOXEL and POSITION_PER_MM are
+//: those of the sampling.
 //: Words: CODE, the texel at `at` as a number; FLAG; PLACE, the position `at` in voxels; OF_VOXELS, how `at` is made
 //: from a position in voxels; ENTRY, the place of a label in u_segments.
 //#part channels
@@ -25,8 +27,10 @@ vec4 look_of(float label) {
   return vec4(look.rgb * look.rgb, look.a);
 }
 
+//#part lit_segments
 // Colour and extinction at a place of the volume.
 vec4 classify_segments(vec3 at) {
+  //#part no_border
   float stored = stored_value(at);
   //#part media
   if (shown == 0.0) {
@@ -54,6 +58,7 @@ vec4 classify_segments(vec3 at) {
   vec4 across = vec4(along_x * (1.0 - share.y), along_x * share.y);
   vec4 weights_near = across * (1.0 - share.z);
   vec4 weights_far = across * share.z;
+  //#part border_slope
   //#part borders
 }
 //#section texture3d
@@ -74,6 +79,33 @@ for (int corner = 0; corner < 4; corner++) {
 vec4 medium = vec4(0.0);
 //#part added
 return vec4(medium.rgb / max(medium.a, 1e-9), medium.a);
+//#section lit_segments
+// Where labels meet, the slope of the logarithm of the visible extinction per millimetre, with the value held: of the
+// place that was classified last.
+vec3 border_slope;
+
+//#section no_border
+border_slope = vec3(0.0);
+//#section seen
+// Visible extinction of the eight voxels, each at the value of this place.
+vec4 seen_near;
+vec4 seen_far;
+for (int corner = 0; corner < 4; corner++) {
+  //#part seen_corners
+}
+vec4 seen = mix(seen_near, seen_far, share.z);
+vec2 seen_x = mix(seen.xy, seen.zw, share.y);
+vec2 rise_y = seen.zw - seen.xy;
+vec4 rise = seen_far - seen_near;
+vec2 rise_z = mix(rise.xy, rise.zw, share.y);
+border_slope = vec3(seen_x.y - seen_x.x, mix(rise_y.x, rise_y.y, share.x), mix(rise_z.x, rise_z.y, share.x));
+border_slope *= $POSITION_PER_MM / ($VOXEL * max(mix(seen_x.x, seen_x.y, share.x), 1e-9));
+//#section seen_corner
+float seen_of_$SIDE = medium_0.a;
+//#part chosen
+seen_$SIDE[corner] = seen_of_$SIDE * look_of(labels_$SIDE[corner]).a;
+//#section seen_chosen
+seen_of_$SIDE = labels_$SIDE[corner] < $FIRST ? seen_of_$SIDE : medium$OF.a;
 //#section sum
 vec4 sum$OF = vec4(0.0);
 //#section corner
