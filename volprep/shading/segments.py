@@ -61,7 +61,7 @@ def drawn_with_segments(
             **_lit(segments, is_lit=is_lit),
         },
         words=words,
-        offers={"MEDIUM": "classify_segments(start + stride * i)", **({"BORDER": " + border_slope"} if is_lit else {})},
+        offers={"MEDIUM": "classify_segments(start + stride * i)", **({"BORDER": " + border_slope()"} if is_lit else {})},
         samplers=(*samplers, *labels.samplers, Sampler(name="u_segments", role="looks")),
     )
     return replace(sampling, samplers=volume), classified
@@ -151,26 +151,17 @@ def _styles(segments: Segments) -> dict[str, Slot]:
 def _lit(segments: Segments, *, is_lit: bool) -> dict[str, Slot]:
     """Return what gives a normal to the borders of labels; nothing where nothing is lit."""
     if not is_lit:
-        return dict.fromkeys(("lit_segments", "no_border", "border_slope"))
-    firsts = _firsts(segments)
-    corners = tuple(
-        Instance(
-            f"{_PART}:seen_corner",
-            {"SIDE": side},
-            {
-                "chosen": tuple(
-                    Instance(f"{_PART}:seen_chosen", {"SIDE": side, "OF": f"_{index}", "FIRST": literal(first - 0.5)})
-                    for index, first in enumerate(firsts, 1)
-                )
-            },
-        )
-        for side in ("near", "far")
-    )
+        return dict.fromkeys(("lit_segments", "no_border", "border", "border_slope"))
+    each = [{"OF": f"_{index}"} for index in range(len(segments.transfers))]
+    firsts = zip(each[1:], _firsts(segments), strict=True)
     return {
-        "lit_segments": f"{_PART}:lit_segments",
-        "no_border": f"{_PART}:no_border",
-        "border_slope": f"{_PART}:seen",
-        "seen_corners": corners,
+        **{part: f"{_PART}:{part}" for part in ("no_border", "border")},
+        "lit_segments": (Instance(f"{_PART}:lit_segments", {"KEPT": ", ".join(f"kept{words['OF']}" for words in each)}),),
+        "border_slope": f"{_PART}:slope",
+        "keep": _instances("keep", each),
+        "seen_chosen": tuple(
+            Instance(f"{_PART}:seen_chosen", {**words, "FIRST": literal(first - 0.5)}) for words, first in firsts
+        ),
     }
 
 

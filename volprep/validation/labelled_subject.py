@@ -120,5 +120,12 @@ class LabelledSubject(Subject):
         )
         box_from_clip = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
         return labelled_picture(
-            volume.stored, volume.grid, volume.slope, volume.intercept, labelled, box_from_clip, self.shape_hw
+            volume.stored,
+            volume.grid,
+            volume.slope,
+            volume.intercept,
+            labelled,
+            box_from_clip,
+            self.shape_hw,
+            normals=volume.normals,
         )

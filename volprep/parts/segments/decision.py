@@ -39,7 +39,8 @@ _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 
 
 def with_segments(scene: Scene, channels: int) -> Scene:
-    """Return the scene as segments need it: coarser levels are means, and shaders find the normals.
+    """Return the scene as segments need it: coarser levels are means, and shaders find normals, as they change with
+    what an app shows.
 
     Raises VP3220 for a scan of several channels.
     """
@@ -50,7 +51,7 @@ def with_segments(scene: Scene, channels: int) -> Scene:
     update: dict[str, object] = {}
     if scene.pyramid.filter == "auto":
         update["pyramid"] = scene.pyramid.model_copy(update={"filter": "box"})
-    if "normals" not in scene.lighting.model_fields_set:
+    if scene.lighting.normals == "volume":
         update["lighting"] = scene.lighting.model_copy(update={"normals": "central"})
     return scene.model_copy(update=update)
 
@@ -73,9 +74,8 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None
     yield f"compositing {render.compositing}", render.compositing not in COMPOSITED
     yield f"classification {render.classification}", render.classification not in _CLASSIFICATIONS
-    is_lit = render.lighting != "none"
-    yield "lighting.normals volume", is_lit and scene.lighting.normals == "volume"
-    yield f"lighting.shadows {scene.lighting.shadows}", is_lit and scene.lighting.shadows != "none"
+    shadows = scene.lighting.shadows
+    yield f"lighting.shadows {shadows}", render.lighting != "none" and shadows != "none"
     yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none"
     yield f"textures.compression {scene.textures.compression}", scene.textures.compression != "none"
     yield "textures.mipmaps", scene.textures.mipmaps
