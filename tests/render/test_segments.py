@@ -12,14 +12,12 @@ from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
-from volprep.scene.scene import Scene
 from volprep.truth.camera import standard_views
-from volprep.truth.labelled import Labelled, labelled_picture, tinted
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
-from volprep_formats.package.parts.segments.record import looks
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
@@ -215,7 +213,12 @@ def test_wishes_that_cannot_be_are_refused(folder, change, code):
 
 
 @pytest.mark.parametrize(
-    "render", [{"lighting": "headlight", "compositing": "back-to-front", "technique": "view-slices-as-published"}, {"compositing": "maximum"}, {"technique": "view-slices-as-published"}]
+    "render",
+    [
+        {"lighting": "headlight", "compositing": "back-to-front", "technique": "view-slices-as-published"},
+        {"compositing": "maximum"},
+        {"technique": "view-slices-as-published"},
+    ],
 )
 def test_what_segments_do_not_go_with_is_refused(folder, render):
     scene = scene_of(folder, border="mixed")

@@ -61,7 +61,10 @@ def drawn_with_segments(
             **_lit(segments, is_lit=is_lit),
         },
         words=words,
-        offers={"MEDIUM": "classify_segments(start + stride * i)", **({"BORDER": " + border_slope()"} if is_lit else {})},
+        offers={
+            "MEDIUM": "classify_segments(start + stride * i)",
+            **({"BORDER": " + border_slope()"} if is_lit else {}),
+        },
         samplers=(*samplers, *labels.samplers, Sampler(name="u_segments", role="looks")),
     )
     return replace(sampling, samplers=volume), classified
@@ -153,10 +156,13 @@ def _lit(segments: Segments, *, is_lit: bool) -> dict[str, Slot]:
     if not is_lit:
         return dict.fromkeys(("lit_segments", "no_border", "border", "border_slope"))
     each = [{"OF": f"_{index}"} for index in range(len(segments.transfers))]
+    kept = ", ".join(f"kept{words['OF']}" for words in each)
     firsts = zip(each[1:], _firsts(segments), strict=True)
     return {
         **{part: f"{_PART}:{part}" for part in ("no_border", "border")},
-        "lit_segments": (Instance(f"{_PART}:lit_segments", {"KEPT": ", ".join(f"kept{words['OF']}" for words in each)}),),
+        "lit_segments": (
+            Instance(f"{_PART}:lit_segments", {"KEPT": ", ".join(f"kept{words['OF']}" for words in each)}),
+        ),
         "border_slope": f"{_PART}:slope",
         "keep": _instances("keep", each),
         "seen_chosen": tuple(

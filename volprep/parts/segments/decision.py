@@ -39,8 +39,9 @@ _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 
 
 def with_segments(scene: Scene, channels: int) -> Scene:
-    """Return the scene as segments need it: coarser levels are means, and shaders find normals, as they change with
-    what an app shows.
+    """Return the scene as segments need it: coarser levels are means, and shaders find the normals.
+
+    Normals of borders change with what an app shows.
 
     Raises VP3220 for a scan of several channels.
     """
