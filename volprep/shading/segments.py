@@ -160,9 +160,7 @@ def _lit(segments: Segments, *, is_lit: bool) -> dict[str, Slot]:
     firsts = zip(each[1:], _firsts(segments), strict=True)
     return {
         **{part: f"{_PART}:{part}" for part in ("no_border", "border")},
-        "lit_segments": (
-            Instance(f"{_PART}:lit_segments", {"KEPT": ", ".join(f"kept{words['OF']}" for words in each)}),
-        ),
+        "lit_segments": (Instance(f"{_PART}:lit_segments", {"KEPT": kept}),),
         "border_slope": f"{_PART}:slope",
         "keep": _instances("keep", each),
         "seen_chosen": tuple(
