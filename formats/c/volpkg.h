@@ -5843,7 +5843,8 @@ static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg
                                                  const volpkg_program* program) {
     const volpkg_segments* segments = p->segments;
     int32_t tables = program->classification == VOLPKG_CLASSIFICATION_LOOKUP ? segments->transfers.count : 0;
-    int32_t skips = volpkg__samples(program, VOLPKG_ROLE_SKIP), volumes = 0, bricks = 0, labels = 0, finest, i, k, next = 0;
+    int32_t skips = volpkg__samples(program, VOLPKG_ROLE_SKIP), volumes = 0, bricks = 0, labels = 0, finest, i, k,
+            next = 0;
     VOLPKG__RULE(program->sampling != VOLPKG_SAMPLING_SUBVOLUMES &&
                      (program->compositing == VOLPKG_COMPOSITING_EMISSION_ABSORPTION ||
                       program->compositing == VOLPKG_COMPOSITING_BACK_TO_FRONT),
