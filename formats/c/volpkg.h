@@ -22,7 +22,8 @@
  *     if (volpkg_choose(package, NULL, -1, &drawing, &error)) return fail(error.text);
  *
  * Then compile drawing.program->vertex and ->fragment, upload drawing.textures[unit] to each unit, set each uniform to
- * what volpkg_uniform gives, and draw one triangle. example.c does all of it with OpenGL ES 2 and 3.
+ * what volpkg_uniform gives, and draw one triangle. example.c does all of it with OpenGL ES 2 and 3. A package for
+ * OpenGL ES 1.1 has slices in place of programs: see volpkg_choose_slices.
  *
  * Memory. Nothing is allocated. The file is used in place: texels, shaders and meshes are pointers into it, so it must
  * stay where it is, unchanged, as long as the package is in use. Everything else lies in one arena, which you give.
