@@ -162,11 +162,15 @@ export class VolumeViewer extends HTMLElement {
       if (found) stage.backdrop = found.slice(1).map((each) => parseInt(each, 16) / 255);
       else fail("it is not #rrggbb");
     } else if (name === "clip") {
-      const numbers = (value ?? "").match(/[\d.]+/g)?.map(Number) ?? [];
-      if (value && numbers.length !== 6) fail("it is not six numbers");
+      const numbers = value ? value.trim().split(/[\s,]+/).map(Number) : [];
+      const isBox = numbers.every((each, i) => each >= 0 && each <= 1 && (i > 2 || each < numbers[i + 3]));
+      if (value && !(numbers.length === 6 && isBox)) fail("it is not the corners of a box, six numbers from 0 to 1");
       else if (value || this.#level >= 0) this.#cut(numbers);
-    } else if (name === "auto-rotate") this.#rotate(Number(value ?? 0));
-    else this.#equip();
+    } else if (name === "auto-rotate") {
+      const degrees = Number(value ?? 0);
+      if (Number.isFinite(degrees)) this.#rotate(degrees);
+      else fail("it is no number of degrees a second");
+    } else this.#equip();
   }
 
   /** @param {number[]} share of the box, its low corner and its high one */

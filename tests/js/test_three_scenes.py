@@ -145,6 +145,42 @@ def test_light_is_mixed_as_light_on_every_background(page, picture) -> None:
     assert rmse(naive, over(picture, pixels(found["grey"][1])[..., :3])) > 5 * STEP
 
 
+def test_volumes_before_each_other_are_mixed_in_their_order(page) -> None:
+    script = """
+    const { renderer, scene, camera, volume, shown, packed } = await begin();
+    const other = volume.clone();
+    other.rotation.z = 1;
+    scene.add(other);
+    const target = new THREE.WebGLRenderTarget(40, 40, { type: THREE.FloatType });
+    const alone = (each) => {
+      for (const one of [volume, other]) one.visible = one === each;
+      renderer.setClearColor(0, 0);
+      renderer.setRenderTarget(target);
+      renderer.render(scene, camera);
+      const found = new Float32Array(40 * 40 * 4);
+      renderer.readRenderTargetPixels(target, 0, 0, 40, 40, found);
+      renderer.setRenderTarget(null);
+      return packed(found);
+    };
+    const found = [alone(volume), alone(other)];
+    volume.visible = other.visible = true;
+    scene.background = new THREE.Color(0.2, 0.2, 0.2);
+    for (const order of [1, -1]) {
+      other.renderOrder = order;
+      found.push(shown());
+    }
+    return found;
+    """
+    *alone, before, behind = page.run(script)
+    one, other = (np.frombuffer(base64.b64decode(text), "<f4").reshape(SIZE, SIZE, 4)[::-1] for text in alone)
+    grey = np.full(3, 0.2)
+    for text, (back, front) in ((before, (one, other)), (behind, (other, one))):
+        light = back[..., :3] + (1 - back[..., 3:]) * grey
+        wanted = encoded(front[..., :3] + (1 - front[..., 3:]) * light)
+        assert np.abs(pixels(text)[..., :3] - wanted).max() < 2.5 * STEP
+    assert np.abs(pixels(before) - pixels(behind)).max() > 20 * STEP
+
+
 def test_the_canvas_shows_what_effect_composer_shows(page) -> None:
     script = """
     const { EffectComposer } = await import("three/addons/postprocessing/EffectComposer.js");
