@@ -51,6 +51,9 @@ export class VolumeViewer extends HTMLElement {
   #end = new AbortController();
   #turning = 0;
   #level = -1;
+  /** Argument of the last `open`; undefined if it was the attribute `src`. @type {Parameters<typeof openPackage>[0] | null | undefined} */
+  #given;
+  #isBegun = false;
 
   constructor() {
     super();
@@ -74,7 +77,8 @@ export class VolumeViewer extends HTMLElement {
   }
 
   connectedCallback() {
-    if (!this.#stage) this.open();
+    // A page may put the element where it shall be after `open`, and move it, which closes the package.
+    if (!this.#isBegun) this.open(this.#given);
   }
 
   disconnectedCallback() {
@@ -98,14 +102,18 @@ export class VolumeViewer extends HTMLElement {
     this.package?.close();
     this.#tools = this.#stage = this.package = null;
     this.#level = -1;
+    this.#isBegun = false;
   }
 
   /**
    * Opens a package and draws it, in place of the one before.
-   * @param {Parameters<typeof openPackage>[0] | null} [src] argument of `openPackage`; the attribute `src` if absent
+   * @param {Parameters<typeof openPackage>[0] | null} [given] argument of `openPackage`; the attribute `src` if absent
    */
-  async open(src = this.getAttribute("src")) {
+  async open(given) {
     this.#close();
+    this.#given = given;
+    this.#isBegun = true;
+    const src = given === undefined ? this.getAttribute("src") : given;
     const { signal } = (this.#end = new AbortController());
     // A context that was lost stays so: each package gets a canvas of its own.
     const canvas = document.createElement("canvas");

@@ -114,7 +114,9 @@ def test_the_palettes_of_an_edit_of_slices_are_those_of_the_renderer(edit_progra
         assert len(lines) == 2 * len(textures)
         for number, (name, digits, opacity) in enumerate(map(str.split, lines)):
             file = package.read_bytes(textures[name].file)
-            palette = code_colours(TransferFunction(name="ramp", points=listed), (0.0, 255.0), textures[name].reference_mm)
+            palette = code_colours(
+                TransferFunction(name="ramp", points=listed), (0.0, 255.0), textures[name].reference_mm
+            )
             edited = number < len(textures)
             # Taken back, they are the package's own.
             assert bytes.fromhex(digits) == (palette.tobytes() + file[1024:] if edited else file)

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy as np
 import pytest
 from browser import PageError
 from web_pictures import TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse

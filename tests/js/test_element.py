@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Browser
+from every_kind import single_file
 from npm_package import npm_package
 from PIL import Image
 from web_server import WebServer
@@ -33,6 +34,7 @@ def page(browser: Browser, tmp_path_factory, scene_package) -> Browser:
     js = Path(__file__).parents[2] / "formats" / "js"
     axe = npm_package("axe-core", "4.10.3") / "node_modules" / "axe-core"
     package = scene_package("lit, skips by distance")
+    single_file(package.path)
     with WebServer({"js": js, "page": folder, "package": package.path.parent, "axe": axe}) as server:
         browser.open(f"{server.url}/page/index.html")
         browser.run(START + 'while (one.renderer?.level !== 0) await told("levelchange", 50); await frame();')
@@ -174,6 +176,30 @@ def test_keys_turn_it_and_enter_reads_out_what_is_in_the_middle(page) -> None:
     assert found["picks"] > 1
     assert "mm" in found["status"]
     assert found["marks"] == 2
+
+
+def test_bytes_are_drawn_wherever_the_element_is_put(page) -> None:
+    """As in JupyterLab, which attaches an element after it was made, and moves it."""
+    script = (
+        START
+        + """
+    const bytes = new Uint8Array(await (await fetch("/package/p.volpkg.zip")).arrayBuffer());
+    const made = document.createElement("volume-viewer");
+    const drawn = async () => {
+      const late = performance.now() + 15_000;
+      while (made.renderer?.level !== 0 && performance.now() < late) await told("nothing", 50);
+      return made.renderer?.level ?? null;
+    };
+    made.open(bytes.slice());
+    document.body.append(made);
+    const found = [await drawn()];
+    document.querySelector("main").append(made);
+    found.push(await drawn());
+    made.remove();
+    return found;
+    """
+    )
+    assert page.run(script) == [0, 0]
 
 
 def test_letters_a_scale_bar_and_the_fidelity_are_shown_on_request(page) -> None:
