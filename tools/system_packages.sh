@@ -86,13 +86,13 @@ install_on_debian() {
         sudo=(sudo)
     fi
     echo "volprep: missing system packages: ${packages[*]}"
-    tools/step.sh apt-update "reading Debian's package lists" "${sudo[@]}" apt-get update || exit 1
+    tools/step.sh apt-update "reading Debian's package lists" "${sudo[@]}" apt-get -o Acquire::Retries=3 update || exit 1
     # Ubuntu has no firefox-esr: what apt does not know is told of later.
     for package in "${packages[@]}"; do
         apt-cache show "$package" >/dev/null 2>&1 && known+=("$package")
     done
     tools/step.sh apt-install "installing system packages" "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive \
-        apt-get install --yes --no-install-recommends "${known[@]}" || exit 1
+        apt-get -o Acquire::Retries=3 install --yes --no-install-recommends "${known[@]}" || exit 1
 }
 
 look
