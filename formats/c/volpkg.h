@@ -5572,6 +5572,14 @@ static volpkg_code volpkg__editing_rules(volpkg__reader* r, const volpkg_package
     return VOLPKG_OK;
 }
 
+/* One picture of channels that hold light and extinction; no program draws one of them alone. */
+static int volpkg__is_colour(const volpkg_package* p) {
+    int32_t i;
+    for (i = 0; i < p->programs.count && p->together; ++i)
+        if (p->programs.at[i].classification == VOLPKG_CLASSIFICATION_COLOUR) return 1;
+    return 0;
+}
+
 static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_package* p) {
     int32_t i, k, n;
     VOLPKG__RULE(p->stages.count == 0, "", "it is sealed, but has records of stages");
@@ -5591,6 +5599,8 @@ static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_packag
             int drawn = 0;
             for (n = 0; n < p->programs.count; ++n)
                 drawn |= volpkg__is(p->programs.at[n].transfer, channel->transfer_functions.at[k].name);
+            drawn |= volpkg__is_colour(p) && volpkg__lists(p->together->transfers.at, p->together->transfers.count,
+                                                           channel->transfer_functions.at[k].name);
             drawn |= p->segments && volpkg__lists(p->segments->transfers.at, p->segments->transfers.count,
                                                   channel->transfer_functions.at[k].name);
             VOLPKG__RULE(drawn, channel->transfer_functions.at[k].name, "no program draws it");

@@ -134,6 +134,8 @@ def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
         names = tuple(function.name for function in functions)
         reasons = tuple(rays.points_reason(function, values.entries) for function in functions)
         return Tables(points=names, reasons=reasons)
+    if wishes.classification == "colour":
+        return Tables()
     if wishes.classification == "preclassified":
         (function,) = functions
         reference_mm, error = rays.best_reference(function)
