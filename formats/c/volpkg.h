@@ -138,8 +138,8 @@ typedef struct volpkg_mesh_part {
 typedef enum volpkg_api { VOLPKG_API_ES1_1, VOLPKG_API_ES2_0, VOLPKG_API_ES3_0 } volpkg_api;
 typedef enum volpkg_axis { VOLPKG_AXIS_X, VOLPKG_AXIS_Y, VOLPKG_AXIS_Z } volpkg_axis;
 typedef enum volpkg_classification { VOLPKG_CLASSIFICATION_LOOKUP, VOLPKG_CLASSIFICATION_PREINTEGRATED,
-    VOLPKG_CLASSIFICATION_PALETTE, VOLPKG_CLASSIFICATION_CONTROL_POINTS, VOLPKG_CLASSIFICATION_PRECLASSIFIED }
-    volpkg_classification;
+    VOLPKG_CLASSIFICATION_PALETTE, VOLPKG_CLASSIFICATION_CONTROL_POINTS, VOLPKG_CLASSIFICATION_PRECLASSIFIED,
+    VOLPKG_CLASSIFICATION_COLOUR } volpkg_classification;
 typedef enum volpkg_compositing { VOLPKG_COMPOSITING_EMISSION_ABSORPTION, VOLPKG_COMPOSITING_BACK_TO_FRONT,
     VOLPKG_COMPOSITING_MAXIMUM, VOLPKG_COMPOSITING_MINIMUM, VOLPKG_COMPOSITING_AVERAGE, VOLPKG_COMPOSITING_MIDA,
     VOLPKG_COMPOSITING_FIRST_HIT, VOLPKG_COMPOSITING_ISOSURFACE } volpkg_compositing;
@@ -3221,7 +3221,7 @@ VOLPKG__WORDS(volpkg__technique_word, VOLPKG__NAMED, 0, volpkg__technique_words)
 static const volpkg__named volpkg__classification_words[] = {{"lookup", VOLPKG_CLASSIFICATION_LOOKUP},
     {"preintegrated", VOLPKG_CLASSIFICATION_PREINTEGRATED}, {"palette", VOLPKG_CLASSIFICATION_PALETTE},
     {"control-points", VOLPKG_CLASSIFICATION_CONTROL_POINTS}, {"preclassified", VOLPKG_CLASSIFICATION_PRECLASSIFIED},
-    {NULL, 0}};
+    {"colour", VOLPKG_CLASSIFICATION_COLOUR}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__classification_word, VOLPKG__NAMED, 0, volpkg__classification_words)
 static const volpkg__named volpkg__lighting_words[] = {{"none", VOLPKG_LIGHTING_NONE},
     {"headlight", VOLPKG_LIGHTING_HEADLIGHT}, {"phong", VOLPKG_LIGHTING_PHONG},

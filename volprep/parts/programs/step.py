@@ -82,6 +82,9 @@ def choose_steps(
             if scene.segments is not None and voxels > LONGEST_AT_BORDERS[scene.segments.border]:
                 voxels = LONGEST_AT_BORDERS[scene.segments.border]
                 reason = f"borders of segments, {scene.segments.border}, need samples as close as that"
+            if scene.colour is not None and voxels > _LONGEST_IN_COLOUR:
+                voxels = _LONGEST_IN_COLOUR
+                reason = "light and extinction were measured one by one, and the picture needs both"
         chosen.append(
             StepChoice(level.index, voxels * voxel_mm, f"{in_voxels(voxels)}: {reason}", in_pieces=level in in_pieces)
         )

@@ -101,13 +101,15 @@ def plan_together(
     programs = tuple(ray_casters(name, levels, scene))
     # Shaders that channels share with the picture are items of the channels.
     named = {path for plan in group for program in plan.programs for path in shader_files(program)}
+    fetches = f"{'one fetch' if shares else f'{len(group)} fetches'} of values, and {len(group)} of colours"
+    if scene.colour is not None:
+        fetches = "one fetch, of light and extinction"
     item = PlanItem(
         name=name,
         kind=KIND,
         transfer=name,
         kept=True,
-        reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes "
-        f"{'one fetch' if shares else f'{len(group)} fetches'} of values, and {len(group)} of colours",
+        reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes {fetches}",
         files=tuple(dict.fromkeys(path for program in programs for path in shader_files(program) if path not in named)),
     )
     drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
