@@ -95,7 +95,6 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
     return {
         **scene,
         **tables,
-        "quantize": {"bits": 8, "window": (0.0, 1.0)},
         "source": {"channels": [{**source, "name": part, "colour": settings.channel(part)} for part in PARTS]},
         "transfer": [transfer_of(part, settings.largest_per_mm) for part in PARTS],
         "together": {"name": _NAME},
