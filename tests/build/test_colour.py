@@ -178,18 +178,17 @@ def test_a_program_draws_all_four_channels_and_none_alone(package: Package) -> N
 
 
 def test_one_colour_looks_as_the_closed_form_says(tmp_path: Path) -> None:
-    scene = write_colour_scene(tmp_path)
+    # Without sRGB textures: Mesa's software driver decodes sRGB by a polynomial, which is up to 0.0007 off.
+    scene = write_colour_scene(tmp_path, "gles2-2048")
     write_pictures(tmp_path / "slices.tif", np.full((*SHAPE_ZYX, 4), (180, 90, 30, 204), np.uint8))
     package = built(scene)
     with Renderer(package, target="rgba32f") as renderer:
         grid = renderer.level.grid
         camera = standard_views(grid, "orthographic")["anterior"].box_from_clip(grid, 1.0)
         middle = renderer.render(camera, (33, 33))[16, 16]
-    (codes,) = {tuple(each) for each in texels_of(package, 0).reshape(-1, 4).tolist()}
+    codes = np.rint(light_of(np.array([180, 90, 30, 204])) * 255)
     opacity = 1.0 - np.exp(-LARGEST_PER_MM * codes[3] / 255 * grid.extent_mm_zyx[1])
-    colour = [linear_of_srgb(code / 255) * 255 / codes[3] for code in codes[:3]]
-    assert middle == pytest.approx([*(part * opacity for part in colour), opacity], abs=2e-5)
-    assert colour == pytest.approx([linear_of_srgb(code / 255) for code in (180, 90, 30)], rel=0.01)
+    assert middle == pytest.approx([*(codes[:3] / codes[3] * opacity), opacity], abs=2e-5)
 
 
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
@@ -205,7 +204,6 @@ REFUSED = {
     "[grid]\nsize = 8\n": "sub-volumes",
     "[bricks]\n": "bricks",
     "[proxy]\n": "proxy geometry",
-    '[segments]\nsource = "slices.tif"\n': "segments",
     "[normals]\n": "normals",
     '[render]\nlighting = "headlight"\n': "lighting",
     '[lighting]\nbaked = "occlusion"\n': "lighting",
@@ -227,7 +225,8 @@ def test_what_colour_does_not_support_is_refused_before_anything_is_made(tmp_pat
 @pytest.mark.parametrize(
     ("top", "code", "said"),
     [
-        ("editable = true", "VP3046", "users edit"),
+        ("editable = true", "VP3080", "classification colour"),
+        ('segments = { source = "organs.nii" }', "VP3003", "segments"),
         ("fidelity = true", "VP3046", "fidelity"),
         ("together = {}", "VP3003", "together"),
         ("quantize = { bits = 8 }", "VP3003", "quantize"),

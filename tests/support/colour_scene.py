@@ -34,6 +34,13 @@ def ball() -> NDArray[np.uint8]:
     return np.rint(np.concatenate([colours, alpha[..., None]], axis=-1) * 255).astype(np.uint8)
 
 
+def waves() -> NDArray[np.uint8]:
+    """Pixels [z, y, x, RGBA] that change slowly everywhere, without an outline."""
+    z, y, x = np.meshgrid(*((np.arange(n) + 0.5) / n * 3 for n in SHAPE_ZYX), indexing="ij")
+    planes = (np.sin(x + 0.4 * y), np.cos(y - 0.5 * z), np.sin(z + 0.3 * x + 1.0), np.cos(0.8 * x + 0.5 * y - 0.9 * z))
+    return np.rint((0.55 + 0.4 * np.stack(planes, axis=-1)) * 255).astype(np.uint8)
+
+
 def write_pictures(path: Path, pixels: NDArray[np.generic], alpha: str = "unassalpha") -> None:
     """Write pages [z, y, x, channel] of RGB or RGBA."""
     extra = [alpha] if pixels.shape[-1] == 4 else None

@@ -85,7 +85,7 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
     source = scene.get("source")
     if not isinstance(source, Mapping):
         return dict(scene)
-    fixed = [f"[{table}]" for table in ("together", "quantize") if table in scene]
+    fixed = [f"[{table}]" for table in ("together", "quantize", "segments") if table in scene]
     fixed += [f"source.{key}" for key in ("channels", "rgb", "colour", "mask", "nan") if key in source]
     tables = {table: {**own, **_mapping(scene.get(table))} for table, own in _TABLES.items()}
     fixed += [f"{table}.{key}" for table, own in _TABLES.items() for key in own if tables[table][key] != own[key]]

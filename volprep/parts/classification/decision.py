@@ -82,7 +82,6 @@ def _require_colour(scene: Scene) -> None:
         "segments": scene.segments is not None,
         "normals": scene.normals is not None,
         "lighting": scene.render.lighting != "none" or scene.lighting.baked != "none",
-        "transfer functions that users edit": scene.editable,
         f"compression {scene.textures.compression}": scene.textures.compression != "none",
         "mipmaps": scene.textures.mipmaps,
         "channels in textures of their own": scene.textures.channels == "apart",

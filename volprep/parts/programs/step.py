@@ -104,7 +104,7 @@ def measures_steps(scene: Scene) -> bool:
         and TECHNIQUES[scene.render.technique].step_voxels is None
         and not COMPOSITINGS[scene.render.compositing].cell_by_cell
         and not COMPOSITINGS[scene.render.compositing].isovalue
-        and scene.render.classification != "preclassified"
+        and scene.render.classification not in {"preclassified", "colour"}
     )
 
 
