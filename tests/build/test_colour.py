@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import nibabel
 import numpy as np
 import pytest
+import tifffile
 from colour_scene import LARGEST_PER_MM, SHAPE_ZYX, ball, write_colour_scene, write_pictures
 
 from volprep.pipeline.build import build, plan_build
@@ -93,6 +95,31 @@ def test_pictures_of_16_bits_keep_their_bits(tmp_path: Path) -> None:
     assert channel(tmp_path / "wide.tif", "green", "blue") == pytest.approx(
         linear_of_srgb(23456 / 65535) * 34567 / 65535, abs=1e-5
     )
+
+
+def test_ome_tiff_and_nifti_give_what_pictures_give(tmp_path: Path) -> None:
+    pixels = ball()
+    write_pictures(tmp_path / "ball.tif", pixels)
+    metadata = {"axes": "ZYXS", "PhysicalSizeX": 2.0, "PhysicalSizeY": 2.0, "PhysicalSizeZ": 3.0}
+    tifffile.imwrite(
+        tmp_path / "ball.ome.tif", pixels, photometric="rgb", extrasamples=["unassalpha"], metadata=metadata
+    )
+    rgba = np.dtype([(name, np.uint8) for name in "RGBA"])
+    voxels = np.ascontiguousarray(pixels.transpose(2, 1, 0, 3)).view(rgba)[..., 0]
+    nibabel.save(nibabel.Nifti1Image(voxels, np.diag([-0.75, -1.0, 1.5, 1.0])), tmp_path / "ball.nii.gz")
+    for part in PARTS:
+        wanted = channel(tmp_path / "ball.tif", part)
+        assert np.array_equal(channel(tmp_path / "ball.ome.tif", part), wanted)
+        assert np.array_equal(channel(tmp_path / "ball.nii.gz", part), wanted)
+
+
+def test_a_volume_of_numbers_has_no_colours(tmp_path: Path) -> None:
+    nibabel.save(nibabel.Nifti1Image(np.zeros((3, 4, 5), np.uint8), np.eye(4)), tmp_path / "grey.nii")
+    tifffile.imwrite(tmp_path / "grey.ome.tif", np.zeros((3, 4, 5), np.uint8), metadata={"axes": "ZYX"})
+    for name in ("grey.nii", "grey.ome.tif"):
+        with pytest.raises(VolprepError) as error:
+            channel(tmp_path / name, "red", "luminance")
+        assert error.value.code == "VP1290"
 
 
 BAD = {
