@@ -4990,8 +4990,10 @@ static volpkg_code volpkg__classification_rules(volpkg__reader* r, const volpkg_
             for (k = 0; k < p->channels.at[i].transfer_functions.count; ++k)
                 found |= volpkg__is(p->channels.at[i].transfer_functions.at[k].name, program->transfer);
     } else if (!by_table) {
+        int is_voxels = program->classification == VOLPKG_CLASSIFICATION_PRECLASSIFIED;
         for (i = 0; i < p->textures.count; ++i)
-            if (p->textures.at[i].reference_mm != 0 && volpkg__is(p->textures.at[i].transfer, program->transfer))
+            if (is_voxels && p->textures.at[i].reference_mm != 0 &&
+                volpkg__is(p->textures.at[i].transfer, program->transfer))
                 found = 1;
     } else {
         for (i = 0; i < p->textures.count; ++i) {
@@ -5717,6 +5719,34 @@ static volpkg_code volpkg__shared_skip_rules(volpkg__reader* r, const volpkg_pac
     return VOLPKG_OK;
 }
 
+/* The four channels of a volume in colour: light of red, green and blue, and extinction, in the same texels. */
+static volpkg_code volpkg__colour_rules(volpkg__reader* r, const volpkg_package* p) {
+    const volpkg_together* together = p->together;
+    double largest = 0.0;
+    int32_t i, k;
+    VOLPKG__RULE(together->transfers.count == 4, together->name, "a volume in colour has four channels");
+    for (i = 3; i >= 0; --i) {
+        const char* name = together->transfers.at[i];
+        const volpkg_channel* channel = &p->channels.at[volpkg__owner(p, name)];
+        const volpkg_transfer_function* function = volpkg__function_of(channel, name);
+        int is_line = function->points.count == 2;
+        if (is_line && i == 3) largest = function->points.at[1].extinction_per_mm;
+        for (k = 0; k < 2 && is_line; ++k) {
+            const volpkg_transfer_point* point = &function->points.at[k];
+            is_line = point->value == k && point->extinction_per_mm == k * largest && point->colour[0] == (i == 0) &&
+                      point->colour[1] == (i == 1) && point->colour[2] == (i == 2);
+        }
+        VOLPKG__RULE(is_line && largest > 0.0, name, "it is not the light or the extinction of a colour");
+        VOLPKG__RULE(channel->quantization == NULL ||
+                         (channel->quantization->window[0] == 0.0 && channel->quantization->window[1] == 1.0),
+                     channel->name, "the values of a colour do not go from 0 to 1");
+    }
+    for (i = 0; i < p->textures.count; ++i)
+        VOLPKG__RULE(p->textures.at[i].role != VOLPKG_ROLE_VOLUME || p->textures.at[i].channels.count == 4,
+                     p->textures.at[i].name, "it does not hold all channels of a colour");
+    return VOLPKG_OK;
+}
+
 static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_package* p) {
     const volpkg_together* together = p->together;
     int32_t i, k, n, programs = 0;
@@ -5742,6 +5772,7 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
         VOLPKG__RULE(program->classification != VOLPKG_CLASSIFICATION_PREINTEGRATED &&
                          program->classification != VOLPKG_CLASSIFICATION_PRECLASSIFIED,
                      program->name, "it cannot classify several channels so");
+        if (program->classification == VOLPKG_CLASSIFICATION_COLOUR) VOLPKG__TRY(volpkg__colour_rules(r, p));
         VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE, program->name, "it cannot light several channels");
         VOLPKG__RULE(program->samplers.count <= p->profile.texture_units, program->name,
                      "it reads more textures than the profile has units");
