@@ -28,11 +28,13 @@ def of_colour(info: SourceInfo) -> SourceInfo:
     return info.model_copy(update={"stored_type": COLOUR_TYPE, "slope": 1 / 65535, "intercept": 0.0})
 
 
-def colour_remark(wanted: ColourChannel, *, has_alpha: bool, is_linear: bool) -> str:
-    """Return the remark about pictures whose colours are kept."""
+def colour_remarks(wanted: ColourChannel, *, has_alpha: bool, is_linear: bool) -> list[str]:
+    """Return the remark about pictures whose colours are kept, once: for the extinction."""
+    if wanted.part != "opacity":
+        return []
     meaning = "linear light" if is_linear else "sRGB"
     alpha = " times alpha" if has_alpha and wanted.opacity_of != "alpha" else ""
-    return f"colours are read as {meaning}; extinction follows {wanted.opacity_of}{alpha}"
+    return [f"colours are read as {meaning}; extinction follows {wanted.opacity_of}{alpha}"]
 
 
 def channel_of_colours(

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.readers.colour import channel_of_colours, colour_remark, of_colour
+from volprep_formats.readers.colour import channel_of_colours, colour_remarks, of_colour
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource
 from volprep_formats.source import ColourChannel, SourceInfo
@@ -26,7 +26,7 @@ class ColourVoxels(VoxelSource):
             format=facts.format,
             grid=facts.grid,
             stored_type="uint8",
-            remarks=(*facts.remarks, colour_remark(wanted, has_alpha=has_alpha, is_linear=False)),
+            remarks=(*facts.remarks, *colour_remarks(wanted, has_alpha=has_alpha, is_linear=False)),
         )
         super().__init__(of_colour(info), voxels, most_bytes_after=most_bytes_after)
         try:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
-from volprep_formats.readers.colour import COLOUR_TYPE, colour_remark, of_colour
+from volprep_formats.readers.colour import COLOUR_TYPE, colour_remarks, of_colour
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of, mm_per_unit
 from volprep_formats.readers.ome.metadata import (
@@ -134,8 +134,8 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSour
         slices = _Slices(places, channel % sizes.samples, page, spec.colour)
         if spec.colour is not None:
             slices.read(pool, 0, 1)
-            remark = colour_remark(spec.colour, has_alpha=page.samples == 4, is_linear=page.dtype.startswith("f"))
-            info = SourceInfo(format="ome-tiff", grid=grid, stored_type="uint8", remarks=(*remarks, remark))
+            more = colour_remarks(spec.colour, has_alpha=page.samples == 4, is_linear=page.dtype.startswith("f"))
+            info = SourceInfo(format="ome-tiff", grid=grid, stored_type="uint8", remarks=(*remarks, *more))
             return OmeTiffSource(of_colour(info), slices)
         stored_type, lost = stored_type_of(page.dtype, sizes.z, lambda z: slices.read(pool, z, z + 1), progress)
         info = SourceInfo(format="ome-tiff", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))

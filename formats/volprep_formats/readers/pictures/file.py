@@ -20,7 +20,7 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import WorkerRequest, Workers
 from volprep_formats.path_text import unicode_path
 from volprep_formats.progress import Progress
-from volprep_formats.readers.colour import COLOUR_TYPE, channel_of_colours, colour_remark
+from volprep_formats.readers.colour import COLOUR_TYPE, channel_of_colours, colour_remarks
 from volprep_formats.readers.grey import grey_of, grey_remark
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of
@@ -147,7 +147,7 @@ def page_remarks(page: Page, name: str, *, grey: GreyOf | ColourChannel | None) 
     """Remarks for the user about pictures like `page`, the first page of file `name`."""
     remarks = []
     if isinstance(grey, ColourChannel):
-        remarks.append(colour_remark(grey, has_alpha=page.alpha >= 0, is_linear=page.stored_type == "float32"))
+        remarks += colour_remarks(grey, has_alpha=page.alpha >= 0, is_linear=page.stored_type == "float32")
     elif grey is not None and page.channels - (page.alpha >= 0) == 3:
         remarks.append(grey_remark(grey))
     if page.has_resolution:
