@@ -14,6 +14,9 @@ from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.scene.scene import Scene, load_scene
 from volprep.truth.camera import standard_views
+from volprep.validation.ablation.measure import measure_ablation
+from volprep.validation.curves.measure import measure_curves
+from volprep.validation.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.reader import Package
@@ -265,6 +268,13 @@ def test_settings_that_a_colour_decides_are_refused(tmp_path: Path, top: str, co
     with pytest.raises(VolprepError, match=said) as error:
         plan_build(load_request(scene), Silent())
     assert error.value.code == code
+
+
+@pytest.mark.parametrize("measure", [measure_curves, measure_ablation])
+def test_choices_of_a_colour_are_not_measured(package: Package, tmp_path: Path, measure) -> None:
+    with pytest.raises(VolprepError) as error:
+        measure(package.manifest, find_scan(package.path, None), tmp_path, Silent())
+    assert error.value.code == "VP3046"
 
 
 def test_a_colour_without_its_table_is_refused(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from typing import Annotated, Self, get_args
 
 from pydantic import Field, model_validator
 
-from volprep.scene.points import Fraction
+from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record
 from volprep_formats.source import ColourPart, OpacityOf
 from volprep_formats.transfer_files.points import MOST_POINTS

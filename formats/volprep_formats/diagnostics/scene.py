@@ -112,7 +112,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3046": Diagnostic(
         ExitStatus.SCENE,
         "a volume in colour cannot have {what}",
-        "Leave that out of the scene, or leave [colour] out and set source.rgb: the voxels are then values.",
+        "Leave that out, or leave [colour] out and set source.rgb: the voxels are then values.",
     ),
     "VP3050": Diagnostic(
         ExitStatus.SCENE,
