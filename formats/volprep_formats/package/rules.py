@@ -418,7 +418,7 @@ def _complete(manifest: Manifest, in_one_picture: frozenset[str]) -> Iterator[st
     if not manifest.profile.has_shaders:
         what, drawn = "stack of slices", {each.transfer for each in manifest.textures if each.role == "slices"}
     else:
-        what, drawn = "program", {program.transfer for program in manifest.programs} | in_one_picture
+        what, drawn = "program", {*in_one_picture, *(program.transfer for program in manifest.programs)}
         if not in_one_picture:
             needed.append("programs")
     of_channel = ("stored_type", "quantization", "levels", "transfer_functions")
