@@ -288,6 +288,11 @@ def test_a_colour_without_its_table_is_refused(tmp_path: Path) -> None:
     assert error.value.code == "VP3003"
 
 
+def test_another_source_takes_the_place_of_all_four_channels(tmp_path: Path) -> None:
+    request = load_request(write_colour_scene(tmp_path), source=tmp_path / "other.tif")
+    assert {each.path for each in request.scene.source.channels} == {str(tmp_path / "other.tif")}
+
+
 def test_stacks_of_slices_have_no_colours(tmp_path: Path) -> None:
     with pytest.raises(VolprepError) as error:
         plan_build(load_request(write_colour_scene(tmp_path, "gles1")), Silent())

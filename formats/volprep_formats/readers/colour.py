@@ -107,7 +107,7 @@ def _light(path: Path, pixels: NDArray[np.generic], alpha: Float64Array | None) 
 def _numbers(path: Path, stored: NDArray[np.generic]) -> Float64Array:
     """Return stored values as numbers from 0 to 1."""
     if stored.dtype.kind == "u":
-        return stored.astype(np.float64) / (256**stored.dtype.itemsize - 1)
+        return np.asarray(stored.astype(np.float64) / (256**stored.dtype.itemsize - 1))
     numbers = stored.astype(np.float64)
     if not ((numbers >= 0.0) & (numbers <= 1.0)).all():
         raise VolprepError("VP1290", path=path, problem="a pixel has a number outside of 0 to 1, or NaN")

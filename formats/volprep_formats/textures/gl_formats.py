@@ -15,7 +15,7 @@ from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
 from volprep_formats.textures.ktx2 import Ktx2Format
 
 Target = Literal["TEXTURE_2D", "TEXTURE_3D"]
-SRGB = "SRGB8_ALPHA8"
+SRGB: TextureFormat = "SRGB8_ALPHA8"
 """Internal format whose red, green and blue the GPU decodes from sRGB before it filters them."""
 
 BYTES_PER_TEXEL: dict[TextureFormat, int] = {
