@@ -88,7 +88,7 @@ def _coloured(manifest: Manifest, transfers: Sequence[str]) -> Feature:
     """Take light and extinction as the texels of four channels hold them."""
     function = next(each for each in manifest.transfer_functions if each.name == transfers[-1])
     return Feature(
-        slots={"classification": "classification/colour", "classification_start": None},
+        slots={"classification": "classification/together:colour", "classification_start": None},
         words={"LARGEST_PER_MM": literal(function.points[-1].extinction_per_mm)},
         offers={"MEDIUM": "classify(voxel_texel(start + stride * i))"},
     )
