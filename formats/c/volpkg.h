@@ -22,7 +22,8 @@
  *     if (volpkg_choose(package, NULL, -1, &drawing, &error)) return fail(error.text);
  *
  * Then compile drawing.program->vertex and ->fragment, upload drawing.textures[unit] to each unit, set each uniform to
- * what volpkg_uniform gives, and draw one triangle. example.c does all of it with OpenGL ES 2 and 3.
+ * what volpkg_uniform gives, and draw one triangle. example.c does all of it with OpenGL ES 2 and 3. A package for
+ * OpenGL ES 1.1 has slices in place of programs: see volpkg_choose_slices.
  *
  * Memory. Nothing is allocated. The file is used in place: texels, shaders and meshes are pointers into it, so it must
  * stay where it is, unchanged, as long as the package is in use. Everything else lies in one arena, which you give.
@@ -1363,7 +1364,7 @@ typedef struct volpkg_drawing {
  * Choose the program for a transfer function (NULL: the default one) and a level (-1: the finest that can be drawn),
  * and find its textures. A program with passes or a blend takes several draws: see volpkg_frame. Refused, with a text
  * that says why and what can be drawn: a transfer function or a level that no program draws, a sampler without its
- * texture, and packages for OpenGL ES 1.1, which have no programs: draw their slices as SPEC.md section 17 says
+ * texture, and packages for OpenGL ES 1.1, which have no programs: volpkg_choose_slices draws them
  * (VOLPKG_CANNOT_DRAW); more textures than units (VOLPKG_UNITS); more bytes than the profile allows (VOLPKG_MEMORY).
  */
 volpkg_code volpkg_choose(const volpkg_package* package, const char* transfer, int32_t level, volpkg_drawing* drawing,
@@ -1498,6 +1499,70 @@ int32_t volpkg_corner_size(volpkg_geometry geometry);
 int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int32_t draw, int for_light, float* corners,
                        int32_t most);
 
+/* ---- slices for OpenGL ES 1.1 --------------------------------------------------------------------------- */
+
+/*
+ * The slices of one transfer function, for devices without shaders (SPEC.md section 17). volpkg_choose_slices fills it;
+ * it may be copied. example_slices.h draws it with fixed functions.
+ */
+typedef struct volpkg_slice_drawing {
+    const volpkg_package* package;
+    const volpkg_channel* channel;
+    const volpkg_level* level;
+    const char* transfer;
+    int32_t textures;                /* of all stacks; volpkg_slice_texture gives each */
+    double largest_opacity[3];       /* of the texels of the stacks across x, y and z; 0 if there is no such stack */
+    int32_t edited;                  /* whether the palettes below take the place of those in the files */
+    unsigned char palettes[3][1024]; /* of the stacks across x, y and z: 256 colours, R G B A */
+} volpkg_slice_drawing;
+
+/*
+ * Choose the slices of a transfer function (NULL: the first one) and a level (-1: the one that there is). Fails with
+ * VOLPKG_CANNOT_DRAW, and a text that says what there is; VOLPKG_MEMORY for more bytes than the profile allows.
+ */
+volpkg_code volpkg_choose_slices(const volpkg_package* package, const char* transfer, int32_t level,
+                                 volpkg_slice_drawing* drawing, volpkg_error* error);
+
+/* A texture of the drawing, from 0 to drawing->textures - 1; else NULL. Upload all of them, each once. */
+const volpkg_texture* volpkg_slice_texture(const volpkg_slice_drawing* drawing, int32_t number);
+
+/*
+ * Write the texels of a texture of the drawing, texture->texel_bytes of them, with the palette of an edit if there is
+ * one; without an edit texture->texels can be uploaded in place. If gl.format is 0 they are for glCompressedTexImage2D.
+ * Returns VOLPKG_BAD_ARGUMENT for another number of bytes.
+ */
+volpkg_code volpkg_slice_texels(const volpkg_slice_drawing* drawing, const volpkg_texture* texture,
+                                unsigned char* texels, size_t bytes);
+
+/*
+ * One picture of slices: clear to 0, disable the depth test, culling and dithering, blend with (ONE,
+ * ONE_MINUS_SRC_ALPHA), load clip_from_box as the projection, let the texture environment multiply colour and opacity
+ * by `factor`, and draw what volpkg_next_slice gives until there are no more.
+ */
+typedef struct volpkg_slice_frame {
+    const volpkg_slice_drawing* drawing;
+    float clip_from_box[16]; /* for glLoadMatrixf */
+    double factor;           /* 0 to 2: SPEC.md section 17 says how fixed functions multiply by more than 1 */
+    volpkg_axis axis;        /* of the stack that is drawn: the one that faces the viewer most */
+    int32_t first, last;     /* slices that are still to be drawn */
+    double eye_mm, eye_w;    /* the eye along the axis, homogeneous; eye_w is 0 for parallel rays */
+} volpkg_slice_frame;
+
+/* Begin a picture. Fails with VOLPKG_BAD_ARGUMENT for a camera without an inverse. */
+volpkg_code volpkg_begin_slices(const volpkg_slice_drawing* drawing, const double box_from_clip[16],
+                                volpkg_slice_frame* frame, volpkg_error* error);
+
+#define VOLPKG_SLICE_CORNERS 16
+#define VOLPKG_SLICE_INDICES 54
+
+/*
+ * The next slice, the farthest one first: writes five numbers for each corner, x, y, z in box millimetres and s, t, and
+ * returns the number of the texture to bind, or -1 after the nearest slice. All slices have the triangles of
+ * volpkg_slice_triangles: glDrawElements(GL_TRIANGLES, VOLPKG_SLICE_INDICES, GL_UNSIGNED_SHORT, indices).
+ */
+int32_t volpkg_next_slice(volpkg_slice_frame* frame, float corners[5 * VOLPKG_SLICE_CORNERS]);
+void volpkg_slice_triangles(uint16_t indices[VOLPKG_SLICE_INDICES]);
+
 /* ---- clipping ------------------------------------------------------------------------------------------- */
 
 /* Largest number of planes: OpenGL ES 2 promises 16 vectors of uniforms to fragment shaders. */
@@ -1543,6 +1608,13 @@ size_t volpkg_edit_bytes(const volpkg_drawing* drawing);
  */
 volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
                                 size_t bytes, volpkg_error* error);
+
+/*
+ * The same for slices: compute the palettes of the drawing again. Upload each texture again, with the texels that
+ * volpkg_slice_texels writes; with no edits they are the package's own. The next picture uses the new palettes.
+ */
+volpkg_code volpkg_edit_slices(volpkg_slice_drawing* drawing, const volpkg_edit* edits, int32_t count,
+                               volpkg_error* error);
 
 /* ---- small help ----------------------------------------------------------------------------------------- */
 
@@ -6399,13 +6471,16 @@ int64_t volpkg_texture_bytes(const volpkg_drawing* drawing) {
     return sum;
 }
 
-static volpkg_code volpkg__within_profile(const volpkg_drawing* drawing, volpkg_error* error) {
-    int64_t bytes = volpkg_texture_bytes(drawing), most = drawing->package->profile.max_texture_bytes;
-    if (bytes > most)
-        return volpkg__fail(error, VOLPKG_MEMORY, drawing->program->name,
+static volpkg_code volpkg__fits(const volpkg_package* p, const char* name, int64_t bytes, volpkg_error* error) {
+    if (bytes > p->profile.max_texture_bytes)
+        return volpkg__fail(error, VOLPKG_MEMORY, name,
                             "the size of its textures in bytes, where the profile allows fewer: that", (double)bytes,
-                            (double)most);
+                            (double)p->profile.max_texture_bytes);
     return VOLPKG_OK;
+}
+
+static volpkg_code volpkg__within_profile(const volpkg_drawing* drawing, volpkg_error* error) {
+    return volpkg__fits(drawing->package, drawing->program->name, volpkg_texture_bytes(drawing), error);
 }
 
 /* Begin a drawing with the program and the textures that are not pieces of the grid. */
@@ -6485,7 +6560,9 @@ static volpkg_code volpkg__choose(const volpkg_package* p, const volpkg_program*
     int32_t i;
     if (p->profile.api == VOLPKG_API_ES1_1)
         return volpkg__cannot_draw(error, p->profile.name,
-                                   "the package holds slices for OpenGL ES 1.1 and no program; the level", level);
+                                   "the package holds slices for OpenGL ES 1.1 and no program: volpkg_choose_slices "
+                                   "chooses them; the level",
+                                   level);
     transfer = volpkg__default_transfer(p, transfer);
     if (level < 0) level = volpkg__finest(programs, count, transfer);
     for (i = 0; i < count; ++i)
@@ -7286,6 +7363,204 @@ int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int3
     return c.count;
 }
 
+/* ---- slices for OpenGL ES 1.1; SPEC.md section 17 ---- */
+
+#define VOLPKG__MOST_FACTOR 2 /* of texture combiners */
+#define VOLPKG__TIE 1e-9      /* stacks whose cosines differ by less face the viewer alike */
+
+static int volpkg__is_slice_of(const volpkg_slice_drawing* d, const volpkg_texture* t) {
+    return t->slices != NULL && t->level == d->level->index && volpkg__is(t->transfer, d->transfer);
+}
+
+/* Say which slices there are, because these are not there. */
+static volpkg_code volpkg__no_slices(const volpkg_package* p, const char* transfer, int32_t level,
+                                     volpkg_error* error) {
+    char names[140] = "", problem[300];
+    const volpkg_channel* channel = p->channels.at;
+    int32_t i, held = -1;
+    for (i = 0; i < p->textures.count; ++i)
+        if (p->textures.at[i].slices != NULL) held = p->textures.at[i].level;
+    for (i = 0; i < channel->transfer_functions.count && held >= 0; ++i)
+        volpkg__listed(names, sizeof names, channel->transfer_functions.at[i].name);
+    if (held >= 0 && level >= 0 && level != held && volpkg__function_of(channel, transfer) != NULL)
+        snprintf(problem, sizeof problem, "there are no slices of its level %d, but of its level %d", (int)level,
+                 (int)held);
+    else
+        snprintf(problem, sizeof problem, "there are no slices of it; there are slices of %s",
+                 names[0] ? names : "nothing");
+    return volpkg__fail(error, VOLPKG_CANNOT_DRAW, transfer, problem, NAN, NAN);
+}
+
+/* The largest opacities of the stacks, from the package or from edited palettes. */
+static void volpkg__slice_opacities(volpkg_slice_drawing* d) {
+    int32_t i, k;
+    for (k = 0; k < 3; ++k) d->largest_opacity[k] = 0;
+    for (i = 0; i < d->package->textures.count; ++i) {
+        const volpkg_texture* t = &d->package->textures.at[i];
+        double most = 0, *largest;
+        if (!volpkg__is_slice_of(d, t)) continue;
+        largest = &d->largest_opacity[t->slices->axis];
+        for (k = 0; k < 256 && d->edited; ++k)
+            if (d->palettes[t->slices->axis][4 * k + 3] > most) most = d->palettes[t->slices->axis][4 * k + 3];
+        /* Any bound will do if nothing is seen. */
+        most = !d->edited ? t->slices->largest_opacity : most > 0 ? most / 255 : 1;
+        if (most > *largest) *largest = most;
+    }
+}
+
+volpkg_code volpkg_choose_slices(const volpkg_package* package, const char* transfer, int32_t level,
+                                 volpkg_slice_drawing* drawing, volpkg_error* error) {
+    int64_t bytes = 0;
+    int32_t i, owner;
+    memset(drawing, 0, sizeof *drawing);
+    if (transfer == NULL) transfer = package->channels.at->transfer_functions.at->name;
+    owner = volpkg__owner(package, transfer);
+    for (i = 0; i < package->textures.count && owner >= 0 && drawing->level == NULL; ++i) {
+        const volpkg_texture* t = &package->textures.at[i];
+        if (t->slices == NULL || !volpkg__is(t->transfer, transfer) || (level >= 0 && t->level != level)) continue;
+        drawing->level = volpkg__level_of(&package->channels.at[owner], t->level);
+        drawing->transfer = t->transfer;
+    }
+    if (drawing->level == NULL) return volpkg__no_slices(package, transfer, level, error);
+    drawing->package = package;
+    drawing->channel = &package->channels.at[owner];
+    for (i = 0; i < package->textures.count; ++i) {
+        if (!volpkg__is_slice_of(drawing, &package->textures.at[i])) continue;
+        drawing->textures += 1;
+        bytes += package->textures.at[i].texel_bytes;
+    }
+    volpkg__slice_opacities(drawing);
+    return volpkg__fits(package, transfer, bytes, error);
+}
+
+const volpkg_texture* volpkg_slice_texture(const volpkg_slice_drawing* drawing, int32_t number) {
+    int32_t i;
+    for (i = 0; i < drawing->package->textures.count && number >= 0; ++i)
+        if (volpkg__is_slice_of(drawing, &drawing->package->textures.at[i]) && number-- == 0)
+            return &drawing->package->textures.at[i];
+    return NULL;
+}
+
+volpkg_code volpkg_slice_texels(const volpkg_slice_drawing* drawing, const volpkg_texture* texture,
+                                unsigned char* texels, size_t bytes) {
+    if (texture->slices == NULL || bytes != (size_t)texture->texel_bytes) return VOLPKG_BAD_ARGUMENT;
+    memcpy(texels, texture->texels, bytes);
+    if (drawing->edited) memcpy(texels, drawing->palettes[texture->slices->axis], sizeof drawing->palettes[0]);
+    return VOLPKG_OK;
+}
+
+/* Where slice k lies along its axis; the last one of a coarse level may lie beyond the volume. */
+static double volpkg__slice_mm(const volpkg_grid* grid, int axis, int32_t k) {
+    double centre = (k + 0.5) * grid->spacing_mm_zyx[2 - axis], end = grid->extent_mm_zyx[2 - axis];
+    return centre < end ? centre : end;
+}
+
+/* The stack that faces the viewer most, with the cosine of its angle; of those that do alike the first of x, y, z. */
+static volpkg_axis volpkg__facing(const volpkg_slice_drawing* d, const double box_from_clip[16], double* cosine) {
+    double near_[3], far_[3], length, most = -1;
+    int i, axis = 0;
+    volpkg__place(box_from_clip, 0, 0, -1, near_);
+    volpkg__place(box_from_clip, 0, 0, 1, far_);
+    for (i = 0; i < 3; ++i) far_[i] -= near_[i];
+    length = volpkg__length(far_);
+    for (i = 0; i < 3; ++i)
+        if (d->largest_opacity[i] > 0 && fabs(far_[i]) / length > most) most = fabs(far_[i]) / length;
+    while (axis < 2 && (d->largest_opacity[axis] == 0 || fabs(far_[axis]) / length < most - VOLPKG__TIE)) ++axis;
+    *cosine = fabs(far_[axis]) / length;
+    return (volpkg_axis)axis;
+}
+
+volpkg_code volpkg_begin_slices(const volpkg_slice_drawing* drawing, const double box_from_clip[16],
+                                volpkg_slice_frame* frame, volpkg_error* error) {
+    const volpkg_grid* grid = &drawing->level->grid;
+    double clip_from_box[16], eye[3], most, cosine = 0;
+    int i;
+    memset(frame, 0, sizeof *frame);
+    frame->drawing = drawing;
+    if (!volpkg__clip_from_box(box_from_clip, clip_from_box))
+        return volpkg__fail(error, VOLPKG_BAD_ARGUMENT, drawing->transfer, "the camera's matrix has no inverse", NAN,
+                            NAN);
+    for (i = 0; i < 16; ++i) frame->clip_from_box[i] = (float)clip_from_box[i];
+    frame->axis = volpkg__facing(drawing, box_from_clip, &cosine);
+    most = 1 / drawing->largest_opacity[frame->axis];
+    if (most > VOLPKG__MOST_FACTOR) most = VOLPKG__MOST_FACTOR;
+    frame->factor = cosine * most > 1 ? 1 / cosine : most;
+    frame->last = grid->shape_zyx[2 - frame->axis] - 1;
+    /* Where the matrix of a perspective has its eye; with parallel rays a point at infinity, w = 0. */
+    for (i = 0; i < 3; ++i) eye[i] = -box_from_clip[8 + i];
+    frame->eye_mm = eye[frame->axis];
+    frame->eye_w = -box_from_clip[11];
+    if (fabs(frame->eye_w) * volpkg__slice_mm(grid, (int)frame->axis, frame->last) <= 1e-9 * volpkg__length(eye))
+        frame->eye_w = 0;
+    return VOLPKG_OK;
+}
+
+/* Whether the first of the slices that are left is farther from the eye than the last one. */
+static int volpkg__first_is_farther(const volpkg_slice_frame* frame) {
+    const volpkg_grid* grid = &frame->drawing->level->grid;
+    double eye = frame->eye_mm / frame->eye_w;
+    if (frame->eye_w == 0) return frame->eye_mm > 0;
+    return fabs(volpkg__slice_mm(grid, (int)frame->axis, frame->first) - eye) >=
+           fabs(volpkg__slice_mm(grid, (int)frame->axis, frame->last) - eye);
+}
+
+/* Positions of the four columns or rows of corners in millimetres, and their places in the texture. */
+static void volpkg__slice_edges(const volpkg_grid* grid, int axis, int32_t texels, int32_t tile, int32_t size,
+                                double mm[4], double place[4]) {
+    double step = grid->spacing_mm_zyx[2 - axis], extent = grid->extent_mm_zyx[2 - axis];
+    int i;
+    mm[0] = 0;
+    mm[2] = (texels - 0.5) * step < extent ? (texels - 0.5) * step : extent;
+    mm[1] = step / 2 < mm[2] ? step / 2 : mm[2];
+    mm[3] = extent;
+    for (i = 0; i < 4; ++i) {
+        double inside = mm[i] / step;
+        inside = inside < 0.5 ? 0.5 : inside > texels - 0.5 ? texels - 0.5 : inside;
+        place[i] = ((double)tile * texels + inside) / size;
+    }
+}
+
+int32_t volpkg_next_slice(volpkg_slice_frame* frame, float corners[5 * VOLPKG_SLICE_CORNERS]) {
+    const volpkg_slice_drawing* d = frame->drawing;
+    const volpkg_grid* grid = &d->level->grid;
+    int axis = (int)frame->axis, across[2], row, column;
+    double mm[2][4], place[2][4];
+    int32_t i, k, number, tile;
+    if (frame->first > frame->last) return -1;
+    k = volpkg__first_is_farther(frame) ? frame->first++ : frame->last--;
+    across[0] = axis == 0, across[1] = axis == 2 ? 1 : 2; /* of columns, and of rows */
+    for (i = number = 0; i < d->package->textures.count; ++i) {
+        const volpkg_texture* t = &d->package->textures.at[i];
+        if (!volpkg__is_slice_of(d, t)) continue;
+        tile = k - t->slices->first;
+        if (t->slices->axis != frame->axis || tile < 0 || tile >= t->slices->slices) {
+            ++number;
+            continue;
+        }
+        volpkg__slice_edges(grid, across[0], t->slices->slice_shape_yx[1], tile % t->slices->tiles_x, t->shape_zyx[2],
+                            mm[0], place[0]);
+        volpkg__slice_edges(grid, across[1], t->slices->slice_shape_yx[0], tile / t->slices->tiles_x, t->shape_zyx[1],
+                            mm[1], place[1]);
+        for (row = 0; row < 4; ++row)
+            for (column = 0; column < 4; ++column, corners += 5) {
+                corners[axis] = (float)volpkg__slice_mm(grid, axis, k);
+                corners[across[0]] = (float)mm[0][column];
+                corners[across[1]] = (float)mm[1][row];
+                corners[3] = (float)place[0][column];
+                corners[4] = (float)place[1][row];
+            }
+        return number;
+    }
+    return -1;
+}
+
+void volpkg_slice_triangles(uint16_t indices[VOLPKG_SLICE_INDICES]) {
+    static const uint16_t square[6] = {0, 1, 5, 0, 5, 4};
+    int patch, i;
+    for (patch = 0; patch < 9; ++patch)
+        for (i = 0; i < 6; ++i) *indices++ = (uint16_t)(4 * (patch / 3) + patch % 3 + square[i]);
+}
+
 /* ---- clipping ---- */
 
 /* A growing text: counts all bytes, and writes them as long as there is room. */
@@ -7478,8 +7753,8 @@ static void volpkg__paint_jump(const volpkg_edit* edit, int32_t below, const dou
         if (first >= 0 && first < entries) memcpy(&table[4 * first], sides[dense].colour, 3 * sizeof(double));
 }
 
-/* The table of level 0: at equal distances over the window, at a jump the mean of both sides. */
-static void volpkg__lookup(const volpkg_edit* edit, const double window[2], double* table, int32_t entries) {
+/* The function at equal distances over the window, at a jump the mean of both sides. */
+static void volpkg__sample(const volpkg_edit* edit, const double window[2], double* table, int32_t entries) {
     int32_t i, j, k;
     for (j = 0; j < entries; ++j) {
         double value = volpkg__value_at(window, entries, j), low[4], high[4];
@@ -7489,6 +7764,12 @@ static void volpkg__lookup(const volpkg_edit* edit, const double window[2], doub
         volpkg__between(edit, value, i, high);
         for (k = 0; k < 4; ++k) table[4 * j + k] = (low[k] + high[k]) / 2;
     }
+}
+
+/* The table of level 0. */
+static void volpkg__lookup(const volpkg_edit* edit, const double window[2], double* table, int32_t entries) {
+    int32_t i;
+    volpkg__sample(edit, window, table, entries);
     for (i = 0; i + 1 < edit->count; ++i)
         if (edit->points[i].value == edit->points[i + 1].value) volpkg__paint_jump(edit, i, window, table, entries);
 }
@@ -7815,12 +8096,10 @@ static void volpkg__mark(const volpkg_drawing* d, const volpkg_texture* t, const
     volpkg__occupy(d->skip, ranges, s->seen, entries, s->occupied);
 }
 
-volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
-                                size_t bytes, volpkg_error* error) {
-    const volpkg_package* p = drawing->package;
-    void* texels[VOLPKG_MAX_UNITS];
-    volpkg__workspace scratch;
-    int32_t unit, i, tables = 0;
+/* Check that a package is editable, and edits. */
+static volpkg_code volpkg__check_edits(const volpkg_package* p, const volpkg_edit* edits, int32_t count,
+                                       volpkg_error* error) {
+    int32_t i;
     if (p->editing == NULL)
         return volpkg__fail(error, VOLPKG_NOT_EDITABLE, "", "it was built without editable = true", NAN, NAN);
     for (i = 0; i < count; ++i) {
@@ -7828,6 +8107,16 @@ volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edit
         if (problem == NULL && volpkg__owner(p, edits[i].transfer) < 0) problem = "the package has no such function";
         if (problem) return volpkg__fail(error, VOLPKG_POINTS, edits[i].transfer, problem, NAN, NAN);
     }
+    return VOLPKG_OK;
+}
+
+volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
+                                size_t bytes, volpkg_error* error) {
+    const volpkg_package* p = drawing->package;
+    void* texels[VOLPKG_MAX_UNITS];
+    volpkg__workspace scratch;
+    int32_t unit, i, tables = 0;
+    VOLPKG__TRY(volpkg__check_edits(p, edits, count, error));
     if (room == NULL || bytes < volpkg_edit_bytes(drawing))
         return volpkg__fail(error, VOLPKG_SMALL_ARENA, "", "the bytes that an edit needs", (double)bytes,
                             (double)volpkg_edit_bytes(drawing));
@@ -7864,6 +8153,33 @@ volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edit
         volpkg__write_skip(t, drawing->skip, scratch.cells, (unsigned char*)texels[unit]);
         t->texels = texels[unit];
     }
+    return VOLPKG_OK;
+}
+
+/* The palette of an edit: premultiplied colours with the opacity of the distance of slices. */
+static void volpkg__write_palette(const volpkg_edit* edit, const double window[2], double distance_mm,
+                                  unsigned char palette[1024]) {
+    double table[1024];
+    int32_t i;
+    volpkg__sample(edit, window, table, 256);
+    for (i = 0; i < 1024; ++i) {
+        double opacity = -expm1(-table[i | 3] * distance_mm);
+        palette[i] = (unsigned char)volpkg__even((i % 4 < 3 ? table[i] * opacity : opacity) * 255);
+    }
+}
+
+volpkg_code volpkg_edit_slices(volpkg_slice_drawing* drawing, const volpkg_edit* edits, int32_t count,
+                               volpkg_error* error) {
+    const volpkg_edit* edit = NULL;
+    int32_t i;
+    VOLPKG__TRY(volpkg__check_edits(drawing->package, edits, count, error));
+    for (i = 0; i < count; ++i)
+        if (volpkg__is(edits[i].transfer, drawing->transfer)) edit = &edits[i];
+    drawing->edited = edit != NULL;
+    for (i = 0; i < 3 && edit != NULL; ++i)
+        volpkg__write_palette(edit, drawing->channel->quantization->window, drawing->level->grid.spacing_mm_zyx[2 - i],
+                              drawing->palettes[i]);
+    volpkg__slice_opacities(drawing);
     return VOLPKG_OK;
 }
 

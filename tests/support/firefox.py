@@ -55,7 +55,7 @@ class Firefox:
         if found is None or shutil.which("Xvfb") is None:
             import pytest
 
-            pytest.skip("no Firefox that draws: apt-get install firefox-esr xvfb")
+            pytest.skip("no Firefox that draws: tools/system_packages.sh says how to get it")
         require_addresses("Firefox")
         profile.mkdir(parents=True, exist_ok=True)
         with socket.socket() as free:
