@@ -5915,22 +5915,27 @@ static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg
                                                  const volpkg_program* program) {
     const volpkg_segments* segments = p->segments;
     int32_t tables = program->classification == VOLPKG_CLASSIFICATION_LOOKUP ? segments->transfers.count : 0;
-    int32_t skips = volpkg__samples(program, VOLPKG_ROLE_SKIP), volumes = 0, labels = 0, finest, i, k, next = 0;
-    VOLPKG__RULE((program->sampling == VOLPKG_SAMPLING_TEXTURE3D || program->sampling == VOLPKG_SAMPLING_MOSAIC) &&
-                     program->lighting == VOLPKG_LIGHTING_NONE &&
-                     program->compositing == VOLPKG_COMPOSITING_EMISSION_ABSORPTION,
+    int32_t skips = volpkg__samples(program, VOLPKG_ROLE_SKIP), volumes = 0, bricks = 0, labels = 0, finest, i, k,
+            next = 0;
+    VOLPKG__RULE(program->sampling != VOLPKG_SAMPLING_SUBVOLUMES &&
+                     (program->compositing == VOLPKG_COMPOSITING_EMISSION_ABSORPTION ||
+                      program->compositing == VOLPKG_COMPOSITING_BACK_TO_FRONT),
                  program->name, "it draws segments in a way that no package has");
+    VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE || program->normals_from != VOLPKG_NORMALS_FROM_VOLUME,
+                 program->name, "it lights segments with the normals of values, which know no labels");
     VOLPKG__RULE(program->levels.count > 0, program->name, "it draws no level");
     finest = volpkg__finest(program, 1, program->transfer);
     for (i = 0; i < p->textures.count; ++i) {
         volumes += p->textures.at[i].role == VOLPKG_ROLE_VOLUME && p->textures.at[i].level == finest;
+        bricks += p->textures.at[i].role == VOLPKG_ROLE_BRICKS && p->textures.at[i].level == finest;
         labels += p->textures.at[i].role == VOLPKG_ROLE_LABELS && p->textures.at[i].level == finest;
     }
     VOLPKG__RULE(volpkg__samples(program, VOLPKG_ROLE_VOLUME) == volumes &&
+                     volpkg__samples(program, VOLPKG_ROLE_BRICKS) == bricks &&
                      volpkg__samples(program, VOLPKG_ROLE_LABELS) == labels &&
                      volpkg__samples(program, VOLPKG_ROLE_LOOKS) == 1 &&
                      volpkg__samples(program, VOLPKG_ROLE_TRANSFER) == tables &&
-                     program->samplers.count == volumes + labels + 1 + tables + skips,
+                     program->samplers.count == volumes + bricks + labels + 1 + tables + skips,
                  program->name, "it draws segments, but samples something else");
     for (i = 0; i < program->samplers.count && tables; ++i) {
         const volpkg_sampler* sampler = &program->samplers.at[i];

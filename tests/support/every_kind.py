@@ -105,6 +105,8 @@ tint = "#ff4020"
 labels = [2]
 tint = "#20c0ff"
 opacity = 0.5
+[render]
+lighting = "headlight"
 """
 
 

@@ -105,9 +105,9 @@ def _together(profile: str, channels: str) -> Callable[[Path], Falling]:
     return falling
 
 
-def _segments(border: str, profile: str) -> Callable[[Path], Falling]:
+def _segments(border: str, profile: str, lighting: str = "none") -> Callable[[Path], Falling]:
     def falling(folder: Path) -> Falling:
-        more = f'border = "{border}"\n[render]\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
+        more = f'border = "{border}"\n[render]\nlighting = "{lighting}"\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
         build(load_request(segments_scene(profile, more)(folder)), folder / "segments.volpkg", Silent())
         package = Package.open(folder / "segments.volpkg")
         labels = held_labels(package.manifest.textures, 0, package.read_bytes)
@@ -165,6 +165,9 @@ OTHERS = (
     Other("labels, mosaic", "steps", 0.0, _labels("mosaic")),
     Other("segments, mixed, texture3d", "steps", 2.0, _segments("mixed", "gles3")),
     Other("segments, crisp, texture3d", "steps", 1.0, _segments("crisp", "gles3"), 0.5),
+    # Normals jump where a cell between voxels of several labels ends.
+    Other("segments, mixed, headlight, texture3d", "steps", 1.0, _segments("mixed", "gles3", "headlight"), 0.5),
+    Other("segments, crisp, headlight, texture3d", "steps", 1.0, _segments("crisp", "gles3", "headlight"), 0.5),
     Other("two channels, packed, texture3d", "steps", 2.0, _together("gles3", "packed")),
     Other("two channels, apart, texture3d", "steps", 2.0, _together("gles3", "apart")),
     Other("two channels, mosaic", "steps", 2.0, _together("gles2-2048", "auto"), 0.5),

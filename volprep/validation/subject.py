@@ -91,6 +91,11 @@ class Subject:
         return bool(self._channels)
 
     @property
+    def has_jumps_at_borders(self) -> bool:
+        """Whether colour or extinction jump where segments meet."""
+        return False
+
+    @property
     def channels(self) -> tuple["Subject", ...]:
         """Subjects in one picture: one for each of several channels, or this one."""
         return tuple(self._channels.values()) or (self,)
