@@ -139,8 +139,8 @@ typedef struct volpkg_mesh_part {
 typedef enum volpkg_api { VOLPKG_API_ES1_1, VOLPKG_API_ES2_0, VOLPKG_API_ES3_0 } volpkg_api;
 typedef enum volpkg_axis { VOLPKG_AXIS_X, VOLPKG_AXIS_Y, VOLPKG_AXIS_Z } volpkg_axis;
 typedef enum volpkg_classification { VOLPKG_CLASSIFICATION_LOOKUP, VOLPKG_CLASSIFICATION_PREINTEGRATED,
-    VOLPKG_CLASSIFICATION_PALETTE, VOLPKG_CLASSIFICATION_CONTROL_POINTS, VOLPKG_CLASSIFICATION_PRECLASSIFIED }
-    volpkg_classification;
+    VOLPKG_CLASSIFICATION_PALETTE, VOLPKG_CLASSIFICATION_CONTROL_POINTS, VOLPKG_CLASSIFICATION_PRECLASSIFIED,
+    VOLPKG_CLASSIFICATION_COLOUR } volpkg_classification;
 typedef enum volpkg_compositing { VOLPKG_COMPOSITING_EMISSION_ABSORPTION, VOLPKG_COMPOSITING_BACK_TO_FRONT,
     VOLPKG_COMPOSITING_MAXIMUM, VOLPKG_COMPOSITING_MINIMUM, VOLPKG_COMPOSITING_AVERAGE, VOLPKG_COMPOSITING_MIDA,
     VOLPKG_COMPOSITING_FIRST_HIT, VOLPKG_COMPOSITING_ISOSURFACE } volpkg_compositing;
@@ -193,11 +193,12 @@ typedef enum volpkg_technique { VOLPKG_TECHNIQUE_RAY_CASTING, VOLPKG_TECHNIQUE_T
     volpkg_technique;
 typedef enum volpkg_texture_format { VOLPKG_TEXTURE_FORMAT_LUMINANCE8, VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8,
     VOLPKG_TEXTURE_FORMAT_RGB8, VOLPKG_TEXTURE_FORMAT_RGBA8, VOLPKG_TEXTURE_FORMAT_R8, VOLPKG_TEXTURE_FORMAT_RG8,
-    VOLPKG_TEXTURE_FORMAT_RGB8_SNORM, VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM, VOLPKG_TEXTURE_FORMAT_R16,
-    VOLPKG_TEXTURE_FORMAT_R16F, VOLPKG_TEXTURE_FORMAT_RGBA16F, VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8,
-    VOLPKG_TEXTURE_FORMAT_EAC_R11, VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8, VOLPKG_TEXTURE_FORMAT_ASTC_4X4,
-    VOLPKG_TEXTURE_FORMAT_ASTC_5X5, VOLPKG_TEXTURE_FORMAT_ASTC_6X6, VOLPKG_TEXTURE_FORMAT_ASTC_8X8,
-    VOLPKG_TEXTURE_FORMAT_OTHER /* of a later version: ignore it */ } volpkg_texture_format;
+    VOLPKG_TEXTURE_FORMAT_RGB8_SNORM, VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM, VOLPKG_TEXTURE_FORMAT_SRGB8_ALPHA8,
+    VOLPKG_TEXTURE_FORMAT_R16, VOLPKG_TEXTURE_FORMAT_R16F, VOLPKG_TEXTURE_FORMAT_RGBA16F,
+    VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8, VOLPKG_TEXTURE_FORMAT_EAC_R11, VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8,
+    VOLPKG_TEXTURE_FORMAT_ASTC_4X4, VOLPKG_TEXTURE_FORMAT_ASTC_5X5, VOLPKG_TEXTURE_FORMAT_ASTC_6X6,
+    VOLPKG_TEXTURE_FORMAT_ASTC_8X8, VOLPKG_TEXTURE_FORMAT_OTHER /* of a later version: ignore it */ }
+    volpkg_texture_format;
 typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG_UNIFORM_SOURCE_STEP_MM,
     VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX, VOLPKG_UNIFORM_SOURCE_MIPMAP, VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX,
     VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM, VOLPKG_UNIFORM_SOURCE_BLOCK_HIGH_MM, VOLPKG_UNIFORM_SOURCE_SPLIT_VOXEL,
@@ -2921,11 +2922,12 @@ static const volpkg__named volpkg__texture_format_words[] = {{"LUMINANCE8", VOLP
     {"LUMINANCE_ALPHA8", VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8}, {"RGB8", VOLPKG_TEXTURE_FORMAT_RGB8},
     {"RGBA8", VOLPKG_TEXTURE_FORMAT_RGBA8}, {"R8", VOLPKG_TEXTURE_FORMAT_R8}, {"RG8", VOLPKG_TEXTURE_FORMAT_RG8},
     {"RGB8_SNORM", VOLPKG_TEXTURE_FORMAT_RGB8_SNORM}, {"RGBA8_SNORM", VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM},
-    {"R16", VOLPKG_TEXTURE_FORMAT_R16}, {"R16F", VOLPKG_TEXTURE_FORMAT_R16F},
-    {"RGBA16F", VOLPKG_TEXTURE_FORMAT_RGBA16F}, {"PALETTE8_RGBA8", VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8},
-    {"EAC_R11", VOLPKG_TEXTURE_FORMAT_EAC_R11}, {"ETC2_RGBA8", VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8},
-    {"ASTC_4X4", VOLPKG_TEXTURE_FORMAT_ASTC_4X4}, {"ASTC_5X5", VOLPKG_TEXTURE_FORMAT_ASTC_5X5},
-    {"ASTC_6X6", VOLPKG_TEXTURE_FORMAT_ASTC_6X6}, {"ASTC_8X8", VOLPKG_TEXTURE_FORMAT_ASTC_8X8}, {NULL, 0}};
+    {"SRGB8_ALPHA8", VOLPKG_TEXTURE_FORMAT_SRGB8_ALPHA8}, {"R16", VOLPKG_TEXTURE_FORMAT_R16},
+    {"R16F", VOLPKG_TEXTURE_FORMAT_R16F}, {"RGBA16F", VOLPKG_TEXTURE_FORMAT_RGBA16F},
+    {"PALETTE8_RGBA8", VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8}, {"EAC_R11", VOLPKG_TEXTURE_FORMAT_EAC_R11},
+    {"ETC2_RGBA8", VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8}, {"ASTC_4X4", VOLPKG_TEXTURE_FORMAT_ASTC_4X4},
+    {"ASTC_5X5", VOLPKG_TEXTURE_FORMAT_ASTC_5X5}, {"ASTC_6X6", VOLPKG_TEXTURE_FORMAT_ASTC_6X6},
+    {"ASTC_8X8", VOLPKG_TEXTURE_FORMAT_ASTC_8X8}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__texture_format_word, VOLPKG__OPEN, VOLPKG_TEXTURE_FORMAT_OTHER, volpkg__texture_format_words)
 VOLPKG__MANY(volpkg__texture_format_word_list, volpkg__texture_format_word, 0, 2147483647.0)
 VOLPKG__NUMBERS(volpkg__int_16_or_32, VOLPKG__INT, int32_t, 16, 32, 16)
@@ -2991,10 +2993,11 @@ static const volpkg__named volpkg__gl_target_words[] = {{"TEXTURE_2D", 0x0de1}, 
 VOLPKG__WORDS(volpkg__gl_target_word, VOLPKG__NAMED, 0, volpkg__gl_target_words)
 static const volpkg__named volpkg__gl_internal_format_words[] = {{"LUMINANCE", 0x1909}, {"LUMINANCE_ALPHA", 0x190a},
     {"RGB", 0x1907}, {"RGBA", 0x1908}, {"R8", 0x8229}, {"RG8", 0x822b}, {"RGB8", 0x8051}, {"RGBA8", 0x8058},
-    {"RGB8_SNORM", 0x8f96}, {"RGBA8_SNORM", 0x8f97}, {"R16_EXT", 0x822a}, {"R16F", 0x822d}, {"RGBA16F", 0x881a},
-    {"PALETTE8_RGBA8_OES", 0x8b96}, {"COMPRESSED_R11_EAC", 0x9270}, {"COMPRESSED_RGBA8_ETC2_EAC", 0x9278},
-    {"COMPRESSED_RGBA_ASTC_4x4_KHR", 0x93b0}, {"COMPRESSED_RGBA_ASTC_5x5_KHR", 0x93b2},
-    {"COMPRESSED_RGBA_ASTC_6x6_KHR", 0x93b4}, {"COMPRESSED_RGBA_ASTC_8x8_KHR", 0x93b7}, {NULL, 0}};
+    {"RGB8_SNORM", 0x8f96}, {"RGBA8_SNORM", 0x8f97}, {"SRGB8_ALPHA8", 0x8c43}, {"R16_EXT", 0x822a}, {"R16F", 0x822d},
+    {"RGBA16F", 0x881a}, {"PALETTE8_RGBA8_OES", 0x8b96}, {"COMPRESSED_R11_EAC", 0x9270},
+    {"COMPRESSED_RGBA8_ETC2_EAC", 0x9278}, {"COMPRESSED_RGBA_ASTC_4x4_KHR", 0x93b0},
+    {"COMPRESSED_RGBA_ASTC_5x5_KHR", 0x93b2}, {"COMPRESSED_RGBA_ASTC_6x6_KHR", 0x93b4},
+    {"COMPRESSED_RGBA_ASTC_8x8_KHR", 0x93b7}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__gl_internal_format_word, VOLPKG__GL, 0, volpkg__gl_internal_format_words)
 static const volpkg__named volpkg__gl_format_words[] = {{"LUMINANCE", 0x1909}, {"LUMINANCE_ALPHA", 0x190a},
     {"RED", 0x1903}, {"RG", 0x8227}, {"RGB", 0x1907}, {"RGBA", 0x1908}, {NULL, 0}};
@@ -3293,7 +3296,7 @@ VOLPKG__WORDS(volpkg__technique_word, VOLPKG__NAMED, 0, volpkg__technique_words)
 static const volpkg__named volpkg__classification_words[] = {{"lookup", VOLPKG_CLASSIFICATION_LOOKUP},
     {"preintegrated", VOLPKG_CLASSIFICATION_PREINTEGRATED}, {"palette", VOLPKG_CLASSIFICATION_PALETTE},
     {"control-points", VOLPKG_CLASSIFICATION_CONTROL_POINTS}, {"preclassified", VOLPKG_CLASSIFICATION_PRECLASSIFIED},
-    {NULL, 0}};
+    {"colour", VOLPKG_CLASSIFICATION_COLOUR}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__classification_word, VOLPKG__NAMED, 0, volpkg__classification_words)
 static const volpkg__named volpkg__lighting_words[] = {{"none", VOLPKG_LIGHTING_NONE},
     {"headlight", VOLPKG_LIGHTING_HEADLIGHT}, {"phong", VOLPKG_LIGHTING_PHONG},
@@ -4029,6 +4032,7 @@ typedef struct volpkg__layout {
     uint32_t components;
 } volpkg__layout;
 
+#define VOLPKG__VK_SRGB 43 /* VK_FORMAT_R8G8B8A8_SRGB */
 #define VOLPKG__F(name) VOLPKG_TEXTURE_FORMAT_##name
 static const volpkg__layout volpkg__layouts[] = {
     {{VOLPKG__F(R8), VOLPKG__F(LUMINANCE8)},
@@ -4088,6 +4092,20 @@ static const volpkg__layout volpkg__layouts[] = {
      0x40,
      0xFFFFFF81u,
      127,
+     4},
+    {{VOLPKG__F(SRGB8_ALPHA8), VOLPKG__F(SRGB8_ALPHA8)},
+     {0x8C43, 0x8C43},
+     {0x1908, 0x1908},
+     0x1401,
+     VOLPKG__VK_SRGB,
+     1,
+     4,
+     4,
+     1,
+     1,
+     0,
+     0,
+     255,
      4},
     {{VOLPKG__F(R16), VOLPKG__F(R16)}, {0x822A, 0x822A}, {0x1903, 0x1903}, 0x1403, 70, 2, 1, 2, 1, 1, 0, 0, 65535, 1},
     {{VOLPKG__F(R16F), VOLPKG__F(R16F)},
@@ -4241,6 +4259,10 @@ static uint32_t volpkg__descriptor(const volpkg__layout* layout, unsigned char t
             sample[8 + k] = (unsigned char)(layout->lower >> 8 * k);
             sample[12 + k] = (unsigned char)(layout->upper >> 8 * k);
         }
+    }
+    if (layout->vk_format == VOLPKG__VK_SRGB) { /* the transfer function is sRGB, and alpha is linear */
+        to[14] = 2;
+        to[28 + 48 + 3] |= 0x10;
     }
     /* ETC2 has alpha (15) in the first half of a block, and colour (2) in the second. */
     if (layout->vk_format == 151) {
@@ -5040,8 +5062,10 @@ static volpkg_code volpkg__classification_rules(volpkg__reader* r, const volpkg_
             for (k = 0; k < p->channels.at[i].transfer_functions.count; ++k)
                 found |= volpkg__is(p->channels.at[i].transfer_functions.at[k].name, program->transfer);
     } else if (!by_table) {
+        int is_voxels = program->classification == VOLPKG_CLASSIFICATION_PRECLASSIFIED;
         for (i = 0; i < p->textures.count; ++i)
-            if (p->textures.at[i].reference_mm != 0 && volpkg__is(p->textures.at[i].transfer, program->transfer))
+            if (is_voxels && p->textures.at[i].reference_mm != 0 &&
+                volpkg__is(p->textures.at[i].transfer, program->transfer))
                 found = 1;
     } else {
         for (i = 0; i < p->textures.count; ++i) {
@@ -5644,6 +5668,14 @@ static volpkg_code volpkg__editing_rules(volpkg__reader* r, const volpkg_package
     return VOLPKG_OK;
 }
 
+/* One picture of channels that hold light and extinction; no program draws one of them alone. */
+static int volpkg__is_colour(const volpkg_package* p) {
+    int32_t i;
+    for (i = 0; i < p->programs.count && p->together; ++i)
+        if (p->programs.at[i].classification == VOLPKG_CLASSIFICATION_COLOUR) return 1;
+    return 0;
+}
+
 static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_package* p) {
     int32_t i, k, n;
     VOLPKG__RULE(p->stages.count == 0, "", "it is sealed, but has records of stages");
@@ -5663,6 +5695,8 @@ static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_packag
             int drawn = 0;
             for (n = 0; n < p->programs.count; ++n)
                 drawn |= volpkg__is(p->programs.at[n].transfer, channel->transfer_functions.at[k].name);
+            drawn |= volpkg__is_colour(p) && volpkg__lists(p->together->transfers.at, p->together->transfers.count,
+                                                           channel->transfer_functions.at[k].name);
             drawn |= p->segments && volpkg__lists(p->segments->transfers.at, p->segments->transfers.count,
                                                   channel->transfer_functions.at[k].name);
             VOLPKG__RULE(drawn, channel->transfer_functions.at[k].name, "no program draws it");
@@ -5757,6 +5791,34 @@ static volpkg_code volpkg__shared_skip_rules(volpkg__reader* r, const volpkg_pac
     return VOLPKG_OK;
 }
 
+/* The four channels of a volume in colour: light of red, green and blue, and extinction, in the same texels. */
+static volpkg_code volpkg__colour_rules(volpkg__reader* r, const volpkg_package* p) {
+    const volpkg_together* together = p->together;
+    double largest = 0.0;
+    int32_t i, k;
+    VOLPKG__RULE(together->transfers.count == 4, together->name, "a volume in colour has four channels");
+    for (i = 3; i >= 0; --i) {
+        const char* name = together->transfers.at[i];
+        const volpkg_channel* channel = &p->channels.at[volpkg__owner(p, name)];
+        const volpkg_transfer_function* function = volpkg__function_of(channel, name);
+        int is_line = function->points.count == 2;
+        if (is_line && i == 3) largest = function->points.at[1].extinction_per_mm;
+        for (k = 0; k < 2 && is_line; ++k) {
+            const volpkg_transfer_point* point = &function->points.at[k];
+            is_line = point->value == k && point->extinction_per_mm == k * largest && point->colour[0] == (i == 0) &&
+                      point->colour[1] == (i == 1) && point->colour[2] == (i == 2);
+        }
+        VOLPKG__RULE(is_line && largest > 0.0, name, "it is not the light or the extinction of a colour");
+        VOLPKG__RULE(channel->quantization == NULL ||
+                         (channel->quantization->window[0] == 0.0 && channel->quantization->window[1] == 1.0),
+                     channel->name, "the values of a colour do not go from 0 to 1");
+    }
+    for (i = 0; i < p->textures.count; ++i)
+        VOLPKG__RULE(p->textures.at[i].role != VOLPKG_ROLE_VOLUME || p->textures.at[i].channels.count == 4,
+                     p->textures.at[i].name, "it does not hold all channels of a colour");
+    return VOLPKG_OK;
+}
+
 static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_package* p) {
     const volpkg_together* together = p->together;
     int32_t i, k, n, programs = 0;
@@ -5782,6 +5844,7 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
         VOLPKG__RULE(program->classification != VOLPKG_CLASSIFICATION_PREINTEGRATED &&
                          program->classification != VOLPKG_CLASSIFICATION_PRECLASSIFIED,
                      program->name, "it cannot classify several channels so");
+        if (program->classification == VOLPKG_CLASSIFICATION_COLOUR) VOLPKG__TRY(volpkg__colour_rules(r, p));
         VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE, program->name, "it cannot light several channels");
         VOLPKG__RULE(program->samplers.count <= p->profile.texture_units, program->name,
                      "it reads more textures than the profile has units");

@@ -11,6 +11,7 @@ from pathlib import Path
 import nibabel
 import numpy as np
 from channel_scene import write_channel_scene
+from colour_scene import write_colour_scene
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 
 from volprep.pipeline.build import build
@@ -181,6 +182,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "maximum": _phantom('[render]\ncompositing = "maximum"\n'),
     "channels together": _together("gles3"),
     "channels together in a mosaic": _together("gles2-2048"),
+    "colour": write_colour_scene,
+    "colour in a mosaic": lambda folder: write_colour_scene(folder, "gles2-2048"),
     "segments": segments_scene("gles3", _LIT),
     "segments in a mosaic": segments_scene("gles2-2048", _LIT),
     "bricks": _phantom("[bricks]\nsize = 4\n"),

@@ -11,7 +11,7 @@ TWO_PASS = Technique(
     text="ray casting in two passes",
     samplings=frozenset(("texture3d", "mosaic", "bricks")),
     compositings=frozenset(get_args(CompositingName)),
-    classifications=frozenset(get_args(ClassificationName)),
+    classifications=frozenset(get_args(ClassificationName)) - {"colour"},
     loops=True,
     passes_before=1,
 )

@@ -32,7 +32,7 @@ def lay_out(case: Case, neighbours: Sequence[Neighbour], form: CompressedFormat 
     table_bytes = tables_bytes(scene.render, profile, values.entries)
     units = (1 if table_bytes else 0) + passes_before(scene.render.technique, scene.lighting.shadows)
     beside = Beside(units=units, bytes=table_bytes)
-    bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits
+    bits = CLASSIFIED_BITS if scene.render.classification in {"preclassified", "colour"} else values.quantize.bits
     rooms = [_beside(case, neighbours, layouts, level, beside) for level in candidates]
     fits = [
         room
