@@ -12,4 +12,5 @@ RAY_CASTING = Technique(
     compositings=frozenset(get_args(CompositingName)),
     classifications=frozenset(get_args(ClassificationName)),
     loops=True,
+    meshes=True,
 )

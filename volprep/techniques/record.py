@@ -39,6 +39,8 @@ class Technique:
     """How it can classify them."""
     loops: bool
     """Whether a fragment takes several samples, so that it may skip empty space and end early."""
+    meshes: bool = False
+    """Whether its rays may begin and end at proxy geometry."""
     passes_before: int = 0
     """Passes that come before the picture, each of whose targets takes a texture unit."""
     order: float | None = None

@@ -37,10 +37,11 @@ the faces of the box says where rays enter. two-pass-as-published: the same with
 several draws, each of some tiles of the picture, the cheapest first. axis-slices, view-slices: layers across an axis of
 the volume, or across the view, blended. view-slices-as-published: the same with the opacity and the blending of Noguera
 and Jiménez (2012), which does not converge to the integral."""
-Geometry = Literal["triangle", "front-faces", "back-faces", "axis-slices", "view-slices", "half-angle-slices"]
+Geometry = Literal["triangle", "front-faces", "back-faces", "mesh", "axis-slices", "view-slices", "half-angle-slices"]
 """Geometry of the vertex shader. triangle: one that covers the picture. front-faces, back-faces: faces of the volume's
-box. axis-slices, view-slices: a layer for each sample of a ray, across an axis of the volume or across the view.
-half-angle-slices: the same across the direction in the middle between viewer and light."""
+box. mesh: proxy geometry, of passes only. axis-slices, view-slices: a layer for each sample of a ray, across an axis of
+the volume or across the view. half-angle-slices: the same across the direction in the middle between viewer and
+light."""
 SLICES: frozenset[Geometry] = frozenset(("axis-slices", "view-slices", "half-angle-slices"))
 """Geometries with several parts behind each other, which are blended."""
 BlendFactor = Literal["ZERO", "ONE", "ONE_MINUS_SRC_ALPHA", "ONE_MINUS_DST_ALPHA"]
@@ -54,7 +55,7 @@ CompositingName = Literal[
 ]
 """Compositing of the samples of a ray; see `ProgramDesign`."""
 Rays = Literal["box", "mesh"]
-"""Start of rays: the volume's box, or proxy geometry."""
+"""Start and end of rays: the volume's box, or proxy geometry."""
 UniformSource = Literal[
     "box_from_clip",
     "step_mm",
@@ -231,7 +232,7 @@ class ProgramDesign(Record):
     accumulation). first-hit: the first value that is the transfer function's `isovalue` or more. isosurface: the first
     place where the value passes the `isovalue`, from either side."""
     rays: Rays = "box"
-    """Start of rays. box: the vertex shader draws the program's `geometry`. mesh: it draws proxy geometry."""
+    """Start and end of rays. box: the volume's box. mesh: proxy geometry, which the pass of geometry `mesh` draws."""
     vertex: PackagePath
     """Vertex shader."""
     fragment: PackagePath
@@ -250,7 +251,7 @@ class Program(ProgramDesign):
     samplers: tuple[Sampler, ...]
     """Every active sampler, in the order of texture units."""
     geometry: Geometry = "triangle"
-    """Geometry of the vertex shader if rays begin at the box."""
+    """Geometry of the vertex shader."""
     before: tuple[Pass, ...] = ()
     """Passes that are drawn first, in order."""
     light_pass: LightPass | None = None

@@ -38,6 +38,8 @@ def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
     for program in proxy.programs:
         if any(counts[program.transfer, level] != 1 for level in program.levels):
             yield f"program {program.name} begins at meshes, but not each of its levels has one"
+        if [each.geometry for each in program.passes] != ["mesh"]:
+            yield f"program {program.name} begins at meshes, but does not have one pass, which draws them"
         if _read(program) not in [_read(other) for other in manifest.programs]:
             yield f"program {program.name} does not read what a program of its transfer function reads"
 
