@@ -5099,6 +5099,8 @@ static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package
     VOLPKG__TRY(volpkg__source_rules(r, program, program->uniforms.at, program->uniforms.count));
     for (k = 0; k < volpkg__passes_of(program); ++k) {
         const volpkg_pass* pass = k < program->before.count ? &program->before.at[k] : program->light_pass;
+        VOLPKG__RULE(pass->geometry != VOLPKG_GEOMETRY_MESH, program->name,
+                     "it begins at the box, but has a pass over a mesh");
         VOLPKG__TRY(volpkg__source_rules(r, program, pass->uniforms.at, pass->uniforms.count));
         VOLPKG__TRY(volpkg__reads_rules(r, program, pass->reads.at, pass->reads.count));
     }

@@ -77,7 +77,7 @@ export async function load(wanted) {
   const coming = Promise.all([
     linkedFor(wanted, choice),
     isPlain ? null : import("./techniques.js").then(({ loadTechnique }) => loadTechnique(wanted, choice, checkNamed)),
-    hasMesh ? import("./mesh.js").then(({ loadMesh }) => loadMesh(wanted, choice, notes)) : null,
+    hasMesh ? import("./mesh.js").then(({ loadMesh }) => loadMesh(wanted, choice, notes, checkNamed)) : null,
     isLit ? import("./light.js") : null,
   ]);
   const parts = await settled(coming, texturesFor(wanted, choice, forms));

@@ -10,7 +10,7 @@ import { bind } from "./load.js";
  * @property {WebGLFramebuffer | null | undefined} target in place of the picture
  * @property {import("./target.js").Picture} picture
  * @property {number} scale share of the pixels of the picture along an axis
- * @property {import("./mesh.js").Mesh | null} mesh where rays may begin
+ * @property {import("./mesh.js").Mesh | null} mesh where rays may begin and end
  * @property {Pick<import("./clip.js").Behind, "texture" | "reversed" | "scale" | "planes">} behind
  * @property {Record<string, Value>} values by the source of a uniform
  * @property {boolean} blend with the existing picture
@@ -26,7 +26,7 @@ export function paint(gl, device, drawn, how) {
   const own = target === undefined;
   const mesh = how.mesh && how.mesh.front(boxFromClip);
   const bindTarget = () => {
-    if (own) picture.bind(Math.ceil(width * scale), Math.ceil(height * scale), mesh !== null);
+    if (own) picture.bind(Math.ceil(width * scale), Math.ceil(height * scale));
     else gl.bindFramebuffer(gl.FRAMEBUFFER, target);
   };
   bindTarget();
@@ -37,9 +37,10 @@ export function paint(gl, device, drawn, how) {
   const behind = { ...how.behind, pixel: size, boxFromClip };
   const give = (/** @type {any} */ to, /** @type {any} */ inputs, /** @type {any} */ all) =>
     bind(gl, drawn, to, inputs, all, behind);
-  const { choice, linked, technique } = drawn;
-  if (mesh) mesh.draw((to, program) => give(to, program, { ...values, ...mesh.values }));
-  else if (technique) technique.draw(linked, { values, viewport: place, bindTarget, bind: give });
+  const { choice } = drawn;
+  const { linked, technique } = mesh ?? drawn;
+  const all = mesh ? { ...values, ...mesh.values } : values;
+  if (technique) technique.draw(linked, { values: all, viewport: place, bindTarget, bind: give });
   else {
     give(linked, choice.program, values);
     device.triangle();

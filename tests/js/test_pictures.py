@@ -65,8 +65,6 @@ def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) ->
     programs += manifest.proxy.programs if manifest.proxy else []
     drawn = [pair for each in programs for pair in (each, *each.passes)]
     texts = [(package.read_text(each.vertex), package.read_text(each.fragment)) for each in drawn]
-    if manifest.proxy:
-        texts.append((package.read_text(manifest.proxy.programs[0].vertex), package.read_text(manifest.proxy.depth)))
     browser.open(f"{server.url}/")
     script = """
     const [kind, texts] = given;

@@ -16,6 +16,11 @@ _RELATIVE_TOLERANCE = 1e-9
 def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of meshes and of the programs that begin at them."""
     proxy = manifest.proxy
+    yield from (
+        f"program {program.name} begins at the box, but has a pass over a mesh"
+        for program in manifest.programs
+        if any(each.geometry == "mesh" for each in program.passes)
+    )
     if proxy is None:
         return
     grids = {level.index: level.grid for level in manifest.levels}
