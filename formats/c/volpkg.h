@@ -739,6 +739,9 @@ typedef struct volpkg_slices {
     int32_t tiles_x;
     /* No texel of the stack is more opaque. */
     double largest_opacity;
+    /* Polygons for each slice. If more than one, each mixes the two slices around it, and a texel has the opacity of
+       the distance of polygons. */
+    int32_t layers;
 } volpkg_slices;
 
 /* One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE. */
@@ -3139,6 +3142,7 @@ static const volpkg__field volpkg__slice_layout_fields[] = {
     {"slices", &volpkg__int_from_1, offsetof(volpkg_slices, slices), VOLPKG__NEEDED, 0, NULL},
     {"tiles_x", &volpkg__int_from_1, offsetof(volpkg_slices, tiles_x), VOLPKG__NEEDED, 0, NULL},
     {"largest_opacity", &volpkg__real_above_0_to_1, offsetof(volpkg_slices, largest_opacity), 0, 1.0, NULL},
+    {"layers", &volpkg__int_from_1, offsetof(volpkg_slices, layers), 0, 1.0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__slice_layout_record, volpkg_slices, volpkg__slice_layout_fields)
 VOLPKG__MAYBE(volpkg__slice_layout_record_pointer, volpkg__slice_layout_record)
@@ -5516,15 +5520,16 @@ static volpkg_code volpkg__slices_rules(volpkg__reader* r, const volpkg_package*
         VOLPKG__RULE(s->slice_shape_yx[0] == level->grid.shape_zyx[place == 0 ? 1 : 0] &&
                          s->slice_shape_yx[1] == level->grid.shape_zyx[place == 2 ? 1 : 2],
                      t->name, "its slices are not those of its level");
-        VOLPKG__RULE(t->reference_mm == level->grid.spacing_mm_zyx[place], t->name,
-                     "its opacity is not that of the distance of its slices");
+        VOLPKG__RULE(t->reference_mm == level->grid.spacing_mm_zyx[place] / s->layers, t->name,
+                     "its opacity is not that of the distance of its polygons");
         /* Parts follow each other: this one begins where the one before it ends, and the last one at the end. */
         for (k = 0, drawn = 0; k < p->textures.count; ++k) {
             const volpkg_texture* other = &p->textures.at[k];
             if (other->slices == NULL || other->slices->axis != s->axis || !volpkg__is(other->transfer, t->transfer))
                 continue;
-            VOLPKG__RULE(other->level == t->level && volpkg__same_gl(&other->gl, &t->gl), t->name,
-                         "its stack has several levels or formats");
+            VOLPKG__RULE(other->level == t->level && volpkg__same_gl(&other->gl, &t->gl) &&
+                             other->slices->layers == s->layers,
+                         t->name, "its stack has several levels, formats or numbers of layers");
             VOLPKG__RULE(k == i || other->part != t->part, t->name, "its stack has a part twice");
             if (other->part == t->part - 1)
                 end = other->slices->first +

@@ -46,7 +46,7 @@ export const SCHEMA = {
   ShaderPair: "vertex: p; fragment: p",
   SkipTable: "texture: s; level: i; transfer: s; kind: =blocks|table16|distance|octants|pyramid|euclidean; block: I; blocks_zyx: 3I; blocks_from_box_per_mm_xyz: 3n; empty_share: F",
   Skipping: "epsilon?: (0.0,<1.0); tables?: *SkipTable; ranges?: *BlockRangesRecord",
-  SliceLayout: "axis: =x|y|z; slice_shape_yx: 2I; first: U; slices: I; tiles_x: I; largest_opacity?: (<0.0,1.0)",
+  SliceLayout: "axis: =x|y|z; slice_shape_yx: 2I; first: U; slices: I; tiles_x: I; largest_opacity?: (<0.0,1.0); layers?: I",
   SourceInfo: "format: s; grid: Grid; stored_type: =uint8|int16|uint16|float32; slope?: n; intercept?: n; unit?: s; modality?: s; level_set?: b; label_numbers?: *#(-9007199254740991,9007199254740991); repairs?: *GapRepair/TiltRepair/OtherRepair; remarks?: *s",
   SourceRecord: "info: SourceInfo; sha256: h",
   Statistics: "minimum: n; maximum: n; non_finite: B",

@@ -124,7 +124,7 @@ def _segments(border: str, profile: str) -> Callable[[Path], Falling]:
     return falling
 
 
-def _stacks(view: str) -> Callable[[Path], Falling]:
+def _stacks(view: str, layers: int = 1) -> Callable[[Path], Falling]:
     """Stacks of slices have the distance of the voxels: they get finer as the grid does.
 
     In double precision, from the texels that OpenGL ES 1.1 is given; test_slices.py says that it draws the same.
@@ -143,12 +143,13 @@ def _stacks(view: str) -> Callable[[Path], Falling]:
                 np.rint(sampled(field, grid)),
                 grid.spacing_mm_zyx,
                 extra="[pyramid]\ncoarsest_longest_axis = 1024\n",
+                slices=f"layers = {layers}",
             )
             (function,) = package.manifest.transfer_functions
             media = [Medium(sampled(field, fine), 1.0, 0.0, function)]
             truth = EMISSION_ABSORPTION.oracle(media, fine, box_from_clip, shape_hw, nearest=False, normals=None).rgba
             texels = slice_texels(package, "ramp", "z")
-            drawn = stack_picture(texels, "z", grid, box_from_clip, shape_hw, "exact")
+            drawn = stack_picture(texels, "z", grid, box_from_clip, shape_hw, "exact", layers)
             errors.append(rmse(drawn, truth))
         return Falling([1 / shape[0] for shape in shapes], errors)
 
@@ -170,4 +171,6 @@ OTHERS = (
     Other("two channels, mosaic", "steps", 2.0, _together("gles2-2048", "auto"), 0.5),
     Other("stacks of slices, along their axis", "grids", 2.0, _stacks("superior"), 0.5),
     Other("stacks of slices, oblique", "grids", 1.0, _stacks("anterior-left")),
+    Other("stacks of slices in three layers, along their axis", "grids", 2.0, _stacks("superior", 3), 0.5),
+    Other("stacks of slices in three layers, oblique", "grids", 1.0, _stacks("anterior-left", 3)),
 )

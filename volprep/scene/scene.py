@@ -248,6 +248,9 @@ class SliceSettings(Record):
     stacks: Annotated[tuple[StackAxis, ...], Field(min_length=1, max_length=3)] = ("x", "y", "z")
     """Axes that have a stack. An app draws the stack that faces the viewer most. A single stack takes a third of the
     memory, but shows nothing from the side."""
+    layers: Annotated[int, Field(ge=1, le=16)] = 1
+    """Polygons for each slice. With more than one, an app mixes the two slices around each polygon with two texture
+    units (multitexture). No texture is larger; a picture takes as many times as long to draw. Not for labels."""
 
 
 class SkipSettings(Record):
