@@ -187,8 +187,8 @@ typedef enum volpkg_state { VOLPKG_STATE_DRAFT, VOLPKG_STATE_SEALED } volpkg_sta
 typedef enum volpkg_stored_type { VOLPKG_STORED_TYPE_NONE, VOLPKG_STORED_TYPE_UINT8, VOLPKG_STORED_TYPE_INT16,
     VOLPKG_STORED_TYPE_UINT16, VOLPKG_STORED_TYPE_FLOAT32 } volpkg_stored_type;
 typedef enum volpkg_target { VOLPKG_TARGET_RGBA8, VOLPKG_TARGET_RGBA16F, VOLPKG_TARGET_RGBA32F } volpkg_target;
-typedef enum volpkg_technique { VOLPKG_TECHNIQUE_RAY_CASTING, VOLPKG_TECHNIQUE_TWO_PASS,
-    VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED, VOLPKG_TECHNIQUE_SLABS, VOLPKG_TECHNIQUE_TILES,
+typedef enum volpkg_technique { VOLPKG_TECHNIQUE_RAY_CASTING, VOLPKG_TECHNIQUE_RAY_CASTING_AS_PUBLISHED,
+    VOLPKG_TECHNIQUE_TWO_PASS, VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED, VOLPKG_TECHNIQUE_SLABS, VOLPKG_TECHNIQUE_TILES,
     VOLPKG_TECHNIQUE_AXIS_SLICES, VOLPKG_TECHNIQUE_VIEW_SLICES, VOLPKG_TECHNIQUE_VIEW_SLICES_AS_PUBLISHED }
     volpkg_technique;
 typedef enum volpkg_texture_format { VOLPKG_TEXTURE_FORMAT_LUMINANCE8, VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8,
@@ -3217,8 +3217,9 @@ static const volpkg__named volpkg__sampling_words[] = {{"texture3d", VOLPKG_SAMP
     {NULL, 0}};
 VOLPKG__WORDS(volpkg__sampling_word, VOLPKG__NAMED, 0, volpkg__sampling_words)
 static const volpkg__named volpkg__technique_words[] = {{"ray-casting", VOLPKG_TECHNIQUE_RAY_CASTING},
-    {"two-pass", VOLPKG_TECHNIQUE_TWO_PASS}, {"two-pass-as-published", VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED},
-    {"slabs", VOLPKG_TECHNIQUE_SLABS}, {"tiles", VOLPKG_TECHNIQUE_TILES}, {"axis-slices", VOLPKG_TECHNIQUE_AXIS_SLICES},
+    {"ray-casting-as-published", VOLPKG_TECHNIQUE_RAY_CASTING_AS_PUBLISHED}, {"two-pass", VOLPKG_TECHNIQUE_TWO_PASS},
+    {"two-pass-as-published", VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED}, {"slabs", VOLPKG_TECHNIQUE_SLABS},
+    {"tiles", VOLPKG_TECHNIQUE_TILES}, {"axis-slices", VOLPKG_TECHNIQUE_AXIS_SLICES},
     {"view-slices", VOLPKG_TECHNIQUE_VIEW_SLICES},
     {"view-slices-as-published", VOLPKG_TECHNIQUE_VIEW_SLICES_AS_PUBLISHED}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__technique_word, VOLPKG__NAMED, 0, volpkg__technique_words)

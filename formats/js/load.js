@@ -56,7 +56,7 @@ import { passesOf } from "./shapes.js";
  */
 
 /** Techniques that draw one triangle. Tiles, too, make the same picture at once. */
-const ONE_TRIANGLE = ["ray-casting", "tiles"];
+const ONE_TRIANGLE = ["ray-casting", "ray-casting-as-published", "tiles"];
 
 /** @param {Wanted} wanted @returns {Promise<Drawn>} */
 export async function load(wanted) {

@@ -34,7 +34,7 @@ import { among, breach, count, passesOf, text, tuple } from "./shapes.js";
 
 /** Opacities are added. A picture of 8 bits cuts them at 1, as that of the paper does. */
 const CLAMPED = "view-slices-as-published";
-const KNOWN = ["ray-casting", "slabs", "tiles", "two-pass", "two-pass-as-published", "axis-slices", "view-slices", CLAMPED];
+const KNOWN = ["ray-casting", "ray-casting-as-published", "slabs", "tiles", "two-pass", "two-pass-as-published", "axis-slices", "view-slices", CLAMPED];
 /** The triangle that covers the picture. */
 const WHOLE = [-1, -1, 3, -1, -1, 3];
 const SAMPLER_3D = 0x8b5f;

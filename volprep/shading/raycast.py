@@ -1,6 +1,7 @@
 """Ray casting in one pass: midpoint samples in equal segments of the part of a ray that is inside the box."""
 
 import math
+from dataclasses import replace
 
 from volprep.shading.compose import literal
 from volprep.shading.compositing import CELL_BY_CELL
@@ -38,6 +39,17 @@ def ray_casting(wanted: Wanted) -> Walk:
         step_mm_min,
         before=passes_of_rays(from_where, wanted.grid, wanted.dialect),
     )
+
+
+def published_ray_casting(wanted: Wanted) -> Walk:
+    """Return rays with as many samples each, whose opacity does not depend on their distance."""
+    walk = ray_casting(wanted)
+    feature = replace(
+        walk.feature,
+        slots={**walk.feature.slots, "count": "ray/published:count"},
+        words={**walk.feature.words, "LONGEST_MM": literal(math.hypot(*wanted.grid.extent_mm_zyx))},
+    )
+    return replace(walk, feature=feature, compositing="ray/published")
 
 
 def samples_along(wanted: Wanted) -> tuple[Feature, float]:

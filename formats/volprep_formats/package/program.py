@@ -23,6 +23,7 @@ Sampling = Literal["texture3d", "mosaic", "subvolumes", "bricks"]
 """Representation of the volume that a program samples."""
 TechniqueName = Literal[
     "ray-casting",
+    "ray-casting-as-published",
     "two-pass",
     "two-pass-as-published",
     "slabs",
@@ -31,7 +32,9 @@ TechniqueName = Literal[
     "view-slices",
     "view-slices-as-published",
 ]
-"""Traversal of the volume. ray-casting: a ray for each pixel, in one pass. two-pass: the same, where a first pass over
+"""Traversal of the volume. ray-casting: a ray for each pixel, in one pass. ray-casting-as-published: the same with as
+many samples in each ray, and one opacity of a sample, whatever its distance from the next one, as the mobile volume
+rendering thesis has it; it does not converge to the integral. two-pass: ray casting, where a first pass over
 the faces of the box says where rays enter. two-pass-as-published: the same with positions of 8 bits, as Congote et al.
 (2011) have them. slabs: ray casting in several draws, each of the next samples of all rays. tiles: ray casting in
 several draws, each of some tiles of the picture, the cheapest first. axis-slices, view-slices: layers across an axis of
