@@ -171,6 +171,6 @@ OTHERS = (
     Other("two channels, mosaic", "steps", 2.0, _together("gles2-2048", "auto"), 0.5),
     Other("stacks of slices, along their axis", "grids", 2.0, _stacks("superior"), 0.5),
     Other("stacks of slices, oblique", "grids", 1.0, _stacks("anterior-left")),
-    Other("stacks of slices in three layers, along their axis", "grids", 2.0, _stacks("superior", 3), 0.5),
-    Other("stacks of slices in three layers, oblique", "grids", 1.0, _stacks("anterior-left", 3)),
+    Other("stacks of slices in two layers, along their axis", "grids", 2.0, _stacks("superior", 2), 0.5),
+    Other("stacks of slices in two layers, oblique", "grids", 1.0, _stacks("anterior-left", 2)),
 )
