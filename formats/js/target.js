@@ -183,6 +183,14 @@ export class Picture {
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#frame);
   }
 
+  /** Reads one pixel, for which the GPU must have finished. */
+  readOne() {
+    const { texels } = this.#texels(4);
+    const gl = this.#gl;
+    const type = texels instanceof Float32Array ? gl.FLOAT : texels instanceof Uint8Array ? gl.UNSIGNED_BYTE : this.#kind.type;
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, type, texels);
+  }
+
   /** Premultiplied linear RGBA, row 0 on top. @returns {Float32Array} */
   read() {
     const gl = this.#gl;

@@ -108,6 +108,7 @@ def _together(profile: str, channels: str) -> Callable[[Path], Falling]:
 def _segments(border: str, profile: str) -> Callable[[Path], Falling]:
     def falling(folder: Path) -> Falling:
         more = f'border = "{border}"\n[render]\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
+        folder.mkdir(parents=True, exist_ok=True)
         build(load_request(segments_scene(profile, more)(folder)), folder / "segments.volpkg", Silent())
         package = Package.open(folder / "segments.volpkg")
         labels = held_labels(package.manifest.textures, 0, package.read_bytes)
