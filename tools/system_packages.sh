@@ -84,9 +84,9 @@ install_on_debian() {
         sudo=(sudo)
     fi
     echo "volprep: missing system packages: ${packages[*]}"
-    tools/step.sh apt-update "reading Debian's package lists" "${sudo[@]}" apt-get update &&
+    tools/step.sh apt-update "reading Debian's package lists" "${sudo[@]}" apt-get -o Acquire::Retries=3 update &&
         tools/step.sh apt-install "installing system packages" "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive \
-            apt-get install --yes --no-install-recommends "${packages[@]}" || exit 1
+            apt-get -o Acquire::Retries=3 install --yes --no-install-recommends "${packages[@]}" || exit 1
 }
 
 look
