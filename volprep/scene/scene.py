@@ -278,7 +278,7 @@ DracoWish = Literal["auto", "always", "none"]
 
 
 class ProxySettings(Record):
-    """Proxy geometry: closed meshes around the visible voxels of transfer functions. Rays begin and end at their faces."""
+    """Proxy geometry: closed meshes around visible voxels of transfer functions. Rays begin and end at their faces."""
 
     form: ProxyForm = "merged"
     """Shape of the mesh. "blocks": the outer faces of all blocks that are not empty, two triangles for each. "merged":
@@ -287,7 +287,7 @@ class ProxySettings(Record):
     block: Annotated[int, Field(ge=1, le=256)] = 8
     """Cells along an edge of a block."""
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Largest opacity that a ray may lose because it begins and ends at the mesh: fainter blocks count as empty."""
+    """Largest opacity that a ray may lose because of the mesh: fainter blocks count as empty."""
     transfers: tuple[str, ...] = ()
     """Transfer functions that get meshes; all if absent."""
     levels: tuple[Annotated[int, Field(ge=0)], ...] = ()
