@@ -34,7 +34,6 @@ async function start() {
   const told = await settings();
   const viewer = byId("picture");
   viewer.options = { create: rendererOf };
-  viewer.finishMs = 33;
   await opened(viewer, packageSource(told.package));
   const { package: pack, stage } = viewer;
   const { manifest } = pack;
