@@ -41,7 +41,10 @@ export class Finishing {
     this.#boxFromClip = Array.from(boxFromClip);
     this.#size = [width, height];
     this.#budget = budgetMs;
-    this.#tiles = tilesOf(width, height);
+    const { program } = renderer.inside?.drawn.choice ?? {};
+    // Layers from the light and opacities that are cut have targets of their own, which hold whole pictures.
+    const whole = program?.light_pass || program?.technique === "view-slices-as-published";
+    this.#tiles = whole ? [[0, 0, width, height]] : tilesOf(width, height);
   }
 
   /** Draws the coarse picture first, then tiles. @returns {number} share of the picture that is final */
@@ -92,21 +95,12 @@ export class Finishing {
   }
 
   /** @param {Tile} tile */
-  #draw([x, y, width, height]) {
-    const [wide, high] = this.#size;
+  #draw(tile) {
+    const [width, height] = this.#size;
     const { device } = /** @type {NonNullable<Renderer["inside"]>} */ (this.#renderer.inside);
-    const viewport = /** @type {const} */ ([x, y, width, height]);
-    // The part of clip space that the tile has.
-    const [sx, sy] = [width / wide, height / high];
-    const [tx, ty] = [(2 * x + width) / wide - 1, (2 * y + height) / high - 1];
-    const m = this.#boxFromClip;
-    const boxFromClip = m.slice();
-    for (let row = 0; row < 4; row++) {
-      boxFromClip[row] = sx * m[row];
-      boxFromClip[4 + row] = sy * m[4 + row];
-      boxFromClip[12 + row] = m[12 + row] + tx * m[row] + ty * m[4 + row];
-    }
-    this.#renderer.draw({ boxFromClip, viewport, target: device.pictures.of().frame, moving: false });
+    const target = device.pictures.of().frame;
+    const viewport = /** @type {const} */ ([0, 0, width, height]);
+    this.#renderer.draw({ boxFromClip: this.#boxFromClip, viewport, target, part: tile, moving: false });
   }
 
   /** Waits for the GPU, which reading a pixel does. */

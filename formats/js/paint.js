@@ -14,6 +14,7 @@ import { bind } from "./load.js";
  * @property {Pick<import("./clip.js").Behind, "texture" | "reversed" | "scale" | "planes">} behind
  * @property {Record<string, Value>} values by the source of a uniform
  * @property {boolean} blend with the existing picture
+ * @property {import("./options.js").Viewport} [part] of the picture, which is drawn
  */
 
 /**
@@ -21,7 +22,7 @@ import { bind } from "./load.js";
  * @param {Painting} how
  */
 export function paint(gl, device, drawn, how) {
-  const { boxFromClip, viewport, target, picture, scale, values, blend } = how;
+  const { boxFromClip, viewport, target, picture, scale, values, blend, part } = how;
   const [x, y, width, height] = viewport;
   const own = target === undefined;
   const mesh = how.mesh && how.mesh.front(boxFromClip);
@@ -40,11 +41,16 @@ export function paint(gl, device, drawn, how) {
   const { choice } = drawn;
   const { linked, technique } = mesh ?? drawn;
   const all = mesh ? { ...values, ...mesh.values } : values;
-  if (technique) technique.draw(linked, { values: all, viewport: place, bindTarget, bind: give });
+  if (technique) technique.draw(linked, { values: all, viewport: place, bindTarget, bind: give, part });
   else {
     give(linked, choice.program, values);
     device.triangle();
+    if (part) {
+      gl.enable(gl.SCISSOR_TEST);
+      gl.scissor(...part);
+    }
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.disable(gl.SCISSOR_TEST);
   }
   device.unbind();
 }

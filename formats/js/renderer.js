@@ -96,6 +96,7 @@ export class Renderer extends RendererState {
     depth,
     planes = [],
     blend = false,
+    part,
     moving = this.#moving,
   }) {
     const { drawn, device } = this._levels;
@@ -120,6 +121,7 @@ export class Renderer extends RendererState {
         behind: { ...depth, planes },
         values: { ...drawn.choice.values, ...light, box_from_clip: Array.from(boxFromClip), step_mm: stepMm },
         blend,
+        part,
       });
       this.#pace?.after(moving);
       if (target === undefined) this.#last = { boxFromClip: Array.from(boxFromClip), width, height, quality };

@@ -27,6 +27,7 @@ import { among, breach, count, passesOf, text, tuple } from "./shapes.js";
  * @typedef {object} Picture
  * @property {Record<string, Value>} values of uniforms, by their source
  * @property {readonly number[]} viewport x, y, width, height
+ * @property {readonly number[]} [part] of the viewport, which is drawn
  * @property {() => void} bindTarget binds the target of the picture
  * @property {(linked: Linked, inputs: import("./load.js").Inputs, values: Record<string, Value>) => void} bind binds
  *   the inputs of a program
@@ -156,7 +157,7 @@ export class Technique {
   draw(linked, picture) {
     const gl = this.#gl;
     const { geometry = "triangle", blend, slab_samples: slab, samplers, light_pass: light } = this.#program;
-    const { values, viewport, bindTarget } = picture;
+    const { values, viewport, bindTarget, part } = picture;
     const matrix = /** @type {number[]} */ (values.box_from_clip);
     const step = /** @type {number} */ (values.step_mm);
     const all = geometry === "triangle" && !this.#mesh ? values : { ...values, clip_from_box: clipFromBox(matrix) };
@@ -166,7 +167,8 @@ export class Technique {
     if (this.#clamped) gl.bindFramebuffer(gl.FRAMEBUFFER, this.#clamped.frame);
     else bindTarget();
     gl.viewport(place[0], place[1], width, height);
-    this.#clear(place);
+    this.#clear(part ?? place);
+    if (part) gl.enable(gl.SCISSOR_TEST);
     if (blend) this.#blend(blend);
     if (light) this.#layers(linked, picture, all, light);
     else if (slab) {
@@ -187,6 +189,7 @@ export class Technique {
       this.#shape(geometry, matrix);
     }
     gl.disable(gl.BLEND);
+    gl.disable(gl.SCISSOR_TEST);
     if (!this.#clamped || !isWebGl2(gl)) return;
     bindTarget();
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.#clamped.frame);
