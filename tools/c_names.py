@@ -66,6 +66,7 @@ _GL = {
     "RGBA8": 0x8058,
     "RGB8_SNORM": 0x8F96,
     "RGBA8_SNORM": 0x8F97,
+    "SRGB8_ALPHA8": 0x8C43,
     "R16_EXT": 0x822A,
     "R16F": 0x822D,
     "RGBA16F": 0x881A,
@@ -90,7 +91,15 @@ _GL = {
 """Numbers of OpenGL, from Khronos' registry."""
 _INTERNAL = (
     *("LUMINANCE", "LUMINANCE_ALPHA", "RGB", "RGBA", "R8", "RG8", "RGB8", "RGBA8", "RGB8_SNORM", "RGBA8_SNORM"),
-    *("R16_EXT", "R16F", "RGBA16F", "PALETTE8_RGBA8_OES", "COMPRESSED_R11_EAC", "COMPRESSED_RGBA8_ETC2_EAC"),
+    *(
+        "SRGB8_ALPHA8",
+        "R16_EXT",
+        "R16F",
+        "RGBA16F",
+        "PALETTE8_RGBA8_OES",
+        "COMPRESSED_R11_EAC",
+        "COMPRESSED_RGBA8_ETC2_EAC",
+    ),
     *(f"COMPRESSED_RGBA_ASTC_{size}x{size}_KHR" for size in (4, 5, 6, 8)),
 )
 

@@ -21,6 +21,7 @@ have_gles_headers() { printf '#include <EGL/egl.h>\n#include <GLES3/gl3.h>\n' | 
 have_mingw() { command -v x86_64-w64-mingw32-gcc >/dev/null; }
 have_glslang() { command -v glslangValidator >/dev/null; }
 have_chromium() { command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null; }
+have_firefox() { { command -v firefox-esr || command -v firefox; } >/dev/null && command -v Xvfb >/dev/null; }
 # Boost is asked for by name because Debian's libopenvdb-dev includes it without depending on it.
 have_openvdb() {
     compile <<'EOF'
@@ -40,6 +41,7 @@ things=(
     "mingw|C compiler for Windows (only for a test of the C header)|gcc-mingw-w64-x86-64-win32|mingw64-gcc|mingw-w64-gcc|mingw-w64"
     "glslang|validator of shaders (only for tests)|glslang-tools|glslang|glslang|glslang"
     "chromium|browser with WebGL (only for tests)|chromium|chromium-headless|chromium|-"
+    "firefox|Firefox, and a screen without a monitor (only for tests)|firefox-esr xvfb|firefox xorg-x11-server-Xvfb|firefox xorg-server-xvfb|-"
     "openvdb|headers of OpenVDB, TBB and Boost (only for .vdb files)|libopenvdb-dev libtbb-dev libboost-dev|openvdb-devel tbb-devel boost-devel|openvdb onetbb boost|openvdb"
 )
 
@@ -62,15 +64,15 @@ tell() {
             *) echo "volprep: missing: ${field[1]}. $1 ${field[$2]}" ;;
         esac
     done >&2
-    # All but the last five must be there.
+    # All but the last six must be there.
     case ${missing[0]} in
-        gles_headers* | mingw* | glslang* | chromium* | openvdb*) exit 0 ;;
+        gles_headers* | mingw* | glslang* | chromium* | firefox* | openvdb*) exit 0 ;;
     esac
     exit 2
 }
 
 install_on_debian() {
-    local thing field packages=() sudo=()
+    local thing field package packages=() known=() sudo=()
     for thing in "${missing[@]}"; do
         IFS='|' read -ra field <<<"$thing"
         read -ra field <<<"${field[2]}"
@@ -84,9 +86,13 @@ install_on_debian() {
         sudo=(sudo)
     fi
     echo "volprep: missing system packages: ${packages[*]}"
-    tools/step.sh apt-update "reading Debian's package lists" "${sudo[@]}" apt-get -o Acquire::Retries=3 update &&
-        tools/step.sh apt-install "installing system packages" "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive \
-            apt-get -o Acquire::Retries=3 install --yes --no-install-recommends "${packages[@]}" || exit 1
+    tools/step.sh apt-update "reading Debian's package lists" "${sudo[@]}" apt-get -o Acquire::Retries=3 update || exit 1
+    # Ubuntu has no firefox-esr: what apt does not know is told of later.
+    for package in "${packages[@]}"; do
+        apt-cache show "$package" >/dev/null 2>&1 && known+=("$package")
+    done
+    tools/step.sh apt-install "installing system packages" "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive \
+        apt-get -o Acquire::Retries=3 install --yes --no-install-recommends "${known[@]}" || exit 1
 }
 
 look

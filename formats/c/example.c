@@ -1,7 +1,7 @@
 /*
- * Draws one view of a package with OpenGL ES 2 or 3, without a window, and writes a PNG.
+ * Draws one view of a package with OpenGL ES 1.1, 2 or 3, without a window, and writes a PNG.
  *
- *     cc -std=c99 example.c -o example -lEGL -lGLESv2 -lm
+ *     cc -std=c99 example.c -o example -lEGL -lGLESv1_CM -lGLESv2 -lm
  *     ./example head.volpkg.zip head.png --view left --size 512
  *
  * What an app does is the same but for the context and the picture: open, choose, compile, upload once; set uniforms
@@ -10,11 +10,14 @@
 #define VOLPKG_IMPLEMENTATION
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
+#include <GLES/gl.h>
+#include <GLES/glext.h>
 #include <GLES3/gl3.h>
 
 #include "volpkg.h"
-/* Follows volpkg.h: a context without a window, targets to draw into, and a PNG of the picture. */
+/* Follow volpkg.h: a context without a window, targets to draw into, and a PNG; slices, which OpenGL ES 1.1 draws. */
 #include "example_offscreen.h"
+#include "example_slices.h"
 
 /* ---- programs and textures ---- */
 
@@ -241,35 +244,26 @@ static void hide(volpkg_drawing* drawing, const char* name) {
 }
 
 int main(int count, char** words) {
-    const char *view = "anterior", *transfer = NULL, *hidden = NULL;
-    int level = -1, point = -1, i;
-    picture made = {NULL, 512};
+    static const char* const names[] = {"--view", "--transfer", "--hide", "--level", "--point", "--size"};
+    const char* chosen[] = {"anterior", NULL, NULL, "-1", "-1", "512"};
+    int level, point, i, k = 0;
+    picture made = {NULL, 0};
     static char room[1 << 17];
     volpkg_mapping file;
     volpkg_folder folder = {NULL, 0};
     volpkg_input input;
     volpkg_error error;
     volpkg_drawing drawing;
+    volpkg_slice_drawing slices;
     const volpkg_package* package;
     size_t bytes;
     void* arena;
-    for (i = 3; i + 1 < count; i += 2) {
-        if (strcmp(words[i], "--view") == 0)
-            view = words[i + 1];
-        else if (strcmp(words[i], "--transfer") == 0)
-            transfer = words[i + 1];
-        else if (strcmp(words[i], "--hide") == 0)
-            hidden = words[i + 1];
-        else if (strcmp(words[i], "--level") == 0)
-            level = atoi(words[i + 1]);
-        else if (strcmp(words[i], "--point") == 0)
-            point = atoi(words[i + 1]);
-        else if (strcmp(words[i], "--size") == 0)
-            made.side = atoi(words[i + 1]);
-        else
-            break;
+    for (i = 3; i + 1 < count && k < 6; i += 2) {
+        for (k = 0; k < 6 && strcmp(words[i], names[k]) != 0;) ++k;
+        if (k < 6) chosen[k] = words[i + 1];
     }
-    if (count < 3 || i != count || made.side < 1 || made.side > 8192)
+    level = atoi(chosen[3]), point = atoi(chosen[4]), made.side = atoi(chosen[5]);
+    if (count < 3 || i != count || k == 6 || made.side < 1 || made.side > 8192)
         fail("usage",
              "PACKAGE PICTURE.png [--view NAME] [--transfer NAME] [--level N] [--point N] [--hide SEGMENT] [--size N]");
     memset(&input, 0, sizeof input);
@@ -282,14 +276,19 @@ int main(int count, char** words) {
     arena = malloc(bytes);
     package = volpkg_open_input(&input, arena, bytes, &error);
     if (package == NULL || volpkg_check_files(package, &error)) fail(words[1], error.text);
-    if (point < 0 ? volpkg_choose(package, transfer, level, &drawing, &error)
-                  : volpkg_choose_point(package, transfer, point, &drawing, &error))
-        fail(words[1], error.text);
-    if (hidden) hide(&drawing, hidden);
     made.rgba = (float*)malloc((size_t)made.side * (size_t)made.side * 4 * sizeof(float));
     if (made.rgba == NULL) fail("picture", "no memory");
-    open_context(package->profile.api == VOLPKG_API_ES3_0 ? 3 : 2);
-    draw(package, &drawing, point, view, &made);
+    open_context(package->profile.api == VOLPKG_API_ES1_1 ? 1 : package->profile.api == VOLPKG_API_ES2_0 ? 2 : 3);
+    if (package->profile.api == VOLPKG_API_ES1_1) {
+        if (volpkg_choose_slices(package, chosen[1], level, &slices, &error)) fail(words[1], error.text);
+        draw_slices(package, &slices, chosen[0], &made);
+    } else {
+        if (point < 0 ? volpkg_choose(package, chosen[1], level, &drawing, &error)
+                      : volpkg_choose_point(package, chosen[1], point, &drawing, &error))
+            fail(words[1], error.text);
+        if (chosen[2]) hide(&drawing, chosen[2]);
+        draw(package, &drawing, point, chosen[0], &made);
+    }
     write_png(words[2], &made);
     free(made.rgba);
     free(arena); /* the package is gone */

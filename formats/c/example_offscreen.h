@@ -22,6 +22,7 @@ static void open_context(int version) {
     EGLContext context;
     if (display == EGL_NO_DISPLAY) display = eglGetDisplay(EGL_DEFAULT_DISPLAY);
     if (display == EGL_NO_DISPLAY || !eglInitialize(display, NULL, NULL)) fail("EGL", "no display can be opened");
+    if (version == 1) wanted[3] = EGL_OPENGL_ES_BIT;
     if (version == 3) wanted[3] = EGL_OPENGL_ES3_BIT;
     context_wanted[1] = version;
     eglBindAPI(EGL_OPENGL_ES_API);

@@ -22,7 +22,8 @@
  *     if (volpkg_choose(package, NULL, -1, &drawing, &error)) return fail(error.text);
  *
  * Then compile drawing.program->vertex and ->fragment, upload drawing.textures[unit] to each unit, set each uniform to
- * what volpkg_uniform gives, and draw one triangle. example.c does all of it with OpenGL ES 2 and 3.
+ * what volpkg_uniform gives, and draw one triangle. example.c does all of it with OpenGL ES 2 and 3. A package for
+ * OpenGL ES 1.1 has slices in place of programs: see volpkg_choose_slices.
  *
  * Memory. Nothing is allocated. The file is used in place: texels, shaders and meshes are pointers into it, so it must
  * stay where it is, unchanged, as long as the package is in use. Everything else lies in one arena, which you give.
@@ -138,8 +139,8 @@ typedef struct volpkg_mesh_part {
 typedef enum volpkg_api { VOLPKG_API_ES1_1, VOLPKG_API_ES2_0, VOLPKG_API_ES3_0 } volpkg_api;
 typedef enum volpkg_axis { VOLPKG_AXIS_X, VOLPKG_AXIS_Y, VOLPKG_AXIS_Z } volpkg_axis;
 typedef enum volpkg_classification { VOLPKG_CLASSIFICATION_LOOKUP, VOLPKG_CLASSIFICATION_PREINTEGRATED,
-    VOLPKG_CLASSIFICATION_PALETTE, VOLPKG_CLASSIFICATION_CONTROL_POINTS, VOLPKG_CLASSIFICATION_PRECLASSIFIED }
-    volpkg_classification;
+    VOLPKG_CLASSIFICATION_PALETTE, VOLPKG_CLASSIFICATION_CONTROL_POINTS, VOLPKG_CLASSIFICATION_PRECLASSIFIED,
+    VOLPKG_CLASSIFICATION_COLOUR } volpkg_classification;
 typedef enum volpkg_compositing { VOLPKG_COMPOSITING_EMISSION_ABSORPTION, VOLPKG_COMPOSITING_BACK_TO_FRONT,
     VOLPKG_COMPOSITING_MAXIMUM, VOLPKG_COMPOSITING_MINIMUM, VOLPKG_COMPOSITING_AVERAGE, VOLPKG_COMPOSITING_MIDA,
     VOLPKG_COMPOSITING_FIRST_HIT, VOLPKG_COMPOSITING_ISOSURFACE } volpkg_compositing;
@@ -193,11 +194,12 @@ typedef enum volpkg_technique { VOLPKG_TECHNIQUE_RAY_CASTING, VOLPKG_TECHNIQUE_R
     volpkg_technique;
 typedef enum volpkg_texture_format { VOLPKG_TEXTURE_FORMAT_LUMINANCE8, VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8,
     VOLPKG_TEXTURE_FORMAT_RGB8, VOLPKG_TEXTURE_FORMAT_RGBA8, VOLPKG_TEXTURE_FORMAT_R8, VOLPKG_TEXTURE_FORMAT_RG8,
-    VOLPKG_TEXTURE_FORMAT_RGB8_SNORM, VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM, VOLPKG_TEXTURE_FORMAT_R16,
-    VOLPKG_TEXTURE_FORMAT_R16F, VOLPKG_TEXTURE_FORMAT_RGBA16F, VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8,
-    VOLPKG_TEXTURE_FORMAT_EAC_R11, VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8, VOLPKG_TEXTURE_FORMAT_ASTC_4X4,
-    VOLPKG_TEXTURE_FORMAT_ASTC_5X5, VOLPKG_TEXTURE_FORMAT_ASTC_6X6, VOLPKG_TEXTURE_FORMAT_ASTC_8X8,
-    VOLPKG_TEXTURE_FORMAT_OTHER /* of a later version: ignore it */ } volpkg_texture_format;
+    VOLPKG_TEXTURE_FORMAT_RGB8_SNORM, VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM, VOLPKG_TEXTURE_FORMAT_SRGB8_ALPHA8,
+    VOLPKG_TEXTURE_FORMAT_R16, VOLPKG_TEXTURE_FORMAT_R16F, VOLPKG_TEXTURE_FORMAT_RGBA16F,
+    VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8, VOLPKG_TEXTURE_FORMAT_EAC_R11, VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8,
+    VOLPKG_TEXTURE_FORMAT_ASTC_4X4, VOLPKG_TEXTURE_FORMAT_ASTC_5X5, VOLPKG_TEXTURE_FORMAT_ASTC_6X6,
+    VOLPKG_TEXTURE_FORMAT_ASTC_8X8, VOLPKG_TEXTURE_FORMAT_OTHER /* of a later version: ignore it */ }
+    volpkg_texture_format;
 typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG_UNIFORM_SOURCE_STEP_MM,
     VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX, VOLPKG_UNIFORM_SOURCE_MIPMAP, VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX,
     VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM, VOLPKG_UNIFORM_SOURCE_BLOCK_HIGH_MM, VOLPKG_UNIFORM_SOURCE_SPLIT_VOXEL,
@@ -1365,7 +1367,7 @@ typedef struct volpkg_drawing {
  * Choose the program for a transfer function (NULL: the default one) and a level (-1: the finest that can be drawn),
  * and find its textures. A program with passes or a blend takes several draws: see volpkg_frame. Refused, with a text
  * that says why and what can be drawn: a transfer function or a level that no program draws, a sampler without its
- * texture, and packages for OpenGL ES 1.1, which have no programs: draw their slices as SPEC.md section 17 says
+ * texture, and packages for OpenGL ES 1.1, which have no programs: volpkg_choose_slices draws them
  * (VOLPKG_CANNOT_DRAW); more textures than units (VOLPKG_UNITS); more bytes than the profile allows (VOLPKG_MEMORY).
  */
 volpkg_code volpkg_choose(const volpkg_package* package, const char* transfer, int32_t level, volpkg_drawing* drawing,
@@ -1501,6 +1503,70 @@ int32_t volpkg_corner_size(volpkg_geometry geometry);
 int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int32_t draw, int for_light, float* corners,
                        int32_t most);
 
+/* ---- slices for OpenGL ES 1.1 --------------------------------------------------------------------------- */
+
+/*
+ * The slices of one transfer function, for devices without shaders (SPEC.md section 17). volpkg_choose_slices fills it;
+ * it may be copied. example_slices.h draws it with fixed functions.
+ */
+typedef struct volpkg_slice_drawing {
+    const volpkg_package* package;
+    const volpkg_channel* channel;
+    const volpkg_level* level;
+    const char* transfer;
+    int32_t textures;                /* of all stacks; volpkg_slice_texture gives each */
+    double largest_opacity[3];       /* of the texels of the stacks across x, y and z; 0 if there is no such stack */
+    int32_t edited;                  /* whether the palettes below take the place of those in the files */
+    unsigned char palettes[3][1024]; /* of the stacks across x, y and z: 256 colours, R G B A */
+} volpkg_slice_drawing;
+
+/*
+ * Choose the slices of a transfer function (NULL: the first one) and a level (-1: the one that there is). Fails with
+ * VOLPKG_CANNOT_DRAW, and a text that says what there is; VOLPKG_MEMORY for more bytes than the profile allows.
+ */
+volpkg_code volpkg_choose_slices(const volpkg_package* package, const char* transfer, int32_t level,
+                                 volpkg_slice_drawing* drawing, volpkg_error* error);
+
+/* A texture of the drawing, from 0 to drawing->textures - 1; else NULL. Upload all of them, each once. */
+const volpkg_texture* volpkg_slice_texture(const volpkg_slice_drawing* drawing, int32_t number);
+
+/*
+ * Write the texels of a texture of the drawing, texture->texel_bytes of them, with the palette of an edit if there is
+ * one; without an edit texture->texels can be uploaded in place. If gl.format is 0 they are for glCompressedTexImage2D.
+ * Returns VOLPKG_BAD_ARGUMENT for another number of bytes.
+ */
+volpkg_code volpkg_slice_texels(const volpkg_slice_drawing* drawing, const volpkg_texture* texture,
+                                unsigned char* texels, size_t bytes);
+
+/*
+ * One picture of slices: clear to 0, disable the depth test, culling and dithering, blend with (ONE,
+ * ONE_MINUS_SRC_ALPHA), load clip_from_box as the projection, let the texture environment multiply colour and opacity
+ * by `factor`, and draw what volpkg_next_slice gives until there are no more.
+ */
+typedef struct volpkg_slice_frame {
+    const volpkg_slice_drawing* drawing;
+    float clip_from_box[16]; /* for glLoadMatrixf */
+    double factor;           /* 0 to 2: SPEC.md section 17 says how fixed functions multiply by more than 1 */
+    volpkg_axis axis;        /* of the stack that is drawn: the one that faces the viewer most */
+    int32_t first, last;     /* slices that are still to be drawn */
+    double eye_mm, eye_w;    /* the eye along the axis, homogeneous; eye_w is 0 for parallel rays */
+} volpkg_slice_frame;
+
+/* Begin a picture. Fails with VOLPKG_BAD_ARGUMENT for a camera without an inverse. */
+volpkg_code volpkg_begin_slices(const volpkg_slice_drawing* drawing, const double box_from_clip[16],
+                                volpkg_slice_frame* frame, volpkg_error* error);
+
+#define VOLPKG_SLICE_CORNERS 16
+#define VOLPKG_SLICE_INDICES 54
+
+/*
+ * The next slice, the farthest one first: writes five numbers for each corner, x, y, z in box millimetres and s, t, and
+ * returns the number of the texture to bind, or -1 after the nearest slice. All slices have the triangles of
+ * volpkg_slice_triangles: glDrawElements(GL_TRIANGLES, VOLPKG_SLICE_INDICES, GL_UNSIGNED_SHORT, indices).
+ */
+int32_t volpkg_next_slice(volpkg_slice_frame* frame, float corners[5 * VOLPKG_SLICE_CORNERS]);
+void volpkg_slice_triangles(uint16_t indices[VOLPKG_SLICE_INDICES]);
+
 /* ---- clipping ------------------------------------------------------------------------------------------- */
 
 /* Largest number of planes: OpenGL ES 2 promises 16 vectors of uniforms to fragment shaders. */
@@ -1546,6 +1612,13 @@ size_t volpkg_edit_bytes(const volpkg_drawing* drawing);
  */
 volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
                                 size_t bytes, volpkg_error* error);
+
+/*
+ * The same for slices: compute the palettes of the drawing again. Upload each texture again, with the texels that
+ * volpkg_slice_texels writes; with no edits they are the package's own. The next picture uses the new palettes.
+ */
+volpkg_code volpkg_edit_slices(volpkg_slice_drawing* drawing, const volpkg_edit* edits, int32_t count,
+                               volpkg_error* error);
 
 /* ---- small help ----------------------------------------------------------------------------------------- */
 
@@ -2852,11 +2925,12 @@ static const volpkg__named volpkg__texture_format_words[] = {{"LUMINANCE8", VOLP
     {"LUMINANCE_ALPHA8", VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8}, {"RGB8", VOLPKG_TEXTURE_FORMAT_RGB8},
     {"RGBA8", VOLPKG_TEXTURE_FORMAT_RGBA8}, {"R8", VOLPKG_TEXTURE_FORMAT_R8}, {"RG8", VOLPKG_TEXTURE_FORMAT_RG8},
     {"RGB8_SNORM", VOLPKG_TEXTURE_FORMAT_RGB8_SNORM}, {"RGBA8_SNORM", VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM},
-    {"R16", VOLPKG_TEXTURE_FORMAT_R16}, {"R16F", VOLPKG_TEXTURE_FORMAT_R16F},
-    {"RGBA16F", VOLPKG_TEXTURE_FORMAT_RGBA16F}, {"PALETTE8_RGBA8", VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8},
-    {"EAC_R11", VOLPKG_TEXTURE_FORMAT_EAC_R11}, {"ETC2_RGBA8", VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8},
-    {"ASTC_4X4", VOLPKG_TEXTURE_FORMAT_ASTC_4X4}, {"ASTC_5X5", VOLPKG_TEXTURE_FORMAT_ASTC_5X5},
-    {"ASTC_6X6", VOLPKG_TEXTURE_FORMAT_ASTC_6X6}, {"ASTC_8X8", VOLPKG_TEXTURE_FORMAT_ASTC_8X8}, {NULL, 0}};
+    {"SRGB8_ALPHA8", VOLPKG_TEXTURE_FORMAT_SRGB8_ALPHA8}, {"R16", VOLPKG_TEXTURE_FORMAT_R16},
+    {"R16F", VOLPKG_TEXTURE_FORMAT_R16F}, {"RGBA16F", VOLPKG_TEXTURE_FORMAT_RGBA16F},
+    {"PALETTE8_RGBA8", VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8}, {"EAC_R11", VOLPKG_TEXTURE_FORMAT_EAC_R11},
+    {"ETC2_RGBA8", VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8}, {"ASTC_4X4", VOLPKG_TEXTURE_FORMAT_ASTC_4X4},
+    {"ASTC_5X5", VOLPKG_TEXTURE_FORMAT_ASTC_5X5}, {"ASTC_6X6", VOLPKG_TEXTURE_FORMAT_ASTC_6X6},
+    {"ASTC_8X8", VOLPKG_TEXTURE_FORMAT_ASTC_8X8}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__texture_format_word, VOLPKG__OPEN, VOLPKG_TEXTURE_FORMAT_OTHER, volpkg__texture_format_words)
 VOLPKG__MANY(volpkg__texture_format_word_list, volpkg__texture_format_word, 0, 2147483647.0)
 VOLPKG__NUMBERS(volpkg__int_16_or_32, VOLPKG__INT, int32_t, 16, 32, 16)
@@ -2922,10 +2996,11 @@ static const volpkg__named volpkg__gl_target_words[] = {{"TEXTURE_2D", 0x0de1}, 
 VOLPKG__WORDS(volpkg__gl_target_word, VOLPKG__NAMED, 0, volpkg__gl_target_words)
 static const volpkg__named volpkg__gl_internal_format_words[] = {{"LUMINANCE", 0x1909}, {"LUMINANCE_ALPHA", 0x190a},
     {"RGB", 0x1907}, {"RGBA", 0x1908}, {"R8", 0x8229}, {"RG8", 0x822b}, {"RGB8", 0x8051}, {"RGBA8", 0x8058},
-    {"RGB8_SNORM", 0x8f96}, {"RGBA8_SNORM", 0x8f97}, {"R16_EXT", 0x822a}, {"R16F", 0x822d}, {"RGBA16F", 0x881a},
-    {"PALETTE8_RGBA8_OES", 0x8b96}, {"COMPRESSED_R11_EAC", 0x9270}, {"COMPRESSED_RGBA8_ETC2_EAC", 0x9278},
-    {"COMPRESSED_RGBA_ASTC_4x4_KHR", 0x93b0}, {"COMPRESSED_RGBA_ASTC_5x5_KHR", 0x93b2},
-    {"COMPRESSED_RGBA_ASTC_6x6_KHR", 0x93b4}, {"COMPRESSED_RGBA_ASTC_8x8_KHR", 0x93b7}, {NULL, 0}};
+    {"RGB8_SNORM", 0x8f96}, {"RGBA8_SNORM", 0x8f97}, {"SRGB8_ALPHA8", 0x8c43}, {"R16_EXT", 0x822a}, {"R16F", 0x822d},
+    {"RGBA16F", 0x881a}, {"PALETTE8_RGBA8_OES", 0x8b96}, {"COMPRESSED_R11_EAC", 0x9270},
+    {"COMPRESSED_RGBA8_ETC2_EAC", 0x9278}, {"COMPRESSED_RGBA_ASTC_4x4_KHR", 0x93b0},
+    {"COMPRESSED_RGBA_ASTC_5x5_KHR", 0x93b2}, {"COMPRESSED_RGBA_ASTC_6x6_KHR", 0x93b4},
+    {"COMPRESSED_RGBA_ASTC_8x8_KHR", 0x93b7}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__gl_internal_format_word, VOLPKG__GL, 0, volpkg__gl_internal_format_words)
 static const volpkg__named volpkg__gl_format_words[] = {{"LUMINANCE", 0x1909}, {"LUMINANCE_ALPHA", 0x190a},
     {"RED", 0x1903}, {"RG", 0x8227}, {"RGB", 0x1907}, {"RGBA", 0x1908}, {NULL, 0}};
@@ -3226,7 +3301,7 @@ VOLPKG__WORDS(volpkg__technique_word, VOLPKG__NAMED, 0, volpkg__technique_words)
 static const volpkg__named volpkg__classification_words[] = {{"lookup", VOLPKG_CLASSIFICATION_LOOKUP},
     {"preintegrated", VOLPKG_CLASSIFICATION_PREINTEGRATED}, {"palette", VOLPKG_CLASSIFICATION_PALETTE},
     {"control-points", VOLPKG_CLASSIFICATION_CONTROL_POINTS}, {"preclassified", VOLPKG_CLASSIFICATION_PRECLASSIFIED},
-    {NULL, 0}};
+    {"colour", VOLPKG_CLASSIFICATION_COLOUR}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__classification_word, VOLPKG__NAMED, 0, volpkg__classification_words)
 static const volpkg__named volpkg__lighting_words[] = {{"none", VOLPKG_LIGHTING_NONE},
     {"headlight", VOLPKG_LIGHTING_HEADLIGHT}, {"phong", VOLPKG_LIGHTING_PHONG},
@@ -3960,6 +4035,7 @@ typedef struct volpkg__layout {
     uint32_t components;
 } volpkg__layout;
 
+#define VOLPKG__VK_SRGB 43 /* VK_FORMAT_R8G8B8A8_SRGB */
 #define VOLPKG__F(name) VOLPKG_TEXTURE_FORMAT_##name
 static const volpkg__layout volpkg__layouts[] = {
     {{VOLPKG__F(R8), VOLPKG__F(LUMINANCE8)},
@@ -4019,6 +4095,20 @@ static const volpkg__layout volpkg__layouts[] = {
      0x40,
      0xFFFFFF81u,
      127,
+     4},
+    {{VOLPKG__F(SRGB8_ALPHA8), VOLPKG__F(SRGB8_ALPHA8)},
+     {0x8C43, 0x8C43},
+     {0x1908, 0x1908},
+     0x1401,
+     VOLPKG__VK_SRGB,
+     1,
+     4,
+     4,
+     1,
+     1,
+     0,
+     0,
+     255,
      4},
     {{VOLPKG__F(R16), VOLPKG__F(R16)}, {0x822A, 0x822A}, {0x1903, 0x1903}, 0x1403, 70, 2, 1, 2, 1, 1, 0, 0, 65535, 1},
     {{VOLPKG__F(R16F), VOLPKG__F(R16F)},
@@ -4172,6 +4262,10 @@ static uint32_t volpkg__descriptor(const volpkg__layout* layout, unsigned char t
             sample[8 + k] = (unsigned char)(layout->lower >> 8 * k);
             sample[12 + k] = (unsigned char)(layout->upper >> 8 * k);
         }
+    }
+    if (layout->vk_format == VOLPKG__VK_SRGB) { /* the transfer function is sRGB, and alpha is linear */
+        to[14] = 2;
+        to[28 + 48 + 3] |= 0x10;
     }
     /* ETC2 has alpha (15) in the first half of a block, and colour (2) in the second. */
     if (layout->vk_format == 151) {
@@ -4971,8 +5065,10 @@ static volpkg_code volpkg__classification_rules(volpkg__reader* r, const volpkg_
             for (k = 0; k < p->channels.at[i].transfer_functions.count; ++k)
                 found |= volpkg__is(p->channels.at[i].transfer_functions.at[k].name, program->transfer);
     } else if (!by_table) {
+        int is_voxels = program->classification == VOLPKG_CLASSIFICATION_PRECLASSIFIED;
         for (i = 0; i < p->textures.count; ++i)
-            if (p->textures.at[i].reference_mm != 0 && volpkg__is(p->textures.at[i].transfer, program->transfer))
+            if (is_voxels && p->textures.at[i].reference_mm != 0 &&
+                volpkg__is(p->textures.at[i].transfer, program->transfer))
                 found = 1;
     } else {
         for (i = 0; i < p->textures.count; ++i) {
@@ -5528,9 +5624,9 @@ static volpkg_code volpkg__slices_rules(volpkg__reader* r, const volpkg_package*
             const volpkg_texture* other = &p->textures.at[k];
             if (other->slices == NULL || other->slices->axis != s->axis || !volpkg__is(other->transfer, t->transfer))
                 continue;
-            VOLPKG__RULE(other->level == t->level && volpkg__same_gl(&other->gl, &t->gl) &&
-                             other->slices->layers == s->layers,
-                         t->name, "its stack has several levels, formats or numbers of layers");
+            VOLPKG__RULE(
+                other->level == t->level && volpkg__same_gl(&other->gl, &t->gl) && other->slices->layers == s->layers,
+                t->name, "its stack has several levels, formats or numbers of layers");
             VOLPKG__RULE(k == i || other->part != t->part, t->name, "its stack has a part twice");
             if (other->part == t->part - 1)
                 end = other->slices->first +
@@ -5581,6 +5677,14 @@ static volpkg_code volpkg__editing_rules(volpkg__reader* r, const volpkg_package
     return VOLPKG_OK;
 }
 
+/* One picture of channels that hold light and extinction; no program draws one of them alone. */
+static int volpkg__is_colour(const volpkg_package* p) {
+    int32_t i;
+    for (i = 0; i < p->programs.count && p->together; ++i)
+        if (p->programs.at[i].classification == VOLPKG_CLASSIFICATION_COLOUR) return 1;
+    return 0;
+}
+
 static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_package* p) {
     int32_t i, k, n;
     VOLPKG__RULE(p->stages.count == 0, "", "it is sealed, but has records of stages");
@@ -5600,6 +5704,8 @@ static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_packag
             int drawn = 0;
             for (n = 0; n < p->programs.count; ++n)
                 drawn |= volpkg__is(p->programs.at[n].transfer, channel->transfer_functions.at[k].name);
+            drawn |= volpkg__is_colour(p) && volpkg__lists(p->together->transfers.at, p->together->transfers.count,
+                                                           channel->transfer_functions.at[k].name);
             drawn |= p->segments && volpkg__lists(p->segments->transfers.at, p->segments->transfers.count,
                                                   channel->transfer_functions.at[k].name);
             VOLPKG__RULE(drawn, channel->transfer_functions.at[k].name, "no program draws it");
@@ -5694,6 +5800,34 @@ static volpkg_code volpkg__shared_skip_rules(volpkg__reader* r, const volpkg_pac
     return VOLPKG_OK;
 }
 
+/* The four channels of a volume in colour: light of red, green and blue, and extinction, in the same texels. */
+static volpkg_code volpkg__colour_rules(volpkg__reader* r, const volpkg_package* p) {
+    const volpkg_together* together = p->together;
+    double largest = 0.0;
+    int32_t i, k;
+    VOLPKG__RULE(together->transfers.count == 4, together->name, "a volume in colour has four channels");
+    for (i = 3; i >= 0; --i) {
+        const char* name = together->transfers.at[i];
+        const volpkg_channel* channel = &p->channels.at[volpkg__owner(p, name)];
+        const volpkg_transfer_function* function = volpkg__function_of(channel, name);
+        int is_line = function->points.count == 2;
+        if (is_line && i == 3) largest = function->points.at[1].extinction_per_mm;
+        for (k = 0; k < 2 && is_line; ++k) {
+            const volpkg_transfer_point* point = &function->points.at[k];
+            is_line = point->value == k && point->extinction_per_mm == k * largest && point->colour[0] == (i == 0) &&
+                      point->colour[1] == (i == 1) && point->colour[2] == (i == 2);
+        }
+        VOLPKG__RULE(is_line && largest > 0.0, name, "it is not the light or the extinction of a colour");
+        VOLPKG__RULE(channel->quantization == NULL ||
+                         (channel->quantization->window[0] == 0.0 && channel->quantization->window[1] == 1.0),
+                     channel->name, "the values of a colour do not go from 0 to 1");
+    }
+    for (i = 0; i < p->textures.count; ++i)
+        VOLPKG__RULE(p->textures.at[i].role != VOLPKG_ROLE_VOLUME || p->textures.at[i].channels.count == 4,
+                     p->textures.at[i].name, "it does not hold all channels of a colour");
+    return VOLPKG_OK;
+}
+
 static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_package* p) {
     const volpkg_together* together = p->together;
     int32_t i, k, n, programs = 0;
@@ -5719,6 +5853,7 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
         VOLPKG__RULE(program->classification != VOLPKG_CLASSIFICATION_PREINTEGRATED &&
                          program->classification != VOLPKG_CLASSIFICATION_PRECLASSIFIED,
                      program->name, "it cannot classify several channels so");
+        if (program->classification == VOLPKG_CLASSIFICATION_COLOUR) VOLPKG__TRY(volpkg__colour_rules(r, p));
         VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE, program->name, "it cannot light several channels");
         VOLPKG__RULE(program->samplers.count <= p->profile.texture_units, program->name,
                      "it reads more textures than the profile has units");
@@ -5852,22 +5987,27 @@ static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg
                                                  const volpkg_program* program) {
     const volpkg_segments* segments = p->segments;
     int32_t tables = program->classification == VOLPKG_CLASSIFICATION_LOOKUP ? segments->transfers.count : 0;
-    int32_t skips = volpkg__samples(program, VOLPKG_ROLE_SKIP), volumes = 0, labels = 0, finest, i, k, next = 0;
-    VOLPKG__RULE((program->sampling == VOLPKG_SAMPLING_TEXTURE3D || program->sampling == VOLPKG_SAMPLING_MOSAIC) &&
-                     program->lighting == VOLPKG_LIGHTING_NONE &&
-                     program->compositing == VOLPKG_COMPOSITING_EMISSION_ABSORPTION,
+    int32_t skips = volpkg__samples(program, VOLPKG_ROLE_SKIP), volumes = 0, bricks = 0, labels = 0, finest, i, k,
+            next = 0;
+    VOLPKG__RULE(program->sampling != VOLPKG_SAMPLING_SUBVOLUMES &&
+                     (program->compositing == VOLPKG_COMPOSITING_EMISSION_ABSORPTION ||
+                      program->compositing == VOLPKG_COMPOSITING_BACK_TO_FRONT),
                  program->name, "it draws segments in a way that no package has");
+    VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE || program->normals_from != VOLPKG_NORMALS_FROM_VOLUME,
+                 program->name, "it lights segments with the normals of values, which know no labels");
     VOLPKG__RULE(program->levels.count > 0, program->name, "it draws no level");
     finest = volpkg__finest(program, 1, program->transfer);
     for (i = 0; i < p->textures.count; ++i) {
         volumes += p->textures.at[i].role == VOLPKG_ROLE_VOLUME && p->textures.at[i].level == finest;
+        bricks += p->textures.at[i].role == VOLPKG_ROLE_BRICKS && p->textures.at[i].level == finest;
         labels += p->textures.at[i].role == VOLPKG_ROLE_LABELS && p->textures.at[i].level == finest;
     }
     VOLPKG__RULE(volpkg__samples(program, VOLPKG_ROLE_VOLUME) == volumes &&
+                     volpkg__samples(program, VOLPKG_ROLE_BRICKS) == bricks &&
                      volpkg__samples(program, VOLPKG_ROLE_LABELS) == labels &&
                      volpkg__samples(program, VOLPKG_ROLE_LOOKS) == 1 &&
                      volpkg__samples(program, VOLPKG_ROLE_TRANSFER) == tables &&
-                     program->samplers.count == volumes + labels + 1 + tables + skips,
+                     program->samplers.count == volumes + bricks + labels + 1 + tables + skips,
                  program->name, "it draws segments, but samples something else");
     for (i = 0; i < program->samplers.count && tables; ++i) {
         const volpkg_sampler* sampler = &program->samplers.at[i];
@@ -6408,13 +6548,16 @@ int64_t volpkg_texture_bytes(const volpkg_drawing* drawing) {
     return sum;
 }
 
-static volpkg_code volpkg__within_profile(const volpkg_drawing* drawing, volpkg_error* error) {
-    int64_t bytes = volpkg_texture_bytes(drawing), most = drawing->package->profile.max_texture_bytes;
-    if (bytes > most)
-        return volpkg__fail(error, VOLPKG_MEMORY, drawing->program->name,
+static volpkg_code volpkg__fits(const volpkg_package* p, const char* name, int64_t bytes, volpkg_error* error) {
+    if (bytes > p->profile.max_texture_bytes)
+        return volpkg__fail(error, VOLPKG_MEMORY, name,
                             "the size of its textures in bytes, where the profile allows fewer: that", (double)bytes,
-                            (double)most);
+                            (double)p->profile.max_texture_bytes);
     return VOLPKG_OK;
+}
+
+static volpkg_code volpkg__within_profile(const volpkg_drawing* drawing, volpkg_error* error) {
+    return volpkg__fits(drawing->package, drawing->program->name, volpkg_texture_bytes(drawing), error);
 }
 
 /* Begin a drawing with the program and the textures that are not pieces of the grid. */
@@ -6494,7 +6637,9 @@ static volpkg_code volpkg__choose(const volpkg_package* p, const volpkg_program*
     int32_t i;
     if (p->profile.api == VOLPKG_API_ES1_1)
         return volpkg__cannot_draw(error, p->profile.name,
-                                   "the package holds slices for OpenGL ES 1.1 and no program; the level", level);
+                                   "the package holds slices for OpenGL ES 1.1 and no program: volpkg_choose_slices "
+                                   "chooses them; the level",
+                                   level);
     transfer = volpkg__default_transfer(p, transfer);
     if (level < 0) level = volpkg__finest(programs, count, transfer);
     for (i = 0; i < count; ++i)
@@ -7293,6 +7438,204 @@ int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int3
     return c.count;
 }
 
+/* ---- slices for OpenGL ES 1.1; SPEC.md section 17 ---- */
+
+#define VOLPKG__MOST_FACTOR 2 /* of texture combiners */
+#define VOLPKG__TIE 1e-9      /* stacks whose cosines differ by less face the viewer alike */
+
+static int volpkg__is_slice_of(const volpkg_slice_drawing* d, const volpkg_texture* t) {
+    return t->slices != NULL && t->level == d->level->index && volpkg__is(t->transfer, d->transfer);
+}
+
+/* Say which slices there are, because these are not there. */
+static volpkg_code volpkg__no_slices(const volpkg_package* p, const char* transfer, int32_t level,
+                                     volpkg_error* error) {
+    char names[140] = "", problem[300];
+    const volpkg_channel* channel = p->channels.at;
+    int32_t i, held = -1;
+    for (i = 0; i < p->textures.count; ++i)
+        if (p->textures.at[i].slices != NULL) held = p->textures.at[i].level;
+    for (i = 0; i < channel->transfer_functions.count && held >= 0; ++i)
+        volpkg__listed(names, sizeof names, channel->transfer_functions.at[i].name);
+    if (held >= 0 && level >= 0 && level != held && volpkg__function_of(channel, transfer) != NULL)
+        snprintf(problem, sizeof problem, "there are no slices of its level %d, but of its level %d", (int)level,
+                 (int)held);
+    else
+        snprintf(problem, sizeof problem, "there are no slices of it; there are slices of %s",
+                 names[0] ? names : "nothing");
+    return volpkg__fail(error, VOLPKG_CANNOT_DRAW, transfer, problem, NAN, NAN);
+}
+
+/* The largest opacities of the stacks, from the package or from edited palettes. */
+static void volpkg__slice_opacities(volpkg_slice_drawing* d) {
+    int32_t i, k;
+    for (k = 0; k < 3; ++k) d->largest_opacity[k] = 0;
+    for (i = 0; i < d->package->textures.count; ++i) {
+        const volpkg_texture* t = &d->package->textures.at[i];
+        double most = 0, *largest;
+        if (!volpkg__is_slice_of(d, t)) continue;
+        largest = &d->largest_opacity[t->slices->axis];
+        for (k = 0; k < 256 && d->edited; ++k)
+            if (d->palettes[t->slices->axis][4 * k + 3] > most) most = d->palettes[t->slices->axis][4 * k + 3];
+        /* Any bound will do if nothing is seen. */
+        most = !d->edited ? t->slices->largest_opacity : most > 0 ? most / 255 : 1;
+        if (most > *largest) *largest = most;
+    }
+}
+
+volpkg_code volpkg_choose_slices(const volpkg_package* package, const char* transfer, int32_t level,
+                                 volpkg_slice_drawing* drawing, volpkg_error* error) {
+    int64_t bytes = 0;
+    int32_t i, owner;
+    memset(drawing, 0, sizeof *drawing);
+    if (transfer == NULL) transfer = package->channels.at->transfer_functions.at->name;
+    owner = volpkg__owner(package, transfer);
+    for (i = 0; i < package->textures.count && owner >= 0 && drawing->level == NULL; ++i) {
+        const volpkg_texture* t = &package->textures.at[i];
+        if (t->slices == NULL || !volpkg__is(t->transfer, transfer) || (level >= 0 && t->level != level)) continue;
+        drawing->level = volpkg__level_of(&package->channels.at[owner], t->level);
+        drawing->transfer = t->transfer;
+    }
+    if (drawing->level == NULL) return volpkg__no_slices(package, transfer, level, error);
+    drawing->package = package;
+    drawing->channel = &package->channels.at[owner];
+    for (i = 0; i < package->textures.count; ++i) {
+        if (!volpkg__is_slice_of(drawing, &package->textures.at[i])) continue;
+        drawing->textures += 1;
+        bytes += package->textures.at[i].texel_bytes;
+    }
+    volpkg__slice_opacities(drawing);
+    return volpkg__fits(package, transfer, bytes, error);
+}
+
+const volpkg_texture* volpkg_slice_texture(const volpkg_slice_drawing* drawing, int32_t number) {
+    int32_t i;
+    for (i = 0; i < drawing->package->textures.count && number >= 0; ++i)
+        if (volpkg__is_slice_of(drawing, &drawing->package->textures.at[i]) && number-- == 0)
+            return &drawing->package->textures.at[i];
+    return NULL;
+}
+
+volpkg_code volpkg_slice_texels(const volpkg_slice_drawing* drawing, const volpkg_texture* texture,
+                                unsigned char* texels, size_t bytes) {
+    if (texture->slices == NULL || bytes != (size_t)texture->texel_bytes) return VOLPKG_BAD_ARGUMENT;
+    memcpy(texels, texture->texels, bytes);
+    if (drawing->edited) memcpy(texels, drawing->palettes[texture->slices->axis], sizeof drawing->palettes[0]);
+    return VOLPKG_OK;
+}
+
+/* Where slice k lies along its axis; the last one of a coarse level may lie beyond the volume. */
+static double volpkg__slice_mm(const volpkg_grid* grid, int axis, int32_t k) {
+    double centre = (k + 0.5) * grid->spacing_mm_zyx[2 - axis], end = grid->extent_mm_zyx[2 - axis];
+    return centre < end ? centre : end;
+}
+
+/* The stack that faces the viewer most, with the cosine of its angle; of those that do alike the first of x, y, z. */
+static volpkg_axis volpkg__facing(const volpkg_slice_drawing* d, const double box_from_clip[16], double* cosine) {
+    double near_[3], far_[3], length, most = -1;
+    int i, axis = 0;
+    volpkg__place(box_from_clip, 0, 0, -1, near_);
+    volpkg__place(box_from_clip, 0, 0, 1, far_);
+    for (i = 0; i < 3; ++i) far_[i] -= near_[i];
+    length = volpkg__length(far_);
+    for (i = 0; i < 3; ++i)
+        if (d->largest_opacity[i] > 0 && fabs(far_[i]) / length > most) most = fabs(far_[i]) / length;
+    while (axis < 2 && (d->largest_opacity[axis] == 0 || fabs(far_[axis]) / length < most - VOLPKG__TIE)) ++axis;
+    *cosine = fabs(far_[axis]) / length;
+    return (volpkg_axis)axis;
+}
+
+volpkg_code volpkg_begin_slices(const volpkg_slice_drawing* drawing, const double box_from_clip[16],
+                                volpkg_slice_frame* frame, volpkg_error* error) {
+    const volpkg_grid* grid = &drawing->level->grid;
+    double clip_from_box[16], eye[3], most, cosine = 0;
+    int i;
+    memset(frame, 0, sizeof *frame);
+    frame->drawing = drawing;
+    if (!volpkg__clip_from_box(box_from_clip, clip_from_box))
+        return volpkg__fail(error, VOLPKG_BAD_ARGUMENT, drawing->transfer, "the camera's matrix has no inverse", NAN,
+                            NAN);
+    for (i = 0; i < 16; ++i) frame->clip_from_box[i] = (float)clip_from_box[i];
+    frame->axis = volpkg__facing(drawing, box_from_clip, &cosine);
+    most = 1 / drawing->largest_opacity[frame->axis];
+    if (most > VOLPKG__MOST_FACTOR) most = VOLPKG__MOST_FACTOR;
+    frame->factor = cosine * most > 1 ? 1 / cosine : most;
+    frame->last = grid->shape_zyx[2 - frame->axis] - 1;
+    /* Where the matrix of a perspective has its eye; with parallel rays a point at infinity, w = 0. */
+    for (i = 0; i < 3; ++i) eye[i] = -box_from_clip[8 + i];
+    frame->eye_mm = eye[frame->axis];
+    frame->eye_w = -box_from_clip[11];
+    if (fabs(frame->eye_w) * volpkg__slice_mm(grid, (int)frame->axis, frame->last) <= 1e-9 * volpkg__length(eye))
+        frame->eye_w = 0;
+    return VOLPKG_OK;
+}
+
+/* Whether the first of the slices that are left is farther from the eye than the last one. */
+static int volpkg__first_is_farther(const volpkg_slice_frame* frame) {
+    const volpkg_grid* grid = &frame->drawing->level->grid;
+    double eye = frame->eye_mm / frame->eye_w;
+    if (frame->eye_w == 0) return frame->eye_mm > 0;
+    return fabs(volpkg__slice_mm(grid, (int)frame->axis, frame->first) - eye) >=
+           fabs(volpkg__slice_mm(grid, (int)frame->axis, frame->last) - eye);
+}
+
+/* Positions of the four columns or rows of corners in millimetres, and their places in the texture. */
+static void volpkg__slice_edges(const volpkg_grid* grid, int axis, int32_t texels, int32_t tile, int32_t size,
+                                double mm[4], double place[4]) {
+    double step = grid->spacing_mm_zyx[2 - axis], extent = grid->extent_mm_zyx[2 - axis];
+    int i;
+    mm[0] = 0;
+    mm[2] = (texels - 0.5) * step < extent ? (texels - 0.5) * step : extent;
+    mm[1] = step / 2 < mm[2] ? step / 2 : mm[2];
+    mm[3] = extent;
+    for (i = 0; i < 4; ++i) {
+        double inside = mm[i] / step;
+        inside = inside < 0.5 ? 0.5 : inside > texels - 0.5 ? texels - 0.5 : inside;
+        place[i] = ((double)tile * texels + inside) / size;
+    }
+}
+
+int32_t volpkg_next_slice(volpkg_slice_frame* frame, float corners[5 * VOLPKG_SLICE_CORNERS]) {
+    const volpkg_slice_drawing* d = frame->drawing;
+    const volpkg_grid* grid = &d->level->grid;
+    int axis = (int)frame->axis, across[2], row, column;
+    double mm[2][4], place[2][4];
+    int32_t i, k, number, tile;
+    if (frame->first > frame->last) return -1;
+    k = volpkg__first_is_farther(frame) ? frame->first++ : frame->last--;
+    across[0] = axis == 0, across[1] = axis == 2 ? 1 : 2; /* of columns, and of rows */
+    for (i = number = 0; i < d->package->textures.count; ++i) {
+        const volpkg_texture* t = &d->package->textures.at[i];
+        if (!volpkg__is_slice_of(d, t)) continue;
+        tile = k - t->slices->first;
+        if (t->slices->axis != frame->axis || tile < 0 || tile >= t->slices->slices) {
+            ++number;
+            continue;
+        }
+        volpkg__slice_edges(grid, across[0], t->slices->slice_shape_yx[1], tile % t->slices->tiles_x, t->shape_zyx[2],
+                            mm[0], place[0]);
+        volpkg__slice_edges(grid, across[1], t->slices->slice_shape_yx[0], tile / t->slices->tiles_x, t->shape_zyx[1],
+                            mm[1], place[1]);
+        for (row = 0; row < 4; ++row)
+            for (column = 0; column < 4; ++column, corners += 5) {
+                corners[axis] = (float)volpkg__slice_mm(grid, axis, k);
+                corners[across[0]] = (float)mm[0][column];
+                corners[across[1]] = (float)mm[1][row];
+                corners[3] = (float)place[0][column];
+                corners[4] = (float)place[1][row];
+            }
+        return number;
+    }
+    return -1;
+}
+
+void volpkg_slice_triangles(uint16_t indices[VOLPKG_SLICE_INDICES]) {
+    static const uint16_t square[6] = {0, 1, 5, 0, 5, 4};
+    int patch, i;
+    for (patch = 0; patch < 9; ++patch)
+        for (i = 0; i < 6; ++i) *indices++ = (uint16_t)(4 * (patch / 3) + patch % 3 + square[i]);
+}
+
 /* ---- clipping ---- */
 
 /* A growing text: counts all bytes, and writes them as long as there is room. */
@@ -7485,8 +7828,8 @@ static void volpkg__paint_jump(const volpkg_edit* edit, int32_t below, const dou
         if (first >= 0 && first < entries) memcpy(&table[4 * first], sides[dense].colour, 3 * sizeof(double));
 }
 
-/* The table of level 0: at equal distances over the window, at a jump the mean of both sides. */
-static void volpkg__lookup(const volpkg_edit* edit, const double window[2], double* table, int32_t entries) {
+/* The function at equal distances over the window, at a jump the mean of both sides. */
+static void volpkg__sample(const volpkg_edit* edit, const double window[2], double* table, int32_t entries) {
     int32_t i, j, k;
     for (j = 0; j < entries; ++j) {
         double value = volpkg__value_at(window, entries, j), low[4], high[4];
@@ -7496,6 +7839,12 @@ static void volpkg__lookup(const volpkg_edit* edit, const double window[2], doub
         volpkg__between(edit, value, i, high);
         for (k = 0; k < 4; ++k) table[4 * j + k] = (low[k] + high[k]) / 2;
     }
+}
+
+/* The table of level 0. */
+static void volpkg__lookup(const volpkg_edit* edit, const double window[2], double* table, int32_t entries) {
+    int32_t i;
+    volpkg__sample(edit, window, table, entries);
     for (i = 0; i + 1 < edit->count; ++i)
         if (edit->points[i].value == edit->points[i + 1].value) volpkg__paint_jump(edit, i, window, table, entries);
 }
@@ -7822,12 +8171,10 @@ static void volpkg__mark(const volpkg_drawing* d, const volpkg_texture* t, const
     volpkg__occupy(d->skip, ranges, s->seen, entries, s->occupied);
 }
 
-volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
-                                size_t bytes, volpkg_error* error) {
-    const volpkg_package* p = drawing->package;
-    void* texels[VOLPKG_MAX_UNITS];
-    volpkg__workspace scratch;
-    int32_t unit, i, tables = 0;
+/* Check that a package is editable, and edits. */
+static volpkg_code volpkg__check_edits(const volpkg_package* p, const volpkg_edit* edits, int32_t count,
+                                       volpkg_error* error) {
+    int32_t i;
     if (p->editing == NULL)
         return volpkg__fail(error, VOLPKG_NOT_EDITABLE, "", "it was built without editable = true", NAN, NAN);
     for (i = 0; i < count; ++i) {
@@ -7835,6 +8182,16 @@ volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edit
         if (problem == NULL && volpkg__owner(p, edits[i].transfer) < 0) problem = "the package has no such function";
         if (problem) return volpkg__fail(error, VOLPKG_POINTS, edits[i].transfer, problem, NAN, NAN);
     }
+    return VOLPKG_OK;
+}
+
+volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
+                                size_t bytes, volpkg_error* error) {
+    const volpkg_package* p = drawing->package;
+    void* texels[VOLPKG_MAX_UNITS];
+    volpkg__workspace scratch;
+    int32_t unit, i, tables = 0;
+    VOLPKG__TRY(volpkg__check_edits(p, edits, count, error));
     if (room == NULL || bytes < volpkg_edit_bytes(drawing))
         return volpkg__fail(error, VOLPKG_SMALL_ARENA, "", "the bytes that an edit needs", (double)bytes,
                             (double)volpkg_edit_bytes(drawing));
@@ -7871,6 +8228,33 @@ volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edit
         volpkg__write_skip(t, drawing->skip, scratch.cells, (unsigned char*)texels[unit]);
         t->texels = texels[unit];
     }
+    return VOLPKG_OK;
+}
+
+/* The palette of an edit: premultiplied colours with the opacity of the distance of slices. */
+static void volpkg__write_palette(const volpkg_edit* edit, const double window[2], double distance_mm,
+                                  unsigned char palette[1024]) {
+    double table[1024];
+    int32_t i;
+    volpkg__sample(edit, window, table, 256);
+    for (i = 0; i < 1024; ++i) {
+        double opacity = -expm1(-table[i | 3] * distance_mm);
+        palette[i] = (unsigned char)volpkg__even((i % 4 < 3 ? table[i] * opacity : opacity) * 255);
+    }
+}
+
+volpkg_code volpkg_edit_slices(volpkg_slice_drawing* drawing, const volpkg_edit* edits, int32_t count,
+                               volpkg_error* error) {
+    const volpkg_edit* edit = NULL;
+    int32_t i;
+    VOLPKG__TRY(volpkg__check_edits(drawing->package, edits, count, error));
+    for (i = 0; i < count; ++i)
+        if (volpkg__is(edits[i].transfer, drawing->transfer)) edit = &edits[i];
+    drawing->edited = edit != NULL;
+    for (i = 0; i < 3 && edit != NULL; ++i)
+        volpkg__write_palette(edit, drawing->channel->quantization->window, drawing->level->grid.spacing_mm_zyx[2 - i],
+                              drawing->palettes[i]);
+    volpkg__slice_opacities(drawing);
     return VOLPKG_OK;
 }
 

@@ -124,22 +124,25 @@ async function tableTexels(pack, texture, channel, level, edit, signal) {
 }
 
 /** To the nearest whole number, half to even. @param {number} value */
-function round(value) {
+export function round(value) {
   return value % 1 === 0.5 ? 2 * Math.round(value / 2) : Math.round(value);
 }
 
+/** The value of entry j. @param {readonly number[]} window @param {number} entries @param {number} j */
+function valueOf([low, high], entries, j) {
+  return j === entries - 1 ? high : low + ((high - low) / (entries - 1)) * j;
+}
+
 /**
- * A lookup table: the function at equal distances over the window, at a jump the mean of both sides, beside a jump from
- * haze to a wall the colour of the wall.
- * @param {TransferFunction} edit @param {readonly number[]} window @param {number} entries
+ * The function at equal distances over the window, at a jump the mean of both sides: the entries of palettes.
+ * @param {{points: TransferFunction["points"]}} edit @param {readonly number[]} window @param {number} entries
  * @returns {Table}
  */
-export function lookup({ points }, [low, high], entries) {
+export function sampled({ points }, window, entries) {
   const table = new Float64Array(4 * entries);
   const channels = points.map(({ colour, extinction_per_mm }) => [...colour, extinction_per_mm]);
-  const valueAt = (/** @type {number} */ j) => (j === entries - 1 ? high : low + ((high - low) / (entries - 1)) * j);
   for (let j = 0; j < entries; j++) {
-    const value = valueAt(j);
+    const value = valueOf(window, entries, j);
     // The upper neighbour, as the limits from below and from above see it.
     const sides = [(/** @type {number} */ at) => at >= value, (/** @type {number} */ at) => at > value].map((is) => {
       const found = points.findIndex((each) => is(each.value));
@@ -147,15 +150,25 @@ export function lookup({ points }, [low, high], entries) {
     });
     for (let c = 0; c < 4; c++) table[4 * j + c] = (sides[0][c] + sides[1][c]) / 2;
   }
+  return table;
+}
+
+/**
+ * A lookup table: beside a jump from haze to a wall it has the colour of the wall.
+ * @param {TransferFunction} edit @param {readonly number[]} window @param {number} entries
+ */
+function lookup({ points }, window, entries) {
+  const table = sampled({ points }, window, entries);
   for (let below = 0; below + 1 < points.length; below++) {
     if (points[below].value !== points[below + 1].value) continue;
-    const dense = channels[below + 1][3] >= channels[below][3] ? below + 1 : below;
+    const [lower, upper] = [points[below].extinction_per_mm, points[below + 1].extinction_per_mm];
+    const dense = upper >= lower ? below + 1 : below;
     const [faint, at] = [2 * below + 1 - dense, points[below].value];
     // Nearly all light of the ramp from haze to a wall is the wall's.
-    if (DENSER * channels[faint][3] >= channels[dense][3]) continue;
+    if (DENSER * Math.min(lower, upper) >= Math.max(lower, upper)) continue;
     let first = 0;
-    while (first < entries && valueAt(first) < at) first++;
-    const touches = first < entries && valueAt(first) === at;
+    while (first < entries && valueOf(window, entries, first) < at) first++;
+    const touches = first < entries && valueOf(window, entries, first) === at;
     if (faint === below) first--;
     for (let j = Math.max(first, 0); j <= Math.min(first + (touches ? 1 : 0), entries - 1); j++) table.set(points[dense].colour, 4 * j);
   }

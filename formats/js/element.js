@@ -53,6 +53,9 @@ export class VolumeViewer extends HTMLElement {
   #end = new AbortController();
   #turning = 0;
   #level = -1;
+  /** Argument of the last `open`; undefined if it was the attribute `src`. @type {Parameters<typeof openPackage>[0] | null | undefined} */
+  #given;
+  #isBegun = false;
 
   constructor() {
     super();
@@ -76,7 +79,8 @@ export class VolumeViewer extends HTMLElement {
   }
 
   connectedCallback() {
-    if (!this.#stage) this.open();
+    // A page may put the element where it shall be after `open`, and move it, which closes the package.
+    if (!this.#isBegun) this.open(this.#given);
   }
 
   disconnectedCallback() {
@@ -100,14 +104,18 @@ export class VolumeViewer extends HTMLElement {
     this.package?.close();
     this.#tools = this.#stage = this.package = null;
     this.#level = -1;
+    this.#isBegun = false;
   }
 
   /**
    * Opens a package and draws it, in place of the one before.
-   * @param {Parameters<typeof openPackage>[0] | null} [src] argument of `openPackage`; the attribute `src` if absent
+   * @param {Parameters<typeof openPackage>[0] | null} [given] argument of `openPackage`; the attribute `src` if absent
    */
-  async open(src = this.getAttribute("src")) {
+  async open(given) {
     this.#close();
+    this.#given = given;
+    this.#isBegun = true;
+    const src = given === undefined ? this.getAttribute("src") : given;
     const { signal } = (this.#end = new AbortController());
     // A context that was lost stays so: each package gets a canvas of its own.
     const canvas = document.createElement("canvas");
@@ -164,11 +172,15 @@ export class VolumeViewer extends HTMLElement {
       if (found) stage.backdrop = found.slice(1).map((each) => parseInt(each, 16) / 255);
       else fail("it is not #rrggbb");
     } else if (name === "clip") {
-      const numbers = (value ?? "").match(/[\d.]+/g)?.map(Number) ?? [];
-      if (value && numbers.length !== 6) fail("it is not six numbers");
+      const numbers = value ? value.trim().split(/[\s,]+/).map(Number) : [];
+      const isBox = numbers.every((each, i) => each >= 0 && each <= 1 && (i > 2 || each < numbers[i + 3]));
+      if (value && !(numbers.length === 6 && isBox)) fail("it is not the corners of a box, six numbers from 0 to 1");
       else if (value || this.#level >= 0) this.#cut(numbers);
-    } else if (name === "auto-rotate") this.#rotate(Number(value ?? 0));
-    else this.#equip();
+    } else if (name === "auto-rotate") {
+      const degrees = Number(value ?? 0);
+      if (Number.isFinite(degrees)) this.#rotate(degrees);
+      else fail("it is no number of degrees a second");
+    } else this.#equip();
   }
 
   /** @param {number[]} share of the box, its low corner and its high one */

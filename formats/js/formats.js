@@ -31,6 +31,7 @@ export const FORMATS = {
   RGBA8: plain(37, "RGBA", 4),
   RGB8_SNORM: plain(24, "RGB", 3, "BYTE"),
   RGBA8_SNORM: plain(38, "RGBA", 4, "BYTE"),
+  SRGB8_ALPHA8: plain(43, "RGBA", 4),
   R16_EXT: plain(70, "RED", 1, "UNSIGNED_SHORT", "EXT_texture_norm16"),
   R16F: plain(76, "RED", 1, "HALF_FLOAT"),
   RGBA16F: plain(97, "RGBA", 4, "HALF_FLOAT"),

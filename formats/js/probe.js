@@ -136,8 +136,10 @@ export class Probes {
 function expected({ internal, nearest, size }) {
   const { sample, components, format } = FORMATS[internal];
   if (sample) return { red: sample.red };
-  const red = nearest || size ? HIGH : (LOW + HIGH) / 2;
-  return { red, alpha: components === 4 || format === "LUMINANCE_ALPHA" ? red : undefined };
+  const mean = (/** @type {number} */ low, /** @type {number} */ high) => (nearest || size ? high : (low + high) / 2);
+  const alpha = components === 4 || format === "LUMINANCE_ALPHA" ? mean(LOW, HIGH) : undefined;
+  // sRGB is decoded before it is filtered; alpha is linear.
+  return { red: internal.startsWith("SRGB") ? mean(((LOW + 0.055) / 1.055) ** 2.4, ((HIGH + 0.055) / 1.055) ** 2.4) : mean(LOW, HIGH), alpha };
 }
 
 /**

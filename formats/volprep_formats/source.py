@@ -44,8 +44,29 @@ RepairKind = Literal["gaps", "tilt"]
 GreyOf = Literal["luminance", "red", "green", "blue"]
 """Conversion of three colours to the value of a voxel."""
 
+Unit = Annotated[float, Field(ge=0.0, le=1.0)]
+"""A number from 0 to 1."""
+ColourPart = Literal["red", "green", "blue", "opacity"]
+"""Channel of a colour volume."""
+OpacityOf = Literal["alpha", "luminance", "red", "green", "blue", "background"]
+"""Number, from 0 to 1, that the opacity of a colour pixel follows."""
+
 _NAMES = ("series", "channel", "grid", "label_table")
 """Fields of a source with untrusted names, which may be names of a patient."""
+
+
+class ColourChannel(Record):
+    """One channel of pictures in colour: premultiplied linear light, or the extinction that it is multiplied by."""
+
+    part: ColourPart
+    """Which channel."""
+    opacity_of: OpacityOf
+    """Number that decides the extinction of a pixel. "luminance": 0.299 red + 0.587 green + 0.114 blue of the sRGB
+    colour. "background": distance of the sRGB colour from `background`, divided by the root of 3."""
+    background: tuple[Unit, Unit, Unit] | None = None
+    """The sRGB colour whose distance counts."""
+    shares: Annotated[tuple[tuple[Unit, Unit], ...], Field(min_length=1, max_length=64)]
+    """Share of the largest extinction over that number: ascending points, linear between them, constant outside."""
 
 
 class RawLayout(Record):
@@ -138,6 +159,8 @@ class SourceSpec(Record):
     rgb: GreyOf | None = None
     """DICOM, stacks of pictures, mosaics: conversion of colours. "luminance" makes them grey, 0.299 red + 0.587 green +
     0.114 blue; "red", "green" and "blue" select one of them. If absent, pictures in colour are refused."""
+    colour: ColourChannel | None = None
+    """Stacks of pictures, OME-TIFF, NIfTI: one channel of a colour volume. The table [colour] of a scene sets it."""
     grid: str | None = None
     """OpenVDB only: name of the grid, when the file holds several."""
     mask: str | None = None

@@ -40,10 +40,11 @@ def open_program(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def example_program(tmp_path_factory) -> Path:
     """The example, as its first lines say to compile it."""
-    tried = ["cc", "-fsyntax-only", "-x", "c", "-include", "EGL/egl.h", "-include", "GLES3/gl3.h", "/dev/null"]
+    headers = [word for name in ("EGL/egl.h", "GLES/gl.h", "GLES3/gl3.h") for word in ("-include", name)]
+    tried = ["cc", "-fsyntax-only", "-x", "c", *headers, "/dev/null"]
     if shutil.which("cc") is None or subprocess.run(tried, check=False, capture_output=True).returncode:
         pytest.skip("there are no headers of EGL and OpenGL ES (Debian: libegl-dev libgles-dev)")
-    return compiled(tmp_path_factory.mktemp("example") / "example", EXAMPLE, "-lEGL", "-lGLESv2")
+    return compiled(tmp_path_factory.mktemp("example") / "example", EXAMPLE, "-lEGL", "-lGLESv1_CM", "-lGLESv2")
 
 
 def told(program: Path, *arguments: Path | str) -> tuple[int, str]:

@@ -129,6 +129,30 @@ static void use_drawing(const volpkg_drawing* drawing) {
     }
 }
 
+/* Slices of a transfer function, drawn and edited. */
+static void use_slices(const volpkg_package* package, const char* transfer, volpkg_error* error) {
+    static const volpkg_transfer_point points[2] = {{0, {0, 0, 0}, 0}, {40, {1, 0.5, 0}, 9}};
+    volpkg_slice_drawing drawing;
+    volpkg_slice_frame frame;
+    volpkg_edit edit = {NULL, points, 2, 0};
+    double box_from_clip[16];
+    float corners[5 * VOLPKG_SLICE_CORNERS];
+    int32_t number;
+    edit.transfer = transfer;
+    if (volpkg_choose_slices(package, transfer, -1, &drawing, error)) return;
+    volpkg_edit_slices(&drawing, &edit, 1, error);
+    for (number = 0; number < drawing.textures; ++number) {
+        const volpkg_texture* t = volpkg_slice_texture(&drawing, number);
+        unsigned char* texels = (unsigned char*)get((size_t)t->texel_bytes);
+        if (!volpkg_slice_texels(&drawing, t, texels, (size_t)t->texel_bytes)) touch(texels, t->texel_bytes);
+        free(texels);
+    }
+    if (volpkg_view(package, "anterior-left", 1.5, box_from_clip) ||
+        volpkg_begin_slices(&drawing, box_from_clip, &frame, error))
+        return;
+    while ((number = volpkg_next_slice(&frame, corners)) >= 0) touch(corners, sizeof corners);
+}
+
 /* Use a package as an app would. */
 static void use_package(const volpkg_package* package, volpkg_error* error) {
     volpkg_drawing drawing;
@@ -152,6 +176,7 @@ static void use_package(const volpkg_package* package, volpkg_error* error) {
             if (!volpkg_choose(package, transfer, level, &drawing, error)) use_drawing(&drawing);
             if (!volpkg_choose_mesh(package, transfer, level, &drawing, error)) use_drawing(&drawing);
         }
+    use_slices(package, package->channels.at->transfer_functions.at->name, error);
     touched += (unsigned)volpkg_choose_level(package, NULL, &limits);
     for (i = -1; package->subvolumes != NULL && i < package->subvolumes->grid->points.count && i < 64; ++i)
         if (!volpkg_choose_point(package, NULL, i, &drawing, error)) use_drawing(&drawing);

@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from every_kind import single_file
+from slice_packages import slice_package
 from tamper_scenes import write_kind
 
 from volprep.parts.editing.inputs import edited_inputs
 from volprep.pipeline.build import build
 from volprep.render.inputs import level_inputs
 from volprep.scene.request import load_request
+from volprep.transfer.preclassified import code_colours, largest_opacity
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
@@ -100,6 +102,27 @@ def test_the_tables_of_an_edit_are_those_of_the_renderer(kind, edit_program, tmp
                 assert bytes.fromhex(digits) == np.asarray(data).tobytes()
 
 
+def test_the_palettes_of_an_edit_of_slices_are_those_of_the_renderer(edit_program, tmp_path: Path):
+    codes = np.random.default_rng(3).integers(0, 256, (5, 9, 13))
+    package = slice_package(tmp_path, codes, (2.5, 0.75, 1.0), head="editable = true")
+    textures = {each.name: each for each in package.manifest.textures}
+    nothing = ((0.0, (1.0, 1.0, 1.0), 0.0),)
+    for points in (*POINTS.values(), nothing):
+        listed = tuple(TransferPoint(value=v, colour=c, extinction_per_mm=e) for v, c, e in points)
+        words = [",".join(map(repr, (v, *c, e))) for v, c, e in points]
+        lines = output(edit_program, single_file(package.path), "ramp", "-1", *words).splitlines()
+        assert len(lines) == 2 * len(textures)
+        for number, (name, digits, opacity) in enumerate(map(str.split, lines)):
+            file = package.read_bytes(textures[name].file)
+            palette = code_colours(
+                TransferFunction(name="ramp", points=listed), (0.0, 255.0), textures[name].reference_mm
+            )
+            edited = number < len(textures)
+            # Taken back, they are the package's own.
+            assert bytes.fromhex(digits) == (palette.tobytes() + file[1024:] if edited else file)
+            assert float(opacity) == (largest_opacity(palette) if edited else textures[name].slices.largest_opacity)
+
+
 def test_what_cannot_be_edited_is_refused_with_a_code(edit_program, packages):
     def refused(kind: str, *words: str) -> str:
         transfer = Package.open(packages[kind]).manifest.transfer_functions[0].name
@@ -108,6 +131,7 @@ def test_what_cannot_be_edited_is_refused_with_a_code(edit_program, packages):
         return text
 
     assert refused("mipmaps", "1,0,0,0,1").startswith("VP5023 ")
+    assert refused("slices", "1,0,0,0,1").startswith("VP5023 ")
     assert refused("editable").startswith("VP7020 ")
     for words in (("2,0,0,0,1", "1,0,0,0,1"), ("1,2,0,0,1",), ("1,0,0,0,-1",), ("nan,0,0,0,1",)):
         assert refused("editable", *words).startswith("VP7020 ")

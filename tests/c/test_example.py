@@ -1,4 +1,4 @@
-"""The example draws what `volprep render` draws, from every kind of package that has shaders."""
+"""The example draws what `volprep render` draws, from every kind of package."""
 
 import os
 import subprocess
@@ -9,6 +9,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 from every_kind import single_file
+from slice_packages import missing_es11, slice_package
 from tamper_scenes import write_kind
 
 from volprep.pipeline.build import build
@@ -17,7 +18,7 @@ from volprep.render.hybrid import HybridWish
 from volprep.render.inputs import Inputs
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
+from volprep.truth.camera import STANDARD_VIEWS, standard_views
 from volprep.truth.picture import encoded
 from volprep_formats.package.parts.segments.record import looks
 from volprep_formats.package.parts.segments.texels import look_texels
@@ -35,6 +36,17 @@ DRAWS = {
     "view-slices": 'technique = "view-slices"\nprojection = "perspective"',
 }
 """Settings of pictures that take several draws, beside the ones with shadows."""
+SMALL_SLICES = """
+name = "small"
+api = "es1.1"
+max_texture_size = 64
+max_3d_texture_size = 0
+texture_units = 2
+texture_formats = ["RGBA8", "PALETTE8_RGBA8"]
+npot = false
+index_bits = 16
+max_texture_bytes = 6000
+"""
 
 
 def pixels(path: Path) -> np.ndarray:
@@ -71,10 +83,10 @@ def assert_agree(found: np.ndarray, expected: np.ndarray, name: str) -> None:
     assert np.abs(found - expected).max() == 0, name
 
 
-def test_every_kind_of_package_with_shaders_looks_as_the_renderer_draws_it(drawn, packages):
+def test_every_kind_of_package_looks_as_the_renderer_draws_it(drawn, packages):
     programs = set()
     for kind, package in packages.items():
-        if kind != "slices":
+        if kind != "slices" or missing_es11() is None:
             found, expected, drawn_by = drawn(package, "anterior-left")
             assert_agree(found, expected, kind)
             programs.add(drawn_by)
@@ -92,11 +104,35 @@ def test_sub_volumes_around_a_point_look_as_the_renderer_draws_them(drawn, packa
     assert_agree(found, expected, "point 17")
 
 
-def test_slices_are_refused_with_a_code(example_program, packages, tmp_path: Path):
-    status, text = told(example_program, packages["slices"], tmp_path / "p.png")
-    assert status == 1
-    assert "VP5018" in text
-    assert "OpenGL ES 1.1" in text
+@pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
+@pytest.mark.parametrize(
+    ("spacing_mm_zyx", "settings"),
+    [
+        ((2.5, 0.75, 1.0), {"head": "editable = true"}),
+        ((1.0, 1.0, 1.0), {"slices": 'form = "rgba"', "projection": "perspective"}),
+        # A level whose last slices lie beyond the volume, in several textures for each stack.
+        ((1.5, 1.0, 1.0), {"profile": "small.toml", "extra": "[pyramid]\ncoarsest_longest_axis = 8"}),
+    ],
+    ids=["palettes", "rgba", "coarse"],
+)
+def test_slices_look_as_the_renderer_draws_them(spacing_mm_zyx, settings, drawn, tmp_path: Path):
+    (tmp_path / "small.toml").write_text(SMALL_SLICES)
+    codes = np.random.default_rng(3).integers(0, 256, (11, 18, 37))
+    package = slice_package(tmp_path, codes, spacing_mm_zyx, **settings)
+    for view in STANDARD_VIEWS:
+        found, expected, _ = drawn(single_file(package.path), view)
+        assert_agree(found, expected, view)
+
+
+def test_slices_that_are_not_there_are_refused_with_what_there_is(example_program, packages, tmp_path: Path):
+    for word, value, said in (
+        ("level", "9", "no slices of its level 9, but of its level 0"),
+        ("transfer", "other", "there are slices of shell"),
+    ):
+        status, text = told(example_program, packages["slices"], tmp_path / "p.png", f"--{word}", value)
+        assert status == 1
+        assert "VP5018" in text
+        assert said in text
     assert not (tmp_path / "p.png").exists()
 
 

@@ -61,7 +61,8 @@ def test_it_compiles_without_a_warning(language, tmp_path: Path):
 
 def test_damaged_packages_are_read_or_refused_and_nothing_else(fuzz_program, packages, tmp_path: Path):
     kinds = [
-        packages[kind] for kind in ("house", "together", "bricks", "mipmaps", "editable", "segments", "half-angle")
+        packages[kind]
+        for kind in ("house", "together", "bricks", "mipmaps", "editable", "segments", "half-angle", "slices")
     ]
     write_converted(Package.open(packages["bricks"]), "zstd", tmp_path / "p.volpkg", Silent())
     status, text = told(fuzz_program, "3", "500", *kinds, single_file(tmp_path / "p.volpkg"))

@@ -142,6 +142,54 @@ def test_a_level_that_does_not_fit_is_replaced_by_a_coarser_one(browser, server,
     assert rmse(found.pictures[0], wanted) < TWO_STEPS
 
 
+SCRIPT_FULL = """
+const { openPackage, createRenderer } = await import("/js/volpkg.js");
+const gl = new OffscreenCanvas(48, 48).getContext("webgl2");
+const pack = await openPackage(given[0]);
+const widths = pack.levels.map(({ grid }) => grid.shape_zyx[2]);
+let full = true;
+let failed = false;
+const store = gl.texStorage3D.bind(gl);
+gl.texStorage3D = (...all) => {
+  failed ||= full && all[3] === widths[0];
+  store(...all);
+};
+const getError = gl.getError.bind(gl);
+gl.getError = () => {
+  const error = failed ? gl.OUT_OF_MEMORY : getError();
+  failed = false;
+  return error;
+};
+const told = [];
+const renderer = await createRenderer(gl, pack, { onError: (error) => told.push([error.code, error.message]) });
+await renderer.ready.catch(() => {});
+renderer.draw({ boxFromClip: given[1] });
+const { level } = renderer;
+const { pixels } = renderer.readPixels();
+full = false;
+await renderer.setLevel(0);
+const after = renderer.level;
+renderer.dispose();
+return { told, level, after, pixels: Array.from(pixels) };
+"""
+
+
+def test_a_level_for_which_there_is_no_memory_leaves_the_coarser_one_and_says_so(
+    browser, server, scene_package
+) -> None:
+    package = scene_package("half floats")
+    matrix = box_from_clip_of(package)[6]
+    server.folders["package"] = package.path.parent
+    browser.open(f"{server.url}/")
+    found = browser.run(SCRIPT_FULL, f"/package/{package.path.name}", matrix.T.ravel().tolist())
+    ((code, message),) = found["told"]
+    assert code == "VP5007"
+    assert "GL_OUT_OF_MEMORY" in message
+    assert (found["level"], found["after"]) == (1, 0)
+    (wanted,) = drawn_by_reference(package, [matrix], level=1)
+    assert rmse(np.array(found["pixels"]).reshape(48, 48, 4), wanted) < TWO_STEPS
+
+
 SCRIPT_PROBES = """
 const { openPackage, createRenderer } = await import("/js/volpkg.js");
 const pack = await openPackage(given[0]);

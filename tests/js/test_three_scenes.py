@@ -145,6 +145,42 @@ def test_light_is_mixed_as_light_on_every_background(page, picture) -> None:
     assert rmse(naive, over(picture, pixels(found["grey"][1])[..., :3])) > 5 * STEP
 
 
+def test_volumes_before_each_other_are_mixed_in_their_order(page) -> None:
+    script = """
+    const { renderer, scene, camera, volume, shown, packed } = await begin();
+    const other = volume.clone();
+    other.rotation.z = 1;
+    scene.add(other);
+    const target = new THREE.WebGLRenderTarget(40, 40, { type: THREE.FloatType });
+    const alone = (each) => {
+      for (const one of [volume, other]) one.visible = one === each;
+      renderer.setClearColor(0, 0);
+      renderer.setRenderTarget(target);
+      renderer.render(scene, camera);
+      const found = new Float32Array(40 * 40 * 4);
+      renderer.readRenderTargetPixels(target, 0, 0, 40, 40, found);
+      renderer.setRenderTarget(null);
+      return packed(found);
+    };
+    const found = [alone(volume), alone(other)];
+    volume.visible = other.visible = true;
+    scene.background = new THREE.Color(0.2, 0.2, 0.2);
+    for (const order of [1, -1]) {
+      other.renderOrder = order;
+      found.push(shown());
+    }
+    return found;
+    """
+    *alone, before, behind = page.run(script)
+    one, other = (np.frombuffer(base64.b64decode(text), "<f4").reshape(SIZE, SIZE, 4)[::-1] for text in alone)
+    grey = np.full(3, 0.2)
+    for text, (back, front) in ((before, (one, other)), (behind, (other, one))):
+        light = back[..., :3] + (1 - back[..., 3:]) * grey
+        wanted = encoded(front[..., :3] + (1 - front[..., 3:]) * light)
+        assert np.abs(pixels(text)[..., :3] - wanted).max() < 2.5 * STEP
+    assert np.abs(pixels(before) - pixels(behind)).max() > 20 * STEP
+
+
 def test_the_canvas_shows_what_effect_composer_shows(page) -> None:
     script = """
     const { EffectComposer } = await import("three/addons/postprocessing/EffectComposer.js");
@@ -274,11 +310,10 @@ def test_views_of_an_array_camera_are_those_of_their_own(page) -> None:
     script = """
     const { renderer, scene, camera, volume, raw, plane, apart } = await begin();
     plane(0, [0.1, 0.2, 0.3], { side: THREE.DoubleSide });
-    const eyes = [-0.3, 0.3].map((x, i) => {
+    const eyes = [-0.3, 0.3].map((x) => {
       const eye = new THREE.PerspectiveCamera(30, 0.5, 1, 5000);
       eye.position.set(x * volume.radius, 0, 4 * volume.radius);
       eye.updateMatrixWorld();
-      eye.viewport = new THREE.Vector4(20 * i, 0, 20, 40);
       return eye;
     });
     const both = new THREE.ArrayCamera(eyes);
@@ -289,20 +324,28 @@ def test_views_of_an_array_camera_are_those_of_their_own(page) -> None:
     const last = new THREE.Mesh(new THREE.PlaneGeometry(9, 9), veil);
     last.position.z = volume.radius;
     scene.add(last);
-    const together = raw(scene, both);
-    const alone = new Uint8Array(together.length);
-    eyes.forEach((eye, i) => {
-      eye.viewport = undefined;
-      renderer.setViewport(20 * i, 0, 20, 40);
-      const half = raw(scene, eye);
-      for (let n = 0; n < half.length; n++) if (Math.floor(((n / 4) % 40) / 20) === i) alone[n] = half[n];
-    });
-    const empty = alone.every((each, i) => each === alone[i % 4]);
-    return [apart(together, alone), empty];
+    const found = [];
+    for (let view = 0; view < 9; view++) {
+      volume.rotation.set(Math.sin(view), 0.7 * view, 0);
+      eyes.forEach((eye, i) => (eye.viewport = new THREE.Vector4(20 * i, 0, 20, 40)));
+      renderer.setViewport(0, 0, 40, 40);
+      const together = raw(scene, both);
+      const alone = new Uint8Array(together.length);
+      eyes.forEach((eye, i) => {
+        eye.viewport = undefined;
+        renderer.setViewport(20 * i, 0, 20, 40);
+        const half = raw(scene, eye);
+        for (let n = 0; n < half.length; n++) if (Math.floor(((n / 4) % 40) / 20) === i) alone[n] = half[n];
+      });
+      found.push([apart(together, alone), new Set(alone).size]);
+    }
+    return found;
     """
-    most, empty = page.run(script)
-    assert not empty
-    assert most <= 1
+    found = page.run(script)
+    assert len(found) == 9
+    for most, colours in found:
+        assert colours > 20
+        assert most <= 1
 
 
 def test_a_canvas_without_pixels_is_no_error(page) -> None:

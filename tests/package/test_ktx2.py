@@ -15,7 +15,7 @@ from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
 from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, decode, encode, header, mipmap_shape
 
 DTYPES = {"R16": "<u2", "R16F": "<f2", "RGBA16F": "<f2", "RGB8_SNORM": "i1", "RGBA8_SNORM": "i1"}
-CHANNELS = {"RG8": 2, "RGB8": 3, "RGB8_SNORM": 3, "RGBA8": 4, "RGBA8_SNORM": 4, "RGBA16F": 4}
+CHANNELS = {"RG8": 2, "RGB8": 3, "RGB8_SNORM": 3, "RGBA8": 4, "RGBA8_SNORM": 4, "RGBA8_SRGB": 4, "RGBA16F": 4}
 SHAPES = [((1, 1, 1), 2), ((1, 1, 1), 3), ((1, 5, 3), 2), ((1, 5, 3), 3), ((7, 1, 1), 3), ((3, 2, 5), 3)]
 
 
@@ -257,7 +257,7 @@ def patched(offset: int, code: str, value: int) -> bytes:
     [
         (0, "B", 0xAA, "identifier"),
         (12, "<I", 0, "vkFormat 0"),
-        (12, "<I", 43, "vkFormat 43"),  # R8G8B8A8_SRGB
+        (12, "<I", 44, "vkFormat 44"),  # B8G8R8A8_UNORM
         (12, "<I", 37, "typeSize|descriptor"),  # a format whose descriptor is another
         (16, "<I", 2, "typeSize"),
         (20, "<I", 0, "its size"),
@@ -336,3 +336,12 @@ def test_random_bytes_are_refused(tail: bytes) -> None:
     for data in (tail, file()[:12] + tail, file()[:104] + tail):
         with pytest.raises(VolprepError, match="VP4030"):
             decode(data, "t")
+
+
+def test_a_texture_of_srgb_says_so_and_that_its_alpha_is_linear() -> None:
+    data = b"".join(encode(Ktx2Image("RGBA8_SRGB", (1, 2, 3), np.zeros((1, 2, 3, 4), np.uint8), 2)))
+    (descriptor,) = struct.unpack_from("<I", data, 48)
+    transfer = data[descriptor + 14]
+    channels = [data[descriptor + 28 + 16 * sample + 3] for sample in range(4)]
+    # Khronos Data Format 1.3: KHR_DF_TRANSFER_SRGB is 2; bit 4 of alpha, 15, excepts it from the transfer function.
+    assert (transfer, channels) == (2, [0, 1, 2, 15 | 1 << 4])

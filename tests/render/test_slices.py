@@ -269,6 +269,16 @@ def test_the_stack_that_faces_the_viewer_is_drawn(noise):
     assert found == dict(zip(SIX, "xxyyzz", strict=True))
 
 
+def test_of_stacks_that_face_the_viewer_alike_the_first_is_drawn(noise):
+    """The standard view from anterior-left is as near to x as to y; rounding of a camera must not choose."""
+    box_from_clip = matrix(noise, "anterior-left")
+    with SliceRenderer(noise) as renderer:
+        for row in (0, 1):
+            rounded = box_from_clip.copy()
+            rounded[row] *= 1 + 1e-12
+            assert renderer.facing(rounded)[0] == "x"
+
+
 def test_a_coarse_level_ends_where_the_volume_ends(tmp_path):
     """21 voxels of level 0 are 11 of level 1, of which the last one is half outside."""
     device = Path(volprep.scene.profiles.__file__).with_name("gles1.toml").read_text(encoding="utf-8")

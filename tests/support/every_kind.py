@@ -12,6 +12,7 @@ from unittest.mock import patch
 import nibabel
 import numpy as np
 from channel_scene import write_channel_scene
+from colour_scene import write_colour_scene
 from phantom_scene import write_phantom_scene
 from tamper_scenes import KINDS, SHAPE_ZYX, write_kind
 
@@ -105,6 +106,8 @@ tint = "#ff4020"
 labels = [2]
 tint = "#20c0ff"
 opacity = 0.5
+[render]
+lighting = "headlight"
 """
 
 
@@ -127,6 +130,7 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     **{kind: _kind(kind) for kind in KINDS},
     "together": _together,
     "several-units": _several_units,
+    "colour": write_colour_scene,
     "hybrid": _hybrid,
     "segments": write_segments,
     "shadow-map": _shadowed("map", 'compositing = "isosurface"'),

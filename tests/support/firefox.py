@@ -54,7 +54,7 @@ class Firefox:
         if found is None or shutil.which("Xvfb") is None:
             import pytest
 
-            pytest.skip("no Firefox that draws: apt-get install firefox-esr xvfb")
+            pytest.skip("no Firefox that draws: tools/system_packages.sh says how to get it")
         profile.mkdir(parents=True, exist_ok=True)
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))

@@ -1,11 +1,12 @@
 """Orders of what is no way of its own: what is lit, labels, several channels in one picture, stacks of slices."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from channel_scene import write_channel_scene
+from colour_scene import waves, write_colour_scene, write_pictures
 from order_bench import BYTES_STEPS_MM, PIXELS, STEPS_MM, Falling, rmse
 from order_scans import TRANSFER, built, camera, field, grid_of
 from slice_packages import slice_package
@@ -14,9 +15,11 @@ from web_scenes import segments_scene
 from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
+from volprep.scene.colour import PARTS
 from volprep.scene.request import load_request
 from volprep.scene.scene import QuantizeSettings, Scene
 from volprep.truth.camera import standard_views
+from volprep.truth.colour import media_of_colour
 from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import Medium
 from volprep.truth.phantoms import sampled
@@ -28,6 +31,7 @@ from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.parts.slices.texels import slice_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
+from volprep_formats.textures.gl_formats import SRGB
 
 NOMINAL_VOXELS = 0.0625
 EMISSION_ABSORPTION = COMPOSITINGS["emission-absorption"]
@@ -44,8 +48,14 @@ class Other:
     scatter: float = 0.3
 
 
-def _by_step(package: Package, transfers: Sequence[str], shown: str, steps_mm: Sequence[float] = STEPS_MM) -> Falling:
-    """Errors of ever finer steps, with whatever lights what the package holds."""
+def _by_step(
+    package: Package,
+    transfers: Sequence[str],
+    shown: str,
+    steps_mm: Sequence[float] = STEPS_MM,
+    whole: Callable[[Sequence[Medium]], Sequence[Medium]] = lambda media: media,
+) -> Falling:
+    """Errors of ever finer steps, with whatever lights what the package holds; `whole` makes media of its channels."""
     media, normals, nearest, grid = [], None, False, None
     for name in transfers:
         part = package_of_transfer(package, name)
@@ -54,7 +64,8 @@ def _by_step(package: Package, transfers: Sequence[str], shown: str, steps_mm: S
         normals, nearest, grid = volume.normals, volume.nearest, volume.grid
     assert grid is not None
     box_from_clip, shape_hw = camera(package), (PIXELS, PIXELS)
-    truth = EMISSION_ABSORPTION.oracle(media, grid, box_from_clip, shape_hw, nearest=nearest, normals=normals).rgba
+    draw = EMISSION_ABSORPTION.oracle
+    truth = draw(whole(media), grid, box_from_clip, shape_hw, nearest=nearest, normals=normals).rgba
     with Renderer(package, level=0, transfer=shown, target="rgba32f") as renderer:
         return Falling(steps_mm, [rmse(renderer.render(box_from_clip, shape_hw, step), truth) for step in steps_mm])
 
@@ -105,9 +116,25 @@ def _together(profile: str, channels: str) -> Callable[[Path], Falling]:
     return falling
 
 
-def _segments(border: str, profile: str) -> Callable[[Path], Falling]:
+def _colour(profile: str) -> Callable[[Path], Falling]:
     def falling(folder: Path) -> Falling:
-        more = f'border = "{border}"\n[render]\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
+        folder.mkdir(parents=True, exist_ok=True)
+        more = '[render]\nstep_voxels = 0.1\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
+        scene = write_colour_scene(folder, profile, tables=more)
+        write_pictures(folder / "slices.tif", waves())
+        request = load_request(scene)
+        # Mesa's software driver decodes sRGB by a polynomial, whose error of 0.0004 would hide that of the steps.
+        formats = tuple(each for each in request.profile.texture_formats if each != SRGB)
+        linear = replace(request, profile=request.profile.model_copy(update={"texture_formats": formats}))
+        build(linear, folder / "ball.volpkg", Silent())
+        return _by_step(Package.open(folder / "ball.volpkg"), PARTS, "colour", whole=media_of_colour)
+
+    return falling
+
+
+def _segments(border: str, profile: str, lighting: str = "none") -> Callable[[Path], Falling]:
+    def falling(folder: Path) -> Falling:
+        more = f'border = "{border}"\n[render]\nlighting = "{lighting}"\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
         folder.mkdir(parents=True, exist_ok=True)
         build(load_request(segments_scene(profile, more)(folder)), folder / "segments.volpkg", Silent())
         package = Package.open(folder / "segments.volpkg")
@@ -167,9 +194,14 @@ OTHERS = (
     Other("labels, mosaic", "steps", 0.0, _labels("mosaic")),
     Other("segments, mixed, texture3d", "steps", 2.0, _segments("mixed", "gles3")),
     Other("segments, crisp, texture3d", "steps", 1.0, _segments("crisp", "gles3"), 0.5),
+    # Normals jump where a cell between voxels of several labels ends.
+    Other("segments, mixed, headlight, texture3d", "steps", 1.0, _segments("mixed", "gles3", "headlight"), 0.5),
+    Other("segments, crisp, headlight, texture3d", "steps", 1.0, _segments("crisp", "gles3", "headlight"), 0.5),
     Other("two channels, packed, texture3d", "steps", 2.0, _together("gles3", "packed")),
     Other("two channels, apart, texture3d", "steps", 2.0, _together("gles3", "apart")),
     Other("two channels, mosaic", "steps", 2.0, _together("gles2-2048", "auto"), 0.5),
+    Other("colour, texture3d", "steps", 2.0, _colour("gles3")),
+    Other("colour, mosaic", "steps", 2.0, _colour("gles2-2048")),
     Other("stacks of slices, along their axis", "grids", 2.0, _stacks("superior"), 0.5),
     Other("stacks of slices, oblique", "grids", 1.0, _stacks("anterior-left")),
     Other("stacks of slices in two layers, along their axis", "grids", 2.0, _stacks("superior", 2), 0.5),

@@ -11,6 +11,7 @@ from pathlib import Path
 import nibabel
 import numpy as np
 from channel_scene import write_channel_scene
+from colour_scene import write_colour_scene
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 
 from volprep.pipeline.build import build
@@ -181,8 +182,10 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "maximum": _phantom('[render]\ncompositing = "maximum"\n'),
     "channels together": _together("gles3"),
     "channels together in a mosaic": _together("gles2-2048"),
-    "segments": segments_scene("gles3"),
-    "segments in a mosaic": segments_scene("gles2-2048"),
+    "colour": write_colour_scene,
+    "colour in a mosaic": lambda folder: write_colour_scene(folder, "gles2-2048"),
+    "segments": segments_scene("gles3", _LIT),
+    "segments in a mosaic": segments_scene("gles2-2048", _LIT),
     "bricks": _phantom("[bricks]\nsize = 4\n"),
     "half floats": _phantom("[quantize]\nbits = 16\n"),
     "norm16, perspective": _phantom('[quantize]\nbits = 16\n[render]\nprojection = "perspective"\n', "gles3-norm16"),
@@ -215,8 +218,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "editable mosaic": _phantom(_SKIP.format("octants"), "gles2-2048", before="editable = true"),
 }
 OTHERS = {
-    "segments, one hidden": segments_scene("gles3", _ONE_HIDDEN),
-    "segments in a mosaic, one hidden": segments_scene("gles2-2048", _ONE_HIDDEN),
+    "segments, one hidden": segments_scene("gles3", _ONE_HIDDEN + _LIT),
+    "segments in a mosaic, one hidden": segments_scene("gles2-2048", _ONE_HIDDEN + _LIT),
     "slices": _one("", "gles1"),
     "published slices for OpenGL ES 2": _phantom('[render]\ntechnique = "view-slices-as-published"\n', "gles2-4096"),
     "half-angle slices, light at another place": _phantom(_HALF_ANGLE.replace(_LIGHT, _ELSEWHERE)),

@@ -8,7 +8,7 @@ import pytest
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
 from volprep.scan.statistics import Gauge
-from volprep.scene.first_look import with_first_look
+from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import request_for_source
 from volprep.scene.scene import Scene
@@ -165,3 +165,19 @@ def test_a_strip_shows_the_colours_of_a_function_over_black() -> None:
     ends = [TransferPoint(value=v, colour=(1.0, 0.0, 0.0), extinction_per_mm=e) for v, e in ((0.0, 0.0), (1.0, 1e6))]
     colours = strip(TransferFunction(name="f", points=tuple(ends)), 3)
     assert colours == [(0, 0, 0), (255, 0, 0), (255, 0, 0)]
+
+
+@pytest.mark.parametrize(("profile", "lighting"), [("gles3", "headlight"), ("gles1", "none")])
+def test_segments_are_lit_and_dense_in_a_thin_veil(profile, lighting):
+    info = SourceInfo(format="raw", grid=Grid.of((20, 20, 20), (1.0, 1.0, 1.0)), stored_type="float32")
+    gauge = Gauge(info)
+    gauge.add(np.linspace(0.0, 100.0, 8000, dtype=np.float32).reshape(20, 20, 20))
+    points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
+    table = {"name": "s", "source": {"path": "x"}, "transfer": [{"name": "none", "points": points}]}
+    scene = Scene.model_validate({**table, "segments": {"source": "organs.nii"}})
+    shown = with_segment_styles(scene, load_profile(profile, Path()), info, gauge.result("0" * 64).statistics)
+    assert (shown.render.lighting, [each.name for each in shown.transfer][-1]) == (lighting, "inside")
+    assert shown.segments is not None
+    veil = max(point.extinction_per_mm for point in shown.transfer[0].resolved().points)
+    inside = min(point.extinction_per_mm for point in shown.transfer[1].resolved().points)
+    assert inside > 10 * veil * shown.segments.outside_opacity

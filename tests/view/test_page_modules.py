@@ -2,14 +2,18 @@
 
 import json
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 from npm_package import npm_package
 
 from volprep import view as view_room
+from volprep.transfer.preclassified import code_colours
 from volprep_formats.diagnostics import CATALOGUE
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.runtime import runtime_folder
 
 PAGE = Path(view_room.__file__).parent / "page"
@@ -64,6 +68,21 @@ def test_the_words_of_the_page_are_those_of_the_catalogue() -> None:
 def test_browser_and_system_have_names(about, browser, platform) -> None:
     script = f'console.log(JSON.stringify((await import("PAGE/device.js")).browserNames({json.dumps(about)})))'
     assert json.loads(node(script)) == {"browser": browser, "platform": platform}
+
+
+def test_palettes_of_edited_slices_are_the_bytes_of_the_reference(tmp_path: Path) -> None:
+    """A jump from haze to a wall at an entry: a palette has the mean of both sides, unlike a lookup table."""
+    shutil.copytree(PAGE, tmp_path / "page")
+    shutil.copytree(runtime_folder(), tmp_path / "runtime", ignore=shutil.ignore_patterns("node_modules"))
+    sides = ((10.0, (0.2, 0.4, 0.9), 0.0), (51.0, (0.2, 0.4, 0.9), 0.01), (51.0, (1.0, 0.5, 0.1), 4.0))
+    points = [TransferPoint(value=v, colour=c, extinction_per_mm=e) for v, c, e in sides]
+    given = json.dumps([{"points": [each.model_dump() for each in points]}, [0, 255], 0.75])
+    found = node(f"""
+        const {{ paletteOf }} = await import("{tmp_path.as_uri()}/page/slice_renderer.js");
+        console.log(JSON.stringify([...paletteOf(...{given})]));
+    """)
+    expected = code_colours(TransferFunction(name="t", points=tuple(points)), (0.0, 255.0), 0.75)
+    np.testing.assert_array_equal(np.reshape(json.loads(found), (256, 4)), expected)
 
 
 def test_the_time_of_a_draw_is_the_slope_whatever_a_wait_costs() -> None:

@@ -14,5 +14,5 @@ BACK_TO_FRONT = replace(
     ends_early=False,
     meshes=False,
     # A pre-integrated segment has a front and a back, in the order of rays from the viewer.
-    classifications=EMISSION_ABSORPTION.classifications - {"preintegrated"},
+    classifications=EMISSION_ABSORPTION.classifications - {"preintegrated", "colour"},
 )

@@ -47,5 +47,6 @@ class Case:
 
     @property
     def drawn_alone(self) -> tuple[TransferFunction, ...]:
-        """Transfer functions that have pictures of their own: none if segments show all of them in one picture."""
-        return self.functions if self.segments is None else ()
+        """Transfer functions that have pictures of their own: none if one picture of a scan has all of them."""
+        is_whole = self.segments is None and self.scene.render.classification != "colour"
+        return self.functions if is_whole else ()

@@ -5,7 +5,7 @@ Codes are texels as they are, of 8 bits, and of 16 where the class of devices ha
 float is at most 2^-12 off in the upper half of the range and less below: 8 times finer than 8 bits.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,8 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import gl_format
+from volprep_formats.textures.gl_formats import SRGB, gl_format
+from volprep_formats.textures.srgb_texels import encoded_srgb
 
 
 def texels_of(codes: NDArray[np.generic], texel: TextureFormat) -> Texels:
@@ -51,10 +52,21 @@ def volume_reader(draft: Draft, plan: ChannelPlan, volume: VolumePlan) -> Callab
     if len(volume.channels) == 1:
         return texel_reader(codes_of_level(draft, plan, volume.level), volume.format)
     each = [codes_of_level(draft, plan, volume.level, channel) for channel in volume.channels]
+    if volume.format == SRGB:
+        return _light_reader(each)
     readers = [texel_reader(codes, volume.format) for codes in each]
 
     def read(z0: int, z1: int) -> Texels:
         return np.stack([reader(z0, z1) for reader in readers], axis=-1)
+
+    return read
+
+
+def _light_reader(channels: Sequence[RawVolume]) -> Callable[[int, int], Texels]:
+    """Return a function that reads slices z0 to z1 - 1 of light and extinction as sRGB texels [z, y, x, RGBA]."""
+
+    def read(z0: int, z1: int) -> Texels:
+        return np.stack([encoded_srgb(codes.read_slab(z0, z1), k) for k, codes in enumerate(channels)], axis=-1)
 
     return read
 

@@ -15,9 +15,10 @@ from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.api import Api
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.texture import COMPONENTS, SampleFilter, Texture
+from volprep_formats.srgb import linear_of_srgb
 from volprep_formats.textures import paletted
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import Target, gl_format
+from volprep_formats.textures.gl_formats import SRGB, Target, gl_format
 
 PIXELS = 4
 """Pixels that a capability is drawn into."""
@@ -131,6 +132,8 @@ def probe_of(capability: Capability, api: Api) -> ProbeTexture:
         first, last = half, 1 - half
     else:
         texels, ends = _plain(gl.format, gl.type, shape)
+        if gl.internal_format == SRGB:
+            ends[:, :3] = [[linear_of_srgb(value) for value in end[:3]] for end in ends.tolist()]
         first, last = half, 1 - half
     start, step = np.full(3, 0.5), np.zeros(3)
     start[2 - axis], step[2 - axis] = first, (last - first) / (PIXELS - 1)

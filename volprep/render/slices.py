@@ -44,6 +44,8 @@ _XYZ: dict[StackAxis, int] = {"x": 0, "y": 1, "z": 2}
 _ACROSS: dict[StackAxis, tuple[int, int]] = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
 """Axes (xyz) of the columns and the rows of a slice."""
 _MOST_BRIGHTNESS = 2.0
+_TIE = 1e-9
+"""Stacks whose cosines differ by less face the viewer alike."""
 # Two triangles for each of nine patches of 4×4 corners.
 _PATCHES = np.array(
     [[c + o for o in (0, 1, 5, 0, 5, 4)] for c in (4 * row + column for row in range(3) for column in range(3))],
@@ -161,12 +163,16 @@ class SliceRenderer:
         return f"slices of {self.transfer}"
 
     def facing(self, box_from_clip: Float64Array) -> tuple[StackAxis, float]:
-        """Return the axis of the stack that is drawn, and the cosine of its angle to the direction of view."""
+        """Return the axis of the stack that is drawn, and the cosine of its angle to the direction of view.
+
+        Of stacks that face the viewer alike, the first of x, y, z is drawn, whatever the rounding of a camera is.
+        """
         ends = box_from_clip @ np.array([[0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], [1.0, 1.0]])
         near, far = (ends[:3] / ends[3]).T
         along = np.abs(far - near) / np.linalg.norm(far - near)
-        axis = max(self._parts, key=lambda each: float(along[_XYZ[each]]))
-        return axis, float(along[_XYZ[axis]])
+        cosines = {axis: float(along[_XYZ[axis]]) for axis in sorted(self._parts)}
+        axis = next(each for each, cosine in cosines.items() if cosine >= max(cosines.values()) - _TIE)
+        return axis, cosines[axis]
 
     def layers(self, axis: StackAxis) -> int:
         """Return the number of polygons of each slice of a stack."""

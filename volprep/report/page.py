@@ -144,10 +144,14 @@ def _hero(report: Report) -> ViewResult:
 
 
 def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]]:
-    """Return the picture of several channels and one of each channel, in the view of the sweep; may be empty."""
+    """Return the picture of several channels and one of each channel, in the view of the sweep.
+
+    Empty where there are no pictures of channels: those of a colour volume have none.
+    """
     together = report.package.manifest.together
-    wanted = () if together is None else (together.name, *together.transfers)
     by_transfer = {program.transfer: program for program in report.programs}
+    wanted = () if together is None else (together.name, *together.transfers)
+    wanted = wanted if by_transfer.keys() >= {*wanted} else ()
     found = [by_transfer[name] for name in wanted]
     return [
         (program, next(view for view in program.views if view.view == program.sweep.view), _nominal(program))

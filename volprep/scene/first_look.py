@@ -22,9 +22,10 @@ from volprep_formats.source import SourceInfo
 
 _DENSE_SHARE = 50.0
 """Extinction of the densest value of a signed map: opaque (1 - exp(-5)) after a tenth of the diagonal."""
-_INSIDE_SHARE = 0.4
-"""Extinction inside segments, as part of that: a segment of a twentieth of the diagonal hides two thirds."""
-_VEIL = 0.12
+_INSIDE_SHARE = 4.0
+"""Extinction inside segments, as part of that: two thirds are hidden after a two-hundredth of the diagonal, so that
+light on their borders shows their shape."""
+_VEIL = 0.06
 """Factor of the extinction of what belongs to no segment."""
 _BOTH_SIDES = 0.2
 """Part of the farther side of 0 that the nearer one must reach, so that the ringing of a filter makes no signed map."""
@@ -150,8 +151,7 @@ def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, 
     )
     said = "recognised as a scan with segments; a scene with [segments] and [[segments.style]] draws it in another way"
     scene = scene.with_segments(veiled).with_transfer((*scene.transfer, SceneTransfer(name="inside", points=points)))
-    unlit = scene.render.model_copy(update={"lighting": "none"})
-    return scene.model_copy(update={"render": unlit, "recognised": said})
+    return _lit(scene, profile).model_copy(update={"recognised": said})
 
 
 def _with_surface(scene: Scene, statistics: Statistics) -> Scene:

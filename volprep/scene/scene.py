@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from volprep.scene.colour import PARTS, ColourSettings, with_colour_channels
 from volprep.scene.points import PhysicalValue
 from volprep.scene.presets import load_preset
 from volprep.scene.segments import SegmentsSettings
@@ -333,7 +334,9 @@ class Scene(Record):
     source: SourceSpec
     """Where the scan is."""
     transfer: Annotated[tuple[SceneTransfer, ...], Field(min_length=1, max_length=64)]
-    """Transfer functions; the first is the default."""
+    """Transfer functions; the first is the default. A scene with [colour] has none."""
+    colour: ColourSettings | None = None
+    """A volume in colour; if absent, voxels are values, and pictures in colour are refused."""
     crop: Literal["auto", "none"] = "auto"
     """"auto" leaves out the border that no transfer function shows; "none" keeps the whole scan, for an app in which
     users change the transfer function."""
@@ -379,6 +382,24 @@ class Scene(Record):
     recognised: str = ""
     """The kind of scan that was recognised when there is no scene, and how to undo it. A build writes it, and the plan
     reports it."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _colour_is_four_channels(cls, tables: object) -> object:
+        # A scene that was read before has them.
+        if isinstance(tables, dict) and tables.get("colour") is not None and "transfer" not in tables:
+            return with_colour_channels(tables)
+        return tables
+
+    @model_validator(mode="after")
+    def _colour_has_its_own_functions(self) -> Self:
+        if self.colour is None and self.render.classification == "colour":
+            msg = "render.classification colour needs the table [colour]"
+            raise ValueError(msg)
+        if self.colour is not None and tuple(each.name for each in self.transfer) != PARTS:
+            msg = "[colour] has its own transfer functions, so the scene has no [[transfer]]"
+            raise ValueError(msg)
+        return self
 
     @model_validator(mode="after")
     def _lighting_has_normals_along_the_box(self) -> Self:

@@ -43,7 +43,7 @@ def drawn_with_segments(
         assert isinstance(part, tuple)  # noqa: S101 - a function of samples is an instance
         classify += part
         samplers += [replaced(each, transfer) for each in own.samplers]
-    level = min(program.levels)
+    level, is_lit = min(program.levels), program.lighting != "none"
     texture = next(each for each in manifest.textures if (each.role, each.level) == ("labels", level))
     labels = _labels(texture, wide=segments.wide, in_voxels=program.sampling != "texture3d")
     words = {
@@ -58,9 +58,13 @@ def drawn_with_segments(
             "channels": tuple(classify),
             **labels.slots,
             **_styles(segments),
+            **_lit(segments, is_lit=is_lit),
         },
         words=words,
-        offers={"MEDIUM": "classify_segments(start + stride * i)"},
+        offers={
+            "MEDIUM": "classify_segments(start + stride * i)",
+            **({"BORDER": " + border_slope()"} if is_lit else {}),
+        },
         samplers=(*samplers, *labels.samplers, Sampler(name="u_segments", role="looks")),
     )
     return replace(sampling, samplers=volume), classified
@@ -116,11 +120,16 @@ def replaced(sampler: Sampler, transfer: str) -> Sampler:
     return sampler.model_copy(update={"transfer": transfer})
 
 
-def _styles(segments: Segments) -> dict[str, Slot]:
-    """Return what a shader does for each style. Labels of one style stand next to each other."""
+def _firsts(segments: Segments) -> list[int]:
+    """Return the first label of each style but the first. Labels of one style stand next to each other."""
     counts = [len([*labels]) for _, labels in groupby(segments.labels, key=lambda label: label.transfer)]
-    ends = list(accumulate(counts))
-    each = [{"OF": f"_{index}"} for index in range(len(counts))]
+    return list(accumulate(counts))[:-1]
+
+
+def _styles(segments: Segments) -> dict[str, Slot]:
+    """Return what a shader does for each style."""
+    ends = [*_firsts(segments), len(segments.labels)]
+    each = [{"OF": f"_{index}"} for index in range(len(ends))]
     shown = "medium_0.a"
     for words in each[1:]:
         shown = f"max({shown}, medium{words['OF']}.a)"
@@ -139,6 +148,24 @@ def _styles(segments: Segments) -> dict[str, Slot]:
         "sums": _instances("sum", each),
         "corners": tuple(part for side in ("near", "far") for part in _corner(side, ends)),
         "added": _instances("added", each),
+    }
+
+
+def _lit(segments: Segments, *, is_lit: bool) -> dict[str, Slot]:
+    """Return what gives a normal to the borders of labels; nothing where nothing is lit."""
+    if not is_lit:
+        return dict.fromkeys(("lit_segments", "no_border", "border", "border_slope"))
+    each = [{"OF": f"_{index}"} for index in range(len(segments.transfers))]
+    kept = ", ".join(f"kept{words['OF']}" for words in each)
+    firsts = zip(each[1:], _firsts(segments), strict=True)
+    return {
+        **{part: f"{_PART}:{part}" for part in ("no_border", "border")},
+        "lit_segments": (Instance(f"{_PART}:lit_segments", {"KEPT": kept}),),
+        "border_slope": f"{_PART}:slope",
+        "keep": _instances("keep", each),
+        "seen_chosen": tuple(
+            Instance(f"{_PART}:seen_chosen", {**words, "FIRST": literal(first - 0.5)}) for words, first in firsts
+        ),
     }
 
 

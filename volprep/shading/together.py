@@ -3,13 +3,13 @@
 Channels that share texels take one fetch; else each takes one of its own, from a 3D texture of its own.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from volprep.shading import raycast_mosaic, raycast_texture3d
 from volprep.shading.classification import sample_classification
 from volprep.shading.components import component_letter
-from volprep.shading.compose import Instance
+from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import ProgramDesign, Sampler
@@ -57,6 +57,8 @@ def _of_transfer(samplers: Iterable[Sampler], transfer: str) -> tuple[Sampler, .
 
 def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str], *, packed: bool) -> Feature:
     """Classify the value of each transfer function, and add the results."""
+    if program.classification == "colour":
+        return _coloured(manifest, [*values])
     classify: list[Instance] = []
     add: list[Instance] = []
     samplers: list[Sampler] = []
@@ -79,4 +81,14 @@ def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str]
         },
         offers={"MEDIUM": "classify_together(start + stride * i)"},
         samplers=tuple(samplers),
+    )
+
+
+def _coloured(manifest: Manifest, transfers: Sequence[str]) -> Feature:
+    """Take light and extinction as the texels of four channels hold them."""
+    function = next(each for each in manifest.transfer_functions if each.name == transfers[-1])
+    return Feature(
+        slots={"classification": "classification/together:colour", "classification_start": None},
+        words={"LARGEST_PER_MM": literal(function.points[-1].extinction_per_mm)},
+        offers={"MEDIUM": "classify(voxel_texel(start + stride * i))"},
     )

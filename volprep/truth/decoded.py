@@ -87,7 +87,7 @@ def _slopes(manifest: Manifest, lit: Program) -> Lit:
         raise ValueError(msg)
     low, high = manifest.quantization.window
     least_per_mm = LEAST_SLOPE * abs(high - low) / min(manifest.grid.spacing_mm_zyx)
-    return Lit(ShaderSlopes(lit.normals_from, least_per_mm), lit.light, lit.lighting == "blinn-phong")
+    return Lit(ShaderSlopes(lit.normals_from, least_per_mm, abs(high - low)), lit.light, lit.lighting == "blinn-phong")
 
 
 def level_volume(package: Package, level: int) -> Volume:

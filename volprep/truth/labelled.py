@@ -5,8 +5,13 @@ the label; weights are at least 0 and sum to 1. Each label has a look: a transfe
 none where it is hidden. With *mixed* borders colour times extinction, and extinction, are sums over the labels' looks,
 times their weights. With *crisp* borders the look of the label with the greatest weight gives both; at a tie the
 smaller label counts. The native oracle (native/src/oracle_labels.cpp) integrates both exactly.
+
+Where it is lit, a normal is the slope of the value, as a part of the range of codes per millimetre. In cells whose
+voxels differ in visible extinction, taken at the value of the place, the gradient of its logarithm is added: of the
+field in which voxels have the weights of quadratic B-splines (native/src/oracle_labels_lit.cpp).
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -15,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
+from volprep.truth.lit import Lit, Normals, ShaderSlopes, light_numbers
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, function_rows, require_field
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
@@ -59,12 +65,16 @@ def labelled_picture(  # noqa: PLR0917 - as oracle_picture, and the labels
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
+    *,
+    normals: Normals = None,
 ) -> OraclePicture:
     """Draw a scan with segments, with a bound on the error of each pixel; arguments and errors as `oracle_picture`.
 
-    Labels with the same look are one: dividing a label changes nothing.
+    Labels with the same look are one: dividing a label changes nothing. Lit, with slopes as a shader takes them, the
+    bound is an estimate. Raises ValueError for other normals, and for shadows.
     """
     require_field(volume, grid)
+    kernel, slope_scale, border_scale = _slopes(normals, slope)
     rows, looks = _distinct(labelled.looks)
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     _native.render_oracle_labels(
@@ -81,8 +91,25 @@ def labelled_picture(  # noqa: PLR0917 - as oracle_picture, and the labels
         tolerance,
         picture.rgba,
         picture.bound,
+        kernel,
+        slope_scale,
+        border_scale,
+        light_numbers(normals, grid),
+        isinstance(normals, Lit) and normals.halfway,
     )
     return picture
+
+
+def _slopes(normals: Normals, slope: float) -> tuple[str, float, float]:
+    """Return kernel and scale of the slopes of values, and what 1 per millimetre of a border counts beside them."""
+    if normals is None:
+        return "", 0.0, 0.0
+    if not isinstance(normals, Lit) or not isinstance(normals.normals, ShaderSlopes) or normals.throws_shadows:
+        msg = "segments are lit by slopes as a shader takes them, without shadows"
+        raise ValueError(msg)
+    slopes = normals.normals
+    # Values that fall as stored values rise turn the slope, which borders are added to.
+    return slopes.kernel, math.copysign(slopes.scale(slope), slope), slopes.border_scale
 
 
 def _distinct(looks: Sequence[TransferFunction | None]) -> tuple[list[Float64Array], NDArray[np.int32]]:

@@ -23,6 +23,13 @@ class ShaderSlopes:
     """Kernel of the differences."""
     least_per_mm: float
     """Slope, physical per millimetre, that is no surface any more."""
+    range: float = 1.0
+    """Physical range of the codes: slopes of borders of segments count as parts of it."""
+
+    @property
+    def border_scale(self) -> float:
+        """Return the factor of slopes of borders, beside slopes of values times `scale`."""
+        return self.range * _LEAST_LENGTH / self.least_per_mm
 
     def scale(self, slope: float) -> float:
         """Return the factor of slopes of stored values after which 0.01 is the least; physical = slope · stored + b."""
@@ -103,6 +110,15 @@ def place_in_box(light: Light, grid: Grid) -> Float64Array:
     """Return where a light is in the box space of a grid, (x, y, z) in millimetres."""
     place: Float64Array = (np.linalg.inv(grid.world_from_box) @ [*light.place_mm_xyz, 1.0])[:3]
     return place
+
+
+def light_numbers(normals: Normals, grid: Grid) -> Float64Array | None:
+    """Return the argument `light` of the native oracles; None without a light at a place."""
+    if not isinstance(normals, Lit) or normals.light is None:
+        return None
+    light = normals.light
+    parts = (light.ambient, light.diffuse, light.specular, light.shininess)
+    return np.array([*place_in_box(light, grid), *parts])
 
 
 def with_baked(normals: Normals, fields: Mapping[str, BakedField]) -> Normals:

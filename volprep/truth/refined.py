@@ -7,7 +7,7 @@ Each ray is refined until two halvings of its steps in a row change no channel b
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.truth.lit import BakedField, Lit, Normals, native_normals, place_in_box, shadow_light
+from volprep.truth.lit import BakedField, Lit, Normals, light_numbers, native_normals, shadow_light
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, require_field
 from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.grid import Grid
@@ -51,7 +51,7 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
         picture.rgba,
         picture.bound,
         intensities,
-        _light_numbers(normals, grid),
+        light_numbers(normals, grid),
         isinstance(normals, Lit) and normals.halfway,
         shadow_light(normals) is not None,
         kernel,
@@ -63,11 +63,3 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
         (0.0, 0.0, 0.0) if baked is None else baked.start_mm(grid),
     )
     return picture
-
-
-def _light_numbers(normals: Normals, grid: Grid) -> Float64Array | None:
-    if not isinstance(normals, Lit) or normals.light is None:
-        return None
-    light = normals.light
-    parts = (light.ambient, light.diffuse, light.specular, light.shininess)
-    return np.array([*place_in_box(light, grid), *parts])

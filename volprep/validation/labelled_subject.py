@@ -40,6 +40,11 @@ class LabelledSubject(Subject):
         """Whether several transfer functions are drawn in one picture: the styles of labels."""
         return True
 
+    @property
+    def has_jumps_at_borders(self) -> bool:
+        """Whether colour or extinction jump where segments meet."""
+        return self._derived.border == "crisp" or self.scan.normals is not None
+
     def _styles(self, transfer: str) -> tuple[str, ...]:
         """Return the transfer functions of a picture."""
         return self._derived.transfers if transfer == self._derived.name else (transfer,)
@@ -120,5 +125,12 @@ class LabelledSubject(Subject):
         )
         box_from_clip = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
         return labelled_picture(
-            volume.stored, volume.grid, volume.slope, volume.intercept, labelled, box_from_clip, self.shape_hw
+            volume.stored,
+            volume.grid,
+            volume.slope,
+            volume.intercept,
+            labelled,
+            box_from_clip,
+            self.shape_hw,
+            normals=volume.normals,
         )

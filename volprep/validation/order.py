@@ -32,12 +32,16 @@ def expected_order(
     *,
     lighting: Lighting = "none",
     labels: bool = False,
+    borders: bool = False,
 ) -> float:
-    """Return the expected order of the error under step refinement, from everything that it depends on."""
+    """Return the expected order of the error under step refinement, from everything that it depends on.
+
+    With `borders` the look of a scan with its segments jumps where labels meet.
+    """
     of_technique = TECHNIQUES[technique].order
     if of_technique is not None:
         return of_technique
-    has_steps = labels or classification == "palette" or lighting in _TURNING
+    has_steps = labels or borders or classification == "palette" or lighting in _TURNING
     return min(_OF_STEPS, COMPOSITINGS[compositing].order) if has_steps else COMPOSITINGS[compositing].order
 
 
@@ -52,11 +56,12 @@ def convergence(
     technique: TechniqueName = "ray-casting",
     lighting: Lighting = "none",
     labels: bool = False,
+    borders: bool = False,
 ) -> Convergence:
     """Fit the order to errors in a float target, coarsest step first; `target` is None without a float target."""
     record = COMPOSITINGS[compositing]
     walk = TECHNIQUES[technique]
-    expected = expected_order(technique, compositing, classification, lighting=lighting, labels=labels)
+    expected = expected_order(technique, compositing, classification, lighting=lighting, labels=labels, borders=borders)
     jumps = any(lower.value == upper.value for each in functions for lower, upper in pairwise(each.points))
     limits = [each.order_limit for each in (record, walk) if each.order_limit is not None]
     if classification == "preintegrated":
@@ -80,6 +85,11 @@ def convergence(
         limits.append(
             "A light with a place lights the side of a surface that faces the viewer: where a surface turns away its "
             "colour jumps, and steps see it late or early, with order 1."
+        )
+    if borders:
+        limits.append(
+            "Crisp borders of segments, and normals of lit ones, jump where labels meet: steps see that late or early, "
+            "with order 1."
         )
     if target is None:
         limits.append("The quadrature error was not measured: it needs a float target.")

@@ -5,6 +5,7 @@ import resource
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -181,7 +182,8 @@ def _labelled(package: Package, derived: Derived, size: int) -> Iterator[Subject
     """Return the subject of a scan with its segments, where there are any."""
     segments = derived.manifest.segments
     if segments is not None and derived.labels is not None:
-        scan = derived.scans[derived.manifest.channels[0].name]
+        # The view of its channel holds no program of the picture.
+        scan = replace(derived.scans[derived.manifest.channels[0].name], normals=light_of_scan(package.manifest))
         yield LabelledSubject(package, scan, size, derived.labels, segments)
 
 

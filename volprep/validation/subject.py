@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import Camera, standard_views
+from volprep.truth.colour import media_of_colour
 from volprep.truth.decoded import Volume, baked_fields, level_volume, own_table, table_function
 from volprep.truth.lit import BakedField, with_baked
 from volprep.truth.metrics import picture_error
@@ -91,9 +92,19 @@ class Subject:
         return bool(self._channels)
 
     @property
+    def has_jumps_at_borders(self) -> bool:
+        """Whether colour or extinction jump where segments meet."""
+        return False
+
+    @property
     def channels(self) -> tuple["Subject", ...]:
         """Subjects in one picture: one for each of several channels, or this one."""
         return tuple(self._channels.values()) or (self,)
+
+    @property
+    def _is_colour(self) -> bool:
+        """Whether the channels hold light and extinction."""
+        return self.is_of_several and any(each.classification == "colour" for each in self.programs)
 
     @property
     def is_classified(self) -> bool:
@@ -234,8 +245,9 @@ class Subject:
         shape_hw: tuple[int, int],
     ) -> OraclePicture:
         volume = media[0][0]
+        drawn = [Medium(each.stored, each.slope, each.intercept, function) for each, function in media]
         return self._compositing.oracle(
-            [Medium(each.stored, each.slope, each.intercept, function) for each, function in media],
+            media_of_colour(drawn) if self._is_colour else drawn,
             volume.grid,
             box_from_clip,
             shape_hw,

@@ -259,6 +259,7 @@ def measure_sweep(
         technique=program.technique,
         lighting=program.lighting,
         labels=subject.scan.nearest,
+        borders=subject.has_jumps_at_borders,
     )
     for level in coarser:
         with clock.part("oracle"):

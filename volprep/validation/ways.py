@@ -25,7 +25,10 @@ from volprep_formats.package.reader import Package
 
 _OF_VALUES: frozenset[Sampling] = frozenset(("bricks", "subvolumes"))
 """Samplings of values, not of voxels that are classified already."""
-_CLASSIFICATIONS: tuple[ClassificationName, ...] = get_args(ClassificationName)
+_CLASSIFICATIONS: tuple[ClassificationName, ...] = tuple(
+    name for name in get_args(ClassificationName) if name != "colour"
+)
+"""Those of one channel; a volume in colour has four."""
 _SAMPLINGS: tuple[Sampling, ...] = get_args(Sampling)
 
 

@@ -109,6 +109,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "render.compositing {compositing} does not go with {what}",
         "Set render.compositing to emission-absorption, or leave the other out.",
     ),
+    "VP3046": Diagnostic(
+        ExitStatus.SCENE,
+        "a volume in colour cannot have {what}",
+        "Leave that out, or leave [colour] out and set source.rgb: the voxels are then values.",
+    ),
     "VP3050": Diagnostic(
         ExitStatus.SCENE,
         "normals of code {coded} need textures of format {needed}, but profile {profile} has only {known}",

@@ -81,8 +81,8 @@ SCENE_ENTRIES: dict[str, Diagnostic] = {
     "VP3220": Diagnostic(
         ExitStatus.SCENE,
         "{path}: a scan with its segments is not drawn with {what}",
-        "Leave one of the two out of the scene. Segments are drawn unlit, with compositing emission-absorption or "
-        "back-to-front, from 3D textures, mosaics or bricks.",
+        "Leave one of the two out of the scene. Segments are drawn with compositing emission-absorption or "
+        "back-to-front, without shadows, from 3D textures, mosaics or bricks.",
     ),
     "VP3221": Diagnostic(
         ExitStatus.SCENE,

@@ -286,7 +286,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1164": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the picture has {what}; a volume needs one grey value in each pixel",
-        'Convert the pictures to grey, or set rgb = "luminance" in [source], or use --rgb luminance.',
+        'Keep the colours with a table [colour] in the scene, or make them grey: rgb = "luminance" in [source], or '
+        "--rgb luminance.",
     ),
     "VP1165": Diagnostic(
         ExitStatus.SOURCE,
@@ -509,4 +510,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "Keep only the raw slices of one volume in the folder, NAME.1, NAME.2 and so on, or correct [source.raw].",
     ),
     "VP1289": Diagnostic(ExitStatus.SOURCE, "{path}: this is {what}, which is not read", "{how}"),
+    "VP1290": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a picture for a colour volume: {problem}",
+        "Choose another colour.extinction, convert the pictures to RGB or RGBA from 0 to 1, or leave [colour] out.",
+    ),
 }

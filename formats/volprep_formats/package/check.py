@@ -21,7 +21,7 @@ from volprep_formats.package.texture import TEXTURE_ROLES, GlFormat, Texture
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, texture_format
+from volprep_formats.textures.gl_formats import KTX2_FORMAT, SRGB, texture_format
 
 _KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("LUMINANCE", "UNSIGNED_BYTE"): "R8",
@@ -177,4 +177,4 @@ def _check_places(package: Package, texture: Texture) -> None:
 def _ktx2_format(gl: GlFormat) -> ktx2.Ktx2Format | None:
     if gl.format is None:
         return next((name for name, block in BLOCKS.items() if block.gl_name == gl.internal_format), None)
-    return _KTX2_FORMATS.get((gl.format, gl.type))
+    return "RGBA8_SRGB" if gl.internal_format == SRGB else _KTX2_FORMATS.get((gl.format, gl.type))

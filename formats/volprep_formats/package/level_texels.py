@@ -14,14 +14,16 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.gl_formats import SRGB
 from volprep_formats.textures.mosaic import slices_of_mosaic
+from volprep_formats.textures.srgb_texels import decoded_srgb
 
 
 def level_texels(package: Package, level: int, role: Literal["volume", "normals"] = "volume") -> NDArray[np.generic]:
     """Read the volume of `level`, which a texture must hold, as [z, y, x]; of several channels that of `package`.
 
-    Or its normals, as [z, y, x, byte]. Compressed values come as normalised float32. Raises what `Package.read_bytes`
-    and the texture reader raise.
+    Or its normals, as [z, y, x, byte]. Compressed values, and those of sRGB, come as normalised float32. Raises what
+    `Package.read_bytes` and the texture reader raise.
     """
     held = [each for each in package.manifest.textures if each.role == role and each.level == level]
     textures = sorted((each for each in held if each.channels == held[0].channels), key=lambda texture: texture.part)
@@ -35,7 +37,11 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
         voxels = images[0] if mosaic is None else slices_of_mosaic([image[0] for image in images], mosaic)
     else:
         voxels = _from_mipmap(package, textures[0], files[0])
-    return voxels[..., package.component_of(textures[0])] if len(textures[0].channels) > 1 else voxels
+    if len(textures[0].channels) < 2:
+        return voxels
+    component = package.component_of(textures[0])
+    chosen = voxels[..., component]
+    return chosen if textures[0].gl.internal_format != SRGB else decoded_srgb(chosen, component)
 
 
 @dataclass(frozen=True)

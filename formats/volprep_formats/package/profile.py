@@ -19,6 +19,7 @@ TextureFormat = Literal[
     "RG8",
     "RGB8_SNORM",
     "RGBA8_SNORM",
+    "SRGB8_ALPHA8",
     "R16",
     "R16F",
     "RGBA16F",

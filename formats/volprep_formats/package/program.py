@@ -8,15 +8,17 @@ from volprep_formats.grid import Count, Index, Signed
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
-ClassificationName = Literal["lookup", "preintegrated", "palette", "control-points", "preclassified"]
+ClassificationName = Literal["lookup", "preintegrated", "palette", "control-points", "preclassified", "colour"]
 """Classification of samples: each by a lookup table; each segment by a pre-integrated table; each by a palette; each by
-arithmetic from control points; or none, because the voxels are classified and hold colours."""
+arithmetic from control points; or none, because the voxels are classified and hold colours. "colour": four channels
+hold premultiplied light and extinction, in proportion to their values."""
 TABLES: dict[ClassificationName, tuple[Literal["transfer", "preintegrated"], ...]] = {
     "lookup": ("transfer",),
     "preintegrated": ("preintegrated",),
     "palette": (),
     "control-points": (),
     "preclassified": (),
+    "colour": (),
 }
 """Roles of the textures that a program reads for its classification."""
 Sampling = Literal["texture3d", "mosaic", "subvolumes", "bricks"]

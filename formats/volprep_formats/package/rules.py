@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channel_rules import channel_contradictions
-from volprep_formats.package.channels import channel_views
+from volprep_formats.package.channels import channel_views, drawn_in_one_picture
 from volprep_formats.package.compositing_rules import compositing_contradictions
 from volprep_formats.package.manifest import FILE_ROLES, Manifest
 from volprep_formats.package.parts.mipmaps.rules import mipmap_shapes
@@ -50,10 +50,10 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     for part in PARTS:
         yield from part.package_rules(manifest)
     for name, view in channel_views(manifest).items():
-        yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view))
+        yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view, drawn_in_one_picture(manifest)))
 
 
-def _of_one_channel(manifest: Manifest) -> Iterator[str]:
+def _of_one_channel(manifest: Manifest, in_one_picture: frozenset[str]) -> Iterator[str]:
     yield from _levels(manifest)
     levels = {level.index: level for level in manifest.levels}
     for texture in manifest.textures:
@@ -67,7 +67,7 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     for part in PARTS:
         yield from part.rules(manifest)
     if manifest.state == "sealed":
-        yield from _complete(manifest)
+        yield from _complete(manifest, in_one_picture)
 
 
 def _steps(manifest: Manifest) -> Iterator[str]:
@@ -411,18 +411,16 @@ def _samplers(program: Program) -> list[str]:
     return [each.name for each in program.samplers] + [each.sampler for each in program.passes]
 
 
-def _complete(manifest: Manifest) -> Iterator[str]:
+def _complete(manifest: Manifest, in_one_picture: frozenset[str]) -> Iterator[str]:
     if manifest.stages:
         yield "it is sealed, but has records of stages"
     needed = ["grid", "textures", "render"]
     if not manifest.profile.has_shaders:
         what, drawn = "stack of slices", {each.transfer for each in manifest.textures if each.role == "slices"}
     else:
-        what, drawn = "program", {program.transfer for program in manifest.programs}
-        if manifest.segments is None:
+        what, drawn = "program", {*in_one_picture, *(program.transfer for program in manifest.programs)}
+        if not in_one_picture:
             needed.append("programs")
-        else:
-            drawn |= set(manifest.segments.transfers)
     of_channel = ("stored_type", "quantization", "levels", "transfer_functions")
     missing = [field for field in needed if not getattr(manifest, field)]
     missing += [field for channel in manifest.channels for field in of_channel if not getattr(channel, field)]

@@ -194,6 +194,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("missing", spec.missing, {"ome-zarr"}),
         ("repair", spec.repair or None, {"dicom"}),
         ("rgb", spec.rgb, {"dicom", "stack", "mosaic"}),
+        ("colour", spec.colour, {"nifti", "ome-tiff", "stack"}),
         ("grid", spec.grid, {"vdb"}),
         ("stack", spec.stack, {"stack"}),
         ("mosaic", spec.mosaic, {"mosaic"}),

@@ -17,6 +17,7 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.colour_voxels import RGB, RGBA, ColourVoxels
 from volprep_formats.readers.header_pair import voxels_beside
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, chosen_volume, source_of
@@ -52,7 +53,9 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
         dtype = header.get_data_dtype()
     except KeyError as error:
         raise VolprepError("VP1022", path=path, dtype=f"code {header['datatype']}") from error
-    if dtype.name not in _NUMBERS:
+    if spec.colour is not None and dtype not in {RGB, RGBA}:
+        raise VolprepError("VP1290", path=path, problem=f"its voxels are numbers of type {dtype.name}")
+    if spec.colour is None and dtype.name not in _NUMBERS:
         code = int(header["datatype"])
         raise VolprepError("VP1022", path=path, dtype=_NAMES.get(code, dtype.name))
     bits_remarks = _check_bits(path, header, dtype)
@@ -64,8 +67,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     end_remarks = _check_end(voxels, start, volumes * volume_bytes)
     facts = HeaderFacts("nifti", grid, (*bits_remarks, *end_remarks, *remarks), slope, intercept)
     # Data after the last volume is counted; data after any other volume need not be unpacked.
-    is_last = volume == volumes - 1
-    return source_of(facts, voxels, progress, most_bytes_after=voxels.slice_bytes - 1 if is_last else None)
+    most_bytes_after = voxels.slice_bytes - 1 if volume == volumes - 1 else None
+    if spec.colour is not None:
+        return ColourVoxels(facts, voxels, spec.colour, most_bytes_after=most_bytes_after)
+    return source_of(facts, voxels, progress, most_bytes_after=most_bytes_after)
 
 
 def channel_names(_spec: SourceSpec, path: Path) -> list[str]:

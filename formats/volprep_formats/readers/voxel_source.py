@@ -40,6 +40,11 @@ class VoxelSource:
 
         Raises VolprepError VP1003, VP1005, VP1007 or VP1008 when the file is damaged, cut off or too long.
         """
+        with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
+            return self._in_file(z0, z1).astype(self._info.stored_type, copy=False)
+
+    def _in_file(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Return slices in the type of the file, and check what follows the last one."""
         slab = read_voxels(self._voxels, z0, z1)
         is_last = z1 == self._voxels.shape_zyx[0]
         # A packed stream says only at its end whether its checksum is right.
@@ -47,8 +52,7 @@ class VoxelSource:
             actual = self._voxels.unpacked_bytes(2 * self._voxels.end_bytes)
             if actual > self._voxels.end_bytes + self._most_bytes_after:
                 raise size_error(self._voxels, actual)
-        with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
-            return slab.astype(self._info.stored_type, copy=False)
+        return slab
 
     def __enter__(self) -> Self:
         """Return the source itself."""

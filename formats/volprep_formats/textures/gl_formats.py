@@ -15,6 +15,8 @@ from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
 from volprep_formats.textures.ktx2 import Ktx2Format
 
 Target = Literal["TEXTURE_2D", "TEXTURE_3D"]
+SRGB: TextureFormat = "SRGB8_ALPHA8"
+"""Internal format whose red, green and blue the GPU decodes from sRGB before it filters them."""
 
 BYTES_PER_TEXEL: dict[TextureFormat, int] = {
     "LUMINANCE8": 1,
@@ -27,6 +29,7 @@ BYTES_PER_TEXEL: dict[TextureFormat, int] = {
     "R16F": 2,
     "RGBA8": 4,
     "RGBA8_SNORM": 4,
+    "SRGB8_ALPHA8": 4,
     "RGBA16F": 8,
     "PALETTE8_RGBA8": 1,
 }
@@ -43,6 +46,7 @@ KTX2_FORMAT: dict[TextureFormat, Ktx2Format] = {
     "R16F": "R16F",
     "RGBA8": "RGBA8",
     "RGBA8_SNORM": "RGBA8_SNORM",
+    "SRGB8_ALPHA8": "RGBA8_SRGB",
     "RGBA16F": "RGBA16F",
     **{name: name for name in BLOCKS},
 }
@@ -69,6 +73,7 @@ def gl_format(name: TextureFormat, target: Target, api: Api) -> GlFormat:
         "RG8": ("RG8", "RG", "UNSIGNED_BYTE"),
         "RGB8_SNORM": ("RGB8_SNORM", "RGB", "BYTE"),
         "RGBA8_SNORM": ("RGBA8_SNORM", "RGBA", "BYTE"),
+        "SRGB8_ALPHA8": (SRGB, "RGBA", "UNSIGNED_BYTE"),
         "R16": ("R16_EXT", "RED", "UNSIGNED_SHORT"),
         "R16F": ("R16F", "RED", "HALF_FLOAT"),
         "RGBA16F": ("RGBA16F", "RGBA", "HALF_FLOAT"),

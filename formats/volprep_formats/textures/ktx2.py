@@ -19,7 +19,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 from volprep_formats.textures.zstd_frames import FrameError, compress, decompress
 
-TexelFormat = Literal["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16", "R16F", "RGBA16F"]
+TexelFormat = Literal["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "RGBA8_SRGB", "R16", "R16F", "RGBA16F"]
 Ktx2Format = Literal[TexelFormat, CompressedFormat]
 Dimensions = Literal[2, 3]
 Shape = tuple[int, int, int]
@@ -82,6 +82,8 @@ class _Layout:
     """Parts of a block of a compressed format: channel number and first bit."""
     model: int = 1
     """Colour model of the descriptor: RGBSDA, ETC2 or ASTC."""
+    is_srgb: bool = False
+    """Whether red, green and blue are sRGB. Alpha is always linear."""
 
     @property
     def texel_bytes(self) -> int:
@@ -101,7 +103,7 @@ class _Layout:
 
 
 # vkFormat is the value of VK_FORMAT_R8_UNORM, _R8G8_UNORM, _R8G8B8_UNORM, _R8G8B8_SNORM, _R8G8B8A8_UNORM,
-# _R8G8B8A8_SNORM, _R16_UNORM, _R16_SFLOAT and _R16G16B16A16_SFLOAT.
+# _R8G8B8A8_SNORM, _R8G8B8A8_SRGB, _R16_UNORM, _R16_SFLOAT and _R16G16B16A16_SFLOAT.
 _LAYOUTS: dict[Ktx2Format, _Layout] = {
     "R8": _Layout(9, np.dtype("u1"), 1),
     "RG8": _Layout(16, np.dtype("u1"), 2),
@@ -109,6 +111,7 @@ _LAYOUTS: dict[Ktx2Format, _Layout] = {
     "RGB8_SNORM": _Layout(24, np.dtype("i1"), 3),
     "RGBA8": _Layout(37, np.dtype("u1"), 4),
     "RGBA8_SNORM": _Layout(38, np.dtype("i1"), 4),
+    "RGBA8_SRGB": _Layout(43, np.dtype("u1"), 4, is_srgb=True),
     "R16": _Layout(70, np.dtype("<u2"), 1),
     "R16F": _Layout(76, np.dtype("<f2"), 1),
     "RGBA16F": _Layout(97, np.dtype("<f2"), 4),
@@ -129,7 +132,9 @@ _SAMPLE = struct.Struct("<HBB4sII")
 _NONE, _ZSTD = 0, 2
 """Schemes of supercompression."""
 _SCHEME_AT = 44
-_TRANSFER_LINEAR = 1
+_TRANSFER_LINEAR, _TRANSFER_SRGB = 1, 2
+_LINEAR_SAMPLE = 0x10
+"""Qualifier of a sample that the transfer function does not apply to."""
 _PRIMARIES_UNSPECIFIED = 0  # most textures hold data, not colour; see the manifest
 _CHANNELS = (0, 1, 2, 15)  # R, G, B, A
 _QUALIFIERS = {"u": 0, "i": 0x40, "f": 0xC0}  # unsigned, signed, signed float
@@ -389,7 +394,7 @@ def _descriptor(layout: _Layout) -> bytes:
     planes = bytes([layout.texel_bytes]).ljust(8, b"\0")
     head = _DESCRIPTOR.pack(
         *(size, 0, 2, size - 4),  # vendor Khronos, basic block, version 1.3
-        *(layout.model, _PRIMARIES_UNSPECIFIED, _TRANSFER_LINEAR, 0),
+        *(layout.model, _PRIMARIES_UNSPECIFIED, _TRANSFER_SRGB if layout.is_srgb else _TRANSFER_LINEAR, 0),
         *(bytes([layout.block - 1] * 2 + [0, 0]), planes),  # width and height of a block, less 1
     )
     return head + samples
@@ -400,6 +405,8 @@ def _texel_samples(layout: _Layout) -> Iterator[bytes]:
     lower, upper = _range(layout.dtype)
     for position, channel in enumerate(_CHANNELS[: layout.channels]):
         qualified = channel | _QUALIFIERS[layout.dtype.kind]
+        if layout.is_srgb and channel == _CHANNELS[-1]:
+            qualified |= _LINEAR_SAMPLE
         yield _SAMPLE.pack(position * bits, bits - 1, qualified, bytes(4), lower, upper)
 
 

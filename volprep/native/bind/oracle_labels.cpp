@@ -26,7 +26,9 @@ void require_labels(const Labels& labels, const Looks& looks, std::size_t count)
 
 void render(const AnyVolume& volume, double slope, double intercept, const Labels& labels, const Looks& looks,
             const std::vector<Points>& points, bool crisp, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
-            const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound, int threads) {
+            const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound,
+            const std::string& kernel, double slope_scale, double border_scale,
+            const std::optional<LightNumbers>& light, bool halfway, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require_shape("labels", labels, shape);
@@ -43,7 +45,7 @@ void render(const AnyVolume& volume, double slope, double intercept, const Label
         columns.emplace_back(each);
     }
     for (const Columns& each : columns) transfers.push_back(each.transfer());
-    const OracleVolume grid = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    OracleVolume grid = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     const OracleLabels labelled{labels.data(),
                                 looks.data(),
                                 static_cast<int64_t>(looks.shape(0)),
@@ -51,10 +53,19 @@ void render(const AnyVolume& volume, double slope, double intercept, const Label
                                 static_cast<int64_t>(transfers.size()),
                                 crisp};
     const OraclePicture picture{view_of(bound, box_from_clip), rgba.data(), bound.data()};
+    const std::optional<OracleNormals> normals = normals_of(shape, kernel, std::nullopt, slope_scale);
+    require(normals.has_value() || !light.has_value(), "a light needs normals");
+    if (normals.has_value()) grid.normals = &*normals;
+    const OracleLight placed = light.has_value() ? placed_light(*light, halfway, false) : OracleLight{};
+    const OracleLabelsLight lit{border_scale, light.has_value() ? &placed : nullptr};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
         const nb::gil_scoped_release released;
-        volprep::render_oracle_labels(static_cast<const T*>(volume.data()), grid, labelled, tolerance, picture,
-                                      threads);
+        const T* voxels = static_cast<const T*>(volume.data());
+        if (normals.has_value()) {
+            volprep::render_oracle_labels_lit(voxels, grid, labelled, lit, tolerance, picture, threads);
+        } else {
+            volprep::render_oracle_labels(voxels, grid, labelled, tolerance, picture, threads);
+        }
     });
 }
 
@@ -65,13 +76,17 @@ void oracle_labels(nb::module_& module) {
         "render_oracle_labels", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
         nb::arg("labels").noconvert(), nb::arg("looks").noconvert(), nb::arg("points").noconvert(), nb::arg("crisp"),
         nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"),
-        nb::arg("rgba").noconvert(), nb::arg("bound").noconvert(), nb::arg("threads") = 0,
+        nb::arg("rgba").noconvert(), nb::arg("bound").noconvert(), nb::arg("kernel") = "", nb::arg("slope_scale") = 0.0,
+        nb::arg("border_scale") = 0.0, nb::arg("light").noconvert().none() = nb::none(), nb::arg("halfway") = false,
+        nb::arg("threads") = 0,
         nb::sig("def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
                 "labels: numpy.typing.NDArray[numpy.uint16], looks: numpy.typing.NDArray[numpy.int32], "
                 "points: collections.abc.Sequence[numpy.typing.NDArray[numpy.float64]], crisp: bool, "
                 "spacing_mm_xyz: collections.abc.Sequence[float], extent_mm_xyz: collections.abc.Sequence[float], "
                 "box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, "
                 "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
+                "kernel: str = '', slope_scale: float = 0.0, border_scale: float = 0.0, "
+                "light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, "
                 "threads: int = 0) -> None"),
         described(R"(Write the picture of a scan with labels and a bound on the error of each pixel.
 
@@ -103,6 +118,12 @@ tolerance
     The error to aim at, at least 1e-13.
 rgba, bound
     float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
+kernel, slope_scale
+    "forward" or "central" where it is lit: normals are slopes of stored values as a shader takes them, times slope_scale.
+border_scale
+    What a gradient of the logarithm of the visible extinction of 1 per millimetre adds to a normal.
+light, halfway
+    As in render_refined, without shadows; without a light it comes from the viewer. The bound is then an estimate.
 )",
                   "a size does not fit, or a label has no look")
             .c_str());

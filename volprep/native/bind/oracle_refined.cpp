@@ -7,8 +7,6 @@
 namespace volprep::bind {
 namespace {
 
-using LightNumbers = nb::ndarray<const double, nb::shape<7>, nb::c_contig, nb::device::cpu>;
-
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
             const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound,
@@ -26,11 +24,7 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     require(vectors.has_value() || !light.has_value(), "a light needs normals");
     OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     if (vectors.has_value()) source.normals = &*vectors;
-    OracleLight placed{};
-    if (light.has_value()) {
-        const double* number = light->data();
-        placed = {{number[0], number[1], number[2]}, number[3], number[4], number[5], number[6], halfway, shadows};
-    }
+    const OracleLight placed = light.has_value() ? placed_light(*light, halfway, shadows) : OracleLight{};
     const std::array<double, 2> range = intensities.value_or(std::array<double, 2>{0.0, 0.0});
     require(!intensities.has_value() || range[0] < range[1], "intensities must ascend");
     OracleRefined picture{view_of(bound, box_from_clip),         tolerance,   range[0],    range[1],

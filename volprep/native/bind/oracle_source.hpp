@@ -10,6 +10,7 @@
 #include "checks.hpp"
 #include "kernels.hpp"
 #include "volprep/oracle.hpp"
+#include "volprep/oracle_refined.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
@@ -20,6 +21,7 @@ using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device:
 using Colours = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Rgba = nb::ndarray<double, nb::shape<-1, -1, 4>, nb::c_contig, nb::device::cpu>;
 using Vectors = nb::ndarray<const float, nb::shape<-1, -1, -1, 3>, nb::c_contig, nb::device::cpu>;
+using LightNumbers = nb::ndarray<const double, nb::shape<7>, nb::c_contig, nb::device::cpu>;
 using Pixels = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 inline void require_source(Shape3 shape, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz, int threads) {
@@ -58,6 +60,12 @@ inline std::optional<OracleNormals> normals_of(Shape3 shape, const std::string& 
     if (normals.has_value()) require_shape("normals", *normals, shape);
     return OracleNormals{kernel.empty() ? GradientKernel::central : kernel_of(kernel),
                          normals.has_value() ? normals->data() : nullptr, slope_scale};
+}
+
+// Place in box space, ambient, diffuse and specular part, shininess.
+inline OracleLight placed_light(const LightNumbers& light, bool halfway, bool shadows) {
+    const double* number = light.data();
+    return {{number[0], number[1], number[2]}, number[3], number[4], number[5], number[6], halfway, shadows};
 }
 
 inline OracleView view_of(const Pixels& pixels, const Matrix4& box_from_clip) {

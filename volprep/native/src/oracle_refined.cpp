@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "volprep/oracle/frame.hpp"
+#include "volprep/oracle/refine.hpp"
 #include "volprep/oracle/walk.hpp"
 #include "volprep/threads.hpp"
 
@@ -31,14 +32,16 @@ namespace volprep {
 
 namespace {
 
-constexpr double kLeastLength = 0.01;
+using oracle::dot;
+using oracle::find_changes;
+using oracle::kLeastLength;
+using oracle::Light;
+using oracle::light_at;
+using oracle::settled;
+using oracle::step;
+
 constexpr double kDeepest = 40.0;  // optical depth: exp(-40) is 4e-18
 constexpr double kDarkest = 20.0;  // the same on the way to a light, and behind it on a ray with shadows: 2e-9
-constexpr int kMostSteps = 1024;
-
-struct Light {
-    double rgba[4] = {0.0, 0.0, 0.0, 0.0};
-};
 
 // A part of a ray: value(y) + base on [-1, 1].
 struct Part {
@@ -76,41 +79,6 @@ struct Wanted {
     double width;                                          // 0 where nothing rises
     std::function<double(const double[3])> transmittance;  // between a place and the light; none without shadows
 };
-
-double dot(const double a[3], const double b[3]) noexcept { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-// Colour [3] of the medium, lit by a light at a place. `n` is of any length above 0. transmittance() is asked for what
-// faces the light.
-template <typename Transmittance>
-void light_at(const OracleLight& light, const double n[3], const double at_mm[3], const double direction[3],
-              double colour[3], Transmittance&& transmittance) noexcept {
-    const double length = std::sqrt(dot(n, n));
-    const double side = dot(n, direction) > 0.0 ? -1.0 : 1.0;
-    double normal[3];
-    double to_light[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        normal[axis] = side * n[axis] / length;
-        to_light[axis] = light.place_mm[axis] - at_mm[axis];
-    }
-    const double distance = std::sqrt(dot(to_light, to_light));
-    for (double& component : to_light) component = distance > 0.0 ? component / distance : 0.0;
-    const double facing = dot(normal, to_light);
-    double shine = 0.0;
-    double reaching = 0.0;
-    if (facing > 0.0) {
-        reaching = transmittance();
-        double middle[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            middle[axis] =
-                light.halfway ? to_light[axis] - direction[axis] : 2.0 * facing * normal[axis] - to_light[axis];
-        }
-        const double cosine =
-            light.halfway ? dot(normal, middle) / std::sqrt(dot(middle, middle)) : -dot(middle, direction);
-        shine = light.specular * std::pow(std::max(cosine, 0.0), light.shininess) * reaching;
-    }
-    const double diffuse = light.ambient + light.diffuse * std::max(facing, 0.0) * reaching;
-    for (int channel = 0; channel < 3; ++channel) colour[channel] = std::min(colour[channel] * diffuse + shine, 1.0);
-}
 
 // Matter between casts a shadow on everything, whether or not it has a normal.
 void shade_bare(const Wanted& wanted, const double at_mm[3], double colour[3]) noexcept {
@@ -154,19 +122,6 @@ void medium_at(const Part& part, const Parts& parts, const Wanted& wanted, const
              [&] { return wanted.transmittance ? wanted.transmittance(at_mm) : 1.0; });
 }
 
-// One step of optical depth `depth`, over which the greatest value rises by `rise`.
-void step(Light& light, const double colour[3], double depth, double rise) noexcept {
-    const double sum = depth + rise;
-    if (!(sum > 0.0)) return;
-    const double settled = rise / sum;
-    const double kept = std::exp(-rise);
-    const double before = (1.0 - light.rgba[3]) - settled;
-    const double gain = -std::expm1(-rise) * depth / sum - before * kept * std::expm1(-depth);
-    for (int channel = 0; channel < 3; ++channel)
-        light.rgba[channel] = light.rgba[channel] * kept + colour[channel] * gain;
-    light.rgba[3] = light.rgba[3] * kept + gain;
-}
-
 void add_part(Light& light, const Part& part, const Parts& parts, const Wanted& wanted, const oracle::Ray& ray,
               int steps) noexcept {
     const double width = 2.0 / steps;
@@ -186,36 +141,6 @@ Light sum_of(const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, i
     Light light;
     for (const Part& part : parts.list) add_part(light, part, parts, wanted, ray, steps);
     return light;
-}
-
-double difference(const Light& one, const Light& other) noexcept {
-    double largest = 0.0;
-    for (int channel = 0; channel < 4; ++channel) {
-        largest = std::max(largest, std::fabs(one.rgba[channel] - other.rgba[channel]));
-    }
-    return largest;
-}
-
-// Refines sum(steps) until it changes by at most `tolerance` twice in a row; `change` is the larger of both.
-template <typename Sum>
-Light settled(Sum&& sum_of_steps, double tolerance, double& change) noexcept {
-    Light sum = sum_of_steps(1);
-    Light result = sum;
-    change = std::numeric_limits<double>::infinity();
-    double last = change;
-    for (int steps = 2; steps <= kMostSteps && !(change <= tolerance); steps *= 2) {
-        const Light finer = sum_of_steps(steps);
-        Light better;
-        for (int channel = 0; channel < 4; ++channel) {
-            better.rgba[channel] = (4.0 * finer.rgba[channel] - sum.rgba[channel]) / 3.0;
-        }
-        const double now = difference(better, result);
-        change = std::max(now, last);
-        last = now;
-        sum = finer;
-        result = better;
-    }
-    return result;
 }
 
 // Emission and absorption with shadows, part by part; `change` is the sum of the changes.
@@ -271,29 +196,6 @@ Part part_of(const oracle::CellPath& path, const oracle::Segment* segment, doubl
             end,
             normals,
             0.0};
-}
-
-// Adds the places in (begin, end) where a function changes its sign, as far as the ends of eight intervals tell.
-template <typename Function>
-void find_changes(std::vector<double>& places, double begin, double end, Function&& function) {
-    constexpr int kIntervals = 8;
-    double before = begin;
-    bool above = function(begin) > 0.0;
-    for (int i = 1; i <= kIntervals; ++i) {
-        const double after = begin + (end - begin) * i / kIntervals;
-        const bool next = function(after) > 0.0;
-        if (next != above) {
-            double low = before;
-            double high = after;
-            for (int k = 0; k < 48; ++k) {
-                const double middle = 0.5 * (low + high);
-                ((function(middle) > 0.0) == above ? low : high) = middle;
-            }
-            places.push_back(high);
-        }
-        before = after;
-        above = next;
-    }
 }
 
 // Finds where light has a kink or a jump on a part of a cell's path, and puts its ends around these places.

@@ -57,8 +57,10 @@ def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> 
 
 
 def require_classification(scene: Scene) -> None:
-    """Raise VP3041 and VP3045 for what the classification or the compositing of the scene does not go with."""
+    """Raise VP3041, VP3045 and VP3046 for what the classification or the compositing of the scene does not go with."""
     name = scene.render.classification
+    if name == "colour":
+        _require_colour(scene)
     _require_compositing(scene)
     unwanted = {
         "several transfer functions": len(scene.transfer) == 1,
@@ -69,6 +71,26 @@ def require_classification(scene: Scene) -> None:
     for what, is_unwanted in unwanted.items():
         if name == "preclassified" and not is_unwanted:
             raise VolprepError("VP3041", what=what)
+
+
+def _require_colour(scene: Scene) -> None:
+    """Raise VP3046 for settings that a volume in colour does not support."""
+    unwanted = {
+        "sub-volumes": scene.grid is not None,
+        "bricks": scene.bricks is not None,
+        "proxy geometry": scene.proxy is not None,
+        "segments": scene.segments is not None,
+        "normals": scene.normals is not None,
+        "lighting": scene.render.lighting != "none" or scene.lighting.baked != "none",
+        f"compression {scene.textures.compression}": scene.textures.compression != "none",
+        "mipmaps": scene.textures.mipmaps,
+        "channels in textures of their own": scene.textures.channels == "apart",
+        "ranges of blocks": scene.skip.ranges,
+        "a statement of fidelity": scene.fidelity,
+    }
+    for what, is_wanted in unwanted.items():
+        if is_wanted:
+            raise VolprepError("VP3046", what=what)
 
 
 def _require_compositing(scene: Scene) -> None:
@@ -134,6 +156,8 @@ def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
         names = tuple(function.name for function in functions)
         reasons = tuple(rays.points_reason(function, values.entries) for function in functions)
         return Tables(points=names, reasons=reasons)
+    if wishes.classification == "colour":
+        return Tables()
     if wishes.classification == "preclassified":
         (function,) = functions
         reference_mm, error = rays.best_reference(function)

@@ -35,7 +35,7 @@ def lay_out(case: Case, neighbours: Sequence[Neighbour], form: CompressedFormat 
     passes = max(passes_before(scene.render.technique, scene.lighting.shadows, each) for each in rays)
     units = (1 if table_bytes else 0) + passes
     beside = Beside(units=units, bytes=table_bytes)
-    bits = CLASSIFIED_BITS if scene.render.classification == "preclassified" else values.quantize.bits
+    bits = CLASSIFIED_BITS if scene.render.classification in {"preclassified", "colour"} else values.quantize.bits
     rooms = [_beside(case, neighbours, layouts, level, beside) for level in candidates]
     fits = [
         room

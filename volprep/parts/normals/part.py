@@ -42,7 +42,8 @@ def _has(manifest: Manifest, _transfer: str) -> bool:
 
 
 def _is_lit(scene: Scene) -> bool:
-    return scene.render.lighting != "none"
+    """Return whether light can read normals: shaders find those of segments, which change with what is shown."""
+    return scene.render.lighting != "none" and scene.segments is None
 
 
 def _gain(scene: Scene) -> Gain:

@@ -31,6 +31,10 @@ LONGEST_AT_BORDERS: dict[Border, float] = {"mixed": 1.0, "crisp": 0.5}
 """Longest step in voxels where segments meet: the rays that measure steps have no labels. A crisp border is drawn
 within half a step of its place."""
 
+_LONGEST_IN_COLOUR = 0.5
+"""Longest step in voxels of a volume in colour. Its rays are those of one channel: a stack of 20 × 36 × 32 voxels with
+an opaque border was 0.0058 off with the step of 1 voxel that they chose, and 0.0018 with half of it."""
+
 
 def choose_steps(
     scene: Scene,
@@ -82,6 +86,9 @@ def choose_steps(
             if scene.segments is not None and voxels > LONGEST_AT_BORDERS[scene.segments.border]:
                 voxels = LONGEST_AT_BORDERS[scene.segments.border]
                 reason = f"borders of segments, {scene.segments.border}, need samples as close as that"
+            if scene.colour is not None and voxels > _LONGEST_IN_COLOUR:
+                voxels = _LONGEST_IN_COLOUR
+                reason = "light and extinction were measured one by one, and the picture needs both"
         chosen.append(
             StepChoice(level.index, voxels * voxel_mm, f"{in_voxels(voxels)}: {reason}", in_pieces=level in in_pieces)
         )
@@ -97,7 +104,7 @@ def measures_steps(scene: Scene) -> bool:
         and TECHNIQUES[scene.render.technique].step_voxels is None
         and not COMPOSITINGS[scene.render.compositing].cell_by_cell
         and not COMPOSITINGS[scene.render.compositing].isovalue
-        and scene.render.classification != "preclassified"
+        and scene.render.classification not in {"preclassified", "colour"}
     )
 
 

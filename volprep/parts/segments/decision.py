@@ -39,7 +39,9 @@ _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 
 
 def with_segments(scene: Scene, channels: int) -> Scene:
-    """Return the scene as segments need it: coarser levels are means.
+    """Return the scene as segments need it: coarser levels are means, and shaders find the normals.
+
+    Normals of borders change with what an app shows.
 
     Raises VP3220 for a scan of several channels.
     """
@@ -47,9 +49,12 @@ def with_segments(scene: Scene, channels: int) -> Scene:
         return scene
     if channels > 1:
         raise VolprepError("VP3220", path=scene.name, what="several channels")
-    if scene.pyramid.filter != "auto":
-        return scene
-    return scene.model_copy(update={"pyramid": scene.pyramid.model_copy(update={"filter": "box"})})
+    update: dict[str, object] = {}
+    if scene.pyramid.filter == "auto":
+        update["pyramid"] = scene.pyramid.model_copy(update={"filter": "box"})
+    if scene.lighting.normals == "volume":
+        update["lighting"] = scene.lighting.model_copy(update={"normals": "central"})
+    return scene.model_copy(update=update)
 
 
 def require_possible(scene: Scene, profile: DeviceProfile) -> None:
@@ -70,7 +75,8 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None
     yield f"compositing {render.compositing}", render.compositing not in COMPOSITED
     yield f"classification {render.classification}", render.classification not in _CLASSIFICATIONS
-    yield f"lighting {render.lighting}", render.lighting != "none"
+    shadows = scene.lighting.shadows
+    yield f"lighting.shadows {shadows}", render.lighting != "none" and shadows != "none"
     yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none"
     yield f"textures.compression {scene.textures.compression}", scene.textures.compression != "none"
     yield "textures.mipmaps", scene.textures.mipmaps

@@ -59,7 +59,7 @@ def choose_together(plans: Sequence[ChannelPlan], measured: Sequence[Measured], 
             _refuse(scene, f"{seen[plan.channel]} and {name} both draw channel {plan.channel}")
         function = _function(plan, name)
         low, high = found.statistics.minimum, found.statistics.maximum
-        if Table.exact(function).largest_extinction(low, high) > 0:
+        if scene.colour is not None or Table.exact(function).largest_extinction(low, high) > 0:
             seen[plan.channel] = name
             continue
         reason = f"{name} shows none of its values, {low:g} to {high:g}"
@@ -88,6 +88,8 @@ def plan_together(
     name = scene.together.name
     group = [plan for plan in plans if plan.channel in drawn.transfers]
     shares = bool(packed.volumes)
+    if not shares and scene.colour is not None:
+        _refuse(scene, f"light and extinction of a colour must share texels, but {packed.reason}")
     if not shares and group[0].volumes[0].mosaic is not None:
         _refuse(scene, f"mosaics are fetched once for all channels, which must share texels, but {packed.reason}")
     common = set.intersection(*({volume.level for volume in plan.volumes} for plan in group))
@@ -97,14 +99,18 @@ def plan_together(
         limit = f"{profile.texture_units} textures and {profile.max_texture_bytes} bytes"
         _refuse(scene, f"no level leaves enough {limit} of profile {profile.name} for all channels")
     programs = tuple(ray_casters(name, levels, scene))
+    # Shaders that channels share with the picture are items of the channels.
+    named = {path for plan in group for program in plan.programs for path in shader_files(program)}
+    fetches = f"{'one fetch' if shares else f'{len(group)} fetches'} of values, and {len(group)} of colours"
+    if scene.colour is not None:
+        fetches = "one fetch, of light and extinction"
     item = PlanItem(
         name=name,
         kind=KIND,
         transfer=name,
         kept=True,
-        reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes "
-        f"{'one fetch' if shares else f'{len(group)} fetches'} of values, and {len(group)} of colours",
-        files=tuple(path for program in programs for path in shader_files(program) if path != program.vertex),
+        reason=f"the scene wants {', '.join(drawn.transfers.values())} in one picture; a sample takes {fetches}",
+        files=tuple(dict.fromkeys(path for program in programs for path in shader_files(program) if path not in named)),
     )
     drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
     founds = {plan.channel: _found(plan, each, scene) for plan, each in zip(plans, measured, strict=True)}
@@ -162,7 +168,7 @@ def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> Found:
 def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
     if scene.render.lighting != "none":
         yield "each channel is lit by its own normals, and where channels overlap there is no common normal"
-    if scene.render.classification not in {"lookup", "palette", "control-points"}:
+    if scene.render.classification not in {"lookup", "palette", "control-points", "colour"}:
         yield f"segments of several channels have no common table, but classification is {scene.render.classification}"
     labels = [plan.channel for plan in group if plan.quantize.labels]
     if labels:

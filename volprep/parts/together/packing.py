@@ -22,7 +22,7 @@ from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
 from volprep.scene.scene import Compression, Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import TextureFormat
-from volprep_formats.textures.gl_formats import size_bytes
+from volprep_formats.textures.gl_formats import SRGB, size_bytes
 
 _FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 3: ("RGB8",), 4: ("RGBA8",)}
 _MOST = 4
@@ -96,7 +96,7 @@ def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
     if any(volume.bricks is not None for plan in group for volume in plan.volumes):
         yield "bricks hold one channel"
     bits, profile = group[0].quantize.bits, group[0].profile
-    if bits > 8:
+    if bits > 8 and scene.colour is None:
         yield f"no profile has texels of {len(group)} components of {bits} bits"
     if any(plan.quantize.labels for plan in group):
         yield "labels are not filtered as values are"
@@ -107,7 +107,8 @@ def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
 def _packed(group: Sequence[ChannelPlan], level: LevelPlan, names: tuple[str, ...], gutter: int) -> VolumePlan | Misfit:
     """Lay out a level of several channels, or say why it does not fit."""
     profile, name = group[0].profile, f"packed-{level.index}"
-    texel = first_of(_FORMATS[len(names)], profile)
+    wide = group[0].quantize.bits > 8
+    texel: TextureFormat | None = SRGB if wide else first_of(_FORMATS[len(names)], profile)
     assert texel is not None  # noqa: S101 - that is no obstacle
     beside = _beside(group, level.index)
     layout = None

@@ -22,6 +22,7 @@ from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import SampleFilter
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
+from volprep_formats.textures.gl_formats import SRGB
 
 SHARE = 0.5
 """Part of the scene's tolerance that the codes may use; the rest is for the level, the step and the arithmetic."""
@@ -95,7 +96,12 @@ def choose_values(
     asks for bits that the profile does not have, VP3021 for a window without width, VP3025 and VP3026 for labels that
     have no code.
     """
-    settings = _label_settings(scene.quantize, measured, profile) if scene.source.labels else scene.quantize
+    settings = scene.quantize
+    if scene.source.labels:
+        settings = _label_settings(scene.quantize, measured, profile)
+    elif scene.colour is not None:
+        # sRGB texels of light come from codes of 16 bits; without them light is linear and has 8.
+        settings = QuantizeSettings(bits=16 if SRGB in profile.texture_formats else 8, window=(0.0, 1.0))
     between: SampleFilter = "nearest" if scene.source.labels else "linear"
     compositing = COMPOSITINGS[scene.render.compositing]
     bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between, compositing)

@@ -40,12 +40,14 @@ def measure_ablation(
 ) -> Ablation:
     """Measure every item of the package that has `manifest`, with the scene of `judge`; `folder` is for files.
 
-    Only the first channel is measured. Raises VP6080 for devices without shaders, and the errors of building the scene
-    itself; a variant that cannot be built is reported.
+    Only the first channel is measured. Raises VP6080 for devices without shaders, VP3046 for one in colour, and the
+    errors of building the scene itself; a variant that cannot be built is reported.
     """
     began = time.perf_counter()
     if not manifest.profile.has_shaders:
         raise VolprepError("VP6080", profile=manifest.profile.name)
+    if judge.scene.colour is not None:
+        raise VolprepError("VP3046", what="an ablation")
     first, *others = drawn_channels(judge.scene)
     scene = judge.scene.with_source(first.spec).with_transfer(first.transfer)
     spec, reduced_by = write_scan(first.spec, folder / "scan.nrrd", progress, MOST_VOXELS)

@@ -42,12 +42,14 @@ def measure_curves(
 ) -> CurvesReport:
     """Measure the choices of the package that has `manifest`, with the scene of `judge`; `folder` is for files.
 
-    Only the first channel is measured. Raises VP6050 for devices without shaders, and the errors of building the scene
-    itself; a variant that cannot be built is reported.
+    Only the first channel is measured. Raises VP6050 for devices without shaders, VP3046 for one in colour, and the
+    errors of building the scene itself; a variant that cannot be built is reported.
     """
     began = time.perf_counter()
     if not manifest.profile.has_shaders:
         raise VolprepError("VP6050", profile=manifest.profile.name)
+    if judge.scene.colour is not None:
+        raise VolprepError("VP3046", what="curves")
     channel = drawn_channels(judge.scene)[0]
     scene = judge.scene.with_source(channel.spec).with_transfer(channel.transfer)
     spec, reduced_by = write_scan(channel.spec, folder / "scan.nrrd", progress)

@@ -6,7 +6,7 @@
  * filtered, as fixed functions do it.
  */
 import { invert, moved } from "../runtime/camera.js";
-import { checkEdit, lookup } from "../runtime/edit.js";
+import { checkEdit, round, sampled } from "../runtime/edit.js";
 import { WHOLE, linkNow } from "../runtime/program.js";
 
 /** @typedef {import("../runtime/volpkg.js").Package} Package */
@@ -17,6 +17,8 @@ const AXES = /** @type {const} */ (["x", "y", "z"]);
 /** Axes (0 to 2 for x to z) of the columns and the rows of a slice. */
 const ACROSS = /** @type {const} */ ({ x: [1, 2], y: [0, 2], z: [0, 1] });
 const MOST_BRIGHTNESS = 2;
+/** Stacks whose cosines differ by less face the viewer alike: of these the first of x, y, z is drawn. */
+const TIE = 1e-9;
 
 const VERTEX = `attribute vec3 a_position;
 attribute vec2 a_texel;
@@ -239,7 +241,7 @@ export class SliceRenderer {
     this.edited = 0;
     if (!this.#pack.manifest.editing || !own) return;
     for (const part of this.#parts) {
-      const colours = paletteOf(lookup(edit ?? own, channel.quantization.window, 256), part.distance);
+      const colours = paletteOf(edit ?? own, channel.quantization.window, part.distance);
       bind(gl, 1, part.palette);
       gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 256, 1, gl.RGBA, gl.UNSIGNED_BYTE, colours);
       part.largest = colours.reduce((most, each, at) => (at % 4 === 3 ? Math.max(most, each) : most), 0) / 255 || 1;
@@ -272,7 +274,8 @@ export class SliceRenderer {
     const length = Math.hypot(...far.map((each, at) => each - near[at]));
     const along = AXES.map((axis, at) => ({ axis, cosine: Math.abs(far[at] - near[at]) / length }));
     const held = along.filter(({ axis }) => this.#parts.some((each) => each.layout.axis === axis));
-    return held.reduce((best, each) => (each.cosine > best.cosine ? each : best));
+    const most = Math.max(...held.map(({ cosine }) => cosine));
+    return held.filter(({ cosine }) => cosine >= most - TIE)[0];
   }
 
   /** @param {Axis} axis @param {any} grid @param {Polygon} polygon */
@@ -294,10 +297,14 @@ export class SliceRenderer {
   }
 }
 
-/** Bytes of a palette: premultiplied colours with the opacity of a path. @param {Float64Array} table @param {number} distance */
-export function paletteOf(table, distance) {
+/**
+ * Bytes of a palette: premultiplied colours with the opacity of a path.
+ * @param {{points: any[]}} edit @param {readonly number[]} window @param {number} distance
+ */
+export function paletteOf(edit, window, distance) {
+  const table = sampled(edit, window, 256);
   const opacity = (/** @type {number} */ entry) => -Math.expm1(-table[4 * entry + 3] * distance);
-  return Uint8Array.from(table, (each, at) => Math.round(255 * opacity(at >> 2) * (at % 4 === 3 ? 1 : each)));
+  return Uint8Array.from(table, (each, at) => round(255 * (opacity(at >> 2) * (at % 4 === 3 ? 1 : each))));
 }
 
 /** Corners of a slice at a place along its axis: box millimetres, and texels of the slice. @param {Axis} axis @param {any} grid @param {number} place */

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import WorkerRequest
+from volprep_formats.readers.colour import COLOUR_TYPE, channel_of_colours
 from volprep_formats.readers.ome.tiff_chain import count_pages, description_of
 from volprep_formats.readers.pictures.file import (
     MAX_PAGES,
@@ -26,6 +27,7 @@ from volprep_formats.readers.pictures.file import (
     opened,
     unsound,
 )
+from volprep_formats.source import ColourChannel
 
 _MOST_TEXT_BYTES = 2**26
 _TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
@@ -64,6 +66,13 @@ class Pages:
     sample: int
     page: TiffPage
     """Properties of all the pages."""
+    colour: ColourChannel | None = None
+    """The channel that the samples make together; None keeps `sample`."""
+
+    @property
+    def dtype(self) -> str:
+        """Type of the values."""
+        return self.page.dtype if self.colour is None else COLOUR_TYPE
 
 
 def description_in(path: Path) -> bytes:
@@ -92,7 +101,7 @@ def decode_request(pages: Pages) -> WorkerRequest:
         _decode,
         pages,
         pages.path,
-        len(pages.indices) * pixels * np.dtype(page.dtype).itemsize,
+        len(pages.indices) * pixels * np.dtype(pages.dtype).itemsize,
         MEMORY_BYTES + 2 * MEMORY_BYTES_PER_PIXEL * pixels * page.samples,
         SECONDS + SECONDS_PER_PIXEL * pixels * page.samples * len(pages.indices),
     )
@@ -137,15 +146,23 @@ def _page(path: Path, spec: Any) -> TiffPage:
 def _decode(pages: Pages) -> NDArray[np.generic]:
     page, path = pages.page, pages.path
     with coded_errors(path):
-        result = np.empty((len(pages.indices), page.rows, page.columns), page.dtype)
+        result = np.empty((len(pages.indices), page.rows, page.columns), pages.dtype)
         picture = opened(path)
         for index, target in zip(pages.indices, result, strict=True):
             if not picture.seek_subimage(index, 0) or _page(path, picture.spec()) != page:
                 raise unsound(path, f"page {index} has changed")
             kind = _FORMAT_OF_TYPE.get(page.dtype, page.dtype)
-            values = picture.read_image(index, 0, pages.sample, pages.sample + 1, kind)
-            if values is None or values.size != target.size:
+            first, last = (pages.sample, pages.sample + 1) if pages.colour is None else (0, page.samples)
+            values = picture.read_image(index, 0, first, last, kind)
+            if values is None or values.size != target.size * (last - first):
                 raise unsound(path, picture.geterror())
-            target[...] = values.reshape(target.shape)
+            values = values.reshape(*target.shape, last - first)
+            target[...] = values[..., 0] if pages.colour is None else _coloured(path, pages.colour, values)
         picture.close()
         return result
+
+
+def _coloured(path: Path, wanted: ColourChannel, values: NDArray[np.generic]) -> NDArray[np.uint16]:
+    """Return a channel of a volume in colour; a fourth sample is alpha, which colours are not multiplied by."""
+    alpha = values[..., 3] if values.shape[-1] == 4 else None
+    return channel_of_colours(path, wanted, values if alpha is None else values[..., :3], alpha)

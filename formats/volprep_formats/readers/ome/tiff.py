@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
+from volprep_formats.readers.colour import COLOUR_TYPE, colour_remarks, of_colour
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of, mm_per_unit
 from volprep_formats.readers.ome.metadata import (
@@ -34,7 +35,7 @@ from volprep_formats.readers.ome.pages import (
 )
 from volprep_formats.readers.pictures.file import pages_at_once
 from volprep_formats.readers.voxel_source import stored_type_of
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.source import ColourChannel, SourceInfo, SourceSpec
 
 _DTYPES = {"float": "float32", "double": "float64"}
 _READ = frozenset(("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"))
@@ -84,18 +85,22 @@ class _Slices:
     sample: int
     page: TiffPage
     """Properties of all pages."""
+    colour: ColourChannel | None = None
+    """Channel of a volume in colour; None keeps `sample`."""
 
     def read(self, pool: Workers, z0: int, z1: int) -> NDArray[np.generic]:
-        """Slices in the type of the file."""
+        """Slices in the type of the file, or of a channel of a volume in colour."""
         page = self.page
-        slab = np.empty((z1 - z0, page.rows, page.columns), page.dtype)
+        slab = np.empty((z1 - z0, page.rows, page.columns), page.dtype if self.colour is None else COLOUR_TYPE)
         parts = list(self.places.parts(z0, z1, pages_at_once(page.rows, page.columns)))
 
         def place(index: int, values: NDArray[np.generic]) -> None:
             start = parts[index][0] - z0
             slab[start : start + len(values)] = values
 
-        pool.run([decode_request(Pages(file, pages, self.sample, page)) for _, file, pages in parts], place)
+        pool.run(
+            [decode_request(Pages(file, pages, self.sample, page, self.colour)) for _, file, pages in parts], place
+        )
         return slab
 
 
@@ -113,7 +118,11 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSour
     """
     description, image = _chosen_image(spec, path)
     sizes = sizes_of(path, image)
-    channel = chosen(path, "channel", "channel", _channel_names(image, sizes), spec.channel)
+    channel = 0
+    if spec.colour is None:
+        channel = chosen(path, "channel", "channel", _channel_names(image, sizes), spec.channel)
+    elif sizes.channels != 1:
+        raise VolprepError("VP1290", path=path, problem=f"it has {sizes.channels} pictures for each slice")
     time = chosen(path, "volume", "time point", [""] * sizes.t, spec.volume)
     planes, names = planes_of(path, description, image, sizes)
     places = _Places([path.parent / name for name in names], planes[time, channel // sizes.samples])
@@ -122,7 +131,12 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSour
     grid, remarks = grid_of(path, (sizes.z, sizes.y, sizes.x), _spacing_mm_zyx(path, image))
     with workers() as pool:
         page = _common_page(path, places, _expected(path, image, sizes), pool, progress)
-        slices = _Slices(places, channel % sizes.samples, page)
+        slices = _Slices(places, channel % sizes.samples, page, spec.colour)
+        if spec.colour is not None:
+            slices.read(pool, 0, 1)
+            more = colour_remarks(spec.colour, has_alpha=page.samples == 4, is_linear=page.dtype.startswith("f"))
+            info = SourceInfo(format="ome-tiff", grid=grid, stored_type="uint8", remarks=(*remarks, *more))
+            return OmeTiffSource(of_colour(info), slices)
         stored_type, lost = stored_type_of(page.dtype, sizes.z, lambda z: slices.read(pool, z, z + 1), progress)
         info = SourceInfo(format="ome-tiff", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))
         return OmeTiffSource(info, slices)

@@ -9,7 +9,7 @@ the whole range of 8, or 16, as OpenImageIO does.
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +20,12 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import WorkerRequest, Workers
 from volprep_formats.path_text import unicode_path
 from volprep_formats.progress import Progress
+from volprep_formats.readers.colour import COLOUR_TYPE, channel_of_colours, colour_remarks
 from volprep_formats.readers.grey import grey_of, grey_remark
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of
 from volprep_formats.regular_files import open_regular
-from volprep_formats.source import GreyOf, StoredType
+from volprep_formats.source import ColourChannel, GreyOf, StoredType
 
 MAX_PIXELS = 2**28
 """Most pixels that one page may have."""
@@ -67,6 +68,8 @@ class Page:
     """1 if the file has a physical resolution."""
     orientation: int
     """Orientation of TIFF and Exif; 1 is upright."""
+    is_premultiplied: int
+    """1 if colours are multiplied by the alpha channel."""
 
     @property
     def stored_type(self) -> StoredType:
@@ -76,7 +79,16 @@ class Page:
     @property
     def kind(self) -> tuple[int, ...]:
         """The properties that all pages of one volume share."""
-        return self.columns, self.rows, self.channels, self.type_index, self.bits, self.alpha, self.orientation
+        return (
+            self.columns,
+            self.rows,
+            self.channels,
+            self.type_index,
+            self.bits,
+            self.alpha,
+            self.orientation,
+            self.is_premultiplied,
+        )
 
     @property
     def spread(self) -> bool:
@@ -99,8 +111,13 @@ class DecodeRequest:
     columns: int
     page: Page
     """Properties of all the pages."""
-    grey: GreyOf | None = None
-    """How colours are converted to grey; None refuses colour pictures."""
+    grey: GreyOf | ColourChannel | None = None
+    """How colours become one value; None refuses colour pictures."""
+
+    @property
+    def stored_type(self) -> StoredType:
+        """Type of the values."""
+        return COLOUR_TYPE if isinstance(self.grey, ColourChannel) else self.page.stored_type
 
 
 def read_headers(pool: Workers, files: Sequence[Path], progress: Progress) -> list[tuple[Page, ...]]:
@@ -111,7 +128,13 @@ def read_headers(pool: Workers, files: Sequence[Path], progress: Progress) -> li
         pages[index] = tuple(Page(*row) for row in answer.tolist())
         progress.advance()
 
-    pool.run([WorkerRequest(_headers, file, file, MAX_PAGES * 8 * 8, MEMORY_BYTES, SECONDS) for file in files], take)
+    pool.run(
+        [
+            WorkerRequest(_headers, file, file, MAX_PAGES * 8 * len(fields(Page)), MEMORY_BYTES, SECONDS)
+            for file in files
+        ],
+        take,
+    )
     return pages
 
 
@@ -120,10 +143,12 @@ def pages_at_once(rows: int, columns: int) -> int:
     return max(1, min(_PAGES_AT_ONCE, _PIXELS_AT_ONCE // (rows * columns)))
 
 
-def page_remarks(page: Page, name: str, *, grey: GreyOf | None) -> list[str]:
+def page_remarks(page: Page, name: str, *, grey: GreyOf | ColourChannel | None) -> list[str]:
     """Remarks for the user about pictures like `page`, the first page of file `name`."""
     remarks = []
-    if grey is not None and page.channels - (page.alpha >= 0) == 3:
+    if isinstance(grey, ColourChannel):
+        remarks += colour_remarks(grey, has_alpha=page.alpha >= 0, is_linear=page.stored_type == "float32")
+    elif grey is not None and page.channels - (page.alpha >= 0) == 3:
         remarks.append(grey_remark(grey))
     if page.has_resolution:
         remarks.append("the resolution in the pictures is meant for paper and not used")
@@ -147,7 +172,7 @@ def decode_request(part: DecodeRequest) -> WorkerRequest:
         _decode,
         part,
         part.path,
-        values * _BITS[page.stored_type] // 8,
+        values * _BITS[part.stored_type] // 8,
         MEMORY_BYTES + MEMORY_BYTES_PER_PIXEL * decoded,
         SECONDS + SECONDS_PER_PIXEL * decoded * (part.last - part.first),
     )
@@ -256,6 +281,7 @@ def _page(path: Path, spec: Any) -> Page:
         spec.alpha_channel,
         int(spec.getattribute("XResolution") is not None),
         spec.get_int_attribute("Orientation", 1),
+        int(spec.alpha_channel >= 0 and not spec.get_int_attribute("oiio:UnassociatedAlpha", 0)),
     )
 
 
@@ -285,7 +311,7 @@ def _decode_pages(part: DecodeRequest) -> NDArray[np.generic]:
     picture = opened(part.path)
     page = part.page
     height = part.row1 - part.row0
-    result = np.empty((part.last - part.first, height, part.columns), page.stored_type)
+    result = np.empty((part.last - part.first, height, part.columns), part.stored_type)
     for index in range(part.first, part.last):
         if not picture.seek_subimage(index, 0) or _page(part.path, picture.spec()).kind != page.kind:
             raise unsound(part.path, f"page {index} has changed")
@@ -313,6 +339,10 @@ def _grey(part: DecodeRequest, values: NDArray[np.generic]) -> NDArray[np.generi
     """Return the value that all colour channels share, or the requested conversion."""
     path, page = part.path, part.page
     colours = [channel for channel in range(page.channels) if channel != page.alpha]
+    if isinstance(part.grey, ColourChannel):
+        alpha = values[..., page.alpha] if page.alpha >= 0 else None
+        straight = None if not page.is_premultiplied else alpha
+        return channel_of_colours(path, part.grey, values[..., colours], alpha, multiplied_by=straight)
     first: NDArray[np.generic] = values[..., colours[0] if colours else 0]
     if part.grey is not None and len(colours) == 3:
         first = grey_of(values[..., colours], part.grey)

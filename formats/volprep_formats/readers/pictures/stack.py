@@ -16,6 +16,7 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.isolation import workers
 from volprep_formats.progress import Progress
+from volprep_formats.readers.colour import of_colour
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.pictures.file import (
     DecodeRequest,
@@ -27,13 +28,15 @@ from volprep_formats.readers.pictures.file import (
 )
 from volprep_formats.readers.pictures.kinds import SUFFIXES, pictures_in
 from volprep_formats.readers.pictures.names import in_order
-from volprep_formats.source import GreyOf, SourceInfo, SourceSpec, StackLayout
+from volprep_formats.source import ColourChannel, GreyOf, SourceInfo, SourceSpec, StackLayout
 
 
 class StackSource(DecodedSource):
     """Pictures of one size and type, decoded slab by slab in worker processes."""
 
-    def __init__(self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], *, grey: GreyOf | None) -> None:
+    def __init__(
+        self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], *, grey: GreyOf | ColourChannel | None
+    ) -> None:
         """Take `files` in their order, each with the number of its pages; all pages are like `page`.
 
         `grey` selects the conversion of colours; None refuses them.
@@ -77,7 +80,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
     Raises VolprepError VP1003, VP1160 (no pictures), VP1161 (order not known), VP1162 (numbers missing), VP1163 (they
     differ), VP1164 (colour), VP1165 (damaged), VP1166 to VP1168 (cannot be read) or VP1270 to VP1273.
     """
-    layout = spec.stack or StackLayout()
+    layout, wanted = spec.stack or StackLayout(), spec.colour or spec.rgb
     remarks: list[str] = []
     if spec.stack is None:
         remarks.append(
@@ -102,11 +105,13 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
             format="stack",
             grid=Grid.of((sum(map(len, pages)), first.rows, first.columns), layout.spacing_mm_zyx),
             stored_type=first.stored_type,
-            remarks=(*remarks, *page_remarks(first, names[0], grey=spec.rgb)),
+            remarks=(*remarks, *page_remarks(first, names[0], grey=wanted)),
         )
+        if spec.colour is not None:
+            info = of_colour(info)
         each = [(file, len(of_file)) for file, of_file in zip(files, pages, strict=True)]
-        source = StackSource(info, first, each, grey=spec.rgb)
-    if first.channels > 1:  # colour shows in the first picture, not after an hour
+        source = StackSource(info, first, each, grey=wanted)
+    if first.channels > 1 or spec.colour is not None:  # colour shows in the first picture, not after an hour
         try:
             source.read_slab(0, 1)
         except VolprepError:

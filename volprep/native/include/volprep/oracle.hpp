@@ -30,7 +30,7 @@ struct OracleTransfer {
     const double* extinctions_per_mm;  // [count], not negative; above 1e9 (and infinite) counts as 1e9
 };
 
-// Normals of lit voxels: `vectors`, or directions of gradients if it is null; or, if `slope_scale` is above 0, slopes
+// Normals of lit voxels: `vectors`, or directions of gradients if it is null; or, if `slope_scale` is not 0, slopes
 // as a shader takes them by forward or central differences of stored values, times `slope_scale`.
 struct OracleNormals {
     GradientKernel kernel;

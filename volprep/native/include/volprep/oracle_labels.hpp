@@ -11,6 +11,7 @@
 #pragma once
 
 #include "volprep/oracle.hpp"
+#include "volprep/oracle_refined.hpp"
 
 namespace volprep {
 
@@ -31,5 +32,19 @@ struct OracleLabels {
 template <typename Voxel>
 void render_oracle_labels(const Voxel* voxels, const OracleVolume& volume, const OracleLabels& labels, double tolerance,
                           const OraclePicture& picture, int threads) noexcept;
+
+// Light of a scan with labels. Normals are those of the values (OracleVolume.normals, slopes as a shader takes them),
+// and in cells whose voxels differ in visible extinction, at the value of the place, also the gradient of its
+// logarithm: of the field in which voxels have the weights of quadratic B-splines, with the value held.
+struct OracleLabelsLight {
+    double border_scale;        // slope of normals for a gradient of 1 per millimetre
+    const OracleLight* placed;  // none: from where the viewer is; shadows are left out
+};
+
+// As render_oracle_labels, lit. Where several looks meet, or with a light at a place, the bound is an estimate.
+template <typename Voxel>
+void render_oracle_labels_lit(const Voxel* voxels, const OracleVolume& volume, const OracleLabels& labels,
+                              const OracleLabelsLight& light, double tolerance, const OraclePicture& picture,
+                              int threads) noexcept;
 
 }  // namespace volprep

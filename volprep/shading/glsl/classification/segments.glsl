@@ -3,6 +3,7 @@
 //: a texel for each label: rgb the square root of the tint, linear, a the opacity factor, 0 if hidden. Slots: channels
 //: gives classify_0, classify_1, ..., one for each style; texels declares u_labels; media classifies a value in every
 //: style, shown is the largest extinction of them; chosen is the style of a label; borders is section mixed or crisp.
+//: Where it is lit, border_slope gives the normal of borders; VOXEL and POSITION_PER_MM are those of the sampling.
 //: Words: CODE, the texel at `at` as a number; FLAG; PLACE, the position `at` in voxels; OF_VOXELS, how `at` is made
 //: from a position in voxels; ENTRY, the place of a label in u_segments.
 //#part channels
@@ -25,8 +26,10 @@ vec4 look_of(float label) {
   return vec4(look.rgb * look.rgb, look.a);
 }
 
+//#part lit_segments
 // Colour and extinction at a place of the volume.
 vec4 classify_segments(vec3 at) {
+  //#part no_border
   float stored = stored_value(at);
   //#part media
   if (shown == 0.0) {
@@ -54,8 +57,11 @@ vec4 classify_segments(vec3 at) {
   vec4 across = vec4(along_x * (1.0 - share.y), along_x * share.y);
   vec4 weights_near = across * (1.0 - share.z);
   vec4 weights_far = across * share.z;
+  //#part border
   //#part borders
 }
+
+//#part border_slope
 //#section texture3d
 // The labels as a 3D texture.
 uniform highp sampler3D u_labels;
@@ -74,6 +80,59 @@ for (int corner = 0; corner < 4; corner++) {
 vec4 medium = vec4(0.0);
 //#part added
 return vec4(medium.rgb / max(medium.a, 1e-9), medium.a);
+//#section lit_segments
+// Of the place that was classified last: where labels of different extinctions meet 27, the number of voxels that
+// border_slope reads, else 0; the place in voxels; the extinctions of all styles there.
+float border_taps;
+vec3 border_place;
+float $KEPT;
+// The visible extinction of a label, at the value of that place.
+float seen_extinction(float label) {
+  float extinction = kept_0;
+  //#part seen_chosen
+  return extinction * look_of(label).a;
+}
+
+//#section no_border
+border_taps = 0.0;
+//#section border
+border_place = place;
+//#part keep
+float lowest = 1e30;
+float highest = 0.0;
+for (int corner = 0; corner < 4; corner++) {
+  float seen_near = seen_extinction(labels_near[corner]);
+  float seen_far = seen_extinction(labels_far[corner]);
+  lowest = min(lowest, min(seen_near, seen_far));
+  highest = max(highest, max(seen_near, seen_far));
+}
+border_taps = highest > lowest ? 27.0 : 0.0;
+//#section keep
+kept$OF = medium$OF.a;
+//#section slope
+// Where labels meet, the slope per millimetre of the logarithm of the visible extinction, with the value held. The voxels around have the weights of quadratic B-splines, so that borders of voxels
+// look smooth. A separate function: drivers that take both branches then leave out the loop where no ray needs it.
+vec3 border_slope() {
+  vec3 middle = floor(border_place + 0.5);
+  vec3 share = border_place - middle;
+  vec4 seen = vec4(0.0);
+  for (float k = 0.0; k < 27.0; k++) {
+    if (k >= border_taps) {
+      break;
+    }
+    vec3 offset = vec3(mod(k, 3.0), mod(floor(k / 3.0), 3.0), floor(k / 9.0)) - 1.0;
+    float extinction = seen_extinction(label_of((middle + offset + 0.5)$OF_VOXELS));
+    vec3 reach = 0.5 + offset * share;
+    vec3 is_middle = 1.0 - abs(offset);
+    vec3 weight = mix(0.5 * reach * reach, 0.75 - share * share, is_middle);
+    vec3 slope = mix(offset * reach, -2.0 * share, is_middle);
+    seen += extinction * vec4(slope, weight.x) * vec4(weight.yxx, weight.y) * vec4(weight.zzy, weight.z);
+  }
+  return seen.xyz * $POSITION_PER_MM / ($VOXEL * max(seen.w, 1e-9));
+}
+
+//#section seen_chosen
+extinction = label < $FIRST ? extinction : kept$OF;
 //#section sum
 vec4 sum$OF = vec4(0.0);
 //#section corner

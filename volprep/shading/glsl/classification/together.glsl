@@ -17,3 +17,10 @@ vec4 voxel = voxel_texel(at);
 //#section channel
 vec4 part$OF = classify$OF($VALUE);
 medium += vec4(part$OF.rgb * part$OF.a, part$OF.a);
+//#section colour
+// Light and extinction are in proportion to the texel, so that the texture filter mixes both.
+const float LARGEST_PER_MM = $LARGEST_PER_MM;
+vec4 classify(vec4 texel) {
+  // Colour is light per extinction; where there is next to none of both there is nothing to see.
+  return vec4(texel.rgb / max(texel.a, 1e-6), texel.a * LARGEST_PER_MM);
+}

@@ -78,8 +78,10 @@ def _has_shape(texture: Texture, shape_zyx: tuple[int, int, int]) -> bool:
 
 
 def _program(manifest: Manifest, segments: Segments, program: Program) -> Iterator[str]:
-    if program.sampling not in SAMPLED or program.lighting != "none" or program.compositing not in COMPOSITED:
-        yield f"draws segments from {program.sampling}, lit by {program.lighting}, with {program.compositing}"
+    if program.sampling not in SAMPLED or program.compositing not in COMPOSITED:
+        yield f"draws segments from {program.sampling} with {program.compositing}"
+    if program.lighting != "none" and program.normals_from == "volume":
+        yield "lights segments with the normals of values, which know no labels"
     if not program.levels:
         yield "draws no level"
         return

@@ -18,7 +18,7 @@ struct Normals {
     double centre;
     double edge;
     double corner;
-    double slope_scale = 0.0;  // above 0: vectors are slopes as a shader takes them, times this, as long as they are
+    double slope_scale = 0.0;  // not 0: vectors are slopes as a shader takes them, times this, as long as they are
 };
 
 // The 3×3×3 voxels around one, edges repeated: value(x, y, z) with offsets 0, 1, 2.
@@ -89,7 +89,7 @@ void voxel_normal(const Voxel* voxels, Shape3 shape, const double spacing_mm[3],
         return;
     }
     const Neighbours around(voxels, shape, index_xyz);
-    if (normals.slope_scale > 0.0) {
+    if (normals.slope_scale != 0.0) {
         for (int axis = 0; axis < 3; ++axis) out[axis] = shader_slope(around, normals, axis, spacing_mm[axis]);
         return;
     }

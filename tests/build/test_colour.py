@@ -1,0 +1,315 @@
+"""Volumes in colour: what channels and texels hold, what is drawn, and what is refused."""
+
+from pathlib import Path
+
+import nibabel
+import numpy as np
+import pytest
+import tifffile
+from colour_scene import LARGEST_PER_MM, SHAPE_ZYX, ball, write_colour_scene, write_pictures
+
+from volprep.pipeline.build import build, plan_build
+from volprep.render.renderer import Renderer
+from volprep.report.validate import validate
+from volprep.scene.request import load_request
+from volprep.scene.scene import Scene, load_scene
+from volprep.truth.camera import standard_views
+from volprep.validation.ablation.measure import measure_ablation
+from volprep.validation.curves.measure import measure_curves
+from volprep.validation.scan import find_scan
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channels import channel_views
+from volprep_formats.package.reader import Package
+from volprep_formats.package.rules import contradictions
+from volprep_formats.progress import Silent
+from volprep_formats.readers import open_source
+from volprep_formats.source import ColourChannel, SourceSpec
+from volprep_formats.srgb import linear_of_srgb, srgb_of_linear
+from volprep_formats.textures import ktx2
+
+PARTS = ("red", "green", "blue", "opacity")
+
+
+def built(scene: Path) -> Package:
+    build(load_request(scene), scene.with_suffix(".volpkg"), Silent())
+    return Package.open(scene.with_suffix(".volpkg"))
+
+
+def channel(path: Path, part: str, opacity_of: str = "alpha", **more: object) -> np.ndarray:
+    """One channel of pictures, from 0 to 1."""
+    wanted = ColourChannel(part=part, opacity_of=opacity_of, shares=((0.0, 0.0), (1.0, 1.0)), **more)
+    with open_source(SourceSpec(path=str(path), colour=wanted), Path(), Silent()) as source:
+        info = source.info
+        assert (info.stored_type, info.slope, info.intercept) == ("uint16", 1 / 65535, 0.0)
+        return source.read_slab(0, info.grid.shape_zyx[0]) / 65535
+
+
+def light_of(pixels: np.ndarray) -> np.ndarray:
+    """Premultiplied linear light and alpha of sRGB bytes [..., RGBA], pixel by pixel."""
+    light = np.vectorize(linear_of_srgb)(pixels[..., :3] / 255)
+    alpha = pixels[..., 3:] / 255
+    return np.concatenate([light * alpha, alpha], axis=-1)
+
+
+def test_channels_are_premultiplied_linear_light_and_extinction(tmp_path: Path) -> None:
+    write_pictures(tmp_path / "ball.tif", ball())
+    wanted = light_of(ball())
+    for index, part in enumerate(PARTS):
+        found = channel(tmp_path / "ball.tif", part)
+        assert np.abs(found - wanted[..., index]).max() <= 0.5 / 65535
+
+
+@pytest.mark.parametrize(
+    ("opacity_of", "expected"),
+    [
+        ("luminance", 0.299 * 0.2 + 0.587 * 0.4 + 0.114 * 0.8),
+        ("red", 0.2),
+        ("green", 0.4),
+        ("blue", 0.8),
+        ("background", np.sqrt((0.2**2 + 0.4**2 + 0.2**2) / 3)),
+    ],
+)
+def test_extinction_follows_the_number_that_the_scene_names(tmp_path: Path, opacity_of: str, expected: float) -> None:
+    write_pictures(tmp_path / "one.tif", np.full((2, 3, 4, 3), (51, 102, 204), np.uint8))
+    more = {"background": (0.0, 0.0, 1.0)} if opacity_of == "background" else {}
+    found = channel(tmp_path / "one.tif", "opacity", opacity_of, **more)
+    assert np.abs(found - expected).max() <= 0.5 / 65535
+
+
+def test_alpha_multiplies_an_extinction_that_follows_something_else(tmp_path: Path) -> None:
+    write_pictures(tmp_path / "one.tif", np.full((2, 3, 4, 4), (51, 102, 204, 128), np.uint8))
+    assert channel(tmp_path / "one.tif", "opacity", "red") == pytest.approx(0.2 * 128 / 255, abs=1e-5)
+
+
+def test_colours_that_are_multiplied_by_alpha_give_what_straight_ones_give(tmp_path: Path) -> None:
+    straight = np.full((2, 3, 4, 4), (200, 100, 50, 128), np.uint16) * 257
+    multiplied = straight.copy()
+    multiplied[..., :3] = np.rint(straight[..., :3] * (128 / 255))
+    write_pictures(tmp_path / "straight.tif", straight)
+    write_pictures(tmp_path / "multiplied.tif", multiplied, alpha="assocalpha")
+    for part in PARTS:
+        one, other = (channel(tmp_path / f"{name}.tif", part) for name in ("straight", "multiplied"))
+        assert np.abs(one - other).max() < 5e-5
+
+
+def test_pictures_of_16_bits_keep_their_bits(tmp_path: Path) -> None:
+    pixels = np.full((2, 3, 4, 3), (12345, 23456, 34567), np.uint16)
+    write_pictures(tmp_path / "wide.tif", pixels)
+    assert channel(tmp_path / "wide.tif", "green", "blue") == pytest.approx(
+        linear_of_srgb(23456 / 65535) * 34567 / 65535, abs=1e-5
+    )
+
+
+def test_ome_tiff_and_nifti_give_what_pictures_give(tmp_path: Path) -> None:
+    pixels = ball()
+    write_pictures(tmp_path / "ball.tif", pixels)
+    metadata = {"axes": "ZYXS", "PhysicalSizeX": 2.0, "PhysicalSizeY": 2.0, "PhysicalSizeZ": 3.0}
+    tifffile.imwrite(
+        tmp_path / "ball.ome.tif", pixels, photometric="rgb", extrasamples=["unassalpha"], metadata=metadata
+    )
+    rgba = np.dtype([(name, np.uint8) for name in "RGBA"])
+    voxels = np.ascontiguousarray(pixels.transpose(2, 1, 0, 3)).view(rgba)[..., 0]
+    nibabel.save(nibabel.Nifti1Image(voxels, np.diag([-0.75, -1.0, 1.5, 1.0])), tmp_path / "ball.nii.gz")
+    for part in PARTS:
+        wanted = channel(tmp_path / "ball.tif", part)
+        assert np.array_equal(channel(tmp_path / "ball.ome.tif", part), wanted)
+        assert np.array_equal(channel(tmp_path / "ball.nii.gz", part), wanted)
+
+
+def test_a_volume_of_numbers_has_no_colours(tmp_path: Path) -> None:
+    nibabel.save(nibabel.Nifti1Image(np.zeros((3, 4, 5), np.uint8), np.eye(4)), tmp_path / "grey.nii")
+    tifffile.imwrite(tmp_path / "grey.ome.tif", np.zeros((3, 4, 5), np.uint8), metadata={"axes": "ZYX"})
+    for name in ("grey.nii", "grey.ome.tif"):
+        with pytest.raises(VolprepError) as error:
+            channel(tmp_path / name, "red", "luminance")
+        assert error.value.code == "VP1290"
+
+
+BAD = {
+    "no alpha": (np.zeros((2, 3, 4, 3), np.uint8), "alpha", "no alpha"),
+    "grey": (np.zeros((2, 3, 4), np.uint8), "luminance", "1 colour channel"),
+    "too bright": (np.full((2, 3, 4, 3), 1.5, np.float32), "luminance", "outside of 0 to 1"),
+    "not a number": (np.full((2, 3, 4, 3), np.nan, np.float32), "luminance", "NaN"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_pictures_that_are_no_colour_volume_are_refused(tmp_path: Path, name: str) -> None:
+    import tifffile
+
+    pixels, opacity_of, said = BAD[name]
+    photometric = "rgb" if pixels.ndim == 4 else "minisblack"
+    tifffile.imwrite(tmp_path / "bad.tif", pixels, photometric=photometric)
+    with pytest.raises(VolprepError, match=said) as error:
+        channel(tmp_path / "bad.tif", "red", opacity_of)
+    assert error.value.code == "VP1290"
+
+
+def test_a_grey_picture_among_coloured_ones_is_refused(tmp_path: Path) -> None:
+    import tifffile
+
+    for index in range(3):
+        shape = (4, 5) if index == 1 else (4, 5, 3)
+        tifffile.imwrite(tmp_path / f"s{index}.tif", np.zeros(shape, np.uint8))
+    with pytest.raises(VolprepError) as error:
+        channel(tmp_path, "red", "luminance")
+    assert error.value.code == "VP1163"
+
+
+def texels_of(package: Package, level: int) -> np.ndarray:
+    (texture,) = (each for each in package.manifest.textures if each.level == level)
+    return np.asarray(ktx2.decode(package.read_bytes(texture.file), texture.file).data)
+
+
+def cropped(package: Package, voxels: np.ndarray) -> np.ndarray:
+    """The part of the pictures that level 0 holds."""
+    source, grid = package.manifest.source.info.grid, package.manifest.grid
+    start = np.rint((np.linalg.inv(source.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[2::-1]).astype(int)
+    return voxels[tuple(slice(a, a + n) for a, n in zip(start, grid.shape_zyx, strict=True))]
+
+
+def means(voxels: np.ndarray, factors_zyx: tuple[int, int, int]) -> np.ndarray:
+    """Means of blocks of voxels; at the end of an axis the last voxel is repeated."""
+    padded = np.pad(
+        voxels, [(0, -n % f) for n, f in zip(voxels.shape, factors_zyx, strict=False)] + [(0, 0)], mode="edge"
+    )
+    (z, y, x, _), (a, b, c) = padded.shape, factors_zyx
+    return padded.reshape(z // a, a, y // b, b, x // c, c, 4).mean(axis=(1, 3, 5))
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory) -> Package:
+    return built(write_colour_scene(tmp_path_factory.mktemp("ball")))
+
+
+def test_texels_are_light_as_srgb_and_extinction(package: Package) -> None:
+    wanted = cropped(package, light_of(ball()))
+    wanted[..., :3] = srgb_of_linear(wanted[..., :3])
+    assert {each.gl.internal_format for each in package.manifest.textures} == {"SRGB8_ALPHA8"}
+    # Half a code, and in the dark, where sRGB is 13 times as steep, what rounding to 16 bits leaves.
+    assert np.abs(texels_of(package, 0) - wanted * 255).max() < 0.55
+
+
+def test_levels_are_means_of_premultiplied_linear_light(package: Package) -> None:
+    _, *coarser = package.manifest.levels
+    assert {level.filter for level in coarser} == {"box"}
+    for level in coarser:
+        wanted = means(cropped(package, light_of(ball())), level.factors_zyx)
+        wanted[..., :3] = srgb_of_linear(wanted[..., :3])
+        assert np.abs(texels_of(package, level.index) - wanted * 255).max() < 0.6
+
+
+def test_a_program_draws_all_four_channels_and_none_alone(package: Package) -> None:
+    manifest = package.manifest
+    assert {program.transfer for program in manifest.programs} == {"colour"}
+    assert {program.classification for program in manifest.programs} == {"colour"}
+    assert {texture.channels for texture in manifest.textures} == {PARTS}
+    assert list(contradictions(manifest)) == []
+
+
+def test_one_colour_looks_as_the_closed_form_says(tmp_path: Path) -> None:
+    # Without sRGB textures: Mesa's software driver decodes sRGB by a polynomial, which is up to 0.0007 off.
+    scene = write_colour_scene(tmp_path, "gles2-2048")
+    write_pictures(tmp_path / "slices.tif", np.full((*SHAPE_ZYX, 4), (180, 90, 30, 204), np.uint8))
+    package = built(scene)
+    with Renderer(package, target="rgba32f") as renderer:
+        grid = renderer.level.grid
+        camera = standard_views(grid, "orthographic")["anterior"].box_from_clip(grid, 1.0)
+        middle = renderer.render(camera, (33, 33))[16, 16]
+    codes = np.rint(light_of(np.array([180, 90, 30, 204])) * 255)
+    opacity = 1.0 - np.exp(-LARGEST_PER_MM * codes[3] / 255 * grid.extent_mm_zyx[1])
+    assert middle == pytest.approx([*(codes[:3] / codes[3] * opacity), opacity], abs=2e-5)
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
+def test_a_volume_in_colour_is_validated(tmp_path: Path, profile: str) -> None:
+    scene = write_colour_scene(tmp_path, profile, tables="[render]\npicture_size = 48\n")
+    package = built(scene)
+    report = validate(package.path, tmp_path / "report", Silent())
+    assert report.verdict.passed
+    assert {program.transfer for program in report.programs} == {"colour"}
+
+
+REFUSED = {
+    "[grid]\nsize = 8\n": "sub-volumes",
+    "[bricks]\n": "bricks",
+    "[proxy]\n": "proxy geometry",
+    "[normals]\n": "normals",
+    '[render]\nlighting = "headlight"\n': "lighting",
+    '[lighting]\nbaked = "occlusion"\n': "lighting",
+    '[textures]\ncompression = "etc2"\n': "compression etc2",
+    "[textures]\nmipmaps = true\n": "mipmaps",
+    '[textures]\nchannels = "apart"\n': "channels in textures of their own",
+    "[skip]\nranges = true\n": "ranges of blocks",
+}
+
+
+@pytest.mark.parametrize("tables", REFUSED)
+def test_what_colour_does_not_support_is_refused_before_anything_is_made(tmp_path: Path, tables: str) -> None:
+    scene = write_colour_scene(tmp_path, tables=tables)
+    with pytest.raises(VolprepError) as error:
+        plan_build(load_request(scene), Silent())
+    assert (error.value.code, error.value.fields["what"]) == ("VP3046", REFUSED[tables])
+
+
+@pytest.mark.parametrize(
+    ("top", "code", "said"),
+    [
+        ("editable = true", "VP3080", "classification colour"),
+        ('segments = { source = "organs.nii" }', "VP3003", "segments"),
+        ("fidelity = true", "VP3046", "fidelity"),
+        ("together = {}", "VP3003", "together"),
+        ("quantize = { bits = 8 }", "VP3003", "quantize"),
+        ('render = { classification = "lookup" }', "VP3003", "render.classification"),
+    ],
+)
+def test_settings_that_a_colour_decides_are_refused(tmp_path: Path, top: str, code: str, said: str) -> None:
+    scene = write_colour_scene(tmp_path, top=top)
+    with pytest.raises(VolprepError, match=said) as error:
+        plan_build(load_request(scene), Silent())
+    assert error.value.code == code
+
+
+@pytest.mark.parametrize("measure", [measure_curves, measure_ablation])
+def test_choices_of_a_colour_are_not_measured(package: Package, tmp_path: Path, measure) -> None:
+    with pytest.raises(VolprepError) as error:
+        measure(package.manifest, find_scan(package.path, None), tmp_path, Silent())
+    assert error.value.code == "VP3046"
+
+
+def test_a_colour_without_its_table_is_refused(tmp_path: Path) -> None:
+    scene = write_colour_scene(tmp_path, tables='[render]\nclassification = "colour"\n')
+    text = scene.read_text()
+    points = '[[transfer]]\nname = "a"\npoints = [{ value = 0.0, colour = "#ffffff", extinction_per_mm = 1.0 }]\n'
+    start, end = text.index("[colour]"), text.index("[render]")
+    scene.write_text(text[:start] + points + text[end:])
+    with pytest.raises(VolprepError, match="needs the table") as error:
+        load_scene(scene)
+    assert error.value.code == "VP3003"
+
+
+def test_another_source_takes_the_place_of_all_four_channels(tmp_path: Path) -> None:
+    request = load_request(write_colour_scene(tmp_path), source=tmp_path / "other.tif")
+    assert {each.path for each in request.scene.source.channels} == {str(tmp_path / "other.tif")}
+
+
+def test_stacks_of_slices_have_no_colours(tmp_path: Path) -> None:
+    with pytest.raises(VolprepError) as error:
+        plan_build(load_request(write_colour_scene(tmp_path, "gles1")), Silent())
+    assert error.value.code == "VP1244"
+
+
+def test_a_scene_in_colour_is_the_same_when_it_is_read_again(tmp_path: Path) -> None:
+    scene = load_scene(write_colour_scene(tmp_path))
+    assert Scene.model_validate_json(scene.model_dump_json()) == scene
+
+
+def test_rules_find_a_function_that_is_not_light(package: Package) -> None:
+    manifest = package.manifest
+    red = manifest.channels[0]
+    (function,) = red.transfer_functions
+    points = (function.points[0], function.points[1].model_copy(update={"colour": (0.0, 1.0, 0.0)}))
+    wrong = red.model_copy(update={"transfer_functions": (function.model_copy(update={"points": points}),)})
+    changed = manifest.model_copy(update={"channels": (wrong, *manifest.channels[1:])})
+    assert any("not light of red" in problem for problem in contradictions(changed))
+    assert set(channel_views(manifest)) == set(PARTS)

@@ -1,0 +1,103 @@
+"""A scan with its segments, lit: pictures are those of the oracle, and the laws of labels hold."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from segment_scan import built, drawn, truth, write_segments
+
+from volprep.report.validate import validate
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.check import check
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+FINE = {"step_voxels": 0.25, "opacity_cutoff": 1.0, "picture_size": 48}
+LIT = {"render": {**FINE, "lighting": "headlight"}}
+PLACED = {"render": {**FINE, "lighting": "phong"}, "lighting": {"light_mm": [-60.0, -80.0, 40.0]}}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return write_segments(tmp_path_factory.mktemp("segments"))
+
+
+@pytest.fixture(scope="module")
+def lit(folder) -> Package:
+    return built(folder, "lit", change=LIT, outside_opacity=0.3, style=[{"labels": [2], "visible": False}])
+
+
+def rms(difference: np.ndarray) -> float:
+    return float(np.sqrt((difference**2).mean()))
+
+
+def test_a_headlight_lights_borders_by_the_visible_extinction(folder, lit):
+    picture, expected = drawn(lit), truth(folder, lit)
+    # Where a normal turns away its light has a kink, which a step sees late or early.
+    assert rms(picture - expected) < 0.002
+    assert np.abs(picture - expected).max() < 0.02
+    unlit = truth(folder, built(folder, "unlit", outside_opacity=0.3, style=[{"labels": [2], "visible": False}]))
+    assert rms(picture[..., :3] - unlit[..., :3]) > 0.02
+    assert np.abs(expected[..., 3] - unlit[..., 3]).max() < 1e-5
+
+
+@pytest.mark.parametrize("change", [LIT, PLACED], ids=["headlight", "phong"])
+def test_crisp_borders_are_lit(folder, change):
+    package = built(folder, f"crisp-{change['render']['lighting']}", change=change, border="crisp")
+    assert rms(drawn(package) - truth(folder, package)) < 0.005
+
+
+def test_a_light_at_a_place_lights_segments(folder):
+    package = built(folder, "phong", change=PLACED, outside_opacity=0.3)
+    assert rms(drawn(package) - truth(folder, package)) < 0.004
+
+
+def test_lit_labels_that_look_alike_draw_the_scan_alone(folder):
+    alike = built(folder, "alike", change=LIT, style=[{"transfer": "veil", "tint": "#ffffff"}])
+    alone = built(folder, "alone", change={**LIT, "lighting": {"normals": "central"}})
+    assert np.abs(drawn(alike) - drawn(alone, transfer="veil")).max() < 1e-6
+
+
+def test_dividing_a_lit_label_changes_nothing(folder):
+    """Segments 1 and 2 side by side look like one: their common border is no surface."""
+    styles = [{"tint": "#ffffff"}, {"labels": [3, 200], "visible": False}]
+    divided = built(folder, "divided", change=LIT, style=styles, outside_opacity=0.1)
+    one = built(folder, "one", change=LIT, style=styles, outside_opacity=0.1, source=str(folder / "joined.nii"))
+    assert np.abs(drawn(divided) - drawn(one)).max() < 1e-6
+
+
+def test_a_lit_mosaic_of_labels_draws_what_a_3d_texture_does(folder, lit):
+    mosaic = built(
+        folder, "mosaic", "gles2-2048", change=LIT, outside_opacity=0.3, style=[{"labels": [2], "visible": False}]
+    )
+    assert check(mosaic.path) == []
+    difference = np.abs(drawn(mosaic, target="rgba8") - drawn(lit)).max(axis=-1)
+    assert np.sort(difference, axis=None)[-4] < 0.01
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"bricks": {"size": 4, "reach": 2}}, {"technique": "slabs"}, {"compositing": "back-to-front"}],
+    ids=["bricks", "slabs", "back-to-front"],
+)
+def test_other_ways_to_draw_light_segments_alike(folder, lit, change):
+    render = {name: value for name, value in change.items() if name != "bricks"}
+    more = {name: value for name, value in change.items() if name == "bricks"}
+    wanted = {**more, "render": {**LIT["render"], **render}, "lighting": {"normals": "central"}}
+    name = "-".join(change)
+    package = built(folder, name, change=wanted, outside_opacity=0.3, style=[{"labels": [2], "visible": False}])
+    assert np.abs(drawn(package) - drawn(lit)).max() < 1e-3
+
+
+def test_a_lit_package_is_validated(folder, lit):
+    assert check(lit.path) == []
+    report = validate(lit.path, folder / "lit.report", Silent(), witness=False)
+    assert report.verdict.passed
+    assert report.verdict.worst_rmse < 0.003
+
+
+def test_shadows_of_segments_are_refused(folder):
+    render, light = {"lighting": "phong", **FINE}, {"light_mm": [0.0, 0.0, 0.0], "shadows": "rays"}
+    with pytest.raises(VolprepError) as raised:
+        built(folder, "bad", change={"render": render, "lighting": light}, border="mixed")
+    assert raised.value.code == "VP3220"

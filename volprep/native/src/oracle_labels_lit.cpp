@@ -1,0 +1,365 @@
+// Rays through a scan with labels that is lit.
+//
+// Where one look fills a cell and light comes from the viewer, the light is that of one field (oracle_lit.cpp), with a
+// bound. Elsewhere a cell is refined as whole rays are in oracle_refined.cpp, between the places where light has a kink
+// or a jump: where the value crosses a control point, where another label wins, where a spline changes its piece, and
+// where the normal turns away from the viewer or the light or gets too short. What the cell shows then is an estimate.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "volprep/oracle/labelled.hpp"
+#include "volprep/oracle/mixed.hpp"
+#include "volprep/oracle/refine.hpp"
+#include "volprep/oracle_labels.hpp"
+
+namespace volprep {
+
+namespace {
+
+using oracle::Beam;
+using oracle::Cubic;
+using oracle::LabelledCell;
+using oracle::LabelledScene;
+using oracle::Light;
+using oracle::Meeting;
+using oracle::RayLimits;
+
+// Looks of the 4×4×4 voxels around a cell, edges repeated, x fastest.
+struct Surroundings {
+    int32_t looks[64];
+
+    template <typename Voxel>
+    Surroundings(const LabelledScene<Voxel>& scene, const oracle::AxisWalk axes[3]) noexcept {
+        int64_t places[3][4];
+        for (int axis = 0; axis < 3; ++axis) {
+            for (int64_t k = 0; k < 4; ++k) {
+                const int64_t cell = std::clamp<int64_t>(axes[axis].cell + k - 1, 0, axes[axis].last);
+                places[axis][k] = cell * scene.field.stride(axis);
+            }
+        }
+        for (int i = 0; i < 64; ++i) {
+            const int64_t index = places[0][i & 3] + places[1][i >> 2 & 3] + places[2][i >> 4];
+            looks[i] = scene.labels.looks[scene.labels.labels[index]];
+        }
+    }
+};
+
+// What a look has at one value.
+struct Sample {
+    double extinction;
+    double colour[3];
+};
+
+Sample sample_of(const oracle::Transfer& transfer, double value) noexcept {
+    const auto above = [](double at, const oracle::Knot& knot) { return at < knot.value; };
+    const auto knot = std::upper_bound(transfer.knots.begin(), transfer.knots.end(), value, above);
+    const oracle::Segment& segment = transfer.segments[static_cast<std::size_t>(knot - transfer.knots.begin())];
+    const double offset = value - segment.origin;
+    Sample sample{std::max(segment.extinction + segment.extinction_slope * offset, 0.0), {}};
+    for (int i = 0; i < 3; ++i) sample.colour[i] = segment.colour[i] + segment.colour_slope[i] * offset;
+    return sample;
+}
+
+// Quadratic B-splines of the three nearest of four voxels in a row, where 1 + `share` is the place among the four.
+struct Spline {
+    int first;
+    double weight[3];
+    double slope[3];
+
+    explicit Spline(double share) noexcept : first(share >= 0.5 ? 1 : 0) {
+        const double aside = share - first;
+        weight[0] = 0.5 * (0.5 - aside) * (0.5 - aside);
+        weight[1] = 0.75 - aside * aside;
+        weight[2] = 0.5 * (0.5 + aside) * (0.5 + aside);
+        slope[0] = aside - 0.5;
+        slope[1] = -2.0 * aside;
+        slope[2] = aside + 0.5;
+    }
+};
+
+// All that shades the part of a ray in one cell; y in [-1, 1] along it.
+template <typename Voxel>
+struct LitCell {
+    const LabelledScene<Voxel>& scene;
+    const OracleLabelsLight& light;
+    const LabelledCell& cell;
+    const oracle::Ray& ray;
+    double t_mm;  // where it begins
+    const oracle::CellPath& path;
+    const Meeting& meeting;
+    const oracle::CellNormals& normals;  // of the values
+    Cubic weights[8];
+    Surroundings around;
+
+    LitCell(const LabelledScene<Voxel>& scene_, const OracleLabelsLight& light_, const LabelledCell& cell_,
+            const oracle::Ray& ray_, double t_mm_, const oracle::CellPath& path_, const Meeting& meeting_,
+            const oracle::CellNormals& normals_) noexcept
+        : scene(scene_),
+          light(light_),
+          cell(cell_),
+          ray(ray_),
+          t_mm(t_mm_),
+          path(path_),
+          meeting(meeting_),
+          normals(normals_),
+          around(scene_, cell_.axes) {
+        for (int i = 0; i < meeting.count; ++i) {
+            weights[i] = oracle::cell_cubic(meeting.corners[i], cell.middle, cell.half);
+        }
+    }
+    int32_t look(int key) const noexcept {
+        const int64_t found = meeting.keys[key];
+        return scene.labels.crisp ? scene.labels.looks[found] : static_cast<int32_t>(found);
+    }
+    double value(double y) const noexcept { return path.base + path.value.at(y); }
+
+    double extinction_of(int32_t look, double value) const noexcept {
+        return look == kHidden ? 0.0 : sample_of(scene.transfers[static_cast<std::size_t>(look)], value).extinction;
+    }
+    // Extinction and colour without light.
+    Sample medium(double y) const noexcept {
+        Sample sum{0.0, {0.0, 0.0, 0.0}};
+        const int winner = scene.labels.crisp ? oracle::winner(meeting, weights, y) : -1;
+        for (int i = 0; i < meeting.count; ++i) {
+            if (look(i) == kHidden || (winner >= 0 && winner != i)) continue;
+            const Sample own = sample_of(scene.transfers[static_cast<std::size_t>(look(i))], value(y));
+            const double extinction = own.extinction * (winner >= 0 ? 1.0 : std::max(weights[i].at(y), 0.0));
+            sum.extinction += extinction;
+            for (int channel = 0; channel < 3; ++channel) sum.colour[channel] += own.colour[channel] * extinction;
+        }
+        for (double& channel : sum.colour) channel = sum.extinction > 0.0 ? channel / sum.extinction : 0.0;
+        return sum;
+    }
+    // Slope of the logarithm of the visible extinction per voxel, with the value held; 0 where the cell has one.
+    void border_slope(double y, double out[3]) const noexcept {
+        std::fill_n(out, 3, 0.0);
+        double known[8];
+        int32_t looks[8];
+        int count = 0;
+        double seen[64];
+        for (int i = 0; i < 64; ++i) {
+            int place = 0;
+            while (place < count && looks[place] != around.looks[i]) ++place;
+            if (place == count && count < 8) {
+                looks[count] = around.looks[i];
+                known[count++] = extinction_of(around.looks[i], value(y));
+            }
+            seen[i] = place < 8 ? known[place] : extinction_of(around.looks[i], value(y));
+        }
+        double least = seen[21];
+        double most = least;
+        for (int i = 0; i < 8; ++i) {
+            const double corner = seen[21 + (i & 1) + 4 * (i >> 1 & 1) + 16 * (i >> 2)];
+            least = std::min(least, corner);
+            most = std::max(most, corner);
+        }
+        if (!(most > least)) return;
+        const Spline x(cell.middle[0] + cell.half[0] * y);
+        const Spline along_y(cell.middle[1] + cell.half[1] * y);
+        const Spline z(cell.middle[2] + cell.half[2] * y);
+        double sum = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            for (int j = 0; j < 3; ++j) {
+                const double* row = seen + 16 * (z.first + k) + 4 * (along_y.first + j) + x.first;
+                const double across = x.weight[0] * row[0] + x.weight[1] * row[1] + x.weight[2] * row[2];
+                const double rise = x.slope[0] * row[0] + x.slope[1] * row[1] + x.slope[2] * row[2];
+                out[0] += rise * along_y.weight[j] * z.weight[k];
+                out[1] += across * along_y.slope[j] * z.weight[k];
+                out[2] += across * along_y.weight[j] * z.slope[k];
+                sum += across * along_y.weight[j] * z.weight[k];
+            }
+        }
+        for (int axis = 0; axis < 3; ++axis) out[axis] /= sum;
+    }
+    void normal(double y, double out[3]) const noexcept {
+        border_slope(y, out);
+        for (int axis = 0; axis < 3; ++axis) {
+            out[axis] = normals.axes[axis].at(y) + light.border_scale * out[axis] / scene.field.spacing_mm[axis];
+        }
+    }
+    void place(double y, double out[3]) const noexcept {
+        const double at_mm = t_mm + 0.5 * cell.length_mm * (1.0 + y);
+        for (int axis = 0; axis < 3; ++axis) out[axis] = ray.origin_mm[axis] + at_mm * ray.direction[axis];
+    }
+    Sample lit(double y) const noexcept {
+        Sample sample = medium(y);
+        if (!(sample.extinction > 0.0)) return sample;
+        double n[3];
+        normal(y, n);
+        const double square = oracle::dot(n, n);
+        if (!(square > oracle::kLeastLength * oracle::kLeastLength)) return sample;
+        if (light.placed != nullptr) {
+            double at_mm[3];
+            place(y, at_mm);
+            oracle::light_at(*light.placed, n, at_mm, ray.direction, sample.colour, [] { return 1.0; });
+            return sample;
+        }
+        const double cosine = std::fabs(oracle::dot(n, ray.direction)) / std::sqrt(square);
+        for (double& channel : sample.colour) channel *= cosine;
+        return sample;
+    }
+};
+
+// Working memory of a thread.
+struct Work {
+    oracle::MixedCuts cuts;
+    std::vector<oracle::Part> parts;
+    std::vector<double> ends;
+    std::vector<double> kinks;
+};
+
+// Lists where the media of a cell change, and where splines do.
+template <typename Voxel>
+void list_ends(Work& work, const LitCell<Voxel>& lit) {
+    work.ends.assign({-1.0, 1.0});
+    if (lit.scene.labels.crisp) oracle::list_roots(work.ends, lit.meeting, lit.weights);
+    for (int i = 0; i < lit.meeting.count; ++i) {
+        if (lit.look(i) == kHidden) continue;
+        list_parts(work.parts, lit.path, lit.scene.transfers[static_cast<std::size_t>(lit.look(i))], work.cuts.cuts);
+        for (const oracle::Part& part : work.parts) work.ends.push_back(part.end);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        const double turn = (0.5 - lit.cell.middle[axis]) / lit.cell.half[axis];
+        if (turn > -1.0 && turn < 1.0) work.ends.push_back(turn);
+    }
+    std::sort(work.ends.begin(), work.ends.end());
+}
+
+// Lists the ends of the parts of a cell on which its light is smooth.
+template <typename Voxel>
+void list_kinks(Work& work, const LitCell<Voxel>& lit) {
+    list_ends(work, lit);
+    work.kinks = work.ends;
+    const auto along = [&](const double direction[3], double y) {
+        double n[3];
+        lit.normal(y, n);
+        return oracle::dot(n, direction);
+    };
+    for (std::size_t i = 1; i < work.ends.size(); ++i) {
+        const double from = work.ends[i - 1];
+        const double to = work.ends[i];
+        // Labels and functions may jump at the ends themselves.
+        const double inset = 1e-9 * (to - from);
+        if (!(to - from > 1e-9)) continue;
+        const auto find = [&](auto&& function) {
+            oracle::find_changes(work.kinks, from + inset, to - inset, function);
+        };
+        find([&](double y) { return along(lit.ray.direction, y); });
+        find([&](double y) {
+            double n[3];
+            lit.normal(y, n);
+            return oracle::dot(n, n) - oracle::kLeastLength * oracle::kLeastLength;
+        });
+        if (lit.light.placed == nullptr) continue;
+        find([&](double y) {
+            double at_mm[3];
+            lit.place(y, at_mm);
+            for (int axis = 0; axis < 3; ++axis) at_mm[axis] = lit.light.placed->place_mm[axis] - at_mm[axis];
+            return along(at_mm, y);
+        });
+    }
+    std::sort(work.kinks.begin(), work.kinks.end());
+}
+
+template <typename Voxel>
+void refine_cell(Beam& beam, const LitCell<Voxel>& lit, const RayLimits& limits, Work& work) {
+    list_kinks(work, lit);
+    const double length_mm = lit.cell.length_mm;
+    const auto sum_of = [&](int steps) {
+        Light sum;
+        for (std::size_t i = 1; i < work.kinks.size(); ++i) {
+            const double width = (work.kinks[i] - work.kinks[i - 1]) / steps;
+            if (!(width > 0.0)) continue;
+            for (int k = 0; k < steps; ++k) {
+                const Sample sample = lit.lit(work.kinks[i - 1] + width * (k + 0.5));
+                oracle::step(sum, sample.colour, sample.extinction * 0.5 * width * length_mm, 0.0);
+            }
+        }
+        return sum;
+    };
+    const double alpha = 1.0 - std::exp(-lit.medium(0.0).extinction * length_mm);
+    const double tolerance = 0.25 * limits.tolerance * (alpha + length_mm / (limits.length_mm * beam.transmittance));
+    double change = 0.0;
+    const Light light = oracle::settled(sum_of, tolerance, change);
+    for (int channel = 0; channel < 3; ++channel) beam.colour[channel] += beam.transmittance * light.rgba[channel];
+    beam.colour_error += beam.transmittance * change;
+    beam.depth_error += limits.position_error_mm;
+    beam.transmittance *= std::max(1.0 - light.rgba[3], 0.0);
+    beam.stopped = beam.transmittance * limits.colour_max <= 0.25 * limits.tolerance;
+}
+
+template <typename Voxel>
+void gather_cell_of(Beam& beam, const LabelledScene<Voxel>& scene, const OracleLabelsLight& light,
+                    const LabelledCell& cell, const oracle::Ray& ray, double t_mm, const RayLimits& limits,
+                    Work& work) {
+    const Meeting meeting = oracle::meet(scene, cell.axes);
+    oracle::CellPath path;
+    const oracle::Transfer all{};
+    if (!path_of(path, scene, cell, all)) return;
+    oracle::CellNormals normals{};
+    const bool has_normals = cell_normals(normals, scene.field, cell.axes, cell.middle, cell.half, cell.relative_error);
+    const LitCell<Voxel> lit(scene, light, cell, ray, t_mm, path, meeting, normals);
+    bool shows = false;
+    for (int i = 0; i < meeting.count; ++i) {
+        const int32_t look = lit.look(i);
+        shows = shows || (look != kHidden &&
+                          !scene.transfers[static_cast<std::size_t>(look)].empty_between(path.low, path.high));
+    }
+    if (!shows) return;
+    if (meeting.count > 1 || light.placed != nullptr) {
+        refine_cell(beam, lit, limits, work);
+        return;
+    }
+    std::copy_n(ray.direction, 3, normals.direction);
+    path.normals = has_normals ? &normals : nullptr;
+    gather_cell(beam, path, scene.transfers[static_cast<std::size_t>(lit.look(0))], limits, work.cuts.cuts);
+}
+
+template <typename Voxel>
+Beam gather_lit_ray(const LabelledScene<Voxel>& scene, const OracleLabelsLight& light, const oracle::Ray& ray,
+                    double tolerance, Work& work) {
+    Beam beam;
+    oracle::RayWalk walk;
+    if (!enter_box(walk, scene.field, ray)) return beam;
+    const RayLimits limits{tolerance, walk.to_mm - walk.t_mm, walk.position_error_mm, scene.colour_max};
+    while (walk.inside() && !beam.stopped) {
+        if (scene.empty_blocks[static_cast<std::size_t>(walk.block())] != 0) {
+            walk.leave_block(walk.block_end_mm());
+            continue;
+        }
+        const double next = walk.cell_end_mm();
+        LabelledCell cell{walk.axes, {}, {}, next - walk.t_mm, walk.relative_error};
+        for (int axis = 0; axis < 3; ++axis) {
+            walk.axes[axis].inside(walk.t_mm, next, cell.middle[axis], cell.half[axis]);
+        }
+        if (next > walk.t_mm) gather_cell_of(beam, scene, light, cell, ray, walk.t_mm, limits, work);
+        walk.leave_cell(next);
+    }
+    return beam;
+}
+
+}  // namespace
+
+template <typename Voxel>
+void render_oracle_labels_lit(const Voxel* voxels, const OracleVolume& volume, const OracleLabels& labels,
+                              const OracleLabelsLight& light, double tolerance, const OraclePicture& picture,
+                              int threads) noexcept {
+    const oracle::Normals normals = oracle::normals_of(volume.normals);
+    const LabelledScene<Voxel> scene = oracle::prepare(voxels, volume, labels, &normals, threads);
+    oracle::draw_beams<Work>(picture, scene.colour_max, threads, [&](const oracle::Ray& ray, Work& work) {
+        return gather_lit_ray(scene, light, ray, tolerance, work);
+    });
+}
+
+#define VOLPREP_INSTANTIATE(Voxel)                                                                        \
+    template void render_oracle_labels_lit<Voxel>(const Voxel*, const OracleVolume&, const OracleLabels&, \
+                                                  const OracleLabelsLight&, double, const OraclePicture&, \
+                                                  int) noexcept;
+VOLPREP_INSTANTIATE(uint8_t)
+VOLPREP_INSTANTIATE(int16_t)
+VOLPREP_INSTANTIATE(uint16_t)
+VOLPREP_INSTANTIATE(float)
+#undef VOLPREP_INSTANTIATE
+
+}  // namespace volprep
