@@ -7501,6 +7501,11 @@ volpkg_code volpkg_choose_slices(const volpkg_package* package, const char* tran
     drawing->channel = &package->channels.at[owner];
     for (i = 0; i < package->textures.count; ++i) {
         if (!volpkg__is_slice_of(drawing, &package->textures.at[i])) continue;
+        if (package->textures.at[i].slices->layers > 1)
+            return volpkg__fail(error, VOLPKG_CANNOT_DRAW, transfer,
+                                "its slices have several layers, which this reader does not draw: build with "
+                                "slices.layers = 1",
+                                NAN, NAN);
         drawing->textures += 1;
         bytes += package->textures.at[i].texel_bytes;
     }

@@ -36,8 +36,6 @@ export class VolumeViewer extends HTMLElement {
    * @type {OpenOptions & NonNullable<Parameters<Stage["start"]>[0]>}
    */
   options = {};
-  /** Milliseconds of a frame in which a slow picture is finished part by part; at once if 0. Set it before `src`. */
-  finishMs = 0;
   /** A measurement of this device, for `fidelity`. @type {import("./fidelity.js").Measured | undefined} */
   measured;
   /** The open package. @type {Package | null} */
@@ -133,7 +131,7 @@ export class VolumeViewer extends HTMLElement {
       const stage = new Stage(canvas, pack, (error) => this.#fail(error));
       this.#stage = stage;
       const program = this.#programOf(pack);
-      await stage.start({ ...this.options, ...(program && { program }), signal }, this.finishMs);
+      await stage.start({ ...this.options, ...(program && { program }), signal });
       stage.onchange = () => this.#levels();
       stage.ondraw = () => this.#tools?.drawn();
       for (const name of ["background", "view", "clip", "auto-rotate", "controls"]) this.#apply(name);

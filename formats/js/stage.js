@@ -27,9 +27,6 @@ export class Stage {
   /** @type {number[]} */
   #background = [0, 0, 0];
   #observer = new ResizeObserver(() => this.redraw());
-  #finishMs = 0;
-  /** A picture that is being finished; an object without `step` while its code loads. @type {any} */
-  #finishing = null;
   /** Whether another user holds the renderer. */
   busy = false;
   /** Called when the renderer has something new to say: another level, another time. @type {() => void} */
@@ -54,10 +51,8 @@ export class Stage {
    * Starts drawing. Throws the renderer's errors, with a code.
    * @param {RendererOptions & {create?: (gl: any, pack: Package, options: RendererOptions) => Promise<Renderer>}} [options]
    *   `create` makes another renderer than the runtime's
-   * @param {number} [finishMs] time of a frame in which a slow picture is finished part by part; if 0, it is drawn at once
    */
-  async start({ create = createRenderer, ...options } = {}, finishMs = 0) {
-    this.#finishMs = finishMs;
+  async start({ create = createRenderer, ...options } = {}) {
     this.#gl = await contextOf(this.#canvas, this.#pack.manifest.profile.api);
     const renderer = await create(this.#gl, this.#pack, { onError: this.#onError, ...options });
     this.renderer = renderer;
@@ -82,19 +77,11 @@ export class Stage {
 
   /** Draws the next picture soon. */
   redraw() {
-    this.#finishing = null;
-    this.#soon();
-  }
-
-  #soon() {
     this.#asked ||= requestAnimationFrame(() => {
       this.#asked = 0;
-      const { renderer } = this;
-      if (this.busy || !renderer) return;
+      if (this.busy || !this.renderer) return;
       try {
-        if (this.#finishing) this.#goOn();
-        else if (this.#finishMs && renderer.slow && !renderer.moving) this.#finish().catch(this.#onError);
-        else this.draw();
+        this.draw();
       } catch (error) {
         this.#onError(error);
       }
@@ -137,46 +124,14 @@ export class Stage {
 
   /** Draws now, as large as the canvas is on the page. */
   draw() {
-    const size = this.#fit();
-    if (!size) return;
-    this.#finishing = null;
-    this.renderer.draw({ boxFromClip: fitting(this.orbit, size.width / size.height) });
-    this.#show();
-  }
-
-  /** Begins to finish a picture part by part. */
-  async #finish() {
-    const size = this.#fit();
-    if (!size) return;
-    const own = (this.#finishing = {});
-    const boxFromClip = fitting(this.orbit, size.width / size.height);
-    const made = await this.renderer.finishing({ ...size, boxFromClip, budgetMs: this.#finishMs });
-    if (this.#finishing !== own) return;
-    this.#finishing = made;
-    this.#soon();
-  }
-
-  #goOn() {
-    if (!this.#finishing.step) return;
-    const share = this.#finishing.step();
-    this.#show();
-    if (share < 1) this.#soon();
-    else this.#finishing = null;
-  }
-
-  #show() {
-    this.renderer.present({ background: this.#background });
-    this.ondraw();
-  }
-
-  /** Makes the canvas as large as it is on the page; null if it has no pixel. */
-  #fit() {
     const { clientWidth, clientHeight } = this.#canvas;
-    if (!clientWidth || !clientHeight) return null;
+    if (!clientWidth || !clientHeight) return;
     const ratio = Math.min(window.devicePixelRatio || 1, MOST_PIXELS / Math.max(clientWidth, clientHeight));
     const [width, height] = [clientWidth, clientHeight].map((each) => Math.max(1, Math.round(each * ratio)));
     if (this.#canvas.width !== width || this.#canvas.height !== height) Object.assign(this.#canvas, { width, height });
-    return { width, height };
+    this.renderer.draw({ boxFromClip: fitting(this.orbit, width / height) });
+    this.renderer.present({ background: this.#background });
+    this.ondraw();
   }
 
   /** Frees everything on the GPU, and the context with it. */
