@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from batch_scans import files_of, write_scans
@@ -13,7 +14,7 @@ from volprep.batch.guard import Limits
 from volprep.batch.jobs import Defaults
 from volprep.batch.ledger import Ledger
 from volprep.batch.place import Place
-from volprep.batch.run import find_jobs
+from volprep.batch.run import Wishes, find_jobs, run_batch
 from volprep.batch.work import Task, give_up, work
 from volprep.scene.profiles import load_profile
 from volprep_formats.diagnostics import VolprepError
@@ -108,6 +109,23 @@ def test_a_job_that_another_process_works_on_is_left_to_it(task) -> None:
         assert give_up(task).record is None
     assert Ledger(task.place).records() == {}
     assert work(task).is_new
+
+
+def test_the_lock_of_a_process_that_was_killed_after_its_record_is_removed_by_the_next_batch(task) -> None:
+    work(task)
+    lock = task.place.job_lock(task.job.name, "gles3")
+
+    def again() -> None:
+        wishes = Wishes(validate=False, retry_failed=False, limits=task.limits)
+        # Every job is done: there is nothing for an engine.
+        run_batch([task.job], task.place, wishes, Mock(run=Mock(side_effect=AssertionError)), Mock())
+
+    lock.touch()
+    again()
+    assert not lock.exists()
+    with job_locked(lock, "another batch that builds this job"):
+        again()
+        assert lock.exists()
 
 
 def test_attempts_of_another_batch_do_not_count_as_this_one_s(task) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from command_line import COMMAND
 from dicom_files import compressed, save_all, stack
+from limits import require_addresses
 from pydicom.uid import JPEG2000Lossless
 
 from volprep_formats.diagnostics import ExitStatus
@@ -56,3 +57,12 @@ def test_a_limit_of_memory_that_is_too_low_is_named(place) -> None:
     assert done.returncode == ExitStatus.MACHINE
     assert done.stderr.startswith("volprep: VP7004 the limit of memory (ulimit -v), 400 MB, is too low")
     assert not (place / "low.volpkg").exists()
+
+
+@pytest.mark.parametrize("soft", [2**34, resource.RLIM_INFINITY])
+def test_tests_with_a_browser_are_skipped_only_below_a_hard_limit_of_addresses(monkeypatch, soft) -> None:
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (soft, resource.RLIM_INFINITY))
+    require_addresses("Chromium")
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (soft, 2**34))
+    with pytest.raises(pytest.skip.Exception, match="Chromium reserves terabytes of addresses, and ulimit -v allows"):
+        require_addresses("Chromium")

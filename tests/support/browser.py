@@ -14,6 +14,8 @@ from pathlib import Path
 from queue import Empty, Queue
 from typing import Any, Literal, Self
 
+from limits import LIFT, require_addresses
+
 _FLAGS = (
     *("--headless=new", "--no-sandbox", "--no-first-run", "--disable-extensions", "--disable-component-update"),
     *("--disable-background-networking", "--disable-dev-shm-usage", "--hide-scrollbars", "--mute-audio"),
@@ -47,6 +49,7 @@ class Browser:
             import pytest
 
             pytest.skip("no Chromium: tools/system_packages.sh says how to get it")
+        require_addresses("Chromium")
         self._command = [found, *_FLAGS, f"--use-angle={angle}", f"--user-data-dir={profile}", "about:blank"]
         self._events: Queue[dict[str, Any]] = Queue()
         self._answers: dict[int, Queue[dict[str, Any]]] = {}
@@ -57,7 +60,7 @@ class Browser:
         """Start it. Its end of the pipes has the numbers 3 and 4."""
         read_end, self._to = os.pipe()
         self._from, write_end = os.pipe()
-        shell = ["bash", "-c", f'exec "$@" 3<&{read_end} 4>&{write_end}', "bash", *self._command]
+        shell = ["bash", "-c", f'{LIFT}exec "$@" 3<&{read_end} 4>&{write_end}', "bash", *self._command]
         self._process = subprocess.Popen(
             shell, pass_fds=(read_end, write_end), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from browser import PageError
+from limits import LIFT, require_addresses
 
 _NAMES = ("firefox-esr", "firefox")
 _START_S = 60.0
@@ -55,6 +56,7 @@ class Firefox:
             import pytest
 
             pytest.skip("no Firefox that draws: tools/system_packages.sh says how to get it")
+        require_addresses("Firefox")
         profile.mkdir(parents=True, exist_ok=True)
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
@@ -77,7 +79,8 @@ class Firefox:
         os.close(write_end)
         with os.fdopen(read_end) as told:
             self._environment["DISPLAY"] = f":{told.readline().strip()}"
-        self._process = subprocess.Popen(self._command, stdout=quiet, stderr=quiet, env=self._environment)
+        shell = ["bash", "-c", f'{LIFT}exec "$@"', "bash", *self._command]
+        self._process = subprocess.Popen(shell, stdout=quiet, stderr=quiet, env=self._environment)
         ends = time.monotonic() + _START_S
         while True:
             try:

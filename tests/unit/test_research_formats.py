@@ -181,6 +181,15 @@ def test_an_archive_that_unpacks_to_less_than_it_says_is_refused(tmp_path) -> No
     assert refusal(tmp_path / "a.npz").code == "VP1008"
 
 
+@pytest.mark.parametrize("place", [b"PK\1\2", b"PK\3\4"])
+def test_an_archive_whose_names_are_no_utf_8_is_refused(tmp_path, place: bytes) -> None:
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive, archive.open("volume-ü.npy", "w") as file:
+        np.save(file, noise())
+    data = bytearray((tmp_path / "a.npz").read_bytes())
+    data[data.index("ü".encode(), data.index(place))] = 0x81
+    assert refusal(cut(tmp_path / "a.npz", bytes(data))).code == "VP1281"
+
+
 def test_an_mgz_that_is_cut_off_is_refused(tmp_path) -> None:
     nibabel.save(nibabel.MGHImage(noise("uint8", (30, 20, 20)), np.eye(4)), tmp_path / "a.mgh")
     packed = gzip.compress((tmp_path / "a.mgh").read_bytes()[: 284 + 12000])

@@ -219,6 +219,22 @@ def test_json_stays_one_document_when_the_tolerance_is_not_kept(beyond, tmp_path
     assert "VP6011" in done.stderr
 
 
+def test_a_package_that_lacks_full_resolution_is_judged_by_its_finest_level_and_says_so(tmp_path) -> None:
+    (tmp_path / "small.toml").write_text(
+        'name = "small"\napi = "es3.0"\nmax_texture_size = 64\nmax_3d_texture_size = 32\ntexture_units = 8\n'
+        'texture_formats = ["R8", "R16F", "RGB8", "RGBA8", "RGBA16F"]\nindex_bits = 32\nmax_texture_bytes = 9_000_000\n'
+    )
+    scene = write_phantom_scene(tmp_path, "small.toml", "box")
+    scene.write_text(scene.read_text()[: scene.read_text().rindex("[[transfer]]")])
+    build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+    done = volprep("validate", tmp_path / "phantom.volpkg", "--size", "16", "--json")
+    report = Report.model_validate_json(done.stdout)
+    assert report.programs[0].level == 1
+    assert any("full resolution is left out" in each for each in report.warnings)
+    assert [each.level for each in report.programs[0].levels] == [1, 2]
+    assert done.returncode == (ExitStatus.OK if report.verdict.passed else ExitStatus.TOLERANCE)
+
+
 def test_quick_tells_a_whole_package_without_its_scan(package) -> None:
     origin_path(package).unlink()
     done = volprep("validate", package, "--quick")

@@ -66,6 +66,17 @@ def job_locked(path: Path, run: str) -> Iterator[Attempts | None]:
         os.close(descriptor)
 
 
+def forget_done(path: Path) -> None:
+    """Remove the lock file of a job that has its record: a process that was killed in between left it.
+
+    Raises OSError.
+    """
+    if path.exists():
+        with job_locked(path, "") as attempts:
+            if attempts is not None:
+                attempts.forget()
+
+
 def _locked(path: Path) -> int | None:
     while True:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)

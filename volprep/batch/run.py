@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from volprep.batch.attempts import forget_done
 from volprep.batch.guard import Limits
 from volprep.batch.jobs import Defaults, Job, expand
 from volprep.batch.ledger import Ledger
@@ -17,6 +18,7 @@ from volprep.batch.table import is_table, scans_in_table
 from volprep.batch.tree import scans_in_tree
 from volprep.batch.work import Ended, Task, is_done
 from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.output import output_errors
 from volprep_formats.progress import Progress
 
 
@@ -117,6 +119,8 @@ def run_batch(jobs: Sequence[Job], place: Place, wishes: Wishes, engine: Engine,
                 job, place, run, wishes.validate, wishes.retry_failed, seen, wishes.limits, wishes.to, wishes.digests
             )
             if record is not None and is_done(record, task):
+                with output_errors(place.folder):
+                    forget_done(place.job_lock(job.name, job.profile))
                 watcher.ended(Ended(task, record, is_new=False))
                 highest = max(highest, record.status)
             else:

@@ -85,7 +85,7 @@ def _coarse_levels(
         kinds: tuple[type[Renderer], ...] = (ray_caster_of(subject.package, level.index, program.transfer), Renderer)
         for kind in dict.fromkeys(kinds):
             renderer = kind(subject.package, level=level.index, transfer=program.transfer)
-            yield _coarse_level(bench, renderer, viewed, boxes)
+            yield _coarse_level(bench, renderer, viewed, boxes, None if reference is None else reference.views)
         bench.progress.advance()
 
 
@@ -100,7 +100,11 @@ def _boxes(bench: Bench, viewed: ViewedProgram, level: Level, reference: Referen
 
 
 def _coarse_level(
-    bench: Bench, chosen: Renderer, viewed: ViewedProgram, boxes: Mapping[str, SeenNumbers]
+    bench: Bench,
+    chosen: Renderer,
+    viewed: ViewedProgram,
+    boxes: Mapping[str, SeenNumbers],
+    box_pictures: Mapping[str, Float64Array] | None,
 ) -> tuple[OtherDrawing, KeptLight | None]:
     subject, level = bench.subject, chosen.level
     tolerance = subject.render.tolerance
@@ -110,7 +114,7 @@ def _coarse_level(
             pictures[name] = renderer.render(box_from_clip, subject.shape_hw)
     with bench.clock.part("comparing"):
         found = [
-            judged_level(name, drawn, viewed.truths[name], tolerance, subject, level)
+            judged_level(name, drawn, viewed.truths[name], tolerance, subject, level, box_pictures)
             for name, drawn in pictures.items()
         ]
     views = tuple(view.model_copy(update={"box": boxes.get(view.view)}) for view in found)

@@ -37,12 +37,12 @@ References = dict[tuple[str, int], Reference]
 
 
 def draw_references(bench: Bench, programs: Sequence[Program]) -> References:
-    """Draw the reference of each coarse level that `programs` draw; the scan is read once for all of them."""
+    """Draw the reference of each coarse level that `programs` draw; the scan is read once for all of them.
+
+    The finest level of a package is coarse, too, if the profile cannot hold the whole scan.
+    """
     subject = bench.subject
-    wanted = {
-        program.transfer: {level for level in subject.levels(program) if level > min(program.levels)}
-        for program in programs
-    }
+    wanted = {program.transfer: {level for level in subject.levels(program) if level > 0} for program in programs}
     drawn = set[int]().union(*wanted.values())
     levels = [level for level in subject.package.manifest.levels if level.index in drawn]
     bench.progress.start("box reference of levels", len(levels))

@@ -61,8 +61,9 @@ class OtherView(Record):
     seen: SeenNumbers
     """The error as a person sees it. Things of a coarse level are measured in pictures as large as the report's."""
     shift_voxels: NonNegative | None = None
-    """Shift of a coarse level's picture against the truth, in voxels of the level; null if it was not measured, as for
-    levels of maxima or minima, which are wider than the scan."""
+    """Shift of a coarse level's picture against the truth or the box reference, whichever is smaller, in voxels of the
+    level; null if it was not measured, as in views without the reference, and for levels of maxima or minima, which are
+    wider than the scan."""
     box: SeenNumbers | None = None
     """Error of the box reference in this view: means of the scan's voxels with the common table, drawn by the oracle;
     null if it was not drawn."""

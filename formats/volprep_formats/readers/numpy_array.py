@@ -27,6 +27,8 @@ from volprep_formats.source import ArrayLayout, SourceSpec
 _CHUNK_BYTES = 2**18
 _MOST_MEMBERS = 10_000
 _METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+# UnicodeDecodeError: a name that is marked as UTF-8 and is not.
+_DAMAGES = (zipfile.BadZipFile, NotImplementedError, RuntimeError, UnicodeDecodeError)
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
@@ -73,7 +75,7 @@ def _from_zip(path: Path, wanted: str | None) -> VoxelFile:
             member = _chosen(path, members, wanted)
             with archive.open(member) as unpacked:
                 dtype, shape_zyx, start = _header(path, unpacked)
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
+    except (*_DAMAGES, zlib.error, EOFError) as error:
         raise VolprepError("VP1281", path=path, error=str(error)[:200]) from error
     size = member.file_size
     # A member cannot hold more than its packed bytes unpack to, whatever size it declares.
@@ -102,5 +104,5 @@ def _unpacked(path: Path, name: str) -> Iterator[bytes]:
             with zipfile.ZipFile(file) as archive, archive.open(name) as unpacked:
                 while piece := unpacked.read(_CHUNK_BYTES):
                     yield piece
-        except (zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
+        except _DAMAGES as error:
             raise VolprepError("VP1005", path=path, error=error) from error

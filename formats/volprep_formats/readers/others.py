@@ -61,6 +61,12 @@ _BY_HEAD: tuple[tuple[re.Pattern[bytes], Other], ...] = tuple(
         (rb"GIF8|RIFF....WEBP", "a picture of a kind that is not read", "Save the slices as PNG or TIFF."),
         (rb"7z\xbc\xaf'\x1c|Rar!|\xfd7zXZ|BZh|\x28\xb5\x2f\xfd", "a packed archive", _UNPACK),
         (rb".{128}DICM", "a DICOM file packed by gzip", "Unpack it with gunzip, and name the file or its folder."),
+        (
+            # Elements of groups 0002 and 0008: explicit, implicit with text or a length of the group, big endian.
+            rb"\x02\0\0\0UL\x04\0|\x08\0.\0(?:[A-Z]{2}|.{2}\0\0[ -~]{4}|\x04\0\0\0.{4}\x08\0)|\0\x08\0.[A-Z]{2}",
+            "a DICOM file without its header, 128 bytes and DICM",
+            "Write it with one: dcmconv IN.dcm OUT.dcm, of DCMTK.",
+        ),
         (rb"TRACK\0", "a file of streamlines", "It has no voxels: name the volume that it was traced in."),
         (rb"PK\x03\x04", "a zip archive", _UNPACK),
         (rb".{257}ustar", "a tar archive", _UNPACK),
