@@ -100,7 +100,7 @@ static const volpkg_pass* pass_of(const volpkg_program* p, int number) {
     return number < p->before.count ? &p->before.at[number] : p->light_pass;
 }
 
-/* Use a program, and set its uniforms and samplers; a pass, and the depth pass of a mesh, has only some of them. */
+/* Use a program, and set its uniforms and samplers; a pass has only some of them. */
 static void use(const scene* s, GLuint program, const volpkg_uniform_record* uniforms, int count, int draw) {
     const volpkg_program* p = s->frame.drawing->program;
     float value[16];
@@ -134,6 +134,25 @@ static void draw_corners(const scene* s, volpkg_geometry geometry, int draw, int
     free(corners);
 }
 
+/* SPEC.md section 15: the nearest faces into red and green, the farthest into blue and alpha. */
+static void draw_mesh(const volpkg_mesh* mesh) {
+    int farthest, i;
+    glEnable(GL_DEPTH_TEST);
+    for (farthest = 0; farthest < 2; ++farthest) {
+        GLboolean near = farthest ? GL_FALSE : GL_TRUE;
+        glColorMask(near, near, !near, !near);
+        glClearDepthf(farthest ? 0.0f : 1.0f);
+        glClear(GL_DEPTH_BUFFER_BIT);
+        glDepthFunc(farthest ? GL_GREATER : GL_LESS);
+        for (i = 0; i < mesh->parts.count; ++i) {
+            glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, mesh->parts.at[i].positions);
+            glDrawElements(GL_TRIANGLES, mesh->parts.at[i].index_count, GL_UNSIGNED_SHORT, mesh->parts.at[i].indices);
+        }
+    }
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDisable(GL_DEPTH_TEST);
+}
+
 /* The steps of a picture, as volpkg.h lists them beside volpkg_frame. */
 static void draw_program(scene* s) {
     const volpkg_program* p = s->frame.drawing->program;
@@ -141,7 +160,10 @@ static void draw_program(scene* s) {
     for (i = 0; i < p->before.count; ++i) {
         draw_into(&s->pass[i]);
         use(s, s->pass[i].program, p->before.at[i].uniforms.at, p->before.at[i].uniforms.count, 0);
-        draw_corners(s, p->before.at[i].geometry, 0, 0, NULL);
+        if (p->before.at[i].geometry == VOLPKG_GEOMETRY_MESH)
+            draw_mesh(s->frame.drawing->mesh);
+        else
+            draw_corners(s, p->before.at[i].geometry, 0, 0, NULL);
     }
     for (i = 0; i < s->frame.draws; ++i) {
         const target* light = &s->pass[s->passes - 1];
@@ -154,26 +176,6 @@ static void draw_program(scene* s) {
         glBindTexture(GL_TEXTURE_2D, 0); /* a pass must not read its own target */
         use(s, light->program, p->light_pass->uniforms.at, p->light_pass->uniforms.count, i);
         draw_corners(s, p->geometry, i, 1, &p->light_pass->blend);
-    }
-}
-
-/* SPEC.md section 15: first depth alone, then only what has that depth. */
-static void draw_mesh(scene* s, GLuint depth) {
-    const volpkg_program* p = s->frame.drawing->program;
-    const volpkg_mesh* mesh = s->frame.drawing->mesh;
-    int pass, i;
-    draw_into(&s->picture);
-    glEnable(GL_DEPTH_TEST);
-    for (pass = 0; pass < 2; ++pass) {
-        GLboolean colour = pass == 1 ? GL_TRUE : GL_FALSE;
-        glColorMask(colour, colour, colour, colour);
-        glDepthMask(!colour);
-        glDepthFunc(pass ? GL_EQUAL : GL_LESS);
-        use(s, pass ? s->program : depth, p->uniforms.at, p->uniforms.count, 0);
-        for (i = 0; i < mesh->parts.count; ++i) {
-            glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, mesh->parts.at[i].positions);
-            glDrawElements(GL_TRIANGLES, mesh->parts.at[i].index_count, GL_UNSIGNED_SHORT, mesh->parts.at[i].indices);
-        }
     }
 }
 
@@ -195,10 +197,10 @@ static void draw(const volpkg_package* package, volpkg_drawing* drawing, int poi
     int es3 = package->profile.api == VOLPKG_API_ES3_0, i;
     const volpkg_program* p;
     if (volpkg_view(package, view, 1.0, box_from_clip)) fail(view, "no standard view has this name");
-    /* Rays that begin at a mesh are faster; the picture is the same. */
+    /* Rays that begin and end at a mesh are faster; the picture is the same. */
     if (point < 0 &&
         !volpkg_choose_mesh(package, drawing->program->transfer, drawing->level->index, &from_mesh, &error) &&
-        !volpkg_near_plane_cuts(&from_mesh, box_from_clip))
+        !volpkg_planes_cut(&from_mesh, box_from_clip))
         *drawing = from_mesh;
     p = drawing->program;
     if (volpkg_begin_frame(drawing, box_from_clip, volpkg_step_mm(drawing), made->side, made->side, &s.frame, &error))
@@ -206,19 +208,16 @@ static void draw(const volpkg_package* package, volpkg_drawing* drawing, int poi
     s.passes = p->before.count + (p->light_pass != NULL);
     glDisable(GL_DITHER);
     glEnableVertexAttribArray(0);
-    make_target(&s.picture, p->target, made->side, GL_NEAREST, es3, drawing->mesh != NULL);
+    make_target(&s.picture, p->target, made->side, GL_NEAREST, es3, 0);
     for (i = 0; i < s.passes; ++i) {
         const volpkg_pass* pass = pass_of(p, i);
         make_target(&s.pass[i], pass->target, pass->size ? pass->size : made->side,
-                    pass == p->light_pass ? GL_LINEAR : GL_NEAREST, es3, 0);
+                    pass == p->light_pass ? GL_LINEAR : GL_NEAREST, es3, pass->geometry == VOLPKG_GEOMETRY_MESH);
         s.pass[i].program = link_program(&pass->vertex, &pass->fragment);
     }
     for (i = 0; i < drawing->units; ++i) upload(drawing, i);
     s.program = link_program(&p->vertex, &p->fragment);
-    if (drawing->mesh == NULL)
-        draw_program(&s);
-    else
-        draw_mesh(&s, link_program(&p->vertex, &package->proxy->depth));
+    draw_program(&s);
     read_picture(&s, made);
 }
 

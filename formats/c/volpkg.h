@@ -150,7 +150,8 @@ typedef enum volpkg_file_role { VOLPKG_FILE_ROLE_TEXTURE, VOLPKG_FILE_ROLE_SHADE
     VOLPKG_FILE_ROLE_WORK, VOLPKG_FILE_ROLE_OTHER /* of a later version: ignore it */ } volpkg_file_role;
 typedef enum volpkg_filter { VOLPKG_FILTER_LINEAR, VOLPKG_FILTER_NEAREST } volpkg_filter;
 typedef enum volpkg_geometry { VOLPKG_GEOMETRY_TRIANGLE, VOLPKG_GEOMETRY_FRONT_FACES, VOLPKG_GEOMETRY_BACK_FACES,
-    VOLPKG_GEOMETRY_AXIS_SLICES, VOLPKG_GEOMETRY_VIEW_SLICES, VOLPKG_GEOMETRY_HALF_ANGLE_SLICES } volpkg_geometry;
+    VOLPKG_GEOMETRY_MESH, VOLPKG_GEOMETRY_AXIS_SLICES, VOLPKG_GEOMETRY_VIEW_SLICES, VOLPKG_GEOMETRY_HALF_ANGLE_SLICES }
+    volpkg_geometry;
 typedef enum volpkg_light_channels { VOLPKG_LIGHT_CHANNELS_LUMINANCE, VOLPKG_LIGHT_CHANNELS_RGB } volpkg_light_channels;
 typedef enum volpkg_light_kind { VOLPKG_LIGHT_KIND_OCCLUSION, VOLPKG_LIGHT_KIND_SCATTERING, VOLPKG_LIGHT_KIND_SHADOW }
     volpkg_light_kind;
@@ -187,8 +188,8 @@ typedef enum volpkg_state { VOLPKG_STATE_DRAFT, VOLPKG_STATE_SEALED } volpkg_sta
 typedef enum volpkg_stored_type { VOLPKG_STORED_TYPE_NONE, VOLPKG_STORED_TYPE_UINT8, VOLPKG_STORED_TYPE_INT16,
     VOLPKG_STORED_TYPE_UINT16, VOLPKG_STORED_TYPE_FLOAT32 } volpkg_stored_type;
 typedef enum volpkg_target { VOLPKG_TARGET_RGBA8, VOLPKG_TARGET_RGBA16F, VOLPKG_TARGET_RGBA32F } volpkg_target;
-typedef enum volpkg_technique { VOLPKG_TECHNIQUE_RAY_CASTING, VOLPKG_TECHNIQUE_TWO_PASS,
-    VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED, VOLPKG_TECHNIQUE_SLABS, VOLPKG_TECHNIQUE_TILES,
+typedef enum volpkg_technique { VOLPKG_TECHNIQUE_RAY_CASTING, VOLPKG_TECHNIQUE_RAY_CASTING_AS_PUBLISHED,
+    VOLPKG_TECHNIQUE_TWO_PASS, VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED, VOLPKG_TECHNIQUE_SLABS, VOLPKG_TECHNIQUE_TILES,
     VOLPKG_TECHNIQUE_AXIS_SLICES, VOLPKG_TECHNIQUE_VIEW_SLICES, VOLPKG_TECHNIQUE_VIEW_SLICES_AS_PUBLISHED }
     volpkg_technique;
 typedef enum volpkg_texture_format { VOLPKG_TEXTURE_FORMAT_LUMINANCE8, VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8,
@@ -740,6 +741,9 @@ typedef struct volpkg_slices {
     int32_t tiles_x;
     /* No texel of the stack is more opaque. */
     double largest_opacity;
+    /* Polygons for each slice. If more than one, each mixes the two slices around it, and a texel has the opacity of
+       the distance of polygons. */
+    int32_t layers;
 } volpkg_slices;
 
 /* One texture. Rows are tightly packed (UNPACK_ALIGNMENT 1); CLAMP_TO_EDGE. */
@@ -914,7 +918,7 @@ typedef struct volpkg_program {
        accumulation). first-hit: the first value that is the transfer function's `isovalue` or more. isosurface: the
        first place where the value passes the `isovalue`, from either side. */
     volpkg_compositing compositing;
-    /* Start of rays. box: the vertex shader draws the program's `geometry`. mesh: it draws proxy geometry. */
+    /* Start and end of rays. box: the volume's box. mesh: proxy geometry, which the pass of geometry `mesh` draws. */
     volpkg_rays rays;
     /* Vertex shader. */
     volpkg_text vertex;
@@ -928,7 +932,7 @@ typedef struct volpkg_program {
     VOLPKG_LIST(volpkg_uniform_record) uniforms;
     /* Every active sampler, in the order of texture units. */
     VOLPKG_LIST(volpkg_sampler) samplers;
-    /* Geometry of the vertex shader if rays begin at the box. */
+    /* Geometry of the vertex shader. */
     volpkg_geometry geometry;
     /* Passes that are drawn first, in order. */
     VOLPKG_LIST(volpkg_pass) before;
@@ -1054,15 +1058,13 @@ typedef struct volpkg_mesh {
     VOLPKG_LIST(volpkg_mesh_part) parts;
 } volpkg_mesh;
 
-/* Proxy geometry: rays begin where they first meet a mesh. */
+/* Proxy geometry: rays begin where they first meet a mesh, and end where they leave it for good. */
 typedef struct volpkg_proxy {
-    /* Largest opacity that a ray may lose because it begins at the mesh. */
+    /* Largest opacity that a ray may lose because it begins and ends at the mesh. */
     double epsilon;
     /* One for each level of each transfer function, if it saves samples. */
     VOLPKG_LIST(volpkg_mesh) meshes;
-    /* Fragment shader of the first pass, which writes only depth. */
-    volpkg_text depth;
-    /* Programs of the second pass. Their attribute is `a_position` (vec3), a vertex of the mesh. */
+    /* Programs whose rays begin and end at a mesh. Each has one pass of geometry `mesh`. */
     VOLPKG_LIST(volpkg_program) programs;
 } volpkg_proxy;
 
@@ -1372,8 +1374,9 @@ volpkg_code volpkg_choose(const volpkg_package* package, const char* transfer, i
                           volpkg_error* error);
 
 /*
- * The same with a program whose rays begin at a mesh. Fails with VOLPKG_CANNOT_DRAW if the package has no such mesh,
- * with VOLPKG_DRACO if the mesh is compressed. In both cases, and if volpkg_near_plane_cuts, draw with volpkg_choose.
+ * The same with a program whose rays begin and end at a mesh, which its pass of geometry VOLPKG_GEOMETRY_MESH draws.
+ * Fails with VOLPKG_CANNOT_DRAW if the package has no such mesh, with VOLPKG_DRACO if the mesh is compressed. In both
+ * cases, and if volpkg_planes_cut, draw with volpkg_choose.
  */
 volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transfer, int32_t level,
                                volpkg_drawing* drawing, volpkg_error* error);
@@ -1446,8 +1449,8 @@ volpkg_code volpkg_box_from_clip(const volpkg_grid* grid, const double clip_from
  */
 volpkg_code volpkg_view(const volpkg_package* package, const char* view, double aspect, double box_from_clip[16]);
 
-/* Whether part of the volume is before the near plane, so that a mesh would be cut open. */
-int volpkg_near_plane_cuts(const volpkg_drawing* drawing, const double box_from_clip[16]);
+/* Whether part of the volume is beyond the near or the far plane, so that a mesh would be cut open. */
+int volpkg_planes_cut(const volpkg_drawing* drawing, const double box_from_clip[16]);
 
 /* ---- pictures of several draws -------------------------------------------------------------------------- */
 
@@ -3099,8 +3102,8 @@ static const volpkg__field volpkg__light_model_fields[] = {
 VOLPKG__RECORDS(volpkg__light_model_record, volpkg_light_model, volpkg__light_model_fields)
 static const volpkg__named volpkg__geometry_words[] = {{"triangle", VOLPKG_GEOMETRY_TRIANGLE},
     {"front-faces", VOLPKG_GEOMETRY_FRONT_FACES}, {"back-faces", VOLPKG_GEOMETRY_BACK_FACES},
-    {"axis-slices", VOLPKG_GEOMETRY_AXIS_SLICES}, {"view-slices", VOLPKG_GEOMETRY_VIEW_SLICES},
-    {"half-angle-slices", VOLPKG_GEOMETRY_HALF_ANGLE_SLICES}, {NULL, 0}};
+    {"mesh", VOLPKG_GEOMETRY_MESH}, {"axis-slices", VOLPKG_GEOMETRY_AXIS_SLICES},
+    {"view-slices", VOLPKG_GEOMETRY_VIEW_SLICES}, {"half-angle-slices", VOLPKG_GEOMETRY_HALF_ANGLE_SLICES}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__geometry_word, VOLPKG__NAMED, 0, volpkg__geometry_words)
 static const volpkg__named volpkg__target_words[] = {{"rgba8", VOLPKG_TARGET_RGBA8}, {"rgba16f", VOLPKG_TARGET_RGBA16F},
     {"rgba32f", VOLPKG_TARGET_RGBA32F}, {NULL, 0}};
@@ -3214,6 +3217,7 @@ static const volpkg__field volpkg__slice_layout_fields[] = {
     {"slices", &volpkg__int_from_1, offsetof(volpkg_slices, slices), VOLPKG__NEEDED, 0, NULL},
     {"tiles_x", &volpkg__int_from_1, offsetof(volpkg_slices, tiles_x), VOLPKG__NEEDED, 0, NULL},
     {"largest_opacity", &volpkg__real_above_0_to_1, offsetof(volpkg_slices, largest_opacity), 0, 1.0, NULL},
+    {"layers", &volpkg__int_from_1, offsetof(volpkg_slices, layers), 0, 1.0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__slice_layout_record, volpkg_slices, volpkg__slice_layout_fields)
 VOLPKG__MAYBE(volpkg__slice_layout_record_pointer, volpkg__slice_layout_record)
@@ -3288,8 +3292,9 @@ static const volpkg__named volpkg__sampling_words[] = {{"texture3d", VOLPKG_SAMP
     {NULL, 0}};
 VOLPKG__WORDS(volpkg__sampling_word, VOLPKG__NAMED, 0, volpkg__sampling_words)
 static const volpkg__named volpkg__technique_words[] = {{"ray-casting", VOLPKG_TECHNIQUE_RAY_CASTING},
-    {"two-pass", VOLPKG_TECHNIQUE_TWO_PASS}, {"two-pass-as-published", VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED},
-    {"slabs", VOLPKG_TECHNIQUE_SLABS}, {"tiles", VOLPKG_TECHNIQUE_TILES}, {"axis-slices", VOLPKG_TECHNIQUE_AXIS_SLICES},
+    {"ray-casting-as-published", VOLPKG_TECHNIQUE_RAY_CASTING_AS_PUBLISHED}, {"two-pass", VOLPKG_TECHNIQUE_TWO_PASS},
+    {"two-pass-as-published", VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED}, {"slabs", VOLPKG_TECHNIQUE_SLABS},
+    {"tiles", VOLPKG_TECHNIQUE_TILES}, {"axis-slices", VOLPKG_TECHNIQUE_AXIS_SLICES},
     {"view-slices", VOLPKG_TECHNIQUE_VIEW_SLICES},
     {"view-slices-as-published", VOLPKG_TECHNIQUE_VIEW_SLICES_AS_PUBLISHED}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__technique_word, VOLPKG__NAMED, 0, volpkg__technique_words)
@@ -3411,7 +3416,6 @@ VOLPKG__MANY(volpkg__proxy_mesh_file_record_list_to_1024, volpkg__proxy_mesh_fil
 static const volpkg__field volpkg__proxy_fields[] = {
     {"epsilon", &volpkg__real_from_0_below_1, offsetof(volpkg_proxy, epsilon), 0, 0.0, NULL},
     {"meshes", &volpkg__proxy_mesh_file_record_list_to_1024, offsetof(volpkg_proxy, meshes), 0, 0, NULL},
-    {"depth", &volpkg__path, offsetof(volpkg_proxy, depth.path), VOLPKG__NEEDED, 0, NULL},
     {"programs", &volpkg__program_record_list_to_256, offsetof(volpkg_proxy, programs), 0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__proxy_record, volpkg_proxy, volpkg__proxy_fields)
@@ -3984,7 +3988,6 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
     if (p->proxy != NULL) {
         volpkg_proxy* proxy = (volpkg_proxy*)p->proxy;
         VOLPKG__TRY(volpkg__use_shaders(r, p, proxy->programs.at, proxy->programs.count));
-        if (proxy->programs.count) VOLPKG__TRY(volpkg__use_shader(r, p, &proxy->depth));
         for (i = 0; i < proxy->meshes.count; ++i) {
             volpkg_mesh* mesh = (volpkg_mesh*)&proxy->meshes.at[i];
             if (mesh->path) VOLPKG__TRY(volpkg__use(r, p, mesh->path, VOLPKG_FILE_ROLE_MESH, &mesh->file));
@@ -5197,6 +5200,8 @@ static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package
     VOLPKG__TRY(volpkg__source_rules(r, program, program->uniforms.at, program->uniforms.count));
     for (k = 0; k < volpkg__passes_of(program); ++k) {
         const volpkg_pass* pass = k < program->before.count ? &program->before.at[k] : program->light_pass;
+        VOLPKG__RULE(pass->geometry != VOLPKG_GEOMETRY_MESH, program->name,
+                     "it begins at the box, but has a pass over a mesh");
         VOLPKG__TRY(volpkg__source_rules(r, program, pass->uniforms.at, pass->uniforms.count));
         VOLPKG__TRY(volpkg__reads_rules(r, program, pass->reads.at, pass->reads.count));
     }
@@ -5567,6 +5572,9 @@ static volpkg_code volpkg__proxy_rules(volpkg__reader* r, const volpkg_package* 
         }
         for (k = 0; k < p->programs.count; ++k) same |= volpkg__reads_the_same(program, &p->programs.at[k]);
         VOLPKG__RULE(same, program->name, "it does not read what a program of its transfer function reads");
+        VOLPKG__RULE(volpkg__passes_of(program) == 1 && program->before.count == 1 &&
+                         program->before.at[0].geometry == VOLPKG_GEOMETRY_MESH,
+                     program->name, "it begins at meshes, but does not have one pass, which draws them");
         VOLPKG__TRY(volpkg__unique_inputs(r, program));
     }
     return VOLPKG_OK;
@@ -5609,15 +5617,16 @@ static volpkg_code volpkg__slices_rules(volpkg__reader* r, const volpkg_package*
         VOLPKG__RULE(s->slice_shape_yx[0] == level->grid.shape_zyx[place == 0 ? 1 : 0] &&
                          s->slice_shape_yx[1] == level->grid.shape_zyx[place == 2 ? 1 : 2],
                      t->name, "its slices are not those of its level");
-        VOLPKG__RULE(t->reference_mm == level->grid.spacing_mm_zyx[place], t->name,
-                     "its opacity is not that of the distance of its slices");
+        VOLPKG__RULE(t->reference_mm == level->grid.spacing_mm_zyx[place] / s->layers, t->name,
+                     "its opacity is not that of the distance of its polygons");
         /* Parts follow each other: this one begins where the one before it ends, and the last one at the end. */
         for (k = 0, drawn = 0; k < p->textures.count; ++k) {
             const volpkg_texture* other = &p->textures.at[k];
             if (other->slices == NULL || other->slices->axis != s->axis || !volpkg__is(other->transfer, t->transfer))
                 continue;
-            VOLPKG__RULE(other->level == t->level && volpkg__same_gl(&other->gl, &t->gl), t->name,
-                         "its stack has several levels or formats");
+            VOLPKG__RULE(
+                other->level == t->level && volpkg__same_gl(&other->gl, &t->gl) && other->slices->layers == s->layers,
+                t->name, "its stack has several levels, formats or numbers of layers");
             VOLPKG__RULE(k == i || other->part != t->part, t->name, "its stack has a part twice");
             if (other->part == t->part - 1)
                 end = other->slices->first +
@@ -6658,10 +6667,6 @@ volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transf
     transfer = volpkg__default_transfer(package, transfer);
     if (proxy == NULL) return volpkg__cannot_draw(error, transfer, "the package has no meshes; the level", level);
     VOLPKG__TRY(volpkg__choose(package, proxy->programs.at, proxy->programs.count, transfer, level, drawing, error));
-    if (drawing->program->blend != NULL || volpkg__passes_of(drawing->program) > 0)
-        return volpkg__fail(error, VOLPKG_CANNOT_DRAW, drawing->program->name,
-                            "its rays begin at a mesh, and its picture takes several draws: draw it from the box", NAN,
-                            NAN);
     for (i = 0; i < proxy->meshes.count; ++i)
         if (proxy->meshes.at[i].level == drawing->level->index && volpkg__is(proxy->meshes.at[i].transfer, transfer))
             drawing->mesh = &proxy->meshes.at[i];
@@ -6988,7 +6993,7 @@ static int volpkg__clip_from_box(const double box_from_clip[16], double clip_fro
     return 1;
 }
 
-int volpkg_near_plane_cuts(const volpkg_drawing* drawing, const double box_from_clip[16]) {
+int volpkg_planes_cut(const volpkg_drawing* drawing, const double box_from_clip[16]) {
     double m[16], at[3];
     int corner, axis;
     if (drawing->mesh == NULL || !volpkg__clip_from_box(box_from_clip, m)) return 1;
@@ -6997,8 +7002,8 @@ int volpkg_near_plane_cuts(const volpkg_drawing* drawing, const double box_from_
             double margin = 4 * drawing->mesh->box_from_mesh_mm_xyz[axis];
             at[axis] = corner >> axis & 1 ? drawing->package->grid->extent_mm_zyx[2 - axis] + 2 * margin : -margin;
         }
-        if (m[2] * at[0] + m[6] * at[1] + m[10] * at[2] + m[14] <
-            -(m[3] * at[0] + m[7] * at[1] + m[11] * at[2] + m[15]))
+        if (fabs(m[2] * at[0] + m[6] * at[1] + m[10] * at[2] + m[14]) >
+            m[3] * at[0] + m[7] * at[1] + m[11] * at[2] + m[15])
             return 1;
     }
     return 0;
@@ -7294,6 +7299,7 @@ int32_t volpkg_frame_uniform(const volpkg_frame* frame, const volpkg_uniform_rec
 
 const char* volpkg_corner_name(volpkg_geometry geometry) {
     return geometry == VOLPKG_GEOMETRY_TRIANGLE     ? "a_ndc"
+           : geometry == VOLPKG_GEOMETRY_MESH       ? "a_position"
            : geometry < VOLPKG_GEOMETRY_AXIS_SLICES ? "a_corner"
                                                     : "a_slice";
 }
@@ -7422,6 +7428,7 @@ int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int3
         return 3;
     }
     volpkg__extent(frame->drawing, extent);
+    if (geometry == VOLPKG_GEOMETRY_MESH) return 0; /* its vertices are those of drawing->mesh */
     if (geometry < VOLPKG_GEOMETRY_AXIS_SLICES)
         volpkg__add_faces(&c, frame->box_from_clip, extent, geometry == VOLPKG_GEOMETRY_FRONT_FACES);
     else if (frame->layers > 0)
@@ -7494,6 +7501,11 @@ volpkg_code volpkg_choose_slices(const volpkg_package* package, const char* tran
     drawing->channel = &package->channels.at[owner];
     for (i = 0; i < package->textures.count; ++i) {
         if (!volpkg__is_slice_of(drawing, &package->textures.at[i])) continue;
+        if (package->textures.at[i].slices->layers > 1)
+            return volpkg__fail(error, VOLPKG_CANNOT_DRAW, transfer,
+                                "its slices have several layers, which this reader does not draw: build with "
+                                "slices.layers = 1",
+                                NAN, NAN);
         drawing->textures += 1;
         bytes += package->textures.at[i].texel_bytes;
     }

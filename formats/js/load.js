@@ -56,7 +56,7 @@ import { passesOf } from "./shapes.js";
  */
 
 /** Techniques that draw one triangle. Tiles, too, make the same picture at once. */
-const ONE_TRIANGLE = ["ray-casting", "tiles"];
+const ONE_TRIANGLE = ["ray-casting", "ray-casting-as-published", "tiles"];
 
 /** @param {Wanted} wanted @returns {Promise<Drawn>} */
 export async function load(wanted) {
@@ -77,7 +77,7 @@ export async function load(wanted) {
   const coming = Promise.all([
     linkedFor(wanted, choice),
     isPlain ? null : import("./techniques.js").then(({ loadTechnique }) => loadTechnique(wanted, choice, checkNamed)),
-    hasMesh ? import("./mesh.js").then(({ loadMesh }) => loadMesh(wanted, choice, notes)) : null,
+    hasMesh ? import("./mesh.js").then(({ loadMesh }) => loadMesh(wanted, choice, notes, checkNamed)) : null,
     isLit ? import("./light.js") : null,
   ]);
   const parts = await settled(coming, texturesFor(wanted, choice, forms));

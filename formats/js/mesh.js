@@ -1,5 +1,5 @@
 /**
- * Proxy geometry: rays begin at a mesh around the visible part of the volume. SPEC section 15. A mesh compressed with
+ * Proxy geometry: rays begin and end at a mesh around the visible part of the volume. SPEC section 15. A mesh compressed with
  * Draco needs a decoder from the app, because a decoder is larger than this whole library. Without one the mesh is not
  * used, a note reports it, and rays begin at the box; the picture is the same.
  */
@@ -10,7 +10,6 @@ import { isWebGl2 } from "./formats.js";
 
 /** @typedef {import("./formats.js").Gl} Gl */
 /** @typedef {import("./program.js").Linked} Linked */
-/** @typedef {import("./types.js").Program} Program */
 /** @typedef {{positions: Float32Array, indices: Uint16Array}} Part */
 
 const LARGEST_JSON = 1 << 20;
@@ -18,21 +17,13 @@ const LARGEST_JSON = 1 << 20;
 const UNITS = 4;
 
 /**
- * A mesh, with the programs that draw it.
- * @typedef {{parts: Part[], program: Program, drawing: Linked, first: Linked, scale: readonly number[], extent:
- *   readonly number[]}} Loaded
- */
-
-/**
  * The mesh of a choice, or null if rays begin at the box.
  * @param {import("./load.js").Wanted} wanted @param {import("./choose.js").Choice} choice
  * @param {string[]} notes gets a note if the mesh cannot be used
+ * @param {typeof import("./program.js").checkNamed} checkNamed
  */
-export async function loadMesh(
-  { gl, pack, device, decodeDraco, use, signal },
-  { program: { transfer }, level },
-  notes,
-) {
+export async function loadMesh(wanted, { program: { transfer }, level, textures }, notes, checkNamed) {
+  const { gl, pack, device, decodeDraco, use, signal } = wanted;
   const { proxy, grid } = pack.manifest;
   const record = proxy?.meshes?.find((each) => each.transfer === transfer && each.level === level.index);
   const program = proxy?.programs?.find((each) => each.transfer === transfer && each.levels.includes(level.index));
@@ -49,55 +40,38 @@ export async function loadMesh(
         record.draco ? decodeDraco : undefined,
       )
     : [];
-  const vertex = await pack.text(program.vertex, { signal });
-  const [fragment, depth] = [await pack.text(program.fragment, { signal }), await pack.text(proxy.depth, { signal })];
-  const drawing = await device.linked(program.name, async () => ({
-    name: program.name,
-    vertex,
-    fragment,
-    paths: [program.vertex, program.fragment],
-  }));
-  const first = await device.linked(`${program.name} depth`, async () => ({
-    name: "depth",
-    vertex,
-    fragment: depth,
-    paths: [program.vertex, proxy.depth],
-  }));
+  const paths = /** @type {[string, string]} */ ([program.vertex, program.fragment]);
+  const linked = await device.linked(program.name, async () => {
+    const [vertex, fragment] = await Promise.all(paths.map((path) => pack.text(path, { signal })));
+    return { name: program.name, vertex, fragment, paths };
+  });
   check(signal);
-  /** @type {Mesh | null} */
-  let mesh = null;
-  use(
-    () =>
-      (mesh = new Mesh(gl, {
-        parts,
-        program,
-        drawing,
-        first,
-        scale: record.box_from_mesh_mm_xyz,
-        extent: grid.extent_mm_zyx,
-      })),
-  );
-  return /** @type {Mesh | null} */ (mesh);
+  /** @type {Shape | null} */
+  let made = null;
+  use(() => (made = new Shape(gl, parts)));
+  const shape = /** @type {Shape | null} */ (made);
+  if (!shape) return null;
+  try {
+    const { loadTechnique } = await import("./techniques.js");
+    // An app that cuts the volume draws without the mesh.
+    const technique = await loadTechnique({ ...wanted, clip: null }, { program, textures, level }, checkNamed, shape);
+    return technique && new Mesh(shape, linked, technique, record.box_from_mesh_mm_xyz, grid.extent_mm_zyx);
+  } catch (error) {
+    use(() => shape.dispose());
+    throw error;
+  }
 }
 
-/** A mesh on the GPU, and the two passes that draw it. */
-export class Mesh {
+/** The faces of a mesh on the GPU. */
+export class Shape {
   #gl;
-  #programs;
-  #ends;
   #array;
   /** @type {{vertices: WebGLBuffer | null, indices: WebGLBuffer | null, count: number}[]} */
   #parts;
-  /** Values of uniforms, by their source. @type {Record<string, readonly number[]>} */
-  values;
 
-  /** @param {Gl} gl @param {Loaded} loaded */
-  constructor(gl, { parts, scale, extent, ...programs }) {
+  /** @param {Gl} gl @param {Part[]} parts */
+  constructor(gl, parts) {
     this.#gl = gl;
-    this.#programs = programs;
-    this.values = { box_from_mesh: scale };
-    // The last voxel of a coarse level may reach beyond the extent, and the shader moves the border a voxel outwards.
-    this.#ends = [0, 1, 2].map((axis) => [-UNITS * scale[axis], extent[2 - axis] + 2 * UNITS * scale[axis]]);
     this.#array = isWebGl2(gl) ? gl.createVertexArray() : null;
     if (isWebGl2(gl)) gl.bindVertexArray(this.#array);
     this.#parts = parts.map(({ positions, indices }) => {
@@ -111,8 +85,62 @@ export class Mesh {
     if (isWebGl2(gl)) gl.bindVertexArray(null);
   }
 
+  /** Draws the nearest faces into red and green of the bound target, and the farthest into blue and alpha. */
+  draw() {
+    const gl = this.#gl;
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthMask(true);
+    if (isWebGl2(gl)) gl.bindVertexArray(this.#array);
+    for (const near of [true, false]) {
+      gl.colorMask(near, near, !near, !near);
+      gl.clearDepth(near ? 1 : 0);
+      gl.clear(gl.DEPTH_BUFFER_BIT);
+      gl.depthFunc(near ? gl.LESS : gl.GREATER);
+      for (const { vertices, indices, count } of this.#parts) {
+        gl.bindBuffer(gl.ARRAY_BUFFER, vertices);
+        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, indices);
+        gl.enableVertexAttribArray(0);
+        gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
+        gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_SHORT, 0);
+      }
+    }
+    gl.colorMask(true, true, true, true);
+    gl.clearDepth(1);
+    gl.depthFunc(gl.LESS);
+    gl.disable(gl.DEPTH_TEST);
+  }
+
+  dispose() {
+    const gl = this.#gl;
+    for (const { vertices, indices } of this.#parts) {
+      gl.deleteBuffer(vertices);
+      gl.deleteBuffer(indices);
+    }
+    if (isWebGl2(gl)) gl.deleteVertexArray(this.#array);
+  }
+}
+
+/** A mesh, and the program that draws with it. */
+export class Mesh {
+  #shape;
+  #ends;
+
   /**
-   * Itself, for a camera in front of it; null if the near plane cuts it, or the eye is within the volume.
+   * @param {Shape} shape @param {Linked} linked @param {import("./techniques.js").Technique} technique
+   * @param {readonly number[]} scale @param {readonly number[]} extent z, y, x
+   */
+  constructor(shape, linked, technique, scale, extent) {
+    this.#shape = shape;
+    this.linked = linked;
+    this.technique = technique;
+    /** Values of uniforms, by their source. */
+    this.values = { box_from_mesh: scale };
+    // The last voxel of a coarse level may reach beyond the extent, and the shader moves the border a voxel outwards.
+    this.#ends = [0, 1, 2].map((axis) => [-UNITS * scale[axis], extent[2 - axis] + 2 * UNITS * scale[axis]]);
+  }
+
+  /**
+   * Itself, for a camera in front of it; null if the near or the far plane cuts it, or the eye is within the volume.
    * @param {ArrayLike<number>} boxFromClip
    */
   front(boxFromClip) {
@@ -124,52 +152,14 @@ export class Mesh {
       const [depth, w] = [2, 3].map((row) =>
         at.reduce((sum, each, column) => sum + each * clipFromBox[4 * column + row], 0),
       );
-      if (depth < -w) return null;
+      if (Math.abs(depth) > w) return null;
     }
-    this.values.clip_from_box = clipFromBox;
     return this;
   }
 
-  /**
-   * Draws into the framebuffer that is bound, which has a depth buffer.
-   * @param {(linked: Linked, program: Program) => void} bind
-   */
-  draw(bind) {
-    const gl = this.#gl;
-    const { program, drawing, first } = this.#programs;
-    gl.clearColor(0, 0, 0, 0);
-    gl.clearDepth(1);
-    gl.depthMask(true);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    gl.enable(gl.DEPTH_TEST);
-    if (isWebGl2(gl)) gl.bindVertexArray(this.#array);
-    for (const [linked, writes, test] of /** @type {const} */ ([
-      [first, true, gl.LESS],
-      [drawing, false, gl.EQUAL],
-    ])) {
-      gl.colorMask(!writes, !writes, !writes, !writes);
-      gl.depthMask(writes);
-      gl.depthFunc(test);
-      bind(linked, program);
-      for (const { vertices, indices, count } of this.#parts) {
-        gl.bindBuffer(gl.ARRAY_BUFFER, vertices);
-        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, indices);
-        gl.enableVertexAttribArray(0);
-        gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
-        gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_SHORT, 0);
-      }
-    }
-    gl.depthMask(true);
-    gl.disable(gl.DEPTH_TEST);
-  }
-
   dispose() {
-    const gl = this.#gl;
-    for (const { vertices, indices } of this.#parts) {
-      gl.deleteBuffer(vertices);
-      gl.deleteBuffer(indices);
-    }
-    if (isWebGl2(gl)) gl.deleteVertexArray(this.#array);
+    this.technique.dispose();
+    this.#shape.dispose();
   }
 }
 

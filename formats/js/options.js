@@ -22,6 +22,7 @@
  * @property {readonly (readonly number[])[]} [planes] additional clipping planes, like the planes of `setClip`; the
  *   first picture with more planes than before is late, because its shader is compiled first
  * @property {boolean} [blend] over the existing picture, in a linear target; replaces it if absent
+ * @property {Viewport} [part] of the viewport, which is drawn; the rest is kept. All of it if absent
  * @property {boolean} [moving] whether the picture may be coarser; by default the state of `interacting`
  */
 /**

@@ -43,6 +43,11 @@ export class Pace {
     return RUNGS[this.#rung];
   }
 
+  /** Whether a picture of full quality takes too long. */
+  get slow() {
+    return this.#full > this.#budget;
+  }
+
   /** @param {boolean} moving */
   before(moving) {
     if (!moving || isWebGl2(this.#gl)) {

@@ -10,10 +10,11 @@ import { bind } from "./load.js";
  * @property {WebGLFramebuffer | null | undefined} target in place of the picture
  * @property {import("./target.js").Picture} picture
  * @property {number} scale share of the pixels of the picture along an axis
- * @property {import("./mesh.js").Mesh | null} mesh where rays may begin
+ * @property {import("./mesh.js").Mesh | null} mesh where rays may begin and end
  * @property {Pick<import("./clip.js").Behind, "texture" | "reversed" | "scale" | "planes">} behind
  * @property {Record<string, Value>} values by the source of a uniform
  * @property {boolean} blend with the existing picture
+ * @property {import("./options.js").Viewport} [part] of the picture, which is drawn
  */
 
 /**
@@ -21,12 +22,12 @@ import { bind } from "./load.js";
  * @param {Painting} how
  */
 export function paint(gl, device, drawn, how) {
-  const { boxFromClip, viewport, target, picture, scale, values, blend } = how;
+  const { boxFromClip, viewport, target, picture, scale, values, blend, part } = how;
   const [x, y, width, height] = viewport;
   const own = target === undefined;
   const mesh = how.mesh && how.mesh.front(boxFromClip);
   const bindTarget = () => {
-    if (own) picture.bind(Math.ceil(width * scale), Math.ceil(height * scale), mesh !== null);
+    if (own) picture.bind(Math.ceil(width * scale), Math.ceil(height * scale));
     else gl.bindFramebuffer(gl.FRAMEBUFFER, target);
   };
   bindTarget();
@@ -37,13 +38,19 @@ export function paint(gl, device, drawn, how) {
   const behind = { ...how.behind, pixel: size, boxFromClip };
   const give = (/** @type {any} */ to, /** @type {any} */ inputs, /** @type {any} */ all) =>
     bind(gl, drawn, to, inputs, all, behind);
-  const { choice, linked, technique } = drawn;
-  if (mesh) mesh.draw((to, program) => give(to, program, { ...values, ...mesh.values }));
-  else if (technique) technique.draw(linked, { values, viewport: place, bindTarget, bind: give });
+  const { choice } = drawn;
+  const { linked, technique } = mesh ?? drawn;
+  const all = mesh ? { ...values, ...mesh.values } : values;
+  if (technique) technique.draw(linked, { values: all, viewport: place, bindTarget, bind: give, part });
   else {
     give(linked, choice.program, values);
     device.triangle();
+    if (part) {
+      gl.enable(gl.SCISSOR_TEST);
+      gl.scissor(...part);
+    }
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.disable(gl.SCISSOR_TEST);
   }
   device.unbind();
 }

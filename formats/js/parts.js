@@ -14,7 +14,6 @@ export function usesOf({ editing, subvolumes, proxy }) {
     ...(subvolumes ? [/** @type {import("./shapes.js").Use} */ ([subvolumes.grid, "grid"])] : []),
     ...(proxy ? shadersOf(proxy.programs ?? []) : []),
     ...(proxy?.meshes ?? []).flatMap(({ file }) => (file ? [/** @type {import("./shapes.js").Use} */ ([file, "mesh"])] : [])),
-    ...(proxy ? [/** @type {import("./shapes.js").Use} */ ([proxy.depth, "shader"])] : []),
   ];
 }
 

@@ -5,7 +5,7 @@ import { WHOLE, linkNow } from "./program.js";
 
 /** @typedef {import("./formats.js").Gl} Gl */
 /** @typedef {"rgba8" | "rgba16f" | "rgba32f"} Format */
-/** @typedef {{texture: WebGLTexture | null, frame: WebGLFramebuffer | null}} Target */
+/** @typedef {{texture: WebGLTexture | null, frame: WebGLFramebuffer | null, depth?: WebGLRenderbuffer | null}} Target */
 
 /** Bytes of a texel. */
 export const TEXEL_BYTES = { rgba8: 4, rgba16f: 8, rgba32f: 16 };
@@ -38,9 +38,10 @@ export function claims(gl, format) {
 /**
  * A texture and its framebuffer, which is bound; null if nothing can be drawn into it.
  * @param {Gl} gl @param {Format} format @param {number} width @param {number} height @param {boolean} linear whether it is filtered
+ * @param {boolean} [deep] whether it has a depth buffer
  * @returns {Target | null}
  */
-export function makeTarget(gl, format, width, height, linear) {
+export function makeTarget(gl, format, width, height, linear, deep = false) {
   const texture = gl.createTexture();
   const frame = gl.createFramebuffer();
   gl.activeTexture(gl.TEXTURE0);
@@ -54,14 +55,21 @@ export function makeTarget(gl, format, width, height, linear) {
   }
   gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
   gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
-  if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE) return { texture, frame };
-  freeTarget(gl, { texture, frame });
+  const depth = deep ? gl.createRenderbuffer() : null;
+  if (depth) {
+    gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
+    gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT16, width, height);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
+  }
+  if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE) return { texture, frame, depth };
+  freeTarget(gl, { texture, frame, depth });
   return null;
 }
 
 /** @param {Gl} gl @param {Target} target */
-export function freeTarget(gl, { texture, frame }) {
+export function freeTarget(gl, { texture, frame, depth = null }) {
   gl.deleteTexture(texture);
+  gl.deleteRenderbuffer(depth);
   gl.deleteFramebuffer(frame);
 }
 

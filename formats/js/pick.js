@@ -139,7 +139,7 @@ export class Picker {
     const wide = drawn.technique ? 1 : ENDS;
     /** @type {number[]} */
     const found = [];
-    renderer.use(() => picture.bind(wide, 1, false));
+    renderer.use(() => picture.bind(wide, 1));
     for (let i = 0; i < ENDS; i++) {
       const matrix = rayMatrix(from, at(low + (i + 1) * size), width);
       renderer.draw({ boxFromClip: matrix, viewport: [i % wide, 0, 1, 1], target: picture.frame, moving: false });

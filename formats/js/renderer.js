@@ -52,6 +52,16 @@ export class Renderer extends RendererState {
     return this.#quality(this.#moving);
   }
 
+  /** Whether the camera moves. */
+  get moving() {
+    return this.#moving;
+  }
+
+  /** Whether a picture in full took longer than `frameMs` when it was measured. */
+  get slow() {
+    return this.#pace?.slow ?? false;
+  }
+
   /** Starts loading; resolves when the coarsest available level can be drawn. */
   async start() {
     try {
@@ -86,6 +96,7 @@ export class Renderer extends RendererState {
     depth,
     planes = [],
     blend = false,
+    part,
     moving = this.#moving,
   }) {
     const { drawn, device } = this._levels;
@@ -105,10 +116,12 @@ export class Renderer extends RendererState {
         target,
         picture: device.pictures.of(keep),
         scale: quality.scale,
-        mesh: target === undefined ? mesh : null,
+        // Where the picture is blended with another one, only one draw may make it.
+        mesh: blend ? null : mesh,
         behind: { ...depth, planes },
         values: { ...drawn.choice.values, ...light, box_from_clip: Array.from(boxFromClip), step_mm: stepMm },
         blend,
+        part,
       });
       this.#pace?.after(moving);
       if (target === undefined) this.#last = { boxFromClip: Array.from(boxFromClip), width, height, quality };
@@ -170,6 +183,15 @@ export class Renderer extends RendererState {
   async pick(x, y, options) {
     const { pickPixel } = await import("./pick.js");
     return pickPixel(this, x, y, options);
+  }
+
+  /**
+   * Finishes a picture part by part: each `step` of the result draws what a frame has time for.
+   * @param {{boxFromClip: ArrayLike<number>, width: number, height: number, budgetMs: number}} how
+   */
+  async finishing(how) {
+    const { Finishing } = await import("./finish.js");
+    return new Finishing(this, how);
   }
 
   /**

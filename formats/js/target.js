@@ -105,7 +105,7 @@ export class Pictures {
     const found = all.find((kind) => {
       if (kind === all[all.length - 1]) return true;
       const trial = new Picture(gl, kind);
-      trial.bind(1, 1, false);
+      trial.bind(1, 1);
       for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.CULL_FACE, gl.SCISSOR_TEST]) gl.disable(each);
       gl.viewport(0, 0, 1, 1);
       gl.useProgram(draw.handle);
@@ -126,7 +126,7 @@ export class Pictures {
     const gl = this.#gl;
     const pixel = new Uint8Array(4);
     const shown = new Picture(gl, kindOfBytes(gl));
-    shown.bind(1, 1, false);
+    shown.bind(1, 1);
     this.show(picture, [0, 0, 1, 1], [0, 0, 0]);
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
     shown.dispose();
@@ -142,8 +142,6 @@ export class Picture {
   #texture = null;
   /** @type {WebGLFramebuffer | null} */
   #frame = null;
-  /** @type {WebGLRenderbuffer | null} */
-  #depth = null;
   width = 0;
   height = 0;
 
@@ -170,9 +168,9 @@ export class Picture {
 
   /**
    * Binds it as the render target.
-   * @param {number} width @param {number} height @param {boolean} depth whether it must have a depth buffer
+   * @param {number} width @param {number} height
    */
-  bind(width, height, depth) {
+  bind(width, height) {
     const gl = this.#gl;
     const limit = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     if (!(width >= 1 && height >= 1 && width <= limit && height <= limit)) {
@@ -183,12 +181,14 @@ export class Picture {
       this.#make(width, height);
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#frame);
-    if (depth && !this.#depth) {
-      this.#depth = gl.createRenderbuffer();
-      gl.bindRenderbuffer(gl.RENDERBUFFER, this.#depth);
-      gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT16, width, height);
-      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, this.#depth);
-    }
+  }
+
+  /** Reads one pixel, for which the GPU must have finished. */
+  readOne() {
+    const { texels } = this.#texels(4);
+    const gl = this.#gl;
+    const type = texels instanceof Float32Array ? gl.FLOAT : texels instanceof Uint8Array ? gl.UNSIGNED_BYTE : this.#kind.type;
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, type, texels);
   }
 
   /** Premultiplied linear RGBA, row 0 on top. @returns {Float32Array} */
@@ -252,7 +252,6 @@ export class Picture {
     const gl = this.#gl;
     gl.deleteTexture(this.#texture);
     gl.deleteFramebuffer(this.#frame);
-    gl.deleteRenderbuffer(this.#depth);
-    this.#texture = this.#frame = this.#depth = null;
+    this.#texture = this.#frame = null;
   }
 }

@@ -1,6 +1,6 @@
 /**
  * Pictures that take more than one triangle: slabs of samples, rays that begin at faces of the box, stacks of layers,
- * and passes from the light. SPEC sections 9.1 to 9.4.
+ * passes from the light, and rays that begin and end at a mesh. SPEC sections 9.1 to 9.4 and 15.
  */
 import { check } from "./abort.js";
 import { invert } from "./camera.js";
@@ -20,13 +20,14 @@ import { among, breach, count, passesOf, text, tuple } from "./shapes.js";
 /** A pass, and the program that draws it. @typedef {{pass: Pass, linked: Linked}} Drawing */
 /**
  * A pass with its texture and framebuffer.
- * @typedef {Drawing & {texture: WebGLTexture | null, frame: WebGLFramebuffer | null}} Target
+ * @typedef {Drawing & import("./pass_targets.js").Target} Target
  */
 /**
  * How a picture is drawn.
  * @typedef {object} Picture
  * @property {Record<string, Value>} values of uniforms, by their source
  * @property {readonly number[]} viewport x, y, width, height
+ * @property {readonly number[]} [part] of the viewport, which is drawn
  * @property {() => void} bindTarget binds the target of the picture
  * @property {(linked: Linked, inputs: import("./load.js").Inputs, values: Record<string, Value>) => void} bind binds
  *   the inputs of a program
@@ -34,7 +35,7 @@ import { among, breach, count, passesOf, text, tuple } from "./shapes.js";
 
 /** Opacities are added. A picture of 8 bits cuts them at 1, as that of the paper does. */
 const CLAMPED = "view-slices-as-published";
-const KNOWN = ["ray-casting", "slabs", "two-pass", "two-pass-as-published", "axis-slices", "view-slices", CLAMPED];
+const KNOWN = ["ray-casting", "ray-casting-as-published", "slabs", "tiles", "two-pass", "two-pass-as-published", "axis-slices", "view-slices", CLAMPED];
 /** The triangle that covers the picture. */
 const WHOLE = [-1, -1, 3, -1, -1, 3];
 const SAMPLER_3D = 0x8b5f;
@@ -52,7 +53,7 @@ const EDGE = 1e-6;
 const GEOMETRY = among("triangle front-faces back-faces axis-slices view-slices half-angle-slices");
 const FACTORS = tuple(2, among("ZERO ONE ONE_MINUS_SRC_ALPHA ONE_MINUS_DST_ALPHA"));
 const BLEND = { order: among("front-to-back back-to-front"), colour: FACTORS, alpha: FACTORS };
-const PASS = { geometry: GEOMETRY, target: among("rgba8 rgba16f rgba32f"), "reads?": [text], "size?": count };
+const PASS = { geometry: among("triangle front-faces back-faces view-slices half-angle-slices mesh"), target: among("rgba8 rgba16f rgba32f"), "reads?": [text], "size?": count };
 /** @type {import("./shapes.js").Shape} */
 const PROGRAM = {
   "geometry?": GEOMETRY,
@@ -66,13 +67,15 @@ const PROGRAM = {
  * Loads a technique that takes more than one triangle. Throws VP7021 if this page or device cannot draw the technique,
  * and VP7011 to VP7014 if it cannot draw into the targets of the passes.
  * @param {import("./load.js").Wanted} wanted
- * @param {import("./choose.js").Choice} choice
+ * @param {Pick<import("./choose.js").Choice, "program" | "textures" | "level">} choice
  * @param {typeof import("./program.js").checkNamed} checkNamed
+ * @param {import("./mesh.js").Shape | null} [mesh] where its rays begin and end
  */
 export async function loadTechnique(
   { gl, pack, device, clip, maxTextureBytes: limit = pack.manifest.profile.max_texture_bytes, use, signal },
   { program, textures, level },
   checkNamed,
+  mesh = null,
 ) {
   const { name, technique = "ray-casting", samplers } = program;
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7021", { name, technique, problem });
@@ -80,6 +83,7 @@ export async function loadTechnique(
     throw refuse("its opacities pass 1, and must be cut in a picture of 8 bits, which needs WebGL 2");
   if (!KNOWN.includes(technique)) throw refuse("this reader does not know it");
   const problems = breach(program, PROGRAM, name);
+  if (!mesh && passesOf(program).some(({ geometry }) => geometry === "mesh")) throw refuse("it draws a mesh, and has none");
   if (problems) throw new VolpkgError("VP4004", { path: pack.name, problems });
   /** @type {Drawing[]} */
   const passes = [];
@@ -108,7 +112,7 @@ export async function loadTechnique(
   check(signal);
   /** @type {Technique | null} */
   let made = null;
-  use(() => (made = new Technique(gl, program, passes, pack.manifest.grid.extent_mm_zyx, stack)));
+  use(() => (made = new Technique(gl, program, passes, pack.manifest.grid.extent_mm_zyx, stack, mesh)));
   return /** @type {Technique | null} */ (made);
 }
 
@@ -120,6 +124,7 @@ export class Technique {
   #clamped;
   #extent;
   #halfAngle;
+  #mesh;
   #array;
   #corners;
   #size = "";
@@ -129,8 +134,9 @@ export class Technique {
   /**
    * @param {Gl} gl @param {Program} program @param {Drawing[]} passes @param {readonly number[]} extent z, y, x
    * @param {typeof import("./half_angle.js").halfAngleLayers | null} halfAngle
+   * @param {import("./mesh.js").Shape | null} mesh
    */
-  constructor(gl, program, passes, extent, halfAngle) {
+  constructor(gl, program, passes, extent, halfAngle, mesh) {
     this.#gl = gl;
     this.#program = program;
     /** @type {Target[]} */
@@ -142,6 +148,7 @@ export class Technique {
         : null;
     this.#extent = [...extent].reverse();
     this.#halfAngle = halfAngle;
+    this.#mesh = mesh;
     this.#array = isWebGl2(gl) ? gl.createVertexArray() : null;
     this.#corners = gl.createBuffer();
   }
@@ -150,17 +157,18 @@ export class Technique {
   draw(linked, picture) {
     const gl = this.#gl;
     const { geometry = "triangle", blend, slab_samples: slab, samplers, light_pass: light } = this.#program;
-    const { values, viewport, bindTarget } = picture;
+    const { values, viewport, bindTarget, part } = picture;
     const matrix = /** @type {number[]} */ (values.box_from_clip);
     const step = /** @type {number} */ (values.step_mm);
-    const all = geometry === "triangle" ? values : { ...values, clip_from_box: clipFromBox(matrix) };
+    const all = geometry === "triangle" && !this.#mesh ? values : { ...values, clip_from_box: clipFromBox(matrix) };
     this.#passes(picture, all, matrix);
     const [x, y, width, height] = viewport;
     const place = /** @type {const} */ ([...(this.#clamped ? [0, 0] : [x, y]), width, height]);
     if (this.#clamped) gl.bindFramebuffer(gl.FRAMEBUFFER, this.#clamped.frame);
     else bindTarget();
     gl.viewport(place[0], place[1], width, height);
-    this.#clear(place);
+    this.#clear(part ?? place);
+    if (part) gl.enable(gl.SCISSOR_TEST);
     if (blend) this.#blend(blend);
     if (light) this.#layers(linked, picture, all, light);
     else if (slab) {
@@ -181,6 +189,7 @@ export class Technique {
       this.#shape(geometry, matrix);
     }
     gl.disable(gl.BLEND);
+    gl.disable(gl.SCISSOR_TEST);
     if (!this.#clamped || !isWebGl2(gl)) return;
     bindTarget();
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.#clamped.frame);
@@ -223,7 +232,8 @@ export class Technique {
       gl.viewport(0, 0, wide, high);
       this.#clear([0, 0, wide, high]);
       bind(linked, { uniforms: pass.uniforms, samplers: this.#program.samplers }, values);
-      this.#shape(pass.geometry, matrix);
+      if (pass.geometry === "mesh") this.#mesh?.draw();
+      else this.#shape(pass.geometry, matrix);
     }
   }
 
@@ -340,7 +350,7 @@ export class Technique {
   /** @param {Target} target @param {number} width @param {number} height */
   #make(target, width, height) {
     const { name, technique, light_pass: light } = this.#program;
-    const made = makeTarget(this.#gl, target.pass.target, width, height, target.pass === light);
+    const made = makeTarget(this.#gl, target.pass.target, width, height, target.pass === light, target.pass.geometry === "mesh");
     if (!made)
       throw new VolpkgError("VP7021", { name, technique, problem: `nothing can be drawn into ${target.pass.target}` });
     Object.assign(target, made);
@@ -350,7 +360,7 @@ export class Technique {
     this.#size = this.#lit = "";
     for (const each of this.#all()) {
       freeTarget(this.#gl, each);
-      each.texture = each.frame = null;
+      each.texture = each.frame = each.depth = null;
     }
   }
 }

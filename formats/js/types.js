@@ -14,7 +14,7 @@
  * @typedef {{name: string, role: string, file: string, shape_zyx: Three, gl: GlFormat, filter?: "linear" | "nearest", level?: number, channels?: string[], transfer?: string, part?: number, mipmap?: number, mosaic?: Mosaic, max_extinction_per_mm?: number}} Texture
  * @typedef {{name: string, role: string, transfer?: string, part?: number}} Sampler
  * @typedef {{name: string, type: "float" | "vec3" | "mat4", source: string}} Uniform
- * @typedef {"triangle" | "front-faces" | "back-faces" | "axis-slices" | "view-slices" | "half-angle-slices"} Geometry
+ * @typedef {"triangle" | "front-faces" | "back-faces" | "mesh" | "axis-slices" | "view-slices" | "half-angle-slices"} Geometry
  * @typedef {"ZERO" | "ONE" | "ONE_MINUS_SRC_ALPHA" | "ONE_MINUS_DST_ALPHA"} BlendFactor
  * @typedef {{order: "front-to-back" | "back-to-front", colour: [BlendFactor, BlendFactor], alpha: [BlendFactor, BlendFactor]}} Blend
  * @typedef {{vertex: string, fragment: string, geometry: Geometry, sampler: string, target: "rgba8" | "rgba16f" | "rgba32f", uniforms: Uniform[], reads?: string[], size?: number}} Pass
@@ -43,7 +43,7 @@
  * @typedef {{texture: string, level: number, block: number, blocks_zyx: Three}} BlockRanges
  * @typedef {{epsilon?: number, tables?: SkipTable[], ranges?: BlockRanges[]}} Skipping
  * @typedef {{transfer: string, level: number, file?: string, triangles?: number, draco?: boolean, box_from_mesh_mm_xyz: Three}} ProxyMesh
- * @typedef {{meshes?: ProxyMesh[], depth: string, programs?: Program[]}} Proxy
+ * @typedef {{meshes?: ProxyMesh[], programs?: Program[]}} Proxy
  * @typedef {{level: number, file: string, reference_mm: number, channel: string}} JointHistogram
  * @typedef {{grid: string, pieces?: string[], programs?: Program[]}} SubvolumeFiles
  * @typedef {{name: string, api: "es1.1" | "es2.0" | "es3.0", max_texture_bytes: number, texture_formats: string[]}} Profile

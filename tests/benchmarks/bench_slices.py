@@ -28,14 +28,20 @@ SIZES = (24, 48, 96)
 EXTENT_MM = 96.0
 PICTURE_HW = (160, 160)
 ANGLES = (0.0, 15.0, 30.0, 45.0, 54.7)
-FORMS = {"RGBA": 'form = "rgba"', "palette 256": 'form = "palette"', "palette 60": "palette_entries = 60"}
+FORMS = {
+    "RGBA": 'form = "rgba"',
+    "palette 256": 'form = "palette"',
+    "palette 60": "palette_entries = 60",
+    "2 layers": "layers = 2",
+    "4 layers": "layers = 4",
+}
 GLOW = (
     "{ value = 40.0, colour = [0.9, 0.5, 0.2], extinction_per_mm = 0.0 }, "
     "{ value = 140.0, colour = [1.0, 0.8, 0.6], extinction_per_mm = 0.02 }, "
     "{ value = 255.0, colour = [1.0, 1.0, 1.0], extinction_per_mm = 0.3 }"
 )
 FINEST_VIEW_ONLY = 45.0
-"""Forms are compared at this angle; the one that loses nothing at all of them."""
+"""Forms are compared at this angle; the one that loses nothing, and layers, at all of them."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +112,7 @@ def _rows(
             lengthened: stack.enter_context(SliceRenderer(package, lengthen=lengthened))
             for lengthened in ((True, False) if compared else (True,))
         }
-        for angle in ANGLES if compared else (FINEST_VIEW_ONLY,):
+        for angle in ANGLES if compared or "layers" in form else (FINEST_VIEW_ONLY,):
             camera = _camera(grid, angle)
             for lengthened, renderer in renderers.items():
                 if angle not in truths:

@@ -121,7 +121,7 @@ static void use_drawing(const volpkg_drawing* drawing) {
     }
     touch(drawing->program->vertex.at, drawing->program->vertex.bytes);
     touch(drawing->program->fragment.at, drawing->program->fragment.bytes);
-    touched += (unsigned)volpkg_near_plane_cuts(drawing, box_from_clip);
+    touched += (unsigned)volpkg_planes_cut(drawing, box_from_clip);
     for (i = 0; drawing->mesh != NULL && i < drawing->mesh->parts.count; ++i) {
         const volpkg_mesh_part* part = &drawing->mesh->parts.at[i];
         touch(part->positions, 12 * (int64_t)part->vertex_count);

@@ -30,6 +30,7 @@ from .conftest import EXAMPLE, told
 SIDE = 72
 DRAWS = {
     "slabs": 'technique = "slabs"',
+    "slabs at meshes": 'technique = "slabs"\n[proxy]\nblock = 4',
     "two-pass": 'technique = "two-pass"',
     "axis-slices": 'technique = "axis-slices"',
     "view-slices": 'technique = "view-slices"\nprojection = "perspective"',

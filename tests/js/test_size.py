@@ -54,6 +54,7 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
         *("annotations.js", "sheet.js", "slices.js", "unpack_worker.js", "values.js", "worker_loop.js"),
         *("fallbacks.js", "fidelity.js", "gestures.js", "half_angle.js", "ruler.js", "service_worker.js", "stage.js"),
         *(
+            "finish.js",
             "halves.js",
             "layers.js",
             "light.js",

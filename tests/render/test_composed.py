@@ -18,7 +18,6 @@ from volprep.render.gl import Gl, ShaderText
 from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
 from volprep.shading.half_floats import in_half_floats, with_half_coordinates
 from volprep.shading.program import compose_program
-from volprep.shading.rays import depth_shader
 from volprep.techniques import TECHNIQUES
 from volprep_formats.package.manifest import Channel
 from volprep_formats.package.parts.together.record import Together
@@ -100,8 +99,8 @@ def designs(package):
         if technique.name == "ray-casting" or program.sampling not in technique.samplings:
             continue
         if program.classification in technique.classifications:
-            for light in LIGHTS[:2]:
-                yield ProgramDesign(**base | light | {"technique": technique.name})
+            for light, rays in product(LIGHTS[:2], meshes if technique.meshes else ("box",)):
+                yield ProgramDesign(**base | light | {"technique": technique.name, "rays": rays})
     if program.sampling == "texture3d" and program.classification != "preclassified":
         yield ProgramDesign(**base | {"sampling": "subvolumes"})
 
@@ -120,7 +119,7 @@ def compose_all(package):
             continue
         shaders = compose_program(package, design, package.manifest.render, ends_early=ends_early, skips=skips)
         yield shaders.vertex, shaders.fragment
-        yield from ((shaders.vertex, each.fragment) for each in shaders.before)
+        yield from ((each.vertex or shaders.vertex, each.fragment) for each in shaders.before)
 
 
 def with_two_channels(package, *, packed):
@@ -187,7 +186,6 @@ def dead_words(text):
 def test_every_shader_reads_as_if_one_person_had_written_it(package, composed):
     for text in {text for texts in composed for text in texts}:
         assert not list(wrong_lines(text)), text
-    assert not list(wrong_lines(depth_shader("es100" if package.manifest.profile.api == "es2.0" else "es300")))
 
 
 def test_nothing_in_a_shader_is_left_over(composed):
@@ -198,15 +196,11 @@ def test_nothing_in_a_shader_is_left_over(composed):
 
 
 def test_the_driver_takes_every_shader(package, composed):
-    depth = depth_shader("es100" if package.manifest.profile.api == "es2.0" else "es300")
     with ExitStack() as stack:
         gl = Gl(stack.enter_context(Context(package.manifest.profile.api)))
         for vertex, fragment in composed:
             with gl.program("program", ShaderText("vertex", vertex), ShaderText("fragment", fragment)):
                 pass
-            if "v_clip" in vertex:
-                with gl.program("depth", ShaderText("vertex", vertex), ShaderText("depth", depth)):
-                    pass
 
 
 @pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")

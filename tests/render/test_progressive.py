@@ -7,15 +7,22 @@ import pytest
 from blobs import SHELLS, blobs
 from tiny_packages import ES2, ES3, tiny_package
 
+from volprep.render.choose import ray_caster_of
 from volprep.render.progressive import REFINEMENTS, frames, low_resolution, pixel_order, tile_parts
+from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
+from volprep.scene.scene import ProxySettings
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 
 HW = (45, 61)
 STEP_MM = 0.19
 CODES = blobs(5, (30, 34, 28))
-WISHES = {"plain": {}, "skipping": {"skip": ("distance", 4), "cutoff": 0.99}}
+WISHES = {
+    "plain": {},
+    "skipping": {"skip": ("distance", 4), "cutoff": 0.99},
+    "at a mesh": {"proxy": ProxySettings(block=4)},
+}
 
 
 def package_of(folder, technique="tiles", profile=ES3, **wishes):
@@ -32,7 +39,7 @@ def camera(package, view="anterior-left"):
 def test_all_parts_together_are_the_picture_bit_by_bit(tmp_path, order, wishes):
     package = package_of(tmp_path / "p", **wishes)
     matrix = camera(package)
-    with Renderer(package, target="rgba32f") as renderer:
+    with ray_caster_of(package, 0, None)(package, target="rgba32f") as renderer:
         whole = renderer.render(matrix, HW, STEP_MM)
         assert whole[..., 3].max() > 0.9
         low = low_resolution(renderer, matrix, HW, STEP_MM)
@@ -51,6 +58,24 @@ def test_slabs_together_are_the_picture_too(tmp_path):
     with Renderer(package_of(tmp_path / "s", "slabs"), target="rgba32f") as renderer:
         *_, last = frames(renderer, "slabs", camera(renderer._package), HW, STEP_MM)
     assert np.abs(last.picture - whole).max() < 1e-5
+
+
+def test_tiles_beside_the_mesh_cost_nothing(tmp_path):
+    codes = np.zeros((30, 34, 28), np.uint8)
+    codes[12:16, 14:18, 10:14] = 255
+    package = tiny_package(tmp_path / "p", codes, SHELLS, technique="tiles", proxy=ProxySettings(block=4))
+    matrix = camera(package)
+    with ProxyRenderer(package) as renderer:
+        if renderer.driver.version_number < (3, 1):
+            pytest.skip("no compute shaders")
+        seen = renderer.render(matrix, HW, STEP_MM)[::-1, :, 3] > 0
+        found = renderer.sorted_tiles(matrix, HW, STEP_MM)
+    columns = -(-HW[1] // 8)
+    shown = {int(row) * columns + int(column) for row, column in np.argwhere(seen) // 8}
+    # A tile's cost is that of its middle: a few at the rim of what is seen may cost nothing.
+    dearest = set(found[-len(shown) :])
+    assert len(shown & dearest) > 0.6 * len(shown)
+    assert 0 < len(shown) < len(found) / 2
 
 
 @pytest.mark.parametrize("view", ["anterior-left", "posterior-left"])

@@ -114,7 +114,7 @@ def test_the_loop_of_es_3_ends_where_float32_ends_to_count(tmp_path):
 
 def test_a_constant_that_no_part_uses_is_an_error():
     with pytest.raises(VolprepError, match=r"VP9001 .*\['UNUSED'\]"):
-        compose("vertex/picture", "es300", {}, {"UNUSED": "1.0"})
+        compose("vertex/picture", "es300", {"place_declared": None, "place": None}, {"UNUSED": "1.0"})
 
 
 @pytest.mark.parametrize(

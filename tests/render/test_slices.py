@@ -82,6 +82,56 @@ def test_compositing_in_double_precision_is_what_its_slow_twin_gives(noise, view
     np.testing.assert_allclose(found[clear], expected[clear], rtol=0, atol=1e-9)
 
 
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory):
+    """Slices with three polygons each; of one stack each slice is a texture of its own."""
+    codes = np.random.default_rng(3).integers(0, 256, ODD)
+    return slice_package(tmp_path_factory.mktemp("mixed"), codes, (2.5, 0.75, 1.0), slices="layers = 3")
+
+
+@pytest.mark.parametrize("view", [*SIX, "anterior-left", "posterior-left"])
+def test_polygons_between_slices_mix_both(mixed, noise, view):
+    box_from_clip = matrix(mixed, view)
+    with SliceRenderer(mixed) as renderer:
+        (axis, _), factor = renderer.facing(box_from_clip), renderer.factor(box_from_clip)
+        assert renderer.layers(axis) == 3
+        picture = renderer.render(box_from_clip, SIZE)
+        white = renderer.render_on(box_from_clip, SIZE, 0.0, white=True)
+        again = renderer.render(box_from_clip, SIZE)
+    grid = mixed.manifest.levels[0].grid
+    texels = slice_texels(mixed, "ramp", axis)
+    expected = stack_picture(texels, axis, grid, box_from_clip, SIZE, factor, 3)
+    # What one polygon may be off, and how many there are; edges of the volume are elsewhere by rounding.
+    off = np.abs(picture - expected).max(axis=-1)
+    polygons = 3 * ODD["zyx".index(axis)]
+    assert np.quantile(off, 0.9) < 0.6 * factor * polygons / 255
+    assert off.mean() < 3 / 255
+    if factor > 1.0:
+        # Along their axis layers between slices add up to the slices; at an angle it is another picture.
+        with SliceRenderer(noise) as renderer:
+            assert np.abs(picture - renderer.render(box_from_clip, SIZE)).mean() > 2 * off.mean()
+    np.testing.assert_array_equal(picture, again)
+    np.testing.assert_allclose(white[..., 0], picture[..., 3], atol=polygons / 255)
+
+
+def test_polygons_between_slices_in_double_precision_are_those_of_finer_slices():
+    """A ramp of slices, sampled at its layers, is the stack of these layers."""
+    slices, layers = 6, 4
+    at = np.clip((np.arange(slices * layers) + 0.5) / layers - 0.5, 0, slices - 1)
+    coarse = np.broadcast_to(8 * np.arange(slices)[:, None, None, None], (slices, 9, 9, 4)).astype(np.float64)
+    fine = np.broadcast_to(8 * at[:, None, None, None], (slices * layers, 9, 9, 4))
+    one, other = Grid.of((slices, 9, 9), (2.0, 1.0, 1.0)), Grid.of((slices * layers, 9, 9), (0.5, 1.0, 1.0))
+    camera = view_from(one, (30.0, 10.0, 25.0), "orthographic").box_from_clip(one, 1.0)
+    mixed = stack_picture(coarse, "z", one, camera, (31, 31), "exact", layers)
+    np.testing.assert_allclose(mixed, stack_picture(fine, "z", other, camera, (31, 31), "exact"), atol=1e-9)
+    assert mixed.max() > 0.1
+
+
+def test_layers_of_labels_are_refused(tmp_path):
+    with pytest.raises(VolprepError, match=r"VP3060 .*labels have nothing between"):
+        slice_package(tmp_path, np.full((4, 5, 6), 9), slices="layers = 2", labels=True)
+
+
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 def test_the_opacity_of_paths_at_an_angle_is_that_of_the_closed_form(projection):
     texels = np.full((20, 9, 9, 4), 51, np.uint8)

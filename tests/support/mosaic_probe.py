@@ -12,6 +12,7 @@ from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, Shader
 from volprep.shading import raycast_mosaic
 from volprep.shading.compose import compose
 from volprep.shading.feature import Feature
+from volprep.shading.rays import vertex_shader
 from volprep_formats.package.texture import GlFormat, MosaicLayout, SampleFilter, Texture
 
 Array = NDArray[np.float64]
@@ -102,7 +103,7 @@ def mosaic_probe(  # noqa: PLR0917 - all that a test chose
         filter=between,
     )
     with ExitStack() as stack:
-        vertex = ShaderText("vertex", compose("vertex/picture", "es100", {}, {}))
+        vertex = ShaderText("vertex", vertex_shader("box", "es100"))
         program = stack.enter_context(gl.program("probe", vertex, ShaderText("fragment", fragment)))
         samplers = raycast_mosaic.sampling(layout, spacing_mm_zyx).samplers
         # A volume of one voxel is the same everywhere.

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, pack_mosaic
 from volprep.render.gl import Gl, PictureTarget, ShaderText
-from volprep.shading.compose import compose
 from volprep.shading.lighting import normals_of
+from volprep.shading.rays import vertex_shader
 from volprep_formats.package.parts.normals.record import NormalCode, Normals
 from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.textures.gl_formats import gl_format
@@ -45,7 +45,7 @@ def normals_probe(
     _, _, normals = declarations("lighting", lighting).partition("\n")
     fragment = ShaderText("fragment", fetch_text(volume, spacing_mm_zyx) + normals + _MAIN)
     with ExitStack() as stack:
-        vertex = ShaderText("vertex", compose("vertex/picture", "es100", {}, {}))
+        vertex = ShaderText("vertex", vertex_shader("box", "es100"))
         program = stack.enter_context(gl.program("probe", vertex, fragment))
         assert {sampler.name for sampler in lighting.samplers} == set(program.uniforms) - {"u_box_from_clip"}
         textures = {}

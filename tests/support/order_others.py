@@ -135,6 +135,7 @@ def _colour(profile: str) -> Callable[[Path], Falling]:
 def _segments(border: str, profile: str, lighting: str = "none") -> Callable[[Path], Falling]:
     def falling(folder: Path) -> Falling:
         more = f'border = "{border}"\n[render]\nlighting = "{lighting}"\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
+        folder.mkdir(parents=True, exist_ok=True)
         build(load_request(segments_scene(profile, more)(folder)), folder / "segments.volpkg", Silent())
         package = Package.open(folder / "segments.volpkg")
         labels = held_labels(package.manifest.textures, 0, package.read_bytes)
@@ -151,7 +152,7 @@ def _segments(border: str, profile: str, lighting: str = "none") -> Callable[[Pa
     return falling
 
 
-def _stacks(view: str) -> Callable[[Path], Falling]:
+def _stacks(view: str, layers: int = 1) -> Callable[[Path], Falling]:
     """Stacks of slices have the distance of the voxels: they get finer as the grid does.
 
     In double precision, from the texels that OpenGL ES 1.1 is given; test_slices.py says that it draws the same.
@@ -170,12 +171,13 @@ def _stacks(view: str) -> Callable[[Path], Falling]:
                 np.rint(sampled(field, grid)),
                 grid.spacing_mm_zyx,
                 extra="[pyramid]\ncoarsest_longest_axis = 1024\n",
+                slices=f"layers = {layers}",
             )
             (function,) = package.manifest.transfer_functions
             media = [Medium(sampled(field, fine), 1.0, 0.0, function)]
             truth = EMISSION_ABSORPTION.oracle(media, fine, box_from_clip, shape_hw, nearest=False, normals=None).rgba
             texels = slice_texels(package, "ramp", "z")
-            drawn = stack_picture(texels, "z", grid, box_from_clip, shape_hw, "exact")
+            drawn = stack_picture(texels, "z", grid, box_from_clip, shape_hw, "exact", layers)
             errors.append(rmse(drawn, truth))
         return Falling([1 / shape[0] for shape in shapes], errors)
 
@@ -202,4 +204,6 @@ OTHERS = (
     Other("colour, mosaic", "steps", 2.0, _colour("gles2-2048")),
     Other("stacks of slices, along their axis", "grids", 2.0, _stacks("superior"), 0.5),
     Other("stacks of slices, oblique", "grids", 1.0, _stacks("anterior-left")),
+    Other("stacks of slices in two layers, along their axis", "grids", 2.0, _stacks("superior", 2), 0.5),
+    Other("stacks of slices in two layers, oblique", "grids", 1.0, _stacks("anterior-left", 2)),
 )

@@ -302,7 +302,6 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
             )
         ),
         proxy=Proxy(
-            depth="depth.frag",
             meshes=(
                 ProxyMeshFile(
                     transfer="skin",

@@ -26,6 +26,7 @@ crop = "none"
 [source]
 path = "tiny.raw"
 raw = {{ shape_zyx = {shape}, dtype = "uint8", spacing_mm_zyx = {spacing} }}
+{labels}
 
 [quantize]
 bits = 8
@@ -65,6 +66,7 @@ def slice_package(
     profile: str = "gles1",
     extra: str = "",
     head: str = "",
+    labels: bool = False,
 ) -> Package:
     """Build the package of codes [z, y, x]."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -77,8 +79,11 @@ def slice_package(
         spacing=list(spacing_mm_zyx),
         points=points,
         projection=projection,
+        labels="labels = true" if labels else "",
         slices=table,
     )
+    if labels:
+        text = text.replace("[quantize]\nbits = 8\nwindow = [0.0, 255.0]\n", "")
     (folder / "tiny.toml").write_text(text, encoding="utf-8")
     build(load_request(folder / "tiny.toml"), folder / "tiny.volpkg", Silent())
     return Package.open(folder / "tiny.volpkg")

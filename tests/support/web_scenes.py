@@ -194,6 +194,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "ASTC": _compressed("astc-5x5", "gles3-astc"),
     "meshes": _phantom('[proxy]\nform = "merged"\nblock = 4\ndraco = "none"\n', level_filter="auto"),
     "meshes on OpenGL ES 2": _phantom('[proxy]\nform = "blocks"\nblock = 4\ndraco = "none"\n', "gles2-2048"),
+    "slabs at meshes": _one('[render]\ntechnique = "slabs"\n[proxy]\nblock = 4\n'),
+    "ray casting as published": _one('[render]\ntechnique = "ray-casting-as-published"\n'),
     "slabs": _phantom('[render]\ntechnique = "slabs"\n'),
     "slabs on OpenGL ES 2": _phantom('[render]\ntechnique = "slabs"\n', "gles2-4096"),
     "two passes": _phantom('[render]\ntechnique = "two-pass"\n', level_filter="auto"),

@@ -19,12 +19,13 @@ EDIT = TransferFunction(
 )
 
 
-@pytest.fixture(scope="module")
-def package(tmp_path_factory):
+@pytest.fixture(scope="module", params=[1, 3], ids=["one layer", "three layers"])
+def package(request, tmp_path_factory):
     z, y, x = np.mgrid[:11, :14, :16]
     codes = 110 + 80 * np.sin(x / 2.0) * np.cos(y / 3.0) + 60 * np.sin(z / 2.0)
     folder = tmp_path_factory.mktemp("slices")
-    return slice_package(folder, np.clip(codes, 0, 255), (2.0, 1.0, 1.5), head="editable = true")
+    layers = f"layers = {request.param}"
+    return slice_package(folder, np.clip(codes, 0, 255), (2.0, 1.0, 1.5), head="editable = true", slices=layers)
 
 
 def reference(page, package, renderer):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from volprep.pipeline.framing import filled
 from volprep.pipeline.shot import Shot, camera_of
+from volprep.render.choose import ray_caster_of
 from volprep.render.progressive import Order, ShownFrame, coarse_level, frames
 from volprep.render.renderer import Renderer
 from volprep.truth.metrics import picture_error
@@ -68,8 +69,12 @@ def take_progressively(package_path: Path, shot: Shot, finishing: Finishing, fol
         raise VolprepError("VP5041", technique="slices")
     level = coarse_level(package, shot.transfer)
     with ExitStack() as stack:
-        renderer = stack.enter_context(Renderer(package, level=shot.level, transfer=shot.transfer))
-        coarse = stack.enter_context(Renderer(package, level=level, transfer=shot.transfer))
+        renderer, coarse = (
+            stack.enter_context(
+                ray_caster_of(package, each, shot.transfer)(package, level=each, transfer=shot.transfer)
+            )
+            for each in (shot.level, level)
+        )
         order = finishing.order or _own_order(renderer)
         shown = [*_frames(package, renderer, coarse, order, shot, finishing)]
         driver = str(renderer.driver)

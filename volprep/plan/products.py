@@ -142,7 +142,7 @@ class SliceStackPlan(Record):
     transfer: str
     """Name of the transfer function."""
     distance_mm: Annotated[float, Field(gt=0.0)]
-    """Distance of the slices: the length of the path whose opacity they have."""
+    """Distance of the polygons: the length of the path whose opacity texels have."""
     textures: tuple[SliceTexturePlan, ...]
     """Textures, in the order of their slices."""
 

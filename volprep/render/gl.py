@@ -371,34 +371,30 @@ class Gl(GlObjects):
             yield MeshPart(vertices, indices, triangles.size)
 
     def draw_mesh(
-        self,
-        depth: LinkedProgram,
-        program: LinkedProgram,
-        bindings: Bindings,
-        target: PictureTarget,
-        parts: Sequence[MeshPart],
+        self, program: LinkedProgram, bindings: Bindings, target: PictureTarget, parts: Sequence[MeshPart]
     ) -> None:
-        """Fill `target`, which has a depth buffer, with nothing, then with `program` on the nearest faces of a mesh.
+        """Draw the nearest faces of a mesh into red and green of `target`, and the farthest into blue and alpha.
 
-        The first pass draws depth alone, the second one only fragments with that depth: once per pixel.
+        `target` has a depth buffer; pixels without the mesh are 0.
         """
         with self._checked(f"drawing a mesh into {target.shape_hw[1]}×{target.shape_hw[0]}"):
             _begin(target)
             GLES3.glEnable(GLES3.GL_DEPTH_TEST)
             GLES3.glClearColor(0.0, 0.0, 0.0, 0.0)
-            GLES3.glClear(GLES3.GL_COLOR_BUFFER_BIT | GLES3.GL_DEPTH_BUFFER_BIT)
-            for each, writes_depth, test in ((depth, True, GLES3.GL_LESS), (program, False, GLES3.GL_EQUAL)):
-                GLES3.glColorMask(*[not writes_depth] * 4)
-                GLES3.glDepthMask(writes_depth)
-                GLES3.glDepthFunc(test)
-                _use(each, bindings)
+            GLES3.glClear(GLES3.GL_COLOR_BUFFER_BIT)
+            _use(program, bindings)
+            for nearest in (True, False):
+                GLES3.glColorMask(nearest, nearest, not nearest, not nearest)
+                GLES3.glClearDepthf(float(nearest))
+                GLES3.glClear(GLES3.GL_DEPTH_BUFFER_BIT)
+                GLES3.glDepthFunc(GLES3.GL_LESS if nearest else GLES3.GL_GREATER)
                 for part in parts:
                     GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, part.vertices)
                     GLES3.glBindBuffer(GLES3.GL_ELEMENT_ARRAY_BUFFER, part.indices)
                     GLES3.glEnableVertexAttribArray(0)
                     GLES3.glVertexAttribPointer(0, 3, GLES3.GL_FLOAT, GLES3.GL_FALSE, 0, None)
                     GLES3.glDrawElements(GLES3.GL_TRIANGLES, part.count, GLES3.GL_UNSIGNED_SHORT, None)
-            GLES3.glDepthMask(True)
+            GLES3.glColorMask(True, True, True, True)
 
     def finish(self) -> None:
         """Wait until all drawing is finished."""

@@ -1,12 +1,13 @@
 """The calls of OpenGL ES 1.1 that drawing slices needs, typed.
 
-The fixed-function pipeline: no shaders, one texture at a time, client state. Pictures are drawn into a renderbuffer of
-GL_OES_framebuffer_object. OpenGL ES 1.1.12 specification; GL_OES_compressed_paletted_texture.
+The fixed-function pipeline: no shaders, one or two textures at a time, client state. Pictures are drawn into a
+renderbuffer of GL_OES_framebuffer_object. OpenGL ES 1.1.12 specification; GL_OES_compressed_paletted_texture.
 """
 
 import ctypes
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,16 @@ def _extension(name: str, *arguments: type, result: type | None = None) -> Calla
     kind = ctypes.CFUNCTYPE(result, *arguments)
     function: Callable[..., int] = kind(ctypes.cast(address, ctypes.c_void_p).value or 0)
     return function
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Input of a texture unit."""
+
+    texture: int
+    """Handle."""
+    coordinates: Float32Array
+    """Texture coordinates of the corners [n, 2]."""
 
 
 class _Framebuffers:
@@ -224,6 +235,78 @@ class Gl1(GlObjects):
             GLES1.glTexCoordPointer(2, GLES1.GL_FLOAT, 0, coordinates.ctypes.data_as(ctypes.c_void_p))
             pointer = triangles.ctypes.data_as(ctypes.c_void_p)
             GLES1.glDrawElements(GLES1.GL_TRIANGLES, triangles.size, GLES1.GL_UNSIGNED_SHORT, pointer)
+
+    def begin_mixing(self, brightness: float, *, white: bool = False) -> None:
+        """Go on from `begin`, with the same brightness, to polygons that mix the texels of two textures."""
+        scale = 1.0 if brightness <= 1.0 else 2.0
+        second = (
+            (GLES1.GL_TEXTURE_ENV_MODE, GLES1.GL_COMBINE),
+            (GLES1.GL_COMBINE_RGB, GLES1.GL_INTERPOLATE),
+            (GLES1.GL_COMBINE_ALPHA, GLES1.GL_INTERPOLATE),
+            (GLES1.GL_SRC0_RGB, GLES1.GL_TEXTURE),
+            (GLES1.GL_OPERAND0_RGB, GLES1.GL_SRC_ALPHA if white else GLES1.GL_SRC_COLOR),
+            (GLES1.GL_SRC0_ALPHA, GLES1.GL_TEXTURE),
+            (GLES1.GL_SRC1_RGB, GLES1.GL_PREVIOUS),
+            (GLES1.GL_SRC1_ALPHA, GLES1.GL_PREVIOUS),
+            (GLES1.GL_SRC2_RGB, GLES1.GL_CONSTANT),
+            (GLES1.GL_OPERAND2_RGB, GLES1.GL_SRC_ALPHA),
+            (GLES1.GL_SRC2_ALPHA, GLES1.GL_CONSTANT),
+            (GLES1.GL_RGB_SCALE, scale),
+            (GLES1.GL_ALPHA_SCALE, scale),
+        )
+        with self._checked("drawing slices"):
+            for name in (GLES1.GL_RGB_SCALE, GLES1.GL_ALPHA_SCALE):
+                GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, name, 1.0)
+            GLES1.glActiveTexture(GLES1.GL_TEXTURE1)
+            GLES1.glClientActiveTexture(GLES1.GL_TEXTURE1)
+            GLES1.glEnable(GLES1.GL_TEXTURE_2D)
+            GLES1.glEnableClientState(GLES1.GL_TEXTURE_COORD_ARRAY)
+            for name, value in second:
+                GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, name, float(value))
+            self._one_unit()
+
+    def draw_mixed(
+        self,
+        units: tuple[Unit, Unit],
+        positions: Float32Array,
+        triangles: NDArray[np.uint16],
+        share: float,
+        brightness: float,
+    ) -> None:
+        """Draw triangles with this share of the second texture's texels, between `begin_mixing` and `end_mixing`.
+
+        With scale s, 1 or 2, and k = brightness / s, at most 1, the second unit mixes k · share of its texel with the
+        first one's, of which the first unit keeps k (1 - share) / (1 - k · share).
+        """
+        kept = brightness if brightness <= 1.0 else brightness / 2
+        first, second = kept * (1 - share) / max(1 - kept * share, 1e-9), kept * share
+        with self._checked("drawing slices"):
+            GLES1.glVertexPointer(3, GLES1.GL_FLOAT, 0, positions.ctypes.data_as(ctypes.c_void_p))
+            GLES1.glColor4f(first, first, first, first)
+            for number, unit in enumerate(units):
+                GLES1.glActiveTexture(GLES1.GL_TEXTURE0 + number)
+                GLES1.glClientActiveTexture(GLES1.GL_TEXTURE0 + number)
+                GLES1.glBindTexture(GLES1.GL_TEXTURE_2D, unit.texture)
+                GLES1.glTexCoordPointer(2, GLES1.GL_FLOAT, 0, unit.coordinates.ctypes.data_as(ctypes.c_void_p))
+            constant = (ctypes.c_float * 4)(*[second] * 4)
+            GLES1.glTexEnvfv(GLES1.GL_TEXTURE_ENV, GLES1.GL_TEXTURE_ENV_COLOR, constant)
+            self._one_unit()
+            pointer = triangles.ctypes.data_as(ctypes.c_void_p)
+            GLES1.glDrawElements(GLES1.GL_TRIANGLES, triangles.size, GLES1.GL_UNSIGNED_SHORT, pointer)
+
+    def end_mixing(self) -> None:
+        """Go back to one texture."""
+        with self._checked("drawing slices"):
+            GLES1.glActiveTexture(GLES1.GL_TEXTURE1)
+            GLES1.glClientActiveTexture(GLES1.GL_TEXTURE1)
+            GLES1.glDisable(GLES1.GL_TEXTURE_2D)
+            GLES1.glDisableClientState(GLES1.GL_TEXTURE_COORD_ARRAY)
+            self._one_unit()
+
+    def _one_unit(self) -> None:
+        """Set state of the first unit from now on."""
+        GLES1.glActiveTexture(GLES1.GL_TEXTURE0)
+        GLES1.glClientActiveTexture(GLES1.GL_TEXTURE0)
 
     def finish(self) -> None:
         """Wait until all drawing is finished."""

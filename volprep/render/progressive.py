@@ -133,7 +133,7 @@ def frames(
         with ExitStack() as stack:
             if coarse is renderer:
                 # Slabs keep the picture of their renderer, so that the part behind them needs one of its own.
-                coarse = stack.enter_context(Renderer(renderer.package, transfer=renderer.program.transfer))
+                coarse = stack.enter_context(type(renderer)(renderer.package, transfer=renderer.program.transfer))
             yield from _by_slabs(renderer, coarse, box_from_clip, shape_hw, step_mm, budget_s, watch)
         return
     # Sorting tiles counts in their first frame.

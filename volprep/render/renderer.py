@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from types import TracebackType
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +35,7 @@ from volprep.render.inputs import Edit, level_inputs
 from volprep.render.layers import clip_from_box_of, layer_corners, layers_of
 from volprep.render.limits import check_program, check_shader
 from volprep.render.overlay import Overlay, overlay
+from volprep.render.ready import Ready
 from volprep.render.timing import Clock, Spread, gpu_times, median_ms
 from volprep.render.turns import LoopLimit, step_mm_of_turns, turns_of_rays
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -57,8 +58,6 @@ _SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
 
 class Renderer:
     """Draws one level of a package with one of its transfer functions. Use it as a context manager."""
-
-    _has_depth = False
 
     def __init__(
         self,
@@ -100,10 +99,8 @@ class Renderer:
             self._gl = Gl(context)
             stack.callback(self._gl.close)
             self._loop_limit = LoopLimit(self._gl)
-            self._linked = stack.enter_context(self._gl.program(self._program.name, *self._shaders(self._program)))
-            check_uniforms(self._program, self._textures, self._linked)
-            self._linked_before = [stack.enter_context(self._linked_pass(each)) for each in self._program.passes]
-            self._targets_before: list[PictureTarget] = []
+            self._ready = self._linked(stack, self._program, self._textures)
+            self._programs = [self._ready]
             self._overlay = None
             self._sorters: dict[str, LinkedProgram] = {}
             self._handles = {
@@ -118,8 +115,19 @@ class Renderer:
             self._target_stack = stack.enter_context(ExitStack())
             self._target: PictureTarget | None = None
             self._map_step_mm: float | None = None
+            self._part_of: tuple[tuple[bytes, float], dict[str, ArrayLike]] | None = None
             self._stack = stack.pop_all()
         return self
+
+    def _linked(self, stack: ExitStack, program: Program, textures: list[Texture]) -> Ready:
+        """Link a program and its passes, until `stack` ends. Raises VP5005, VP5006, VP5015 and VP5017."""
+        linked = stack.enter_context(self._gl.program(program.name, *self._shaders(program)))
+        check_uniforms(program, textures, linked)
+        return Ready(program, linked, [stack.enter_context(self._linked_pass(each)) for each in program.passes])
+
+    def _ready_for(self, box_from_clip: Float64Array) -> Ready:  # noqa: ARG002 - for renderers with several programs
+        """Return the program that draws a view."""
+        return self._ready
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -222,42 +230,49 @@ class Renderer:
 
     def _draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> PictureTarget:
         step = self._step(step_mm)
-        self._last = box_from_clip.tobytes(), shape_hw, step_mm
         target = self._target_of(shape_hw)
-        values = {"box_from_clip": box_from_clip, "step_mm": step, **self._inputs.values}
-        if self._program.slab_samples is not None:
-            for _ in self._slabs(target, values, step, self._program.slab_samples):
+        ready = self._ready_for(box_from_clip)
+        program = ready.program
+        values = self._begun(ready, box_from_clip, step)
+        self._last = box_from_clip.tobytes(), shape_hw, step_mm
+        if program.slab_samples is not None:
+            for _ in self._slabs(ready, target, values, step, program.slab_samples):
                 pass
             return target
-        values["clip_from_box"] = clip_from_box_of(box_from_clip)
-        passes = zip(self._program.before, self._linked_before, self._targets_before, strict=False)
-        for each, linked, drawn in passes:
-            bindings = self._bindings(each.uniforms, values)
-            if each.size is not None:
-                # A shadow map is the same for every view.
-                if self._map_step_mm != step:
-                    self._gl.draw(linked, bindings, drawn, self._triangle)
-                    self._map_step_mm = step
-                continue
-            self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
-        if self._program.light_pass is not None:
-            self._draw_half_angle(target, values, box_from_clip, step, self._program.light_pass)
+        if program.light_pass is not None:
+            self._draw_half_angle(target, values, box_from_clip, step, program.light_pass)
             return target
-        if self._program.geometry == "triangle":
-            self._gl.draw(self._linked, self._bindings(self._program.uniforms, values), target, self._triangle)
+        if program.geometry == "triangle":
+            self._gl.draw(ready.linked, self._bindings(ready, program.uniforms, values), target, self._triangle)
             return target
-        if self._program.blend is None:
-            corners = self._faces(self._program.geometry, box_from_clip)
+        if program.blend is None:
+            corners = self._faces(program.geometry, box_from_clip)
         else:
-            layers = layers_of(self._program.geometry, self._extent_mm_xyz, box_from_clip, step)
+            layers = layers_of(program.geometry, self._extent_mm_xyz, box_from_clip, step)
             values |= {"box_from_slices": layers.box_from_slices, "slices": layers.count}
-            blend = self._program.blend
-            in_order = blend.order == "front-to-back"
-            places = layer_corners(self._program.geometry, layers, box_from_clip, front_to_back=in_order)
-            corners = Corners(places, blend)
-        bindings = self._bindings(self._program.uniforms, values)
-        self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
+            in_order = program.blend.order == "front-to-back"
+            places = layer_corners(program.geometry, layers, box_from_clip, front_to_back=in_order)
+            corners = Corners(places, program.blend)
+        bindings = self._bindings(ready, program.uniforms, values)
+        self._gl.draw_corners(ready.linked, bindings, target, self._corners, corners)
         return target
+
+    def _begun(self, ready: Ready, box_from_clip: Float64Array, step_mm: float) -> dict[str, ArrayLike]:
+        """Draw the passes of a program, and return the values of its uniforms by their sources."""
+        self._part_of = None
+        values: dict[str, ArrayLike] = {"box_from_clip": box_from_clip, "step_mm": step_mm, **self._inputs.values}
+        values["clip_from_box"] = clip_from_box_of(box_from_clip)
+        for each, linked, drawn in zip(ready.program.before, ready.passes, ready.targets, strict=False):
+            bindings = self._bindings(ready, each.uniforms, values).without(each.sampler)
+            if each.geometry == "mesh":
+                self._gl.draw_mesh(linked, bindings, drawn, ready.mesh)
+            elif each.size is None:
+                self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
+            elif self._map_step_mm != step_mm:
+                # A shadow map is the same for every view.
+                self._gl.draw(linked, bindings, drawn, self._triangle)
+                self._map_step_mm = step_mm
+        return values
 
     def _draw_half_angle(
         self,
@@ -273,19 +288,20 @@ class Renderer:
         seen = corners_of_layers(layers, box_from_clip)
         lit = corners_of_layers(layers, np.asarray(values["box_from_light"], np.float64))
         values = {**values, "box_from_slices": layers.box_from_slices, "slices": layers.count}
-        drawn = self._targets_before[-1]
-        bindings = self._bindings(self._program.uniforms, values)
+        ready = self._ready
+        drawn, light = ready.targets[-1], ready.passes[-1]
+        bindings = self._bindings(ready, ready.program.uniforms, values)
         # A pass must not read its own target.
-        from_light = self._bindings(light_pass.uniforms, values).without(light_pass.sampler)
+        from_light = self._bindings(ready, light_pass.uniforms, values).without(light_pass.sampler)
         blend = light_pass.behind if behind else self._program.blend
         for number in range(layers.count):
             corners = Corners(seen[number], blend, clears=number == 0)
             if number == 0:
                 nothing = Corners(lit[number][:0], light_pass.blend)
-                self._gl.draw_corners(self._linked_before[-1], from_light, drawn, self._corners, nothing)
-            self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
+                self._gl.draw_corners(light, from_light, drawn, self._corners, nothing)
+            self._gl.draw_corners(ready.linked, bindings, target, self._corners, corners)
             towards = Corners(lit[number], light_pass.blend, clears=False)
-            self._gl.draw_corners(self._linked_before[-1], from_light, drawn, self._corners, towards)
+            self._gl.draw_corners(light, from_light, drawn, self._corners, towards)
 
     def draw(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None) -> None:
         """Start drawing a picture, which `drawn` returns. Errors as `render`."""
@@ -294,15 +310,22 @@ class Renderer:
     def draw_part(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None, part: PicturePart
     ) -> None:
-        """Draw a part of a picture, and keep the rest. Errors as `render`; VP5041 for a program with several draws."""
-        program = self._program
-        if program.geometry != "triangle" or program.slab_samples is not None or program.before:
+        """Draw a part of a picture, and keep the rest. Errors as `render`; VP5041 for a program with several draws.
+
+        A pass over proxy geometry is drawn with the first part of a view.
+        """
+        step, target = self._step(step_mm), self._target_of(shape_hw)
+        ready = self._ready_for(box_from_clip)
+        program = ready.program
+        over_mesh = [each.geometry == "mesh" for each in program.passes]
+        if program.geometry != "triangle" or program.slab_samples is not None or not all(over_mesh):
             raise VolprepError("VP5041", technique=program.technique)
         self._last = None
-        step = self._step(step_mm)
-        values = {"box_from_clip": box_from_clip, "step_mm": step, **self._inputs.values}
-        bindings = self._bindings(program.uniforms, values)
-        self._gl.draw(self._linked, bindings, self._target_of(shape_hw), self._triangle, part)
+        view = box_from_clip.tobytes(), step
+        if self._part_of is None or self._part_of[0] != view:
+            self._part_of = view, self._begun(ready, box_from_clip, step)
+        bindings = self._bindings(ready, program.uniforms, self._part_of[1])
+        self._gl.draw(ready.linked, bindings, target, self._triangle, part)
 
     def drawn(self, shape_hw: tuple[int, int]) -> Float32Array:
         """Return the current state of the picture of this size."""
@@ -331,15 +354,13 @@ class Renderer:
         if self.driver.version_number < (3, 1):
             return [*range(count)]
         height, width = shape_hw
-        values = {
-            "box_from_clip": box_from_clip,
-            "step_mm": self._step(step_mm),
-            "picture_width": width,
-            "picture_height": height,
-            **self._inputs.values,
-        }
+        self._target_of(shape_hw)
+        ready = self._ready_for(box_from_clip)
+        tiles = ready.program.tiles or tiles
+        values = self._begun(ready, box_from_clip, self._step(step_mm))
+        values |= {"picture_width": width, "picture_height": height}
         paths = (tiles.cost, tiles.offsets, tiles.place)
-        bindings = self._bindings(tiles.uniforms, values)
+        bindings = self._bindings(ready, tiles.uniforms, values)
         runs = -(-count // _INVOCATIONS)
         with ExitStack() as stack:
             buffers = [stack.enter_context(self._gl.numbers(size)) for size in (count, tiles.groups, count)]
@@ -373,11 +394,13 @@ class Renderer:
             raise VolprepError("VP5041", technique=self._program.technique)
         step = self._step(step_mm)
         target = self._target_of(shape_hw)
-        values = {"box_from_clip": box_from_clip, "step_mm": step, **self._inputs.values}
-        yield from self._slabs(target, values, step, slab, first_sample)
+        ready = self._ready_for(box_from_clip)
+        values = self._begun(ready, box_from_clip, step)
+        yield from self._slabs(ready, target, values, step, slab, first_sample)
 
-    def _slabs(
+    def _slabs(  # noqa: PLR0917 - a picture, and the part of it
         self,
+        ready: Ready,
         target: PictureTarget,
         values: Mapping[str, ArrayLike],
         step_mm: float,
@@ -387,9 +410,10 @@ class Renderer:
         """Draw one slab after the other; yield the finished part of the whole."""
         samples = max(1, math.ceil(self.samples(step_mm) - first_sample))
         for first in range(0, samples, slab):
-            bindings = self._bindings(self._program.uniforms, {**values, "first_sample": first_sample + first})
-            corners = Corners(TRIANGLE, self._program.blend, clears=first == 0)
-            self._gl.draw_corners(self._linked, bindings, target, self._corners, corners)
+            program = ready.program
+            bindings = self._bindings(ready, program.uniforms, {**values, "first_sample": first_sample + first})
+            corners = Corners(TRIANGLE, program.blend, clears=first == 0)
+            self._gl.draw_corners(ready.linked, bindings, target, self._corners, corners)
             yield min(1.0, (first + slab) / samples)
 
     def samples(self, step_mm: float) -> int:
@@ -399,13 +423,9 @@ class Renderer:
     def _faces(self, geometry: Geometry, box_from_clip: Float64Array) -> Corners:
         return Corners(face_corners(box_from_clip, self._extent_mm_xyz, front=geometry == "front-faces"))
 
-    def _bindings(self, uniforms: Sequence[Uniform], values: Mapping[str, ArrayLike]) -> Bindings:
-        targets: dict[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]] = {
-            each.sampler: ("TEXTURE_2D", target.texture)
-            for each, target in zip(self._program.passes, self._targets_before, strict=True)
-        }
+    def _bindings(self, ready: Ready, uniforms: Sequence[Uniform], values: Mapping[str, ArrayLike]) -> Bindings:
         given = {each.name: np.asarray(values[each.source], dtype=np.float32) for each in uniforms}
-        return Bindings({**self._handles, **targets}, given)
+        return Bindings({**self._handles, **ready.read}, given)
 
     @property
     def _extent_mm_xyz(self) -> Float64Array:
@@ -444,18 +464,17 @@ class Renderer:
             self._target_stack.close()
             self._target = None
             self._target = self._target_stack.enter_context(
-                self._gl.target(
-                    self._target_format, shape_hw, depth=self._has_depth, linear=self._target_format != "rgba32f"
-                )
+                self._gl.target(self._target_format, shape_hw, linear=self._target_format != "rgba32f")
             )
-            self._map_step_mm = None
-            self._targets_before = [
-                self._target_stack.enter_context(
-                    self._gl.target(each.target, _shape_of(each, shape_hw), linear=isinstance(each, LightPass))
-                )
-                for each in self._program.passes
-            ]
+            self._map_step_mm = self._part_of = None
+            for ready in self._programs:
+                ready.targets = [self._pass_target(each, shape_hw) for each in ready.program.passes]
         return self._target
+
+    def _pass_target(self, drawn: Pass, shape_hw: tuple[int, int]) -> PictureTarget:
+        shape = shape_hw if drawn.size is None else (drawn.size, drawn.size)
+        depth, linear = drawn.geometry == "mesh", isinstance(drawn, LightPass)
+        return self._target_stack.enter_context(self._gl.target(drawn.target, shape, depth=depth, linear=linear))
 
     @contextmanager
     def _linked_pass(self, drawn: Pass) -> Iterator[LinkedProgram]:
@@ -488,11 +507,6 @@ class Renderer:
         if found != named or (texture.mipmap or 0) >= len(image.levels):
             raise VolprepError("VP5016", path=texture.file, found=found, named=named)
         return image.levels
-
-
-def _shape_of(drawn: Pass, shape_hw: tuple[int, int]) -> tuple[int, int]:
-    """Return the height and the width of a pass's target, before a picture of this shape."""
-    return shape_hw if drawn.size is None else (drawn.size, drawn.size)
 
 
 def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:

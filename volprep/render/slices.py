@@ -8,6 +8,9 @@ Texels have the opacity of a path as long as the distance of slices. A ray at an
 1 / cos longer, and the opacity that belongs to it is 1 - (1 - opacity)^(1 / cos). The fixed-function pipeline can only
 multiply: by 1 / cos, which is that for faint texels, at most √3 with three stacks of cubic voxels. It is cut where the
 most opaque texel would pass 1, because colours would then be too bright, and at 2, the most that texture combiners do.
+
+A package may ask for several polygons for each slice. Those between two slices mix both with two texture units (mobile
+volume rendering thesis, section 2.2.3), which every OpenGL ES 1.1 has.
 """
 
 import time
@@ -22,7 +25,7 @@ from numpy.typing import NDArray
 
 from volprep.render.box_lines import BoxLines
 from volprep.render.egl import Context, GlDriver
-from volprep.render.gl1 import Gl1
+from volprep.render.gl1 import Gl1, Unit
 from volprep.render.limits import check_textures
 from volprep.render.timing import Clock, median_ms
 from volprep.transfer.preclassified import code_colours, largest_opacity
@@ -57,12 +60,22 @@ class _Part:
     handle: int
     centres_mm: Float64Array
     """Position of each slice along the axis."""
+    layers: int
+    """Polygons of each slice."""
     positions: Float32Array
     """Corners of all patches of all slices, [slice · 16, 3], box millimetres."""
     coordinates: Float32Array
     """Their texture coordinates, [slice · 16, 2]."""
     largest_opacity: float
     """No texel is more opaque."""
+
+    def corners(self, slice_number: int) -> Float32Array:
+        """Copy of the corners of the patches of a slice [16, 3]."""
+        return self.positions[16 * slice_number : 16 * slice_number + 16].copy()
+
+    def texels(self, slice_number: int) -> Float32Array:
+        """Texture coordinates of the corners of a slice [16, 2]."""
+        return self.coordinates[16 * slice_number : 16 * slice_number + 16]
 
     def triangles(self, order: NDArray[np.intp]) -> NDArray[np.uint16]:
         """Corners of the triangles of slices in this order."""
@@ -161,6 +174,10 @@ class SliceRenderer:
         axis = next(each for each, cosine in cosines.items() if cosine >= max(cosines.values()) - _TIE)
         return axis, cosines[axis]
 
+    def layers(self, axis: StackAxis) -> int:
+        """Return the number of polygons of each slice of a stack."""
+        return self._parts[axis][0].layers
+
     def factor(self, box_from_clip: Float64Array) -> float:
         """Return the factor of all texels, 1 or more."""
         axis, cosine = self.facing(box_from_clip)
@@ -170,7 +187,8 @@ class SliceRenderer:
     def distance_mm(self, box_from_clip: Float64Array) -> float:
         """Distance of the slices that are drawn, along the middle of the view."""
         axis, cosine = self.facing(box_from_clip)
-        return self.level.grid.spacing_mm_zyx[::-1][_XYZ[axis]] / max(cosine, 1e-6)
+        layers = self._parts[axis][0].layers
+        return self.level.grid.spacing_mm_zyx[::-1][_XYZ[axis]] / (layers * max(cosine, 1e-6))
 
     def render(
         self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None = None
@@ -229,6 +247,11 @@ class SliceRenderer:
         brightness = self.factor(box_from_clip)
         self._gl.begin(target, shape_hw, clip_from_box, brightness, background=background, white=white)
         parts = self._parts[axis]
+        if parts[0].layers > 1:
+            self._gl.begin_mixing(brightness, white=white)
+            self._draw_between(parts, _XYZ[axis], box_from_clip, brightness)
+            self._gl.end_mixing()
+            return target
         owner = np.concatenate([np.full(len(part.centres_mm), index) for index, part in enumerate(parts)])
         number = np.concatenate([np.arange(len(part.centres_mm)) for part in parts])
         order = _back_to_front(np.concatenate([part.centres_mm for part in parts]), box_from_clip, _XYZ[axis])
@@ -237,6 +260,22 @@ class SliceRenderer:
             part = parts[owner[run[0]]]
             self._gl.draw(part.handle, part.positions, part.coordinates, part.triangles(number[run]))
         return target
+
+    def _draw_between(self, parts: list[_Part], axis: int, box_from_clip: Float64Array, brightness: float) -> None:
+        """Draw polygons that mix the two slices around them, with two texture units."""
+        held = [(part, number) for part in parts for number in range(len(part.centres_mm))]
+        layers = parts[0].layers
+        slices = (np.arange(len(held) * layers) + 0.5) / layers
+        grid = self.level.grid
+        centres = np.minimum(slices * grid.spacing_mm_zyx[::-1][axis], grid.extent_mm_zyx[::-1][axis])
+        between = np.clip(slices - 0.5, 0.0, len(held) - 1.0)
+        for polygon in _back_to_front(centres, box_from_clip, axis):
+            lower = int(between[polygon])
+            one, other = held[lower], held[min(lower + 1, len(held) - 1)]
+            positions = one[0].corners(one[1])
+            positions[:, axis] = centres[polygon]
+            pair = tuple(Unit(part.handle, part.texels(number)) for part, number in (one, other))
+            self._gl.draw_mixed((pair[0], pair[1]), positions, _PATCHES, float(between[polygon] - lower), brightness)
 
     def _target_of(self, shape_hw: tuple[int, int]) -> int:
         if self._target is None or self._target[1] != shape_hw:
@@ -310,6 +349,7 @@ def _part(handle: int, texture: Texture, layout: SliceLayout, grid: Grid) -> _Pa
     return _Part(
         handle,
         centres,
+        layout.layers,
         positions.reshape(-1, 3).astype(np.float32),
         coordinates.reshape(-1, 2).astype(np.float32),
         layout.largest_opacity,

@@ -14,6 +14,7 @@ from volprep.render.gl import Bindings, Gl, ShaderText
 from volprep.shading.compose import compose
 from volprep.shading.compositing import CELL_BY_CELL, SURFACES
 from volprep.shading.raycast import most_faces
+from volprep.shading.rays import vertex_shader
 from volprep.shading.skipping import SKIP_RUN, skip_table
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.program import Program
@@ -45,10 +46,8 @@ class LoopLimit:
 
 def counted_turns(gl: Gl, turns: int) -> int:
     """Return how many of so many turns, 2^23 at most, a shader makes."""
-    vertex, fragment = (
-        ShaderText(part, compose(part, "es100", {"dialect": "ray/dialect_es100"}, {}))
-        for part in ("vertex/picture", "ray/turns")
-    )
+    vertex = ShaderText("vertex/picture", vertex_shader("box", "es100"))
+    fragment = ShaderText("ray/turns", compose("ray/turns", "es100", {"dialect": "ray/dialect_es100"}, {}))
     bindings = Bindings({}, {"u_turns": np.array(turns, np.float32)})
     with (
         gl.program("turns", vertex, fragment) as program,

@@ -68,7 +68,9 @@ def compositing(
         "LEAST_TRANSMITTANCE": literal(1.0 - render.opacity_cutoff),
         "NOMINAL_STEP_MM": literal(render.step_of(min(program.levels))),
     }
-    slots |= {name: f"{glsl}:{name}" for name in ("stop_start", "stop", "stop_picture")}
+    # A technique with a compositing of its own ends rays as the other one does.
+    ends = f"compositing/{program.compositing.replace('-', '_')}"
+    slots |= {name: f"{ends}:{name}" for name in ("stop_start", "stop", "stop_picture")}
     return Feature(slots, words, {**offers, "GOING": _GOING["ray"]})
 
 

@@ -194,7 +194,7 @@ def _tiles(package: Package, program: ProgramDesign, grid: Grid, render: RenderS
         walk.feature,
         *_features(package, unlit, grid, skips=skips),
         taken,
-        cost_feature(grid, taken.slots["sample"]),
+        cost_feature(grid, taken.slots["sample"], program.rays),
     ]
     return tile_texts(_composed(features, "es310", grid), features)
 

@@ -1,11 +1,12 @@
 """Ray casting in one pass: midpoint samples in equal segments of the part of a ray that is inside the box."""
 
 import math
+from dataclasses import replace
 
 from volprep.shading.compose import literal
 from volprep.shading.compositing import CELL_BY_CELL
 from volprep.shading.feature import Feature
-from volprep.shading.rays import ray_feature, vertex_shader
+from volprep.shading.rays import passes_of_rays, ray_feature, vertex_shader
 from volprep.shading.walk import Walk, Wanted
 from volprep_formats.grid import Grid
 from volprep_formats.package.program import CompositingName, Uniform
@@ -19,8 +20,9 @@ MOST_STEPS = 2**23
 
 
 def ray_casting(wanted: Wanted) -> Walk:
-    """Return rays that begin at the box, or at proxy geometry."""
-    rays = ray_feature(wanted.program.rays, wanted.grid, backwards=wanted.program.compositing in BACKWARDS)
+    """Return rays that begin and end at the box, or at proxy geometry."""
+    from_where = wanted.program.rays
+    rays = ray_feature(from_where, wanted.grid, backwards=wanted.program.compositing in BACKWARDS)
     samples, step_mm_min = samples_along(wanted)
     feature = Feature(
         slots={**samples.slots, **rays.slots},
@@ -29,10 +31,25 @@ def ray_casting(wanted: Wanted) -> Walk:
         uniforms=(
             Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
             *samples.uniforms,
-            *rays.uniforms,
         ),
     )
-    return Walk(vertex_shader(wanted.program.rays, wanted.grid, wanted.dialect), feature, step_mm_min)
+    return Walk(
+        vertex_shader(from_where, wanted.dialect),
+        feature,
+        step_mm_min,
+        before=passes_of_rays(from_where, wanted.grid, wanted.dialect),
+    )
+
+
+def published_ray_casting(wanted: Wanted) -> Walk:
+    """Return rays with as many samples each, whose opacity does not depend on their distance."""
+    walk = ray_casting(wanted)
+    feature = replace(
+        walk.feature,
+        slots={**walk.feature.slots, "count": "ray/published:count"},
+        words={**walk.feature.words, "LONGEST_MM": literal(math.hypot(*wanted.grid.extent_mm_zyx))},
+    )
+    return replace(walk, feature=feature, compositing="ray/published")
 
 
 def samples_along(wanted: Wanted) -> tuple[Feature, float]:

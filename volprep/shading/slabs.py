@@ -7,10 +7,10 @@ ES 2.0, whose bounds are constants, are no longer than a slab.
 
 import math
 
-from volprep.shading.compose import Slot, literal
+from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
 from volprep.shading.raycast import MOST_STEPS
-from volprep.shading.rays import ray_feature, vertex_shader
+from volprep.shading.rays import passes_of_rays, ray_feature, vertex_shader
 from volprep.shading.slices import UNDER
 from volprep.shading.walk import Walk, Wanted
 from volprep_formats.package.program import Uniform
@@ -21,22 +21,28 @@ SLAB_SAMPLES = 40
 
 def slabs(wanted: Wanted) -> Walk:
     """Return rays that are drawn a slab of samples at a time."""
-    rays = ray_feature("box", wanted.grid)
-    slots: dict[str, Slot] = {
+    from_where = wanted.program.rays
+    rays = ray_feature(from_where, wanted.grid)
+    slab, first, end = Instance("ray/slab:last"), "u_first_sample + 0.5", "count"
+    slots = {
+        **rays.slots,
         "steps": "ray/slab:uniform",
         "count": "ray/steps:count",
-        "rays_start": "ray/slab:last",
+        "rays_start": (slab,),
         "loop": f"ray/loop_{wanted.dialect}",
     }
-    words = {**rays.words, "SLAB": literal(SLAB_SAMPLES)}
+    if from_where == "mesh":
+        slots["rays_start"] = (Instance("ray/from_mesh:start"), slab)
+        first, end = f"max(entered, {first})", "left"
+    words = {**rays.words, "SLAB": literal(SLAB_SAMPLES), "END": end}
     if wanted.dialect == "es100":
         words["MAX_STEPS"] = literal(SLAB_SAMPLES)
     feature = Feature(
-        slots={**rays.slots, **slots},
+        slots=slots,
         words=words,
         offers={
-            "FIRST": "u_first_sample + 0.5",
-            "FIRST_FRONT": "start + stride * u_first_sample",
+            "FIRST": first,
+            "FIRST_FRONT": f"start + stride * ({first} - 0.5)",
             "LAST": "last",
         },
         uniforms=(
@@ -46,5 +52,11 @@ def slabs(wanted: Wanted) -> Walk:
         ),
     )
     step_mm_min = math.hypot(*wanted.grid.extent_mm_zyx) / MOST_STEPS
-    vertex = vertex_shader("box", wanted.grid, wanted.dialect)
-    return Walk(vertex, feature, step_mm_min, blend=UNDER, slab_samples=SLAB_SAMPLES)
+    return Walk(
+        vertex_shader(from_where, wanted.dialect),
+        feature,
+        step_mm_min,
+        blend=UNDER,
+        slab_samples=SLAB_SAMPLES,
+        before=passes_of_rays(from_where, wanted.grid, wanted.dialect),
+    )

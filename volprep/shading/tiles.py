@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from volprep.shading.compose import Instance, Slot, compose, literal
 from volprep.shading.feature import Feature
 from volprep_formats.grid import Grid
-from volprep_formats.package.program import Uniform
+from volprep_formats.package.program import Rays, Uniform
 
 TILE = 8
 """Pixels of an edge of a tile."""
@@ -36,14 +36,14 @@ class TileTexts:
     """Its samplers, which are some of the program's."""
 
 
-def cost_feature(grid: Grid, sample: Slot) -> Feature:
+def cost_feature(grid: Grid, sample: Slot, rays: Rays) -> Feature:
     """Return what counts the samples of a ray, behind the part that takes one of them."""
     part = "tiles/cost"
     taken = () if sample is None else (Instance(sample),) if isinstance(sample, str) else sample
     return Feature(
         slots={
             "dialect": part,
-            "rays": f"{part}:rays",
+            "rays": (Instance(f"{part}:rays"), *((Instance("ray/from_mesh"),) if rays == "mesh" else ())),
             "rays_ends": f"{part}:ends",
             "sample": (*taken, Instance(f"{part}:sample")),
             "picture": f"{part}:picture",
@@ -54,6 +54,7 @@ def cost_feature(grid: Grid, sample: Slot) -> Feature:
             "TILE": literal(TILE),
             "GROUPS": literal(GROUPS),
             "LONGEST_MM": literal(math.hypot(*grid.extent_mm_zyx)),
+            **({"PLACE": "0.5 * ndc + 0.5"} if rays == "mesh" else {}),
         },
         uniforms=_SIZES,
     )

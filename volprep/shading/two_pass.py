@@ -10,7 +10,7 @@ bits; the second draws back faces, which every ray leaves through, also one that
 
 from volprep.shading.compose import Slot, compose, literal
 from volprep.shading.feature import Feature
-from volprep.shading.raycast import BACKWARDS, samples_along
+from volprep.shading.raycast import BACKWARDS, ray_casting, samples_along
 from volprep.shading.walk import PassText, Walk, Wanted
 from volprep_formats.package.program import Uniform
 
@@ -19,7 +19,9 @@ _BOX_FROM_CLIP = Uniform(name="u_box_from_clip", type="mat4", source="box_from_c
 
 
 def two_pass(wanted: Wanted) -> Walk:
-    """Return rays whose first pass says exactly where they enter the box."""
+    """Return rays whose first pass says exactly where they enter the box, or where they meet proxy geometry."""
+    if wanted.program.rays == "mesh":
+        return ray_casting(wanted)
     floats = wanted.dialect == "es300"
     slots: dict[str, Slot] = {
         "rays": "passes/from_faces",

@@ -1,6 +1,6 @@
 """How programs go through the volume: one file for each technique, and all that depends on which one a program has."""
 
-from volprep.techniques.ray_casting import RAY_CASTING
+from volprep.techniques.ray_casting import PUBLISHED_RAY_CASTING, RAY_CASTING
 from volprep.techniques.record import Technique
 from volprep.techniques.slabs import SLABS
 from volprep.techniques.slices import AXIS_SLICES, PUBLISHED_VIEW_SLICES, VIEW_SLICES
@@ -8,7 +8,17 @@ from volprep.techniques.tiles import TILES
 from volprep.techniques.two_pass import PUBLISHED_TWO_PASS, TWO_PASS
 from volprep_formats.package.program import TechniqueName
 
-_ALL = (RAY_CASTING, TWO_PASS, PUBLISHED_TWO_PASS, SLABS, TILES, AXIS_SLICES, VIEW_SLICES, PUBLISHED_VIEW_SLICES)
+_ALL = (
+    RAY_CASTING,
+    PUBLISHED_RAY_CASTING,
+    TWO_PASS,
+    PUBLISHED_TWO_PASS,
+    SLABS,
+    TILES,
+    AXIS_SLICES,
+    VIEW_SLICES,
+    PUBLISHED_VIEW_SLICES,
+)
 TECHNIQUES: dict[TechniqueName, Technique] = {each.name: each for each in _ALL}
 """Every technique, by its name. Its shader part is the function of this name in volprep.shading.walks."""
 

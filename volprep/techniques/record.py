@@ -41,6 +41,8 @@ class Technique:
     """Whether a fragment takes several samples, so that it may skip empty space and end early."""
     blends: bool = False
     """Whether the samples of a ray are layers that are blended, each rounded to the format of the picture."""
+    meshes: bool = False
+    """Whether its rays may begin and end at proxy geometry."""
     passes_before: int = 0
     """Passes that come before the picture, each of whose targets takes a texture unit."""
     order: float | None = None

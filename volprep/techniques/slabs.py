@@ -9,4 +9,5 @@ SLABS = Technique(
     compositings=frozenset(("emission-absorption",)),
     classifications=frozenset(("lookup", "preintegrated", "palette", "control-points", "preclassified")),
     loops=True,
+    meshes=True,
 )

@@ -13,6 +13,7 @@ TWO_PASS = Technique(
     compositings=frozenset(get_args(CompositingName)),
     classifications=frozenset(get_args(ClassificationName)) - {"colour"},
     loops=True,
+    meshes=True,
     passes_before=1,
 )
 PUBLISHED_TWO_PASS = Technique(

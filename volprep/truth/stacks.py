@@ -19,17 +19,21 @@ def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing t
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     longer: Literal["exact"] | float,
+    layers: int = 1,
 ) -> Float64Array:
     """Composite slices [slice, row, column, RGBA] of a level with this grid, as [H, W, 4], premultiplied linear.
 
     `longer` is the weight of a texel: the opacity of the path between two slices along its pixel's ray, or a factor for
-    all, which ends at 1.
+    all, which ends at 1. Each slice has so many `layers`, which mix the two slices around them.
     """
     place = "xyz".index(axis)
     spacing, extent = np.array(grid.spacing_mm_zyx[::-1]), np.array(grid.extent_mm_zyx[::-1])
     near, along = pixel_rays(box_from_clip, shape_hw)
     path = 1.0 / np.maximum(np.abs(along[:, place]), 1e-6)
-    centres = np.minimum((np.arange(len(texels)) + 0.5) * spacing[place], extent[place])
+    slices = (np.arange(len(texels) * layers) + 0.5) / layers
+    centres = np.minimum(slices * spacing[place], extent[place])
+    # Between the middles of two slices; before the first and behind the last there is one.
+    between = np.clip(slices - 0.5, 0.0, len(texels) - 1.0)
     picture = np.zeros((len(near), 4))
     # With parallel rays, and with an eye outside, all rays meet the slices in the same order.
     order = np.argsort(-centres * np.sign(along[len(along) // 2, place]))
@@ -38,7 +42,11 @@ def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing t
         at = near + along * ((centres[number] - near[:, place]) / along[:, place])[:, None]
         inside = np.flatnonzero(np.all((at >= 0.0) & (at <= extent), axis=1))
         i, j = at[inside, row] / spacing[row] - 0.5, at[inside, column] / spacing[column] - 0.5
-        source = _bilinear(texels[number] / 255.0, i, j)
+        lower = int(between[number])
+        source = _bilinear(texels[lower] / 255.0, i, j)
+        if between[number] > lower:
+            share = between[number] - lower
+            source = (1.0 - share) * source + share * _bilinear(texels[lower + 1] / 255.0, i, j)
         source = _lengthened(source, path[inside]) if longer == "exact" else np.minimum(source * longer, 1.0)
         picture[inside] = source + (1.0 - source[:, 3:]) * picture[inside]
     return picture.reshape(*shape_hw, 4)

@@ -81,11 +81,11 @@ def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
         times = in_turns({"nominal": lambda: renderer.time_ms(box_from_clip, subject.shape_hw, repeats=1)})
         step_mm = renderer.distance_mm(box_from_clip)
         (axis, _), factor = renderer.facing(box_from_clip), renderer.factor(box_from_clip)
-        level = renderer.level
+        level, layers = renderer.level, renderer.layers(axis)
     with bench.clock.part("oracle"):
         texels = slice_texels(subject.package, stacks.transfer, axis)
         of_paths, of_factor = (
-            stack_picture(texels, axis, level.grid, box_from_clip, subject.shape_hw, longer)
+            stack_picture(texels, axis, level.grid, box_from_clip, subject.shape_hw, longer, layers)
             for longer in ("exact", factor)
         )
     counts = samples(chords_mm(box_from_clip, subject.shape_hw, subject.grid), step_mm)

@@ -37,7 +37,7 @@ def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
     if proxy is not None:
         meshes = tuple(mesh for mesh in proxy.meshes if mesh.transfer not in others)
         programs = tuple(program for program in proxy.programs if program.transfer not in others)
-        proxy = Proxy(epsilon=proxy.epsilon, meshes=meshes, depth=proxy.depth, programs=programs)
+        proxy = Proxy(epsilon=proxy.epsilon, meshes=meshes, programs=programs)
     editing = manifest.editing
     if editing is not None:
         own = tuple(each for each in editing.histograms if each.channel == channel.name)

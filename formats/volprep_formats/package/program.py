@@ -25,6 +25,7 @@ Sampling = Literal["texture3d", "mosaic", "subvolumes", "bricks"]
 """Representation of the volume that a program samples."""
 TechniqueName = Literal[
     "ray-casting",
+    "ray-casting-as-published",
     "two-pass",
     "two-pass-as-published",
     "slabs",
@@ -33,16 +34,19 @@ TechniqueName = Literal[
     "view-slices",
     "view-slices-as-published",
 ]
-"""Traversal of the volume. ray-casting: a ray for each pixel, in one pass. two-pass: the same, where a first pass over
+"""Traversal of the volume. ray-casting: a ray for each pixel, in one pass. ray-casting-as-published: the same with as
+many samples in each ray, and one opacity of a sample, whatever its distance from the next one, as the mobile volume
+rendering thesis has it; it does not converge to the integral. two-pass: ray casting, where a first pass over
 the faces of the box says where rays enter. two-pass-as-published: the same with positions of 8 bits, as Congote et al.
 (2011) have them. slabs: ray casting in several draws, each of the next samples of all rays. tiles: ray casting in
 several draws, each of some tiles of the picture, the cheapest first. axis-slices, view-slices: layers across an axis of
 the volume, or across the view, blended. view-slices-as-published: the same with the opacity and the blending of Noguera
 and Jiménez (2012), which does not converge to the integral."""
-Geometry = Literal["triangle", "front-faces", "back-faces", "axis-slices", "view-slices", "half-angle-slices"]
+Geometry = Literal["triangle", "front-faces", "back-faces", "mesh", "axis-slices", "view-slices", "half-angle-slices"]
 """Geometry of the vertex shader. triangle: one that covers the picture. front-faces, back-faces: faces of the volume's
-box. axis-slices, view-slices: a layer for each sample of a ray, across an axis of the volume or across the view.
-half-angle-slices: the same across the direction in the middle between viewer and light."""
+box. mesh: proxy geometry, of passes only. axis-slices, view-slices: a layer for each sample of a ray, across an axis of
+the volume or across the view. half-angle-slices: the same across the direction in the middle between viewer and
+light."""
 SLICES: frozenset[Geometry] = frozenset(("axis-slices", "view-slices", "half-angle-slices"))
 """Geometries with several parts behind each other, which are blended."""
 BlendFactor = Literal["ZERO", "ONE", "ONE_MINUS_SRC_ALPHA", "ONE_MINUS_DST_ALPHA"]
@@ -56,7 +60,7 @@ CompositingName = Literal[
 ]
 """Compositing of the samples of a ray; see `ProgramDesign`."""
 Rays = Literal["box", "mesh"]
-"""Start of rays: the volume's box, or proxy geometry."""
+"""Start and end of rays: the volume's box, or proxy geometry."""
 UniformSource = Literal[
     "box_from_clip",
     "step_mm",
@@ -233,7 +237,7 @@ class ProgramDesign(Record):
     accumulation). first-hit: the first value that is the transfer function's `isovalue` or more. isosurface: the first
     place where the value passes the `isovalue`, from either side."""
     rays: Rays = "box"
-    """Start of rays. box: the vertex shader draws the program's `geometry`. mesh: it draws proxy geometry."""
+    """Start and end of rays. box: the volume's box. mesh: proxy geometry, which the pass of geometry `mesh` draws."""
     vertex: PackagePath
     """Vertex shader."""
     fragment: PackagePath
@@ -252,7 +256,7 @@ class Program(ProgramDesign):
     samplers: tuple[Sampler, ...]
     """Every active sampler, in the order of texture units."""
     geometry: Geometry = "triangle"
-    """Geometry of the vertex shader if rays begin at the box."""
+    """Geometry of the vertex shader."""
     before: tuple[Pass, ...] = ()
     """Passes that are drawn first, in order."""
     light_pass: LightPass | None = None

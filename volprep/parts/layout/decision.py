@@ -15,6 +15,7 @@ from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import Rays
 from volprep_formats.textures.block_formats import CompressedFormat
 
 
@@ -30,7 +31,9 @@ def lay_out(case: Case, neighbours: Sequence[Neighbour], form: CompressedFormat 
     listed = list_levels(case.channel, case.grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
     candidates = [level.model_copy(update={"refine": scene.pyramid.refine}) for level in listed]
     table_bytes = tables_bytes(scene.render, profile, values.entries)
-    units = (1 if table_bytes else 0) + passes_before(scene.render.technique, scene.lighting.shadows)
+    rays: tuple[Rays, ...] = ("box",) if scene.proxy is None else ("box", "mesh")
+    passes = max(passes_before(scene.render.technique, scene.lighting.shadows, each) for each in rays)
+    units = (1 if table_bytes else 0) + passes
     beside = Beside(units=units, bytes=table_bytes)
     bits = CLASSIFIED_BITS if scene.render.classification in {"preclassified", "colour"} else values.quantize.bits
     rooms = [_beside(case, neighbours, layouts, level, beside) for level in candidates]

@@ -1,6 +1,6 @@
 """A program as it ships: its record, and the text of each of its shaders."""
 
-from volprep.parts.programs.decision import VERTEX, pass_file, tile_files
+from volprep.parts.programs.decision import MESH_VERTEX, VERTEX, pass_file, tile_files
 from volprep.shading.program import compose_program
 from volprep.shading.slices import OVER, TOWARDS
 from volprep.shading.tiles import GROUPS, TILE, TileTexts
@@ -20,7 +20,10 @@ def composed(
     shaders = compose_program(package, design, render, skips=skips)
     before = tuple(_pass(design, each, number) for number, each in enumerate(shaders.before))
     texts = {design.vertex: shaders.vertex, design.fragment: shaders.fragment}
-    texts |= {made.fragment: each.fragment for each, made in zip(shaders.before, before, strict=True)}
+    for each, made in zip(shaders.before, before, strict=True):
+        texts[made.fragment] = each.fragment
+        if each.vertex is not None:
+            texts[made.vertex] = each.vertex
     light_pass = None
     if shaders.light_pass is not None:
         made = _pass(design, shaders.light_pass, len(before))
@@ -46,7 +49,7 @@ def composed(
 def _pass(design: ProgramDesign, text: PassText, number: int) -> Pass:
     """Return the record of a pass."""
     return Pass(
-        vertex=design.vertex if text.vertex is None else VERTEX,
+        vertex=design.vertex if text.vertex is None else MESH_VERTEX if text.geometry == "mesh" else VERTEX,
         fragment=pass_file(design, number),
         geometry=text.geometry,
         sampler=text.sampler,

@@ -11,13 +11,15 @@ from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import Light, ProgramDesign, Sampling, Shadows, TechniqueName
+from volprep_formats.package.program import Light, ProgramDesign, Rays, Sampling, Shadows, TechniqueName
 
 _TECHNIQUE_OF: dict[Shadows, TechniqueName] = {"map": "ray-casting", "half-angle": "view-slices"}
 """The technique that shadows need, where it is only one."""
 _PREFIX = {"ray-casting": "raycast", "tiles": "tiles"}
 VERTEX = "shaders/raycast.vert"
 """Vertex shader of programs that cast rays in one pass."""
+MESH_VERTEX = "shaders/proxy-mesh.vert"
+"""Vertex shader of passes over proxy geometry."""
 
 
 def require_technique(scene: Scene, profile: DeviceProfile) -> None:
@@ -28,7 +30,7 @@ def require_technique(scene: Scene, profile: DeviceProfile) -> None:
         f"compositing {render.compositing}": render.compositing in technique.compositings,
         f"classification {render.classification}": render.classification in technique.classifications,
         "[grid]": scene.grid is None or "subvolumes" in technique.samplings,
-        "[proxy]": scene.proxy is None or technique.name == "ray-casting",
+        "[proxy]": scene.proxy is None or technique.meshes,
         f"skip.kind {scene.skip.kind}": scene.skip.kind in {"auto", "none"} or technique.loops,
         # Compressed levels are mosaics.
         f"textures.compression {scene.textures.compression}": scene.textures.compression == "none"
@@ -91,17 +93,19 @@ def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> I
         yield _program(f"{name}-{volume.level}", transfer, (volume,), scene)
 
 
-def passes_before(technique: TechniqueName, shadows: Shadows) -> int:
+def passes_before(technique: TechniqueName, shadows: Shadows, rays: Rays) -> int:
     """Return how many passes come before a picture, each of whose targets takes a texture unit."""
-    return TECHNIQUES[technique].passes_before + (shadows in {"map", "half-angle"})
+    own = 1 if rays == "mesh" else TECHNIQUES[technique].passes_before
+    return own + (shadows in {"map", "half-angle"})
 
 
 def shader_files(program: ProgramDesign) -> tuple[str, ...]:
     """Return the files of the shaders of a program, including its passes."""
     shadows = "none" if program.light is None else program.light.shadows
-    passes = range(passes_before(program.technique, shadows))
+    passes = [pass_file(program, number) for number in range(passes_before(program.technique, shadows, program.rays))]
+    over_mesh = (MESH_VERTEX,) if program.rays == "mesh" else ()
     sorting = tile_files(program) if program.technique == "tiles" else ()
-    return (program.vertex, program.fragment, *(pass_file(program, number) for number in passes), *sorting)
+    return (program.vertex, program.fragment, *over_mesh, *passes, *sorting)
 
 
 def pass_file(program: ProgramDesign, number: int) -> str:

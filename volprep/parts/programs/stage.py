@@ -7,7 +7,6 @@ from volprep.parts.stage import Stage, Work, present
 from volprep.plan.products import ProxyPlan, SkipPlan, SkipTablePlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.shading.overlay import overlay_texts
-from volprep.shading.rays import depth_shader
 from volprep_formats.package.manifest import Contribution, RenderSettings, SubvolumeFiles
 from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.program import Program, ProgramDesign
@@ -40,8 +39,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     if subvolumes is not None:
         subvolumes = SubvolumeFiles(grid=subvolumes.grid, programs=writer.programs(around_points))
     if proxy is not None:
-        draft.write(proxy.depth, "shader", depth_shader(plan.profile.dialect).encode())
-        proxy = Proxy(depth=proxy.depth, programs=writer.programs(at_meshes))
+        proxy = Proxy(programs=writer.programs(at_meshes))
     return Contribution(programs=programs, subvolumes=subvolumes, proxy=proxy)
 
 

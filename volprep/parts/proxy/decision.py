@@ -1,14 +1,16 @@
 """Proxy geometry: for which transfer functions rays begin at a mesh, from the blocks that import measured.
 
 Beginning later saves the samples in front of the first visible voxel, whether or not the ray ends in it, and all
-samples of rays that meet none. Hollows behind the first face are left to skip tables, which can be combined with it.
+samples of rays that meet none. Ending earlier saves those behind the last one, of rays that come so far. Hollows
+between both are left to skip tables, which can be combined with it.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
+from volprep.parts.programs.decision import shader_files
 from volprep.parts.skip.decision import Found, measured_occupied
 from volprep.parts.skip.occupancy import Occupied
 from volprep.plan.products import ProxyMeshPlan, ProxyPlan
@@ -26,9 +28,7 @@ the software driver as much as half of the samples of a small picture (bench_pro
 KIND = "proxy"
 """Kind of its items of the plan."""
 VERTEX = "shaders/proxy.vert"
-"""Vertex shader of both passes."""
-DEPTH = "shaders/proxy-depth.frag"
-"""Fragment shader of the first pass."""
+"""Vertex shader of the programs; their passes have one of their own."""
 
 
 def plan_proxy(
@@ -85,14 +85,23 @@ def saved_share(occupied: Occupied, form: ProxyForm) -> float:
 
 
 def describe_proxy(
-    plan: ProxyPlan | None, functions: tuple[TransferFunction, ...], wanted: ProxySettings, found: Found
+    plan: ProxyPlan | None,
+    functions: tuple[TransferFunction, ...],
+    wanted: ProxySettings,
+    found: Found,
+    listed: Collection[str],
 ) -> Iterator[PlanItem]:
-    """Return an item for each transfer function. Seal adds the meshes; some of them may be empty."""
+    """Return an item for each transfer function. Seal adds the meshes; some of them may be empty.
+
+    Files of other items are `listed` there.
+    """
     if plan is None:
         return
-    common: tuple[str, ...] = (VERTEX, DEPTH)
+    known = set(listed)
     for function, share in zip(functions, plan.shares, strict=True):
-        files = tuple(program.fragment for program in plan.programs if program.transfer == function.name)
+        own = [path for each in plan.programs if each.transfer == function.name for path in shader_files(each)]
+        files = tuple(path for path in dict.fromkeys(own) if path not in known)
+        known.update(files)
         reason = _why_not(wanted, function.name, share)
         kept = reason is None
         if share == 1.0 and kept:
@@ -105,11 +114,9 @@ def describe_proxy(
             transfer=function.name,
             kept=kept and bool(files),
             reason=reason if files or not kept else "the package holds none of the levels that the scene names",
-            files=(*common, *files) if files else (),
+            files=files,
             size_bytes=_likely_bytes(measured_occupied(function, plan.epsilon, found), plan.block),
         )
-        if files:
-            common = ()
 
 
 def _why_not(wanted: ProxySettings, transfer: str, share: float) -> str | None:

@@ -1,10 +1,11 @@
-"""The part *proxy*: meshes around visible voxels; rays begin on them."""
+"""The part *proxy*: meshes around visible voxels; rays begin and end on them."""
 
 from collections.abc import Iterator
 from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always
 from volprep.parts.part import Decided, LaidOut, Part
+from volprep.parts.programs.decision import shader_files
 from volprep.parts.proxy.decision import KIND, describe_proxy, plan_proxy
 from volprep.parts.proxy.files import DRACO_RULE
 from volprep.parts.proxy.stage import STAGE
@@ -25,7 +26,8 @@ def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
     wanted = decided.case.scene.proxy
     if wanted is not None:
         proxy = plan.part(ProxyPlan)
-        yield from describe_proxy(proxy, plan.transfer_functions, wanted, found_of(decided.laid_out))
+        listed = {path for program in plan.programs for path in shader_files(program)}
+        yield from describe_proxy(proxy, plan.transfer_functions, wanted, found_of(decided.laid_out), listed)
 
 
 def _settle(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:

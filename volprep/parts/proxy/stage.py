@@ -6,7 +6,6 @@ Empty blocks are found as for skip tables: from the texels of the package and th
 import math
 from collections.abc import Sequence
 
-from volprep.parts.proxy.decision import DEPTH
 from volprep.parts.proxy.files import MeshFile, chosen_files, mesh_file
 from volprep.parts.proxy.mesh import block_planes, proxy_mesh
 from volprep.parts.proxy.sound import problems_of
@@ -43,7 +42,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
         meshes.append(mesh)
         files += [] if file is None else [file]
         progress.advance()
-    return Contribution(proxy=Proxy(epsilon=proxy.epsilon, meshes=_written(draft, proxy, meshes, files), depth=DEPTH))
+    return Contribution(proxy=Proxy(epsilon=proxy.epsilon, meshes=_written(draft, proxy, meshes, files)))
 
 
 def _written(

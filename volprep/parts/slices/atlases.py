@@ -107,8 +107,10 @@ def _cost(atlas: Atlas) -> tuple[int, int]:
     return atlas.texels, max(atlas.shape_yx)
 
 
-def layouts(atlases: tuple[Atlas, ...], axis: StackAxis, shape_zyx: Shape3) -> Iterator[tuple[Atlas, SliceLayout]]:
-    """Share the slices of a level out among textures, in order."""
+def layouts(
+    atlases: tuple[Atlas, ...], axis: StackAxis, shape_zyx: Shape3, layers: int = 1
+) -> Iterator[tuple[Atlas, SliceLayout]]:
+    """Share the slices of a level out among textures, in order; each slice is drawn in so many `layers`."""
     slices, first = shape_zyx[AXES[axis]], 0
     for atlas in atlases:
         count = min(atlas.tiles, slices - first)
@@ -120,6 +122,7 @@ def layouts(atlases: tuple[Atlas, ...], axis: StackAxis, shape_zyx: Shape3) -> I
                 first=first,
                 slices=count,
                 tiles_x=atlas.tiles_x,
+                layers=layers,
             ),
         )
         first += count

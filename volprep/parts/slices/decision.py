@@ -86,6 +86,8 @@ def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> Tex
     for what, wanted in needs.items():
         if wanted:
             raise VolprepError("VP3060", problem=f"profile {profile.name} has no shaders, and {what} needs them")
+    if scene.source.labels and settings.layers > 1:
+        raise VolprepError("VP3060", problem="slices.layers mixes neighbouring slices, and labels have nothing between")
     if len(set(settings.stacks)) < len(settings.stacks):
         raise VolprepError("VP3060", problem="slices.stacks names an axis twice")
     texel: TextureFormat = "RGBA8" if settings.form == "rgba" else "PALETTE8_RGBA8"
@@ -121,9 +123,10 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and the settings
                     shape_yx=atlas.shape_yx,
                     layout=layout,
                 )
-                for part, (atlas, layout) in enumerate(layouts(atlases, axis, level.shape_zyx))
+                for part, (atlas, layout) in enumerate(layouts(atlases, axis, level.shape_zyx, settings.layers))
             )
-            stacks.append(SliceStackPlan(transfer=function.name, distance_mm=spacing_mm[AXES[axis]], textures=textures))
+            distance_mm = spacing_mm[AXES[axis]] / settings.layers
+            stacks.append(SliceStackPlan(transfer=function.name, distance_mm=distance_mm, textures=textures))
     plan = SlicesPlan(
         level=level.index,
         format=texel,
@@ -197,7 +200,8 @@ def _stack_item(plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, fu
         kind="slices",
         transfer=stack.transfer,
         kept=True,
-        reason=f"{count} slices of {columns}×{rows} voxels, {stack.distance_mm:.4g} mm apart, in textures of {sizes}: "
+        reason=f"{count} slices of {columns}×{rows} voxels, {stack.distance_mm * layout.layers:.4g} mm apart"
+        f"{'' if layout.layers == 1 else f', each drawn in {layout.layers} polygons'}, in textures of {sizes}: "
         f"{wasted:.1%} of the texels stay empty; with one texture for each slice it would be "
         f"{1 - rows * columns / (_rounded(rows) * _rounded(columns)):.1%}; {_colours(plan, slices, stack, function)}; "
         f"{_oblique(plan, stack, function)}",

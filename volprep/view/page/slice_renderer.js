@@ -21,32 +21,39 @@ const MOST_BRIGHTNESS = 2;
 const TIE = 1e-9;
 
 const VERTEX = `attribute vec3 a_position;
-attribute vec4 a_texel;
+attribute vec2 a_texel;
 uniform mat4 clip_from_box;
-varying vec4 v_texel;
+varying vec2 v_texel;
 void main() {
   v_texel = a_texel;
   gl_Position = clip_from_box * vec4(a_position, 1.0);
 }`;
 const FRAGMENT = `precision highp float;
 uniform sampler2D indices;
+uniform sampler2D next_indices;
 uniform sampler2D palette;
-uniform vec2 texture_size;
 uniform vec2 slice_size;
+uniform vec4 tile;
+uniform vec4 next_tile;
+uniform float next_share;
 uniform float factor;
-varying vec4 v_texel;
-vec4 colour(vec2 texel) {
-  float index = texture2D(indices, (texel + 0.5) / texture_size).r * 255.0;
+varying vec2 v_texel;
+// The colour of a texel of a slice; a tile is its first texel and the size of its texture.
+vec4 colour(sampler2D from, vec4 tile, vec2 texel) {
+  float index = texture2D(from, (tile.xy + texel + 0.5) / tile.zw).r * 255.0;
   return texture2D(palette, vec2((index + 0.5) / 256.0, 0.5));
 }
-void main() {
-  vec2 at = clamp(v_texel.xy, vec2(0.5), slice_size - 0.5) - 0.5;
+vec4 filtered(sampler2D from, vec4 tile) {
+  vec2 at = clamp(v_texel, vec2(0.5), slice_size - 0.5) - 0.5;
   vec2 low = floor(at), share = at - low, high = min(low + 1.0, slice_size - 1.0);
-  low += v_texel.zw;
-  high += v_texel.zw;
-  vec4 lower = mix(colour(low), colour(vec2(high.x, low.y)), share.x);
-  vec4 upper = mix(colour(vec2(low.x, high.y)), colour(high), share.x);
-  gl_FragColor = min(factor * mix(lower, upper, share.y), 1.0);
+  vec4 lower = mix(colour(from, tile, low), colour(from, tile, vec2(high.x, low.y)), share.x);
+  vec4 upper = mix(colour(from, tile, vec2(low.x, high.y)), colour(from, tile, high), share.x);
+  return mix(lower, upper, share.y);
+}
+void main() {
+  vec4 seen = filtered(indices, tile);
+  if (next_share > 0.0) seen = mix(seen, filtered(next_indices, next_tile), next_share);
+  gl_FragColor = min(factor * seen, 1.0);
 }`;
 const SHOWN = `precision highp float;
 uniform sampler2D picture;
@@ -60,8 +67,10 @@ void main() {
 
 /**
  * One texture of a stack on the device.
- * @typedef {{layout: any, size: number[], distance: number, indices: WebGLTexture, palette: WebGLTexture, corners: WebGLBuffer, centres: number[], largest: number}} Part
+ * @typedef {{layout: any, size: number[], distance: number, indices: WebGLTexture, palette: WebGLTexture, largest: number}} Part
  */
+/** A slice, and its tile. @typedef {{part: Part, tile: number[]}} Slice */
+/** A polygon between two slices: its place along the axis, and the share of the second one. @typedef {{place: number, slice: Slice, next: Slice, share: number}} Polygon */
 
 /** Draws the slices of one transfer function at a time. */
 export class SliceRenderer {
@@ -70,7 +79,7 @@ export class SliceRenderer {
   #slices;
   #shown;
   #corners;
-  #triangles;
+  #square;
   /** @type {Part[]} */
   #parts = [];
   /** Points of edited functions, by name. @type {Map<string, any>} */
@@ -93,7 +102,7 @@ export class SliceRenderer {
     this.#slices = linkNow(gl, "slices", VERTEX, FRAGMENT);
     this.#shown = linkNow(gl, "shown slices", WHOLE, SHOWN);
     this.#corners = buffer(gl, gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]));
-    this.#triangles = buffer(gl, gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(0));
+    this.#square = buffer(gl, gl.ARRAY_BUFFER, new Float32Array(0));
     this.#target = { frame: gl.createFramebuffer(), texture: texture(gl, gl.RGBA, 1, 1, null) };
   }
 
@@ -145,8 +154,13 @@ export class SliceRenderer {
     gl.uniformMatrix4fv(locations.clip_from_box, false, new Float32Array(invert(boxFromClip)));
     gl.uniform1i(locations.indices, 0);
     gl.uniform1i(locations.palette, 1);
+    gl.uniform1i(locations.next_indices, 2);
     gl.uniform1f(locations.factor, factor);
-    for (const run of backToFront(parts, boxFromClip, AXES.indexOf(axis))) this.#drawRun(run);
+    const [rows, columns] = parts[0].layout.slice_shape_yx;
+    gl.uniform2f(locations.slice_size, columns, rows);
+    bind(gl, 1, parts[0].palette);
+    const { grid } = this.#pack.levels[0];
+    for (const polygon of backToFront(polygons(parts, grid), boxFromClip, AXES.indexOf(axis))) this.#drawPolygon(axis, grid, polygon);
     gl.disable(gl.BLEND);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
@@ -188,17 +202,16 @@ export class SliceRenderer {
   dispose() {
     const gl = this.#gl;
     this.#free();
-    for (const each of [this.#corners, this.#triangles]) gl.deleteBuffer(each);
+    for (const each of [this.#corners, this.#square]) gl.deleteBuffer(each);
     gl.deleteFramebuffer(this.#target.frame);
     gl.deleteTexture(this.#target.texture);
     for (const each of [this.#slices, this.#shown]) gl.deleteProgram(each.handle);
   }
 
   #free() {
-    for (const { indices, palette, corners } of this.#parts) {
+    for (const { indices, palette } of this.#parts) {
       this.#gl.deleteTexture(indices);
       this.#gl.deleteTexture(palette);
-      this.#gl.deleteBuffer(corners);
     }
     this.#parts = [];
   }
@@ -208,15 +221,12 @@ export class SliceRenderer {
     const gl = this.#gl;
     const [, height, width] = record.shape_zyx;
     const layout = record.slices;
-    const { centres, corners } = geometry(layout, this.#pack.levels[0].grid);
     return {
       layout,
       size: [width, height],
       distance: record.reference_mm,
       indices: texture(gl, gl.LUMINANCE, width, height, bytes.subarray(PALETTE_BYTES)),
       palette: texture(gl, gl.RGBA, PALETTE_BYTES / 4, 1, bytes.subarray(0, PALETTE_BYTES)),
-      corners: buffer(gl, gl.ARRAY_BUFFER, corners),
-      centres,
       largest: layout.largest_opacity ?? 1,
     };
   }
@@ -268,23 +278,22 @@ export class SliceRenderer {
     return held.filter(({ cosine }) => cosine >= most - TIE)[0];
   }
 
-  /** @param {{part: Part, numbers: number[]}} run */
-  #drawRun({ part, numbers }) {
+  /** @param {Axis} axis @param {any} grid @param {Polygon} polygon */
+  #drawPolygon(axis, grid, { place, slice, next, share }) {
     const gl = this.#gl;
     const { locations } = this.#slices;
-    bind(gl, 0, part.indices);
-    bind(gl, 1, part.palette);
-    gl.uniform2f(locations.texture_size, part.size[0], part.size[1]);
-    gl.uniform2f(locations.slice_size, part.layout.slice_shape_yx[1], part.layout.slice_shape_yx[0]);
-    gl.bindBuffer(gl.ARRAY_BUFFER, part.corners);
+    bind(gl, 0, slice.part.indices);
+    bind(gl, 2, next.part.indices);
+    gl.uniform4fv(locations.tile, [...slice.tile, ...slice.part.size]);
+    gl.uniform4fv(locations.next_tile, [...next.tile, ...next.part.size]);
+    gl.uniform1f(locations.next_share, share);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#square);
+    gl.bufferData(gl.ARRAY_BUFFER, square(axis, grid, place), gl.STREAM_DRAW);
     gl.enableVertexAttribArray(0);
     gl.enableVertexAttribArray(1);
-    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 28, 0);
-    gl.vertexAttribPointer(1, 4, gl.FLOAT, false, 28, 12);
-    const triangles = Uint16Array.from(numbers.flatMap((each) => [0, 1, 2, 2, 1, 3].map((corner) => 4 * each + corner)));
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.#triangles);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, triangles, gl.STREAM_DRAW);
-    gl.drawElements(gl.TRIANGLES, triangles.length, gl.UNSIGNED_SHORT, 0);
+    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 20, 0);
+    gl.vertexAttribPointer(1, 2, gl.FLOAT, false, 20, 12);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }
 }
 
@@ -298,46 +307,45 @@ export function paletteOf(edit, window, distance) {
   return Uint8Array.from(table, (each, at) => round(255 * (opacity(at >> 2) * (at % 4 === 3 ? 1 : each))));
 }
 
-/** Places of slices along their axis, and their corners: box millimetres, texels of the slice, first texel of its tile. @param {any} layout @param {any} grid */
-function geometry(layout, grid) {
+/** Corners of a slice at a place along its axis: box millimetres, and texels of the slice. @param {Axis} axis @param {any} grid @param {number} place */
+function square(axis, grid, place) {
   const spacing = [...grid.spacing_mm_zyx].reverse();
   const extent = [...grid.extent_mm_zyx].reverse();
-  const along = AXES.indexOf(layout.axis);
-  const [column, row] = ACROSS[/** @type {Axis} */ (layout.axis)];
-  const [rows, columns] = layout.slice_shape_yx;
-  /** @type {number[]} */
-  const centres = [];
-  /** @type {number[]} */
-  const corners = [];
-  for (let number = 0; number < layout.slices; number++) {
-    const centre = Math.min((layout.first + number + 0.5) * spacing[along], extent[along]);
-    centres.push(centre);
-    const tile = [(number % layout.tiles_x) * columns, Math.floor(number / layout.tiles_x) * rows];
-    for (const corner of [0, 1, 2, 3]) {
-      const at = [centre, centre, centre];
+  const [column, row] = ACROSS[axis];
+  return new Float32Array(
+    [0, 1, 2, 3].flatMap((corner) => {
+      const at = [place, place, place];
       at[column] = corner & 1 ? extent[column] : 0;
       at[row] = corner & 2 ? extent[row] : 0;
-      corners.push(...at, at[column] / spacing[column], at[row] / spacing[row], ...tile);
-    }
-  }
-  return { centres, corners: new Float32Array(corners) };
+      return [...at, at[column] / spacing[column], at[row] / spacing[row]];
+    }),
+  );
 }
 
-/** Runs of slices of one texture, the farthest first. @param {Part[]} parts @param {number[]} boxFromClip @param {number} axis @returns {{part: Part, numbers: number[]}[]} */
-function backToFront(parts, boxFromClip, axis) {
+/** Polygons of a stack, in the order of its slices. @param {Part[]} parts @param {any} grid @returns {Polygon[]} */
+function polygons(parts, grid) {
+  const { axis, layers = 1 } = parts[0].layout;
+  const along = 2 - AXES.indexOf(axis);
+  const slices = parts.flatMap((part) => {
+    const { slices: count, tiles_x: wide, slice_shape_yx: [rows, columns] } = part.layout;
+    return Array.from({ length: count }, (_, at) => ({ part, tile: [(at % wide) * columns, Math.floor(at / wide) * rows] }));
+  });
+  return Array.from({ length: slices.length * layers }, (_, number) => {
+    const middle = (number + 0.5) / layers;
+    const between = Math.min(Math.max(middle - 0.5, 0), slices.length - 1);
+    const lower = Math.floor(between);
+    const place = Math.min(middle * grid.spacing_mm_zyx[along], grid.extent_mm_zyx[along]);
+    return { place, slice: slices[lower], next: slices[Math.min(lower + 1, slices.length - 1)], share: between - lower };
+  });
+}
+
+/** Polygons, the farthest first. @param {Polygon[]} all @param {number[]} boxFromClip @param {number} axis */
+function backToFront(all, boxFromClip, axis) {
   // Where the matrix of a perspective has its eye; with parallel rays a direction, w = 0.
   const [eye, w] = [-boxFromClip[8 + axis], -boxFromClip[11]];
   const far = Math.abs(w) * 1e9 < Math.abs(eye);
-  const all = parts.flatMap((part) => part.centres.map((centre, number) => ({ part, number, key: far ? eye * centre : -Math.abs(centre - eye / w) })));
-  all.sort((a, b) => a.key - b.key);
-  /** @type {{part: Part, numbers: number[]}[]} */
-  const runs = [];
-  for (const { part, number } of all) {
-    const last = runs[runs.length - 1];
-    if (last?.part === part) last.numbers.push(number);
-    else runs.push({ part, numbers: [number] });
-  }
-  return runs;
+  const key = (/** @type {Polygon} */ { place }) => (far ? eye * place : -Math.abs(place - eye / w));
+  return all.sort((a, b) => key(a) - key(b));
 }
 
 /** @param {WebGLRenderingContext} gl @param {number} target @param {BufferSource} data */

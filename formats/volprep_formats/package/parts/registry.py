@@ -25,8 +25,6 @@ def _meshes(manifest: Manifest) -> dict[str, FileRole]:
     if manifest.proxy is None:
         return {}
     used: dict[str, FileRole] = {mesh.file: "mesh" for mesh in manifest.proxy.meshes if mesh.file is not None}
-    if manifest.proxy.programs:
-        used[manifest.proxy.depth] = "shader"
     return used | {path: "shader" for program in manifest.proxy.programs for path in program.shaders}
 
 

@@ -1,20 +1,18 @@
-//: Rays that begin at proxy geometry. In: what vertex/mesh.glsl gives for each pixel. Sections: ends
-//: of the ray; start, the first sample.
-// Where the pixel's ray meets the mesh, box millimetres; and x, y and w of its clip coordinates.
-$VARYING_IN vec3 v_entry;
-$VARYING_IN vec3 v_clip;
-uniform mat4 u_box_from_clip;
-// Rays begin this much before the mesh: rounding, and the resolution of the depth buffer, is less.
-const float ENTRY_MARGIN_MM = $ENTRY_MARGIN_MM;
-// An end of the pixel's ray, homogeneous box millimetres: on the near plane at depth -1, on the far plane at depth 1.
-// Interpolated between the corners of a small triangle it would be less exact.
-vec4 ray_end(float depth) {
-  return u_box_from_clip * vec4(v_clip.xy / v_clip.z, depth, 1.0);
-}
-//#section ends
-vec4 near_end = ray_end(-1.0);
-vec4 far_end = ray_end(1.0);
+//: Rays that begin and end at proxy geometry, behind from_box.glsl or tiles/cost.glsl. Words: PLACE, the pixel in the
+//: picture, from 0 to 1; MARGIN_MM. Sections: place, what vertex/picture.glsl gives of it; start, the first and the last
+//: sample.
+// Where the rays of pixels meet the mesh first and last, in 16 bits each, as parts of the ray inside the box.
+uniform highp sampler2D u_mesh;
+// Rays begin this much before the mesh, and end this much behind it: the resolution of the depth buffer and of 16 bits
+// is less.
+const float MARGIN_MM = $MARGIN_MM;
+//#section place
+// The pixel in the picture, from 0 to 1.
+$VARYING_IN vec2 v_place;
 //#section start
-// The first sample that is taken: those before the mesh see nothing, and the others stay where they are.
-float met = dot(v_entry - origin, ray) / dot(ray, ray) - ENTRY_MARGIN_MM / length(ray);
-float entered = 0.5 + max(floor((met - inside.x) / max(part, 1e-9) * count - 0.5), 0.0);
+// The samples that are taken: those outside the mesh see nothing, and the others stay where they are.
+vec4 bytes = floor($TEXTURE_2D(u_mesh, $PLACE) * 255.0 + 0.5);
+vec2 met = (256.0 * bytes.xz + bytes.yw) / 65535.0 * count;
+float margin = MARGIN_MM / max(length_mm, 1e-9) * count;
+float entered = 0.5 + max(floor(met.x - margin - 0.5), 0.0);
+float left = met.y > 0.0 ? min(ceil(met.y + margin + 0.5), count) : 0.0;

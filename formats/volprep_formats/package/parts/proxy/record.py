@@ -1,4 +1,4 @@
-"""Proxy geometry of a package: closed meshes around the visible part of the volume. Rays begin at them."""
+"""Proxy geometry of a package: closed meshes around the visible part of the volume. Rays begin and end at them."""
 
 from typing import Annotated, Literal, get_args
 
@@ -43,13 +43,11 @@ class ProxyMeshFile(Record):
 
 
 class Proxy(Record):
-    """Proxy geometry: rays begin where they first meet a mesh."""
+    """Proxy geometry: rays begin where they first meet a mesh, and end where they leave it for good."""
 
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Largest opacity that a ray may lose because it begins at the mesh."""
+    """Largest opacity that a ray may lose because it begins and ends at the mesh."""
     meshes: tuple[ProxyMeshFile, ...] = ()
     """One for each level of each transfer function, if it saves samples."""
-    depth: PackagePath
-    """Fragment shader of the first pass, which writes only depth."""
     programs: tuple[Program, ...] = ()
-    """Programs of the second pass. Their attribute is `a_position` (vec3), a vertex of the mesh."""
+    """Programs whose rays begin and end at a mesh. Each has one pass of geometry `mesh`."""

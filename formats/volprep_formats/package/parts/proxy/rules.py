@@ -16,6 +16,11 @@ _RELATIVE_TOLERANCE = 1e-9
 def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of meshes and of the programs that begin at them."""
     proxy = manifest.proxy
+    yield from (
+        f"program {program.name} begins at the box, but has a pass over a mesh"
+        for program in manifest.programs
+        if any(each.geometry == "mesh" for each in program.passes)
+    )
     if proxy is None:
         return
     grids = {level.index: level.grid for level in manifest.levels}
@@ -38,6 +43,8 @@ def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
     for program in proxy.programs:
         if any(counts[program.transfer, level] != 1 for level in program.levels):
             yield f"program {program.name} begins at meshes, but not each of its levels has one"
+        if [each.geometry for each in program.passes] != ["mesh"]:
+            yield f"program {program.name} begins at meshes, but does not have one pass, which draws them"
         if _read(program) not in [_read(other) for other in manifest.programs]:
             yield f"program {program.name} does not read what a program of its transfer function reads"
 

@@ -28,3 +28,6 @@ class SliceLayout(Record):
     """Tiles in a row: slice `first` + i lies in column i mod tiles_x of row i div tiles_x."""
     largest_opacity: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     """No texel of the stack is more opaque."""
+    layers: Count = 1
+    """Polygons for each slice. If more than one, each mixes the two slices around it, and a texel has the opacity of
+    the distance of polygons."""

@@ -71,8 +71,11 @@ def _stack(textures: list[Texture], grids: dict[int, Grid], axis: StackAxis) -> 
             yield f"does not go on at slice {at} of its level with part {part}"
         if layout.slice_shape_yx != shape:
             yield f"has slices of {layout.slice_shape_yx}, its level {shape}"
-        if texture.reference_mm != grid.spacing_mm_zyx[place]:
-            yield f"has the opacity of {texture.reference_mm} mm, its slices are {grid.spacing_mm_zyx[place]} mm apart"
+        apart_mm = grid.spacing_mm_zyx[place] / layout.layers
+        if texture.reference_mm != apart_mm:
+            yield f"has the opacity of {texture.reference_mm} mm, its polygons are {apart_mm} mm apart"
+        if texture.slices and ordered[0].slices and layout.layers != ordered[0].slices.layers:
+            yield "has parts with different numbers of layers"
         if texture.gl != textures[0].gl:
             yield "has several formats"
         at = layout.first + layout.slices
