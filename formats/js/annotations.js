@@ -97,12 +97,19 @@ export class Annotations {
 /** Text with an outline, so that it can be read over everything. @param {string} text @param {number} x @param {number} y @param {string} anchor */
 function written(text, x, y, anchor) {
   const made = document.createElementNS(SVG, "text");
-  for (const [key, value] of Object.entries({ x, y, "text-anchor": anchor, ...OUTLINED })) made.setAttribute(key, String(value));
+  for (const [key, value] of Object.entries({ x, y, "text-anchor": anchor, ...OUTLINED }))
+    made.setAttribute(key, String(value));
   made.textContent = text;
   return made;
 }
 
-const OUTLINED = { fill: "#fff", stroke: "#000", "stroke-width": 3, "paint-order": "stroke", "stroke-linejoin": "round" };
+const OUTLINED = {
+  fill: "#fff",
+  stroke: "#000",
+  "stroke-width": 3,
+  "paint-order": "stroke",
+  "stroke-linejoin": "round",
+};
 
 /** A white line with a dark border. @param {string} d */
 function path(d) {
@@ -112,7 +119,8 @@ function path(d) {
     ["#fff", 2],
   ]) {
     const made = document.createElementNS(SVG, "path");
-    for (const [key, value] of Object.entries({ d, stroke, "stroke-width": width, fill: "none" })) made.setAttribute(key, String(value));
+    for (const [key, value] of Object.entries({ d, stroke, "stroke-width": width, fill: "none" }))
+      made.setAttribute(key, String(value));
     group.append(made);
   }
   return group;

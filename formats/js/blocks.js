@@ -2,7 +2,15 @@
 import { FORMATS } from "./formats.js";
 
 /** @param {number} vk @param {number} block @param {number} bytes @param {number} components @param {string} extension @param {number[]} texels @param {number} [red] @returns {import("./formats.js").Format} */
-const packed = (vk, block, bytes, components, extension, texels, red = 0.5) => ({ vk, typeSize: 1, bytes, block, components, extension, sample: { texels, red } });
+const packed = (vk, block, bytes, components, extension, texels, red = 0.5) => ({
+  vk,
+  typeSize: 1,
+  bytes,
+  block,
+  components,
+  extension,
+  sample: { texels, red },
+});
 
 const ETC = "WEBGL_compressed_texture_etc";
 const ASTC = "WEBGL_compressed_texture_astc";
@@ -10,7 +18,15 @@ const VOID_EXTENT = [0xfc, 0xfd, 255, 255, 255, 255, 255, 255, 0, 128, 0, 128, 0
 
 Object.assign(FORMATS, {
   COMPRESSED_R11_EAC: packed(153, 4, 8, 1, ETC, [128, 0, 0, 0, 0, 0, 0, 0]),
-  COMPRESSED_RGBA8_ETC2_EAC: packed(151, 4, 16, 4, ETC, [128, 0, 0, 0, 0, 0, 0, 0, 128, 128, 128, 2, 0, 0, 0, 0], 134 / 255),
+  COMPRESSED_RGBA8_ETC2_EAC: packed(
+    151,
+    4,
+    16,
+    4,
+    ETC,
+    [128, 0, 0, 0, 0, 0, 0, 0, 128, 128, 128, 2, 0, 0, 0, 0],
+    134 / 255,
+  ),
   COMPRESSED_RGBA_ASTC_4x4_KHR: packed(157, 4, 16, 1, ASTC, VOID_EXTENT),
   COMPRESSED_RGBA_ASTC_5x5_KHR: packed(161, 5, 16, 1, ASTC, VOID_EXTENT),
   COMPRESSED_RGBA_ASTC_6x6_KHR: packed(165, 6, 16, 1, ASTC, VOID_EXTENT),

@@ -123,7 +123,10 @@ export function checkedFormat(texture) {
   const { internal_format: internal, format, type } = texture.gl;
   const known = has(FORMATS, internal) ? FORMATS[internal] : undefined;
   if (!known || known.format !== format || (format && known.type !== type)) {
-    throw new VolpkgError("VP4030", { name: texture.file, problem: `the manifest gives it the format ${[internal, format, type].join("/")}` });
+    throw new VolpkgError("VP4030", {
+      name: texture.file,
+      problem: `the manifest gives it the format ${[internal, format, type].join("/")}`,
+    });
   }
   return internal;
 }

@@ -52,7 +52,8 @@ export async function unpackedPart(bytes, decode, name) {
   if (START.some((byte, i) => bytes[i] !== byte)) refuse("it is not a triangle mesh of version 2.2 by edgebreaker");
   const [vertices, at] = varint(bytes, START.length + 1);
   const [triangles] = varint(bytes, at);
-  if (vertices > MOST_VERTICES || triangles > MOST_TRIANGLES) refuse(`it says ${vertices} vertices and ${triangles} triangles, more than a primitive has`);
+  if (vertices > MOST_VERTICES || triangles > MOST_TRIANGLES)
+    refuse(`it says ${vertices} vertices and ${triangles} triangles, more than a primitive has`);
   /** @type {Decoded | undefined} */
   let found;
   try {

@@ -42,13 +42,20 @@ async function file(pack, path, signal) {
 export function checkEdit(pack, { points, reference_mm }, name) {
   const before = pack.transferFunctions.find((each) => each.name === name);
   if (!pack.manifest.editing || !before) throw new VolpkgError("VP5023", { path: pack.name });
-  const problem = !Array.isArray(points) || !points.length ? "there are none" : points.map((each, i) => problemOf(each, points[i - 1])).find(Boolean);
+  const problem =
+    !Array.isArray(points) || !points.length
+      ? "there are none"
+      : points.map((each, i) => problemOf(each, points[i - 1])).find(Boolean);
   if (problem) throw new VolpkgError("VP7020", { problem });
   const length = before.reference_mm ?? 1;
   // A shader that knows no path has the length of the function that it was made for: opacities along it stay.
   const fixed = pack.manifest.programs.some((each) => each.transfer === name && FIXED.includes(each.compositing ?? ""));
   const ratio = fixed ? (reference_mm ?? length) / length : 1;
-  return { name, reference_mm: length, points: points.map((each) => ({ ...each, extinction_per_mm: each.extinction_per_mm * ratio })) };
+  return {
+    name,
+    reference_mm: length,
+    points: points.map((each) => ({ ...each, extinction_per_mm: each.extinction_per_mm * ratio })),
+  };
 }
 
 /**
@@ -57,7 +64,8 @@ export function checkEdit(pack, { points, reference_mm }, name) {
  */
 export function windowed(points, { level, width }) {
   const [first, last] = [points[0]?.value, points[points.length - 1]?.value];
-  if (!(last > first && width > 0 && Number.isFinite(level))) throw new VolpkgError("VP7020", { problem: `a window of ${width} around ${level} does not fit them` });
+  if (!(last > first && width > 0 && Number.isFinite(level)))
+    throw new VolpkgError("VP7020", { problem: `a window of ${width} around ${level} does not fit them` });
   const moved = (/** @type {number} */ value) => level + width * ((value - first) / (last - first) - 0.5);
   return { points: points.map((each) => ({ ...each, value: moved(each.value) })) };
 }
@@ -65,8 +73,10 @@ export function windowed(points, { level, width }) {
 /** @param {any} point @param {any} before */
 function problemOf(point, before) {
   const numbers = [point?.value, ...(point?.colour ?? [NaN]), point?.extinction_per_mm];
-  if (numbers.length !== 5 || !numbers.every(Number.isFinite)) return `${JSON.stringify(point)} is no value, colour of three and extinction_per_mm`;
-  if (point.extinction_per_mm < 0 || point.colour.some((/** @type {number} */ each) => each < 0 || each > 1)) return `${JSON.stringify(point)} has numbers out of range`;
+  if (numbers.length !== 5 || !numbers.every(Number.isFinite))
+    return `${JSON.stringify(point)} is no value, colour of three and extinction_per_mm`;
+  if (point.extinction_per_mm < 0 || point.colour.some((/** @type {number} */ each) => each < 0 || each > 1))
+    return `${JSON.stringify(point)} has numbers out of range`;
   return before && before.value > point.value ? `${point.value} comes after ${before.value}` : "";
 }
 
@@ -83,15 +93,21 @@ export async function edited(pack, choice, edits, signal) {
   for (const [i, { role, transfer = program.transfer }] of program.samplers.entries()) {
     if (role !== "transfer") continue;
     const texture = textures[i];
-    const channel = pack.manifest.channels.find((each) => each.transfer_functions.some(({ name }) => name === transfer));
+    const channel = pack.manifest.channels.find((each) =>
+      each.transfer_functions.some(({ name }) => name === transfer),
+    );
     const edit = edits.get(transfer);
     if (!channel) throw new VolpkgError("VP5023", { path: pack.name });
     if (edit) texels[texture.name] = await tableTexels(pack, texture, channel, level.index, edit, signal);
     const bytes = texels[texture.name] ?? (await texelsOf(pack, texture, signal));
     const isovalue = channel.transfer_functions.find(({ name }) => name === transfer)?.isovalue ?? NaN;
-    seen.push([channel, visible(extinctions(texture, bytes), program.compositing, channel.quantization.window, isovalue)]);
+    seen.push([
+      channel,
+      visible(extinctions(texture, bytes), program.compositing, channel.quantization.window, isovalue),
+    ]);
   }
-  if (!edits.has(program.transfer) && !program.samplers.some(({ transfer }) => transfer && edits.has(transfer))) return choice;
+  if (!edits.has(program.transfer) && !program.samplers.some(({ transfer }) => transfer && edits.has(transfer)))
+    return choice;
   for (const [i, { role }] of program.samplers.entries()) {
     if (role === "skip") texels[textures[i].name] = await skipTexels(pack, textures[i], seen, signal);
   }
@@ -114,10 +130,12 @@ async function tableTexels(pack, texture, channel, level, edit, signal) {
   const { editing, render } = pack.manifest;
   let table = lookup(edit, channel.quantization.window, texture.shape_zyx[2]);
   const histogram = editing?.histograms?.find((each) => each.level === level && each.channel === channel.name);
-  if (histogram) table = ofLevel(shares(await file(pack, histogram.file, signal), histogram.file), table, histogram.reference_mm);
+  if (histogram)
+    table = ofLevel(shares(await file(pack, histogram.file, signal), histogram.file), table, histogram.reference_mm);
   const half = texture.max_extinction_per_mm === undefined;
   // An extinction that is opaque after a quarter of a step needs no larger number.
-  const largest = texture.max_extinction_per_mm ?? Math.min(LARGEST_HALF, (-4 * Math.log1p(-MOST_OPAQUE)) / render.step_mm);
+  const largest =
+    texture.max_extinction_per_mm ?? Math.min(LARGEST_HALF, (-4 * Math.log1p(-MOST_OPAQUE)) / render.step_mm);
   const value = (/** @type {number} */ each, /** @type {number} */ i) => (i % 4 < 3 ? each : Math.min(each, largest));
   if (half) return new Uint8Array(Uint16Array.from(table, (each, i) => toHalf(value(each, i))).buffer);
   return Uint8Array.from(table, (each, i) => round(255 * (i % 4 < 3 ? each : Math.sqrt(value(each, i) / largest))));
@@ -170,7 +188,8 @@ function lookup({ points }, window, entries) {
     while (first < entries && valueOf(window, entries, first) < at) first++;
     const touches = first < entries && valueOf(window, entries, first) === at;
     if (faint === below) first--;
-    for (let j = Math.max(first, 0); j <= Math.min(first + (touches ? 1 : 0), entries - 1); j++) table.set(points[dense].colour, 4 * j);
+    for (let j = Math.max(first, 0); j <= Math.min(first + (touches ? 1 : 0), entries - 1); j++)
+      table.set(points[dense].colour, 4 * j);
   }
   return table;
 }
@@ -194,9 +213,13 @@ export function shares(bytes, path) {
   };
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
   const word = (/** @type {number} */ at) => view.getUint16(2 * at, true);
-  const bands = Array.from({ length: bytes.length < 4 * BINS ? 0 : BINS }, (_, row) => [word(2 * row), word(2 * row + 1)]);
+  const bands = Array.from({ length: bytes.length < 4 * BINS ? 0 : BINS }, (_, row) => [
+    word(2 * row),
+    word(2 * row + 1),
+  ]);
   const entries = bands.reduce((sum, [, count]) => sum + count, 0);
-  if (!bands.length || bytes.length !== 2 * (2 * BINS + entries)) refuse(`it has ${bytes.length} bytes, which its bands do not take`);
+  if (!bands.length || bytes.length !== 2 * (2 * BINS + entries))
+    refuse(`it has ${bytes.length} bytes, which its bands do not take`);
   const matrix = new Uint16Array(BINS * BINS);
   let at = 2 * BINS;
   bands.forEach(([first, count], row) => {
@@ -224,7 +247,9 @@ function ofLevel(matrix, table, length) {
   const made = table.slice();
   at.forEach((place, j) => {
     const low = Math.min(Math.floor(place), BINS - 2);
-    const light = [0, 1, 2, 3].map((c) => coarse[4 * low + c] + (place - low) * (coarse[4 * low + 4 + c] - coarse[4 * low + c]));
+    const light = [0, 1, 2, 3].map(
+      (c) => coarse[4 * low + c] + (place - low) * (coarse[4 * low + 4 + c] - coarse[4 * low + c]),
+    );
     if (light[3] > 0) for (let c = 0; c < 3; c++) made[4 * j + c] = Math.min(Math.max(light[c] / light[3], 0), 1);
     made[4 * j + 3] = -Math.log1p(-Math.min(light[3], MOST_OPAQUE)) / length;
   });
@@ -252,7 +277,9 @@ function binned(table, at, length) {
 /** The extinction of each entry, as the shader reads it. @param {Texture} texture @param {Uint8Array} texels */
 function extinctions({ max_extinction_per_mm: largest }, texels) {
   const entries = largest === undefined ? new Uint16Array(texels.buffer, texels.byteOffset, texels.length / 2) : texels;
-  return Float64Array.from({ length: entries.length / 4 }, (_, j) => (largest === undefined ? fromHalf(entries[4 * j + 3]) : largest * (entries[4 * j + 3] / 255) ** 2));
+  return Float64Array.from({ length: entries.length / 4 }, (_, j) =>
+    largest === undefined ? fromHalf(entries[4 * j + 3]) : largest * (entries[4 * j + 3] / 255) ** 2,
+  );
 }
 
 /**
@@ -264,7 +291,8 @@ export function visible(found, compositing, [low, high], isovalue) {
   const last = found.length - 1;
   const before = (/** @type {number} */ j) => j === 0 || low + ((high - low) / last) * (j - 1) < isovalue;
   const after = (/** @type {number} */ j) => j === last || isovalue < low + ((high - low) / last) * (j + 1);
-  if (compositing === "maximum" || compositing === "mida") for (let j = 1; j <= last; j++) found[j] = Math.max(found[j], found[j - 1]);
+  if (compositing === "maximum" || compositing === "mida")
+    for (let j = 1; j <= last; j++) found[j] = Math.max(found[j], found[j - 1]);
   if (compositing === "minimum") for (let j = last - 1; j >= 0; j--) found[j] = Math.max(found[j], found[j + 1]);
   if (compositing === "average") found.fill(1);
   if (compositing === "first-hit") for (let j = 0; j <= last; j++) found[j] = Number(after(j));
@@ -284,7 +312,9 @@ async function skipTexels(pack, texture, seen, signal) {
   const threshold = -Math.log1p(-(skipping?.epsilon ?? 0) / seen.length) / Math.hypot(...grid.extent_mm_zyx);
   for (const [channel, extinction] of seen) {
     const found = (skipping?.ranges ?? []).filter((each) => each.level === record.level && each.block === record.block);
-    const ranges = found.map((each) => textures.find(({ name }) => name === each.texture)).find((each) => !each?.channels?.length || each.channels.includes(channel.name));
+    const ranges = found
+      .map((each) => textures.find(({ name }) => name === each.texture))
+      .find((each) => !each?.channels?.length || each.channels.includes(channel.name));
     if (!ranges) throw new VolpkgError("VP5023", { path: pack.name });
     const codes = entriesOf(ranges, await texelsOf(pack, ranges, signal), [2 * z, y, x]);
     occupy(occupied, codes, extinction, threshold);

@@ -170,7 +170,12 @@ export class VolumeViewer extends HTMLElement {
       if (found) stage.backdrop = found.slice(1).map((each) => parseInt(each, 16) / 255);
       else fail("it is not #rrggbb");
     } else if (name === "clip") {
-      const numbers = value ? value.trim().split(/[\s,]+/).map(Number) : [];
+      const numbers = value
+        ? value
+            .trim()
+            .split(/[\s,]+/)
+            .map(Number)
+        : [];
       const isBox = numbers.every((each, i) => each >= 0 && each <= 1 && (i > 2 || each < numbers[i + 3]));
       if (value && !(numbers.length === 6 && isBox)) fail("it is not the corners of a box, six numbers from 0 to 1");
       else if (value || this.#level >= 0) this.#cut(numbers);

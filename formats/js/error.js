@@ -6,7 +6,10 @@
 /** @type {Record<string, [summary: string, remedy: string]>} */
 export const WORDS = {
   VP4001: ["{path}: no such package", "Check the path."],
-  VP4002: ["{path}: not a volume package: {problem}", "Name the folder that volprep build wrote, or the file of volprep zip."],
+  VP4002: [
+    "{path}: not a volume package: {problem}",
+    "Name the folder that volprep build wrote, or the file of volprep zip.",
+  ],
   VP4003: [
     "{path}: the package has version {version} of the format, but this volprep reads {known}",
     "Use the volprep that wrote the package, or build the package again.",
@@ -41,7 +44,10 @@ export const WORDS = {
     "the driver {driver} cannot draw a picture of {width}×{height} pixels: each side must have 1 to {limit}",
     "Ask for another size.",
   ],
-  VP5017: ["program {name}: the manifest names {named}, but the shaders use {found}", "The package is damaged: build it again."],
+  VP5017: [
+    "program {name}: the manifest names {named}, but the shaders use {found}",
+    "The package is damaged: build it again.",
+  ],
   VP5018: [
     "{package}: the package cannot draw level {level} with the transfer function {transfer}. It can draw {known}",
     "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",
@@ -69,8 +75,14 @@ export const WORDS = {
   ],
   VP7015: ["{url}: the server answers {answer}", "Check the address and the server."],
   VP7016: ["{url}: nothing has arrived for {seconds} s", "Check the connection and try again."],
-  VP7017: ["a package cannot be opened from {what}", "Give the address of a folder or of a .volpkg.zip, a File, a Blob or an ArrayBuffer."],
-  VP7018: ["there is nothing to draw with: {problem}", "Make a new renderer, or wait until the context is there again."],
+  VP7017: [
+    "a package cannot be opened from {what}",
+    "Give the address of a folder or of a .volpkg.zip, a File, a Blob or an ArrayBuffer.",
+  ],
+  VP7018: [
+    "there is nothing to draw with: {problem}",
+    "Make a new renderer, or wait until the context is there again.",
+  ],
 };
 
 const LONGEST = 400;

@@ -29,17 +29,37 @@ export function others({ gl: { internal_format: internal, target }, filter, shap
     const most = rows > 1 ? Math.sqrt(MOST_TEXELS) : FINEST;
     const finer = Math.max(1, Math.floor(most / columns));
     const note = "tables are not filtered by the device";
-    return ["RGBA16F", "RGBA32F"].map((wide) => ({ internal: wide, finer, note, convert: (bytes, width) => interpolated(words(bytes), width, finer, wide) }));
+    return ["RGBA16F", "RGBA32F"].map((wide) => ({
+      internal: wide,
+      finer,
+      note,
+      convert: (bytes, width) => interpolated(words(bytes), width, finer, wide),
+    }));
   }
   // Labels are codes: rounded, they would be other labels.
   if (filter === "nearest") return [];
   if (internal === "R16_EXT") {
     return [
-      { internal: "R16F", note: "11 of 16 bits", convert: (bytes) => words(bytes).map((code) => (halves ??= halvesOfCodes())[code]) },
-      { internal: "R8", note: "8 of 16 bits", convert: (bytes) => Uint8Array.from(words(bytes), (code) => Math.round(code / 257)) },
+      {
+        internal: "R16F",
+        note: "11 of 16 bits",
+        convert: (bytes) => words(bytes).map((code) => (halves ??= halvesOfCodes())[code]),
+      },
+      {
+        internal: "R8",
+        note: "8 of 16 bits",
+        convert: (bytes) => Uint8Array.from(words(bytes), (code) => Math.round(code / 257)),
+      },
     ];
   }
-  if (internal === "R16F") return [{ internal: "R8", note: "8 of 11 bits", convert: (bytes) => Uint8Array.from(words(bytes), (half) => Math.round(255 * fromHalf(half))) }];
+  if (internal === "R16F")
+    return [
+      {
+        internal: "R8",
+        note: "8 of 11 bits",
+        convert: (bytes) => Uint8Array.from(words(bytes), (half) => Math.round(255 * fromHalf(half))),
+      },
+    ];
   return [];
 }
 
@@ -56,7 +76,9 @@ function interpolated(texels, width, finer, internal) {
   for (const [y0, y1, fy] of rows) {
     for (const [x0, x1, fx] of columns) {
       for (let c = 0; c < 4; c++) {
-        const [a, b, d, e] = [y0 * width + x0, y0 * width + x1, y1 * width + x0, y1 * width + x1].map((i) => value[4 * i + c]);
+        const [a, b, d, e] = [y0 * width + x0, y0 * width + x1, y1 * width + x0, y1 * width + x1].map(
+          (i) => value[4 * i + c],
+        );
         values[at++] = (a + (b - a) * fx) * (1 - fy) + (d + (e - d) * fx) * fy;
       }
     }

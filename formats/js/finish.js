@@ -124,6 +124,7 @@ export function tilesOf(width, height) {
       tiles.push([x, y, Math.min(edges[0], width - x), Math.min(edges[1], height - y)]);
     }
   }
-  const away = (/** @type {Tile} */ [x, y, wide, high]) => Math.hypot(x + wide / 2 - width / 2, y + high / 2 - height / 2);
+  const away = (/** @type {Tile} */ [x, y, wide, high]) =>
+    Math.hypot(x + wide / 2 - width / 2, y + high / 2 - height / 2);
   return tiles.sort((a, b) => away(a) - away(b));
 }

@@ -55,7 +55,14 @@ export function constant(gl, name, extension) {
 export function fromHalf(half) {
   const exponent = (half >> 10) & 31;
   const fraction = half & 1023;
-  const size = exponent === 31 ? (fraction ? NaN : Infinity) : exponent ? 2 ** (exponent - 15) * (1 + fraction / 1024) : fraction * 2 ** -24;
+  const size =
+    exponent === 31
+      ? fraction
+        ? NaN
+        : Infinity
+      : exponent
+        ? 2 ** (exponent - 15) * (1 + fraction / 1024)
+        : fraction * 2 ** -24;
   return half & 0x8000 ? -size : size;
 }
 

@@ -18,12 +18,19 @@ export function halfAngleLayers(extent, boxFromClip, light, boxFromLight, step) 
   const behind = dot(toLight, ahead) > 0;
   const across = unit(ahead.map((each, axis) => (behind ? -each : each) - toLight[axis]));
   const least = [0, 1, 2].reduce((best, axis) => (Math.abs(across[axis]) < Math.abs(across[best]) ? axis : best), 0);
-  const right = unit(cross(across, [0, 1, 2].map((axis) => Number(axis === least))));
+  const right = unit(
+    cross(
+      across,
+      [0, 1, 2].map((axis) => Number(axis === least)),
+    ),
+  );
   const diagonal = Math.hypot(...extent);
   const axes = [right, cross(across, right), across].map((each) => times(each, diagonal / 2));
   const boxFromSlices = [...axes.flatMap((each) => [...each, 0]), ...times(extent, 0.5), 1];
   const count = Math.max(1, Math.ceil(diagonal / (step * Math.abs(dot(ahead, across))) - 1e-9));
-  const [seen, lit] = [boxFromClip, boxFromLight].map((from) => byLayer(cornersOf("view-slices", boxFromSlices, axes, count, from, true), count));
+  const [seen, lit] = [boxFromClip, boxFromLight].map((from) =>
+    byLayer(cornersOf("view-slices", boxFromSlices, axes, count, from, true), count),
+  );
   return { boxFromSlices, count, behind, seen, lit };
 }
 

@@ -11,7 +11,13 @@ const IDLE_SECONDS = 20;
  * @param {URL} url @param {Record<string, string>} range @param {OpenOptions} options @param {AbortSignal} [signal]
  * @param {RequestCache} [cache] how the browser's cache is used
  */
-export async function request(url, range, { headers: given, fetch: ask = fetch, idleSeconds = IDLE_SECONDS }, signal, cache) {
+export async function request(
+  url,
+  range,
+  { headers: given, fetch: ask = fetch, idleSeconds = IDLE_SECONDS },
+  signal,
+  cache,
+) {
   check(signal);
   const headers = new Headers(typeof given === "function" ? await given() : given);
   for (const [name, value] of Object.entries(range)) headers.set(name, value);

@@ -49,11 +49,17 @@ export function readHead(head, fileBytes, entries) {
   const volume = gl.target === "TEXTURE_3D";
   const found = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(word).join(" ");
   const packed = word(8) === ZSTANDARD;
-  const wanted = [vk, typeSize, shape[2], shape[1], volume ? shape[0] : 0, 0, 1, levels, packed ? ZSTANDARD : 0].join(" ");
-  if (found !== wanted) refuse(`its header says ${found} (vkFormat, typeSize, width, height, depth, layers, faces, levels, supercompression) and not ${wanted}`);
+  const wanted = [vk, typeSize, shape[2], shape[1], volume ? shape[0] : 0, 0, 1, levels, packed ? ZSTANDARD : 0].join(
+    " ",
+  );
+  if (found !== wanted)
+    refuse(
+      `its header says ${found} (vkFormat, typeSize, width, height, depth, layers, faces, levels, supercompression) and not ${wanted}`,
+    );
   const [descriptorAt, descriptorSize, valuesAt, valuesSize] = [9, 10, 11, 12].map(word);
   let end = descriptorAt + descriptorSize;
-  if (descriptorAt !== sized || descriptorSize < 44 || end > fileBytes) refuse(`its descriptor of ${descriptorSize} bytes at ${descriptorAt} is out of place`);
+  if (descriptorAt !== sized || descriptorSize < 44 || end > fileBytes)
+    refuse(`its descriptor of ${descriptorSize} bytes at ${descriptorAt} is out of place`);
   if (long(64) || long(72)) refuse("it has supercompression data");
   if (valuesAt || valuesSize) {
     if (valuesAt !== end) refuse(`its ${valuesSize} bytes of key/value data at ${valuesAt} are out of place`);
@@ -63,13 +69,16 @@ export function readHead(head, fileBytes, entries) {
   const places = entries.map((entry, level) => {
     const size = texelBytes(gl.internal_format, entry.shape_zyx);
     const halved = shape.map((n) => Math.max(1, n >> level));
-    if (entry.shape_zyx.some((n, i) => n !== halved[i])) refuse(`its level ${level} has ${halved} texels, the manifest says ${entry.shape_zyx}`);
+    if (entry.shape_zyx.some((n, i) => n !== halved[i]))
+      refuse(`its level ${level} has ${halved} texels, the manifest says ${entry.shape_zyx}`);
     const [offset, stored, unpacked] = [0, 8, 16].map((at) => long(HEAD + 24 * level + at));
-    if (unpacked !== size || (packed ? stored < 1 || stored > size : stored !== size)) refuse(`its level ${level} has ${stored} bytes, unpacked ${unpacked}, instead of ${size}`);
+    if (unpacked !== size || (packed ? stored < 1 || stored > size : stored !== size))
+      refuse(`its level ${level} has ${stored} bytes, unpacked ${unpacked}, instead of ${size}`);
     return { offset, stored, size, shape: entry.shape_zyx, packed };
   });
   for (const { offset, stored } of [...places].reverse()) {
-    if (offset % unit || offset < end) refuse(`the ${stored} bytes of texels at ${offset} are not after what comes before, or not aligned`);
+    if (offset % unit || offset < end)
+      refuse(`the ${stored} bytes of texels at ${offset} are not after what comes before, or not aligned`);
     end = offset + stored;
   }
   if (end !== fileBytes) refuse(`its texels end at ${end}, the file at ${fileBytes}`);

@@ -7,13 +7,21 @@ import { cross, dot, invert, unit } from "./camera.js";
 const RIM = 6;
 /** Distance of the eye for parallel rays, in half depths of the stack. */
 const FAR = 1e6;
-const SQUARE = [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]];
+const SQUARE = [
+  [-1, -1],
+  [1, -1],
+  [1, 1],
+  [-1, -1],
+  [1, 1],
+  [-1, 1],
+];
 
 /** @param {Vector} a @param {number} by */
 export const times = (a, by) => a.map((each) => each * by);
 
 /** @param {Vector} m column by column @param {Vector} at four numbers */
-const product = (m, at) => [0, 1, 2, 3].map((row) => at.reduce((sum, each, column) => sum + each * m[4 * column + row], 0));
+const product = (m, at) =>
+  [0, 1, 2, 3].map((row) => at.reduce((sum, each, column) => sum + each * m[4 * column + row], 0));
 
 /** Right, up and ahead of the view, in box space. @param {Vector} boxFromClip */
 export function axesOf(boxFromClip) {
@@ -70,7 +78,9 @@ export function cornersOf(geometry, boxFromSlices, axes, count, boxFromClip, fro
   /** Faces across the stack's own x and y, by axis and side, that are left through. */
   const around = [0, 1].flatMap((axis) => {
     const edge = 1 + (rim - 1) / Math.hypot(...axes[axis]);
-    return [0, 1].flatMap((side) => (geometry === "axis-slices" && edge > eye[axis] * (2 * side - 1) ? [[axis, side]] : []));
+    return [0, 1].flatMap((side) =>
+      geometry === "axis-slices" && edge > eye[axis] * (2 * side - 1) ? [[axis, side]] : [],
+    );
   });
   /** @type {number[]} */
   const corners = [];
@@ -79,7 +89,8 @@ export function cornersOf(geometry, boxFromSlices, axes, count, boxFromClip, fro
       const sign = 2 * side - 1;
       if (sides(n)[side] * sign > eye[2] * sign) for (const [a, b] of SQUARE) corners.push(a, b, n, side);
     }
-    for (const [axis, side] of around) for (const [a, b] of SQUARE) corners.push(axis ? a : 2 * side - 1, axis ? 2 * side - 1 : a, n, (b + 1) / 2);
+    for (const [axis, side] of around)
+      for (const [a, b] of SQUARE) corners.push(axis ? a : 2 * side - 1, axis ? 2 * side - 1 : a, n, (b + 1) / 2);
   }
   return corners;
 }

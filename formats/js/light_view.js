@@ -21,10 +21,27 @@ export function lightFromBox(light, extent) {
   if (!(distance > 1e-6 * Math.hypot(...extent))) return null;
   const ahead = minus(nearest, light).map((each) => each / distance);
   const least = [0, 1, 2].reduce((best, axis) => (Math.abs(ahead[axis]) < Math.abs(ahead[best]) ? axis : best), 0);
-  const right = unit(cross(ahead, [0, 1, 2].map((axis) => Number(axis === least))));
+  const right = unit(
+    cross(
+      ahead,
+      [0, 1, 2].map((axis) => Number(axis === least)),
+    ),
+  );
   const rows = [right, cross(right, ahead), ahead];
-  const corners = Array.from({ length: 8 }, (_, i) => rows.map((row) => dot(row, minus(extent.map((size, axis) => ((i >> axis) & 1) * size), light))));
-  const [x, y] = [0, 1].map((axis) => corners.map((each) => each[axis] / each[2])).map((all) => ({ low: Math.min(...all), high: Math.max(...all) }));
+  const corners = Array.from({ length: 8 }, (_, i) =>
+    rows.map((row) =>
+      dot(
+        row,
+        minus(
+          extent.map((size, axis) => ((i >> axis) & 1) * size),
+          light,
+        ),
+      ),
+    ),
+  );
+  const [x, y] = [0, 1]
+    .map((axis) => corners.map((each) => each[axis] / each[2]))
+    .map((all) => ({ low: Math.min(...all), high: Math.max(...all) }));
   const [near, far] = [distance / WIDER, Math.max(...corners.map((each) => each[2])) * WIDER];
   const [wide, high] = [x, y].map((each) => 2 / ((each.high - each.low) * WIDER));
   const projection = [
@@ -33,6 +50,10 @@ export function lightFromBox(light, extent) {
     [(-wide * (x.high + x.low)) / 2, (-high * (y.high + y.low)) / 2, (far + near) / (far - near), 1],
     [0, 0, (-2 * far * near) / (far - near), 0],
   ];
-  const moved = [...[0, 1, 2].flatMap((axis) => [...rows.map((row) => row[axis]), 0]), ...rows.map((row) => -dot(row, light)), 1];
+  const moved = [
+    ...[0, 1, 2].flatMap((axis) => [...rows.map((row) => row[axis]), 0]),
+    ...rows.map((row) => -dot(row, light)),
+    1,
+  ];
   return multiply(projection.flat(), moved);
 }

@@ -63,7 +63,11 @@ export class Package {
     /** Pictures that can be drawn, the default one first, with their levels, the finest first. @type {Drawn[]} */
     this.programs = names.map((name) => {
       const levels = manifest.programs.flatMap((each) => (each.transfer === name ? each.levels : []));
-      return { name, levels: [...new Set(levels)].sort((a, b) => a - b), together: [manifest.together?.name, manifest.segments?.name].includes(name) };
+      return {
+        name,
+        levels: [...new Set(levels)].sort((a, b) => a - b),
+        together: [manifest.together?.name, manifest.segments?.name].includes(name),
+      };
     });
   }
 

@@ -25,7 +25,7 @@ export function paint(gl, device, drawn, how) {
   const { boxFromClip, viewport, target, picture, scale, values, blend, part } = how;
   const [x, y, width, height] = viewport;
   const own = target === undefined;
-  const mesh = how.mesh && how.mesh.front(boxFromClip);
+  const mesh = how.mesh?.front(boxFromClip);
   const bindTarget = () => {
     if (own) picture.bind(Math.ceil(width * scale), Math.ceil(height * scale));
     else gl.bindFramebuffer(gl.FRAMEBUFFER, target);

@@ -13,7 +13,9 @@ export function usesOf({ editing, subvolumes, proxy }) {
     ...(editing?.histograms ?? []).map(({ file }) => /** @type {import("./shapes.js").Use} */ ([file, "histogram"])),
     ...(subvolumes ? [/** @type {import("./shapes.js").Use} */ ([subvolumes.grid, "grid"])] : []),
     ...(proxy ? shadersOf(proxy.programs ?? []) : []),
-    ...(proxy?.meshes ?? []).flatMap(({ file }) => (file ? [/** @type {import("./shapes.js").Use} */ ([file, "mesh"])] : [])),
+    ...(proxy?.meshes ?? []).flatMap(({ file }) =>
+      file ? [/** @type {import("./shapes.js").Use} */ ([file, "mesh"])] : [],
+    ),
   ];
 }
 
@@ -28,7 +30,9 @@ export function contradictionOf({ textures, skipping, proxy, segments }) {
   if (unknown) return `a label is of the segment ${unknown}, which is not there`;
   const empty = proxy?.programs?.find((each) => !each.levels.length);
   if (empty) return `program ${empty.name} draws no level`;
-  const torn = textures.find(({ mosaic, shape_zyx: [, ...shape] }) => mosaic?.texture_shape_yx.some((n, i) => n !== shape[i]));
+  const torn = textures.find(({ mosaic, shape_zyx: [, ...shape] }) =>
+    mosaic?.texture_shape_yx.some((n, i) => n !== shape[i]),
+  );
   if (torn) return `texture ${torn.name} has another shape than its mosaic`;
   const names = new Set(textures.map((each) => each.name));
   const missing = [...(skipping?.tables ?? []), ...(skipping?.ranges ?? [])].find(({ texture }) => !names.has(texture));

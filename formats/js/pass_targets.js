@@ -32,7 +32,13 @@ const TOLERANCE = 2;
 /** Whether a context says that it draws into a format. @param {Gl} gl @param {Format} format */
 export function claims(gl, format) {
   if (format === "rgba8") return true;
-  return isWebGl2(gl) && Boolean(gl.getExtension("EXT_color_buffer_float") ?? (format === "rgba16f" && gl.getExtension("EXT_color_buffer_half_float")));
+  return (
+    isWebGl2(gl) &&
+    Boolean(
+      gl.getExtension("EXT_color_buffer_float") ??
+        (format === "rgba16f" && gl.getExtension("EXT_color_buffer_half_float")),
+    )
+  );
 }
 
 /**
@@ -46,11 +52,18 @@ export function makeTarget(gl, format, width, height, linear, deep = false) {
   const frame = gl.createFramebuffer();
   gl.activeTexture(gl.TEXTURE0);
   gl.bindTexture(gl.TEXTURE_2D, texture);
-  if (format === "rgba8" || !isWebGl2(gl)) gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
-  else if (format === "rgba16f") gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, height, 0, gl.RGBA, gl.HALF_FLOAT, null);
+  if (format === "rgba8" || !isWebGl2(gl))
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
+  else if (format === "rgba16f")
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, height, 0, gl.RGBA, gl.HALF_FLOAT, null);
   else gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, null);
   const near = linear ? gl.LINEAR : gl.NEAREST;
-  for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, near], [gl.TEXTURE_MAG_FILTER, near], [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) {
+  for (const [name, value] of [
+    [gl.TEXTURE_MIN_FILTER, near],
+    [gl.TEXTURE_MAG_FILTER, near],
+    [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE],
+    [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
+  ]) {
     gl.texParameteri(gl.TEXTURE_2D, name, value);
   }
   gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
@@ -86,7 +99,11 @@ export function checkTarget(gl, device, format, name) {
     const start = performance.now();
     const trial = TRIALS[format];
     const found = shown(gl, device, format, trial);
-    result = { works: Math.abs(found - 255 * trial.expected) <= TOLERANCE, found: (found / 255).toFixed(3), expected: trial.expected.toFixed(3) };
+    result = {
+      works: Math.abs(found - 255 * trial.expected) <= TOLERANCE,
+      found: (found / 255).toFixed(3),
+      expected: trial.expected.toFixed(3),
+    };
     probes.found.set(key, result);
     probes.milliseconds += performance.now() - start;
   }

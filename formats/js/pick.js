@@ -175,8 +175,7 @@ export class Picker {
       voxel: box.map((each, i) => each / grid.spacing_mm_zyx[2 - i] - 0.5),
       box_mm: [...box],
       value: values && lowest + values[0] * (highest - lowest),
-      segments:
-        segments && label !== undefined ? (segments.labels[Math.floor(label * 65536)]?.segments ?? []) : null,
+      segments: segments && label !== undefined ? (segments.labels[Math.floor(label * 65536)]?.segments ?? []) : null,
       normal: Math.hypot(...slope) > 0 ? unit(inWorld) : null,
       depth_mm: Math.hypot(...ray),
       uncertainty_mm: step / 2,

@@ -44,7 +44,8 @@ void main() {
 }
 `;
 /** @param {Want} want */
-const keyOf = (want) => `${want.internal} ${want.volume ? "3D" : "2D"} ${want.size ? `${want.size} along ${"xyz"[want.axis ?? 0]}` : want.nearest ? "nearest" : "linear"}`;
+const keyOf = (want) =>
+  `${want.internal} ${want.volume ? "3D" : "2D"} ${want.size ? `${want.size} along ${"xyz"[want.axis ?? 0]}` : want.nearest ? "nearest" : "linear"}`;
 
 /** Stores the result. */
 export class Probes {
@@ -112,7 +113,12 @@ export class Probes {
     gl.activeTexture(gl.TEXTURE0);
     wants.forEach((want, i) => {
       if ((want.volume && !isWebGl2(gl)) || !fill(gl, want, texture())) return;
-      const program = (this.#programs[Number(want.volume)] ??= linkNow(gl, "probe", want.volume ? VERTEX_3D : WHOLE, want.volume ? FRAGMENT_3D : FRAGMENT_2D));
+      const program = (this.#programs[Number(want.volume)] ??= linkNow(
+        gl,
+        "probe",
+        want.volume ? VERTEX_3D : WHOLE,
+        want.volume ? FRAGMENT_3D : FRAGMENT_2D,
+      ));
       gl.viewport(i, 0, 1, 1);
       gl.useProgram(program.handle);
       gl.uniform1i(program.locations.u_texels, 0);
@@ -139,7 +145,12 @@ function expected({ internal, nearest, size }) {
   const mean = (/** @type {number} */ low, /** @type {number} */ high) => (nearest || size ? high : (low + high) / 2);
   const alpha = components === 4 || format === "LUMINANCE_ALPHA" ? mean(LOW, HIGH) : undefined;
   // sRGB is decoded before it is filtered; alpha is linear.
-  return { red: internal.startsWith("SRGB") ? mean(((LOW + 0.055) / 1.055) ** 2.4, ((HIGH + 0.055) / 1.055) ** 2.4) : mean(LOW, HIGH), alpha };
+  return {
+    red: internal.startsWith("SRGB")
+      ? mean(((LOW + 0.055) / 1.055) ** 2.4, ((HIGH + 0.055) / 1.055) ** 2.4)
+      : mean(LOW, HIGH),
+    alpha,
+  };
 }
 
 /**
@@ -154,7 +165,12 @@ function fill(gl, want, texture) {
   gl.bindTexture(target, texture);
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
   const near = want.nearest || want.size ? gl.NEAREST : gl.LINEAR;
-  for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, near], [gl.TEXTURE_MAG_FILTER, near], [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) {
+  for (const [name, value] of [
+    [gl.TEXTURE_MIN_FILTER, near],
+    [gl.TEXTURE_MAG_FILTER, near],
+    [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE],
+    [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
+  ]) {
     gl.texParameteri(target, name, value);
   }
   if (sample) {
@@ -165,7 +181,12 @@ function fill(gl, want, texture) {
   size[want.axis ?? 0] = want.size ?? 2;
   const [x, y, z] = size;
   const texels = numbers(/** @type {string} */ (type), x * y * z * components, components);
-  const pixels = /** @type {const} */ ([0, /** @type {any} */ (gl)[/** @type {string} */ (format)], /** @type {any} */ (gl)[/** @type {string} */ (type)], texels]);
+  const pixels = /** @type {const} */ ([
+    0,
+    /** @type {any} */ (gl)[/** @type {string} */ (format)],
+    /** @type {any} */ (gl)[/** @type {string} */ (type)],
+    texels,
+  ]);
   if (want.volume) /** @type {WebGL2RenderingContext} */ (gl).texImage3D(target, 0, internal, x, y, z, ...pixels);
   else gl.texImage2D(target, 0, internal, x, y, ...pixels);
   return true;

@@ -39,7 +39,10 @@ export function linkNow(gl, name, vertex, fragment) {
 /** @param {Gl} gl @param {string} vertex @param {string} fragment @returns {WebGLProgram} */
 function begin(gl, vertex, fragment) {
   const handle = gl.createProgram();
-  for (const [kind, text] of /** @type {const} */ ([[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]])) {
+  for (const [kind, text] of /** @type {const} */ ([
+    [gl.VERTEX_SHADER, vertex],
+    [gl.FRAGMENT_SHADER, fragment],
+  ])) {
     const shader = gl.createShader(kind);
     if (!shader || !handle) throw new VolpkgError("VP7018", { problem: "the context is lost" });
     gl.shaderSource(shader, text);
@@ -55,7 +58,9 @@ function begin(gl, vertex, fragment) {
 function end(gl, handle, name, paths) {
   const shaders = gl.getAttachedShaders(handle) ?? [];
   const linked = gl.getProgramParameter(handle, gl.LINK_STATUS);
-  const logs = shaders.map((each) => (gl.getShaderParameter(each, gl.COMPILE_STATUS) ? "" : ` ${gl.getShaderInfoLog(each)}`));
+  const logs = shaders.map((each) =>
+    gl.getShaderParameter(each, gl.COMPILE_STATUS) ? "" : ` ${gl.getShaderInfoLog(each)}`,
+  );
   const log = ` ${gl.getProgramInfoLog(handle)}`;
   for (const each of shaders) gl.deleteShader(each);
   if (!linked) {
@@ -83,7 +88,9 @@ function active(gl, handle) {
  * @param {import("./types.js").Texture[]} textures @param {string[]} added
  */
 export function checkUniforms(gl, linked, program, textures, added) {
-  const samplers = program.samplers.map(({ name }, i) => `${name} ${textures[i].gl.target === "TEXTURE_3D" ? 0x8b5f : gl.SAMPLER_2D}`);
+  const samplers = program.samplers.map(
+    ({ name }, i) => `${name} ${textures[i].gl.target === "TEXTURE_3D" ? 0x8b5f : gl.SAMPLER_2D}`,
+  );
   const before = passesOf(program).map(({ sampler }) => `${sampler} ${gl.SAMPLER_2D}`);
   checkNamed(gl, linked, program.name, program.uniforms, [...samplers, ...before], added);
 }
@@ -96,8 +103,12 @@ export function checkUniforms(gl, linked, program, textures, added) {
 export function checkNamed(gl, linked, program, uniforms, samplers, added) {
   const kinds = { float: gl.FLOAT, vec3: gl.FLOAT_VEC3, mat4: gl.FLOAT_MAT4 };
   const named = [...uniforms.map(({ name, type }) => `${name} ${kinds[type]}`), ...samplers].sort();
-  const found = active(gl, linked.handle).filter(({ name }) => !added.includes(name)).map(({ name, type }) => `${name} ${type}`).sort();
-  if (named.join() !== found.join()) throw new VolpkgError("VP5017", { name: program, named: named.join(", "), found: found.join(", ") });
+  const found = active(gl, linked.handle)
+    .filter(({ name }) => !added.includes(name))
+    .map(({ name, type }) => `${name} ${type}`)
+    .sort();
+  if (named.join() !== found.join())
+    throw new VolpkgError("VP5017", { name: program, named: named.join(", "), found: found.join(", ") });
 }
 
 /** Sets a uniform by the number of its values. @param {Gl} gl @param {WebGLUniformLocation | null} at @param {number | readonly number[]} value */

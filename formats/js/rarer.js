@@ -4,7 +4,10 @@ import { VolpkgError, WORDS } from "./error.js";
 Object.assign(WORDS, {
   VP4032: ["{path}: not a joint histogram: {problem}", "Build the package again."],
   VP4039: ["{name}: not a mesh of the kind that packages hold: {problem}", "Build the package again."],
-  VP4061: ["{path}: {file} is damaged: its CRC-32 is not the one in the zip", "Copy the package again, or make it again with volprep zip."],
+  VP4061: [
+    "{path}: {file} is damaged: its CRC-32 is not the one in the zip",
+    "Copy the package again, or make it again with volprep zip.",
+  ],
   VP4070: [
     "{path}: the package requires extensions that this reader does not know: {extensions}",
     "Use a reader that knows them, or ask the author for a package without them.",

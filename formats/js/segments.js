@@ -35,7 +35,9 @@ export class Segments {
     const { visible = true, tint = [1, 1, 1], opacity = 1 } = look ?? {};
     const sound = typeof visible === "boolean" && tint.length === 3 && tint.every(share) && share(opacity);
     if (!before || !sound) {
-      const known = before ? "visible, tint of three numbers and opacity, from 0 to 1" : [...this.#now.keys()].join(", ");
+      const known = before
+        ? "visible, tint of three numbers and opacity, from 0 to 1"
+        : [...this.#now.keys()].join(", ");
       throw new VolpkgError("VP5018", { package: "segments", level: "any", transfer: name, known });
     }
     this.#now.set(name, { ...before, ...look, ...(look?.tint && { tint: /** @type {any} */ ([...look.tint]) }) });
@@ -45,11 +47,17 @@ export class Segments {
   texels({ shape_zyx: [, rows, columns] }) {
     const texels = new Uint8Array(4 * rows * columns);
     this.#record.labels.forEach(({ segments = [] }, label) => {
-      const shown = segments.map((name) => /** @type {Segment} */ (this.#now.get(name))).filter(({ visible = true }) => visible);
-      const mean = (/** @type {number} */ c) => shown.reduce((sum, { tint = [1, 1, 1] }) => sum + tint[c], 0) / shown.length;
+      const shown = segments
+        .map((name) => /** @type {Segment} */ (this.#now.get(name)))
+        .filter(({ visible = true }) => visible);
+      const mean = (/** @type {number} */ c) =>
+        shown.reduce((sum, { tint = [1, 1, 1] }) => sum + tint[c], 0) / shown.length;
       const inside = shown.length ? Math.max(...shown.map(({ opacity = 1 }) => opacity)) : 0;
       const look = [0, 1, 2].map((c) => Math.sqrt(shown.length ? mean(c) : 1));
-      texels.set([...look, segments.length ? inside : (this.#record.outside ?? 1)].map((each) => Math.round(255 * each)), 4 * label);
+      texels.set(
+        [...look, segments.length ? inside : (this.#record.outside ?? 1)].map((each) => Math.round(255 * each)),
+        4 * label,
+      );
     });
     return texels;
   }

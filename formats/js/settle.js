@@ -7,7 +7,8 @@ import { linkNow } from "./program.js";
 /** @typedef {import("./formats.js").Gl} Gl */
 
 const VERTEX = "void main() {\n  gl_Position = vec4(0.0, 0.0, 0.0, 1.0);\n  gl_PointSize = 1.0;\n}\n";
-const FRAGMENT = "precision mediump float;\nuniform sampler2D u_texels;\nvoid main() {\n  gl_FragColor = texture2D(u_texels, vec2(0.5));\n}\n";
+const FRAGMENT =
+  "precision mediump float;\nuniform sampler2D u_texels;\nvoid main() {\n  gl_FragColor = texture2D(u_texels, vec2(0.5));\n}\n";
 
 /** Draws a texel of one texture. */
 export class Settler {

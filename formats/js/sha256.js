@@ -10,7 +10,10 @@ function constants() {
   const primes = /** @type {number[]} */ ([]);
   for (let n = 2; primes.length < 64; n++) if (primes.every((prime) => n % prime)) primes.push(n);
   const bits = (/** @type {number} */ root) => (root % 1) * 2 ** 32;
-  return [Int32Array.from(primes, (n) => bits(Math.cbrt(n))), Uint32Array.from(primes.slice(0, 8), (n) => bits(Math.sqrt(n)))];
+  return [
+    Int32Array.from(primes, (n) => bits(Math.cbrt(n))),
+    Uint32Array.from(primes.slice(0, 8), (n) => bits(Math.sqrt(n))),
+  ];
 }
 
 /** Takes bytes piece by piece. */
@@ -66,8 +69,14 @@ export class Sha256 {
         const s1 = ((y >>> 17) | (y << 15)) ^ ((y >>> 19) | (y << 13)) ^ (y >>> 10);
         w[i] = (w[i - 16] + s0 + w[i - 7] + s1) | 0;
       }
-      let a = state[0], b = state[1], c = state[2], d = state[3];
-      let e = state[4], f = state[5], g = state[6], h = state[7];
+      let a = state[0],
+        b = state[1],
+        c = state[2],
+        d = state[3];
+      let e = state[4],
+        f = state[5],
+        g = state[6],
+        h = state[7];
       for (let i = 0; i < 64; i++) {
         const s1 = ((e >>> 6) | (e << 26)) ^ ((e >>> 11) | (e << 21)) ^ ((e >>> 25) | (e << 7));
         const one = (h + s1 + ((e & f) ^ (~e & g)) + k[i] + w[i]) | 0;

@@ -11,6 +11,7 @@
 const SIZE = 2 ** 31 - 1;
 
 /** Whether an object has a key of its own; Object.hasOwn needs Safari 15.4. @param {object} value @param {string} key */
+// biome-ignore lint/suspicious/noPrototypeBuiltins: Object.hasOwn needs Safari 15.4
 export const has = (value, key) => Object.prototype.hasOwnProperty.call(value, key);
 
 /** @type {Test} */
@@ -28,7 +29,8 @@ export const tuple = (n, each) => (v) => Array.isArray(v) && v.length === n && v
  * @returns {string | undefined}
  */
 export function breach(value, shape, at) {
-  if (typeof shape === "function") return shape(value) ? undefined : `${at || "the whole"} is missing or of the wrong kind`;
+  if (typeof shape === "function")
+    return shape(value) ? undefined : `${at || "the whole"} is missing or of the wrong kind`;
   if (Array.isArray(shape)) {
     if (!Array.isArray(value)) return `${at} is no list`;
     for (let i = 0; i < value.length; i++) {
@@ -53,4 +55,13 @@ export function breach(value, shape, at) {
 export const passesOf = ({ before = [], light_pass: light }) => (light ? [...before, light] : before);
 
 /** Files of programs and of their passes. @param {import("./types.js").Program[]} programs @returns {Use[]} */
-export const shadersOf = (programs) => programs.flatMap((each) => [each, ...passesOf(each)].flatMap(({ vertex, fragment }) => /** @type {Use[]} */ ([[vertex, "shader"], [fragment, "shader"]])));
+export const shadersOf = (programs) =>
+  programs.flatMap((each) =>
+    [each, ...passesOf(each)].flatMap(
+      ({ vertex, fragment }) =>
+        /** @type {Use[]} */ ([
+          [vertex, "shader"],
+          [fragment, "shader"],
+        ]),
+    ),
+  );

@@ -9,7 +9,12 @@ const LARGEST = 255;
 /** Texel of a voxel in a texture that is 3D, or a mosaic of one slice a texel. @param {Texture} texture @param {Shape} shape @returns {(z: number, y: number, x: number) => number} */
 function place({ mosaic }, [, height, width]) {
   if (!mosaic) return (z, y, x) => (z * height + y) * width + x;
-  const { gutter = 0, padding_yx: [below, right] = [0, 0], tiles_x: columns, texture_shape_yx: [, row] } = mosaic;
+  const {
+    gutter = 0,
+    padding_yx: [below, right] = [0, 0],
+    tiles_x: columns,
+    texture_shape_yx: [, row],
+  } = mosaic;
   const [tall, wide] = [height + 2 * gutter + below, width + 2 * gutter + right];
   return (z, y, x) => (Math.floor(z / columns) * tall + gutter + y) * row + (z % columns) * wide + gutter + x;
 }
@@ -21,7 +26,8 @@ function place({ mosaic }, [, height, width]) {
 export function entriesOf(texture, texels, shape) {
   const { type } = FORMATS[texture.gl.internal_format];
   const list = type === "UNSIGNED_BYTE" ? texels : new Uint16Array(texels.buffer, texels.byteOffset, texels.length / 2);
-  const value = type === "HALF_FLOAT" ? fromHalf : (/** @type {number} */ each) => each / (type === "UNSIGNED_BYTE" ? 255 : 65535);
+  const value =
+    type === "HALF_FLOAT" ? fromHalf : (/** @type {number} */ each) => each / (type === "UNSIGNED_BYTE" ? 255 : 65535);
   const at = place(texture, shape);
   const found = new Float64Array(shape[0] * shape[1] * shape[2]);
   each(shape, (i, z, y, x) => {
@@ -83,8 +89,19 @@ function cubes(occupied, shape, octant) {
 
 /** Neighbours that a sweep towards smaller x, y and z has passed: the seven of a cube, or all thirteen. */
 const PASSED = [
-  [0, 0, 1], [0, 1, 0], [0, 1, 1], [1, 0, 0], [1, 0, 1], [1, 1, 0], [1, 1, 1],
-  [0, 1, -1], [1, 0, -1], [1, -1, 0], [1, -1, -1], [1, -1, 1], [1, 1, -1],
+  [0, 0, 1],
+  [0, 1, 0],
+  [0, 1, 1],
+  [1, 0, 0],
+  [1, 0, 1],
+  [1, 1, 0],
+  [1, 1, 1],
+  [0, 1, -1],
+  [1, 0, -1],
+  [1, -1, 0],
+  [1, -1, -1],
+  [1, -1, 1],
+  [1, 1, -1],
 ];
 
 /**
@@ -120,7 +137,7 @@ function pyramid(occupied, shape) {
     const [, height, width] = size;
     const above = /** @type {Shape} */ (/** @type {unknown} */ (size.map((n) => Math.ceil(n / 2))));
     cells = new Uint8Array(above[0] * above[1] * above[2]);
-    each(size, (i, z, y, x) => {
+    each(size, (_, z, y, x) => {
       if (below[(z * height + y) * width + x]) cells[((z >> 1) * above[1] + (y >> 1)) * above[2] + (x >> 1)] = 1;
     });
     size = above;
@@ -139,9 +156,12 @@ function spheres(occupied, shape) {
     const before = squares.slice();
     each(shape, (i, z, y, x) => {
       const at = [z, y, x][axis];
-      for (let k = 0; k < shape[axis]; k++) squares[i] = Math.min(squares[i], before[i + (k - at) * stride] + (k - at) ** 2);
+      for (let k = 0; k < shape[axis]; k++)
+        squares[i] = Math.min(squares[i], before[i + (k - at) * stride] + (k - at) ** 2);
     });
   });
   // The distance of corners: points in two blocks may be a diagonal nearer.
-  return Uint8Array.from(squares, (square, i) => (occupied[i] ? 0 : Math.min(Math.floor(Math.max(Math.fround(Math.sqrt(square)) - Math.sqrt(3), 0)) + 1, LARGEST)));
+  return Uint8Array.from(squares, (square, i) =>
+    occupied[i] ? 0 : Math.min(Math.floor(Math.max(Math.fround(Math.sqrt(square)) - Math.sqrt(3), 0)) + 1, LARGEST),
+  );
 }

@@ -66,7 +66,8 @@ export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE
   const { corner, right, down, width, height, pixel_mm, position_mm } = placed(renderer.grid, axes, at, size);
   const pixels = drawValues(renderer, linked, [width, height], (gl, { locations }) => {
     const given = { corner, right, down, extent: [...renderer.grid.extent_mm_zyx].reverse() };
-    for (const [name, value] of Object.entries(given)) gl.uniform3fv(locations[`u_slice_${name}`], new Float32Array(value));
+    for (const [name, value] of Object.entries(given))
+      gl.uniform3fv(locations[`u_slice_${name}`], new Float32Array(value));
     gl.uniform2f(locations.u_slice_size, width, height);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   });

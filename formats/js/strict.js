@@ -23,7 +23,8 @@ export function parseJson(bytes) {
   const open = [];
   for (const [token, colon] of text.matchAll(TOKENS)) {
     const keys = open[open.length - 1];
-    let breach = /^[-\d]/.test(token) && (/\d{257}/.test(token) || (/^-?\d+$/.test(token) && !Number.isSafeInteger(+token)));
+    let breach =
+      /^[-\d]/.test(token) && (/\d{257}/.test(token) || (/^-?\d+$/.test(token) && !Number.isSafeInteger(+token)));
     if (/[{[]/.test(token[0])) breach = open.push(new Set()) > 32;
     else if (/[}\]]/.test(token[0])) open.pop();
     else if (keys && (colon || /\\u/.test(token))) {
@@ -48,14 +49,27 @@ const TESTS = {
   c: (v) => text(v) && /^[a-z0-9][a-z0-9_-]{0,59}$/.test(v),
   v: (v) => text(v) && /^1\.(?!0\d)\d{1,4}$/.test(v),
   n: Number.isFinite,
-  ...Object.fromEntries(Object.entries({ P: "(<0,)", N: "(0,)", F: "(0,1)", i: "#(-2147483647,2147483647)", U: "#(0,2147483647)", I: "#(1,2147483647)", B: "#(0,9007199254740991)" }).map(([name, bounds]) => [name, within(bounds)])),
+  ...Object.fromEntries(
+    Object.entries({
+      P: "(<0,)",
+      N: "(0,)",
+      F: "(0,1)",
+      i: "#(-2147483647,2147483647)",
+      U: "#(0,2147483647)",
+      I: "#(1,2147483647)",
+      B: "#(0,9007199254740991)",
+    }).map(([name, bounds]) => [name, within(bounds)]),
+  ),
 };
 
 /** Test of a number within bounds, as schema.js writes them. @param {string} bounds @returns {Test} */
 function within(bounds) {
   const [, low, high] = /** @type {RegExpExecArray} */ (/\((.*),(.*)\)/.exec(bounds));
   const [from, to] = [low, high].map((each) => each.replace("<", ""));
-  return (v) => (bounds[0] === "#" ? Number.isSafeInteger(v) : Number.isFinite(v)) && !(from && (low[0] === "<" ? v <= +from : v < +from)) && !(to && (high[0] === "<" ? v >= +to : v > +to));
+  return (v) =>
+    (bounds[0] === "#" ? Number.isSafeInteger(v) : Number.isFinite(v)) &&
+    !(from && (low[0] === "<" ? v <= +from : v < +from)) &&
+    !(to && (high[0] === "<" ? v >= +to : v > +to));
 }
 
 /**
@@ -68,10 +82,21 @@ export function schemaBreach(value, type, at) {
   const list = /^(?:\*(?:\((\d+),(\d*)\))?|(\d))(.*)$/.exec(type);
   if (list) {
     const [, least = 0, most = "", exact, item] = list;
-    if (!Array.isArray(value) || (exact ? value.length !== +exact : value.length < +least || (most && value.length > +most))) return `${at} has another number of entries`;
+    if (
+      !Array.isArray(value) ||
+      (exact ? value.length !== +exact : value.length < +least || (most && value.length > +most))
+    )
+      return `${at} has another number of entries`;
     return firstBreach(value, (each, i) => schemaBreach(each, item, `${at}.${i}`));
   }
-  if (/^#?=/.test(type)) return type.replace(/^#?=/, "").split("|").includes(type[0] === "#" ? `${value}` : value) && (type[0] !== "#" || Number.isFinite(value)) ? undefined : `${at} is none of the words for it`;
+  if (/^#?=/.test(type))
+    return type
+      .replace(/^#?=/, "")
+      .split("|")
+      .includes(type[0] === "#" ? `${value}` : value) &&
+      (type[0] !== "#" || Number.isFinite(value))
+      ? undefined
+      : `${at} is none of the words for it`;
   if (has(TESTS, type)) return TESTS[type](value) ? undefined : `${at} is missing or of the wrong kind`;
   if (type.includes("(")) return within(type)(value) ? undefined : `${at} is out of range`;
   if (typeof value !== "object" || value === null || Array.isArray(value)) return `${at} is no object`;
@@ -94,7 +119,13 @@ function firstBreach(all, breachOf) {
 
 /** Rules that concern several fields. @param {any} manifest @returns {string | undefined} */
 function recordBreach({ grid, channels = [] }) {
-  const grids = [grid ?? [], ...channels.flatMap((/** @type {any} */ each) => [each.source.info.grid, ...(each.levels ?? []).map((/** @type {any} */ level) => level.grid)])].flat();
+  const grids = [
+    grid ?? [],
+    ...channels.flatMap((/** @type {any} */ each) => [
+      each.source.info.grid,
+      ...(each.levels ?? []).map((/** @type {any} */ level) => level.grid),
+    ]),
+  ].flat();
   for (const { direction } of grids) {
     for (const i of [0, 1, 2]) {
       for (const k of [0, 1, 2]) {
@@ -104,7 +135,13 @@ function recordBreach({ grid, channels = [] }) {
     }
   }
   for (const { name, points } of channels.flatMap((/** @type {any} */ each) => each.transfer_functions ?? [])) {
-    if (points.some((/** @type {any} */ point, /** @type {number} */ i) => i && (points[i - 1].value > point.value || (i > 1 && points[i - 2].value === point.value)))) return `the points of ${name} do not ascend`;
+    if (
+      points.some(
+        (/** @type {any} */ point, /** @type {number} */ i) =>
+          i && (points[i - 1].value > point.value || (i > 1 && points[i - 2].value === point.value)),
+      )
+    )
+      return `the points of ${name} do not ascend`;
   }
   return undefined;
 }
@@ -128,7 +165,8 @@ export async function decodeManifest(bytes, name) {
   }
   if (record?.format !== "volpkg") refuse("VP4002", { problem: 'manifest.json does not say "format": "volpkg"' });
   const { version, extensions_required: required } = record;
-  if (!text(version) || !/^(?!0\d)\d{1,4}\.(?!0\d)\d{1,4}$/.test(version)) refuse("VP4002", { problem: "manifest.json has no version of the form major.minor" });
+  if (!text(version) || !/^(?!0\d)\d{1,4}\.(?!0\d)\d{1,4}$/.test(version))
+    refuse("VP4002", { problem: "manifest.json has no version of the form major.minor" });
   if (!version.startsWith("1.")) refuse("VP4003", { version, known: "1.x" });
   if (Array.isArray(required) && required.length) {
     await import("./rarer.js");
@@ -161,7 +199,8 @@ function formatOf({ internal_format: internal, format, type }, api) {
   const known = has(FORMATS, internal) ? FORMATS[internal] : null;
   // OpenGL ES 3 has sizes in these names, and the versions before it have none.
   const isOther = /^RGBA?8?$/.test(internal) && internal.endsWith("8") !== (api === "es3.0");
-  if (!known || isOther || known.format !== format || (known.format && known.type !== type) || (!known.format && type)) return "";
+  if (!known || isOther || known.format !== format || (known.format && known.type !== type) || (!known.format && type))
+    return "";
   const block = /^COMPRESSED_(?:RGBA_)?(\w+?)_(KHR|EAC)$/.exec(internal)?.[1];
   if (block) return block.startsWith("ASTC") ? block.toUpperCase() : block === "R11" ? "EAC_R11" : "ETC2_RGBA8";
   return internal.replace(/_EXT$/, "").replace(/^(RGBA?|LUMINANCE(_ALPHA)?)$/, "$18");
@@ -175,19 +214,31 @@ export function* contradictions(manifest, more) {
   const functions = channels.flatMap((each) => each.transfer_functions);
   const roles = new Map(files.map((each) => [each.path, each.role]));
   for (const [what, list] of Object.entries({ files, textures: manifest.textures, programs, channels, functions })) {
-    if (new Set(list.map((/** @type {any} */ each) => each.path ?? each.name)).size < list.length) yield `two ${what} have one name`;
+    if (new Set(list.map((/** @type {any} */ each) => each.path ?? each.name)).size < list.length)
+      yield `two ${what} have one name`;
   }
   if (/** @type {any} */ (manifest).stages?.length) yield "it is sealed, but has records of stages";
   if (!manifest.grid || !manifest.render) yield "it is sealed without grid or render";
-  if (!channels.length || !textures.length || (!programs.length && profile.api !== "es1.1")) yield "it is sealed without channels, textures or programs";
-  const uses = [...textures.map((each) => [each.file, "texture"]), ...shadersOf(programs), ...(preview ? [[preview, "preview"]] : []), ...more];
-  for (const [file, role] of uses) if (roles.get(file) !== role) yield `${file} is used as ${role}, but is ${roles.get(file) ?? "not among the files"}`;
+  if (!channels.length || !textures.length || (!programs.length && profile.api !== "es1.1"))
+    yield "it is sealed without channels, textures or programs";
+  const uses = [
+    ...textures.map((each) => [each.file, "texture"]),
+    ...shadersOf(programs),
+    ...(preview ? [[preview, "preview"]] : []),
+    ...more,
+  ];
+  for (const [file, role] of uses)
+    if (roles.get(file) !== role)
+      yield `${file} is used as ${role}, but is ${roles.get(file) ?? "not among the files"}`;
   for (const each of textures) {
-    if (!profile.texture_formats.includes(formatOf(each.gl, profile.api))) yield `texture ${each.name} has no format of the profile`;
-    if (each.gl.target === "TEXTURE_2D" && each.shape_zyx[0] !== 1) yield `texture ${each.name} is 2D, but has ${each.shape_zyx[0]} slices`;
+    if (!profile.texture_formats.includes(formatOf(each.gl, profile.api)))
+      yield `texture ${each.name} has no format of the profile`;
+    if (each.gl.target === "TEXTURE_2D" && each.shape_zyx[0] !== 1)
+      yield `texture ${each.name} is 2D, but has ${each.shape_zyx[0]} slices`;
   }
   for (const { name, quantization, levels, transfer_functions } of channels) {
-    if (!quantization || !levels.length || !transfer_functions.length) yield `channel ${name} has no quantization, no levels or no transfer functions`;
+    if (!quantization || !levels.length || !transfer_functions.length)
+      yield `channel ${name} has no quantization, no levels or no transfer functions`;
     if (quantization.window[0] >= quantization.window[1]) yield `channel ${name} has an empty window`;
   }
   for (const each of programs) if (!each.levels.length) yield `program ${each.name} draws no level`;

@@ -38,14 +38,19 @@ async function readGrid(pack, signal) {
   }
   const problem = schemaBreach(grid, "SubvolumeGrid", "");
   if (problem) refuse(problem);
-  if (grid.format !== "volpkg-subvolumes" || grid.cuts_zyx.length !== 3 || grid.gl.target !== "TEXTURE_3D") refuse("it is no grid of sub-volumes");
+  if (grid.format !== "volpkg-subvolumes" || grid.cuts_zyx.length !== 3 || grid.gl.target !== "TEXTURE_3D")
+    refuse("it is no grid of sub-volumes");
   if (volume.shape_zyx.some((n, i) => n !== grid.shape_zyx[i])) refuse("it has another shape than the volume");
   grid.cuts_zyx.forEach((/** @type {number[]} */ cuts, /** @type {number} */ axis) => {
     const last = grid.shape_zyx[axis] - 1;
     const inOrder = cuts.slice(1).every((cut, i) => cut > cuts[i]) || (last === 0 && cuts.join() === "0,0");
-    if (cuts.length < 2 || cuts[0] !== 0 || cuts[cuts.length - 1] !== last || !inOrder) refuse(`the cuts along ${"zyx"[axis]} do not lead from 0 to ${last}`);
+    if (cuts.length < 2 || cuts[0] !== 0 || cuts[cuts.length - 1] !== last || !inOrder)
+      refuse(`the cuts along ${"zyx"[axis]} do not lead from 0 to ${last}`);
   });
-  const count = grid.cuts_zyx.reduce((/** @type {number} */ product, /** @type {number[]} */ cuts) => product * (cuts.length - 1), 1);
+  const count = grid.cuts_zyx.reduce(
+    (/** @type {number} */ product, /** @type {number[]} */ cuts) => product * (cuts.length - 1),
+    1,
+  );
   if (grid.subvolumes.length !== count) refuse(`it has ${grid.subvolumes.length} sub-volumes instead of ${count}`);
   return grid;
 }
@@ -59,12 +64,14 @@ async function readGrid(pack, signal) {
 export async function chooseBlock(pack, picture, point, textureOf, signal) {
   const { subvolumes, grid: volume } = pack.manifest;
   const program = subvolumes?.programs?.find((each) => each.transfer === picture);
-  const refuse = (/** @type {string} */ known) => new VolpkgError("VP5018", { package: pack.name, level: `around point ${point}`, transfer: picture, known });
+  const refuse = (/** @type {string} */ known) =>
+    new VolpkgError("VP5018", { package: pack.name, level: `around point ${point}`, transfer: picture, known });
   if (!program) throw refuse("nothing around a point: the package has no sub-volumes for it");
   const grid = await readGrid(pack, signal);
   const counts = grid.cuts_zyx.map((cuts) => cuts.length);
   const [, ny, nx] = counts;
-  if (!(Number.isSafeInteger(point) && point >= 0 && point < counts[0] * ny * nx)) throw refuse(`points 0 to ${counts[0] * ny * nx - 1}`);
+  if (!(Number.isSafeInteger(point) && point >= 0 && point < counts[0] * ny * nx))
+    throw refuse(`points 0 to ${counts[0] * ny * nx - 1}`);
   const place = [Math.floor(point / (nx * ny)), Math.floor(point / nx) % ny, point % nx];
   const sides = place.map((at, axis) => sidesOf(at, grid.cuts_zyx[axis])).reverse();
   const spacing = [...volume.spacing_mm_zyx].reverse();
@@ -123,11 +130,25 @@ function piece(grid, place, part) {
   const counts = grid.cuts_zyx.map((cuts) => cuts.length - 1);
   const there = at.every((each, axis) => each >= 0 && each < counts[axis]);
   const found = there ? grid.subvolumes[at[2] + counts[2] * (at[1] + counts[1] * at[0])] : { minimum: 0 };
-  const shape = found.file ? at.map((each, axis) => grid.cuts_zyx[axis][each + 1] - grid.cuts_zyx[axis][each] + 1) : [1, 1, 1];
+  const shape = found.file
+    ? at.map((each, axis) => grid.cuts_zyx[axis][each + 1] - grid.cuts_zyx[axis][each] + 1)
+    : [1, 1, 1];
   const name = `subvolume-${part}`;
   /** @type {Texture} */
-  const texture = { name, role: "volume", file: found.file ?? name, shape_zyx: /** @type {Three} */ (shape), gl: grid.gl, filter: grid.filter, level: 0, part };
+  const texture = {
+    name,
+    role: "volume",
+    file: found.file ?? name,
+    shape_zyx: /** @type {Three} */ (shape),
+    gl: grid.gl,
+    filter: grid.filter,
+    level: 0,
+    part,
+  };
   if (found.file) return { texture };
   const code = grid.gl.type === "HALF_FLOAT" ? toHalf(found.minimum / 65535) : found.minimum;
-  return { texture, constant: grid.gl.type === "UNSIGNED_BYTE" ? Uint8Array.of(code) : new Uint8Array(Uint16Array.of(code).buffer) };
+  return {
+    texture,
+    constant: grid.gl.type === "UNSIGNED_BYTE" ? Uint8Array.of(code) : new Uint8Array(Uint16Array.of(code).buffer),
+  };
 }

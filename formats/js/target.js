@@ -187,7 +187,8 @@ export class Picture {
   readOne() {
     const { texels } = this.#texels(4);
     const gl = this.#gl;
-    const type = texels instanceof Float32Array ? gl.FLOAT : texels instanceof Uint8Array ? gl.UNSIGNED_BYTE : this.#kind.type;
+    const type =
+      texels instanceof Float32Array ? gl.FLOAT : texels instanceof Uint8Array ? gl.UNSIGNED_BYTE : this.#kind.type;
     gl.readPixels(0, 0, 1, 1, gl.RGBA, type, texels);
   }
 

@@ -35,7 +35,17 @@ import { among, breach, count, passesOf, text, tuple } from "./shapes.js";
 
 /** Opacities are added. A picture of 8 bits cuts them at 1, as that of the paper does. */
 const CLAMPED = "view-slices-as-published";
-const KNOWN = ["ray-casting", "ray-casting-as-published", "slabs", "tiles", "two-pass", "two-pass-as-published", "axis-slices", "view-slices", CLAMPED];
+const KNOWN = [
+  "ray-casting",
+  "ray-casting-as-published",
+  "slabs",
+  "tiles",
+  "two-pass",
+  "two-pass-as-published",
+  "axis-slices",
+  "view-slices",
+  CLAMPED,
+];
 /** The triangle that covers the picture. */
 const WHOLE = [-1, -1, 3, -1, -1, 3];
 const SAMPLER_3D = 0x8b5f;
@@ -53,7 +63,12 @@ const EDGE = 1e-6;
 const GEOMETRY = among("triangle front-faces back-faces axis-slices view-slices half-angle-slices");
 const FACTORS = tuple(2, among("ZERO ONE ONE_MINUS_SRC_ALPHA ONE_MINUS_DST_ALPHA"));
 const BLEND = { order: among("front-to-back back-to-front"), colour: FACTORS, alpha: FACTORS };
-const PASS = { geometry: among("triangle front-faces back-faces view-slices half-angle-slices mesh"), target: among("rgba8 rgba16f rgba32f"), "reads?": [text], "size?": count };
+const PASS = {
+  geometry: among("triangle front-faces back-faces view-slices half-angle-slices mesh"),
+  target: among("rgba8 rgba16f rgba32f"),
+  "reads?": [text],
+  "size?": count,
+};
 /** @type {import("./shapes.js").Shape} */
 const PROGRAM = {
   "geometry?": GEOMETRY,
@@ -83,7 +98,8 @@ export async function loadTechnique(
     throw refuse("its opacities pass 1, and must be cut in a picture of 8 bits, which needs WebGL 2");
   if (!KNOWN.includes(technique)) throw refuse("this reader does not know it");
   const problems = breach(program, PROGRAM, name);
-  if (!mesh && passesOf(program).some(({ geometry }) => geometry === "mesh")) throw refuse("it draws a mesh, and has none");
+  if (!mesh && passesOf(program).some(({ geometry }) => geometry === "mesh"))
+    throw refuse("it draws a mesh, and has none");
   if (problems) throw new VolpkgError("VP4004", { path: pack.name, problems });
   /** @type {Drawing[]} */
   const passes = [];
@@ -107,7 +123,8 @@ export async function loadTechnique(
     checkNamed(gl, linked, pass.fragment, pass.uniforms, read, clip?.uniforms ?? []);
     passes.push({ pass, linked });
   }
-  if (program.light_pass && program.light?.shadows !== "half-angle") throw refuse("it has no light that casts such shadows");
+  if (program.light_pass && program.light?.shadows !== "half-angle")
+    throw refuse("it has no light that casts such shadows");
   const stack = program.light_pass ? (await import("./half_angle.js")).halfAngleLayers : null;
   check(signal);
   /** @type {Technique | null} */
@@ -350,7 +367,14 @@ export class Technique {
   /** @param {Target} target @param {number} width @param {number} height */
   #make(target, width, height) {
     const { name, technique, light_pass: light } = this.#program;
-    const made = makeTarget(this.#gl, target.pass.target, width, height, target.pass === light, target.pass.geometry === "mesh");
+    const made = makeTarget(
+      this.#gl,
+      target.pass.target,
+      width,
+      height,
+      target.pass === light,
+      target.pass.geometry === "mesh",
+    );
     if (!made)
       throw new VolpkgError("VP7021", { name, technique, problem: `nothing can be drawn into ${target.pass.target}` });
     Object.assign(target, made);

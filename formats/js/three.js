@@ -101,7 +101,7 @@ export class Volume extends THREE.Mesh {
    * Another object that draws the same package: GPU resources, level, function and clip are shared.
    * @param {boolean} [recursive]
    */
-  // @ts-ignore - three.js says that a clone is what `this` is
+  // @ts-expect-error - three.js says that a clone is what `this` is
   clone(recursive) {
     return new Volume(this.#three, this.#grid, this.#shared).copy(this, recursive);
   }

@@ -122,7 +122,10 @@ function fileStart(name, path, head, entry) {
     size !== entry.size ||
     entry.at + head.length + entry.size !== entry.next
   ) {
-    refuse(name, `${path} has another name, size, CRC or kind at its place than in the directory, or does not end where the next file begins`);
+    refuse(
+      name,
+      `${path} has another name, size, CRC or kind at its place than in the directory, or does not end where the next file begins`,
+    );
   }
   return head.length;
 }
@@ -138,19 +141,32 @@ async function directory(name, bytes, signal) {
   const tail = await gather(name, bytes, from, bytes.size, signal);
   const end = tail.length - END;
   const view = new DataView(tail.buffer);
-  if (end < 0 || view.getUint32(end, true) !== 0x06054b50 || view.getUint16(end + 20, true)) refuse(name, "it is no zip whose end record is its last 22 bytes, without a comment");
+  if (end < 0 || view.getUint32(end, true) !== 0x06054b50 || view.getUint16(end + 20, true))
+    refuse(name, "it is no zip whose end record is its last 22 bytes, without a comment");
   let count = view.getUint16(end + 10, true);
   let size = view.getUint32(end + 12, true);
   let at = view.getUint32(end + 16, true);
   let stop = from + end;
-  if (view.getUint32(end + 4, true) || view.getUint16(end + 8, true) !== count) refuse(name, "it is one of several parts of a zip");
+  if (view.getUint32(end + 4, true) || view.getUint16(end + 8, true) !== count)
+    refuse(name, "it is one of several parts of a zip");
   if (end >= LOCATOR && view.getUint32(end - LOCATOR, true) === 0x07064b50) {
     const far = end - LOCATOR - END64;
-    const words = [0, 8, 16, 24, 32, 40, 48].map((each) => (far < 0 ? -1 : Number(view.getBigUint64(far + each, true))));
-    const isPlaced = far >= 0 && view.getUint32(far, true) === 0x06064b50 && Number(view.getBigUint64(far + 4, true)) === END64 - 12;
-    const isLocated = !view.getUint32(end - 16, true) && Number(view.getBigUint64(end - 12, true)) === from + far && view.getUint32(end - 4, true) === 1;
-    const agrees = [count === words[4] || count === 0xffff, size === words[5] || size === 0xffffffff, at === words[6] || at === 0xffffffff];
-    if (!isPlaced || !isLocated || words[2] || words[3] !== words[4] || agrees.includes(false)) refuse(name, "its two end records differ");
+    const words = [0, 8, 16, 24, 32, 40, 48].map((each) =>
+      far < 0 ? -1 : Number(view.getBigUint64(far + each, true)),
+    );
+    const isPlaced =
+      far >= 0 && view.getUint32(far, true) === 0x06064b50 && Number(view.getBigUint64(far + 4, true)) === END64 - 12;
+    const isLocated =
+      !view.getUint32(end - 16, true) &&
+      Number(view.getBigUint64(end - 12, true)) === from + far &&
+      view.getUint32(end - 4, true) === 1;
+    const agrees = [
+      count === words[4] || count === 0xffff,
+      size === words[5] || size === 0xffffffff,
+      at === words[6] || at === 0xffffffff,
+    ];
+    if (!isPlaced || !isLocated || words[2] || words[3] !== words[4] || agrees.includes(false))
+      refuse(name, "its two end records differ");
     [count, size, at] = words.slice(4);
     stop = from + far;
   }
@@ -165,17 +181,26 @@ function entriesOf(name, text, count, stop) {
   const found = /** @type {Map<string, Entry>} */ (new Map());
   let at = 0;
   for (let i = 0; i < count; i++) {
-    if (at + ENTRY > text.length || view.getUint32(at, true) !== 0x02014b50) refuse(name, `entry ${i} of its directory is none`);
+    if (at + ENTRY > text.length || view.getUint32(at, true) !== 0x02014b50)
+      refuse(name, `entry ${i} of its directory is none`);
     const [nameSize, extraSize, commentSize] = [28, 30, 32].map((each) => view.getUint16(at + each, true));
     const next = at + ENTRY + nameSize + extraSize + commentSize;
     if (next > text.length) refuse(name, `entry ${i} of its directory is cut off`);
     const path = String.fromCharCode(...text.subarray(at + ENTRY, at + ENTRY + nameSize));
-    const [packed, size, header] = large(name, path, view, [at + 20, at + 24, at + 42], at + ENTRY + nameSize, extraSize);
+    const [packed, size, header] = large(
+      name,
+      path,
+      view,
+      [at + 20, at + 24, at + 42],
+      at + ENTRY + nameSize,
+      extraSize,
+    );
     const flags = view.getUint16(at + 8, true);
     if (view.getUint16(at + 10, true) || packed !== size || flags & ~0x800) {
       refuse(name, `${path} is compressed, encrypted, or has its size behind it`);
     }
-    if (commentSize || view.getUint16(at + 34, true) || /[^\0-\x7f]/.test(path)) refuse(name, `${path} has a comment, is in another part, or has a name that is not ASCII`);
+    if (commentSize || view.getUint16(at + 34, true) || /[^\0-\x7f]/.test(path))
+      refuse(name, `${path} has a comment, is in another part, or has a name that is not ASCII`);
     if (found.has(path)) refuse(name, `${path} is there twice`);
     found.set(path, { at: header, next: stop, size, crc: view.getUint32(at + 16, true), flags });
     at = next;
@@ -185,7 +210,8 @@ function entriesOf(name, text, count, stop) {
   if (order.length ? order[0][1].at : stop) refuse(name, "its first file does not begin at its first byte");
   order.forEach(([path, entry], i) => {
     entry.next = i + 1 < order.length ? order[i + 1][1].at : stop;
-    if (!(entry.at + HEADER + path.length + entry.size <= entry.next)) refuse(name, `${path} reaches into what follows`);
+    if (!(entry.at + HEADER + path.length + entry.size <= entry.next))
+      refuse(name, `${path} reaches into what follows`);
   });
   return found;
 }

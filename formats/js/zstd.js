@@ -54,7 +54,9 @@ class Backward {
     if (at < 0) return this.#beyond(count);
     const { bytes } = this;
     const i = this.first + (at >> 3);
-    return ((bytes[i] | (bytes[i + 1] << 8) | (bytes[i + 2] << 16) | (bytes[i + 3] << 24)) >>> (at & 7)) & ((1 << count) - 1);
+    return (
+      ((bytes[i] | (bytes[i + 1] << 8) | (bytes[i + 2] << 16) | (bytes[i + 3] << 24)) >>> (at & 7)) & ((1 << count) - 1)
+    );
   }
 
   /** Bits before the start are 0. @param {number} count */
@@ -99,7 +101,12 @@ function statesOf(counts, log) {
 }
 
 /** The state that always gives one symbol. @param {number} symbol @returns {Fse} */
-const always = (symbol) => ({ log: 0, symbols: Uint8Array.of(symbol), bits: new Uint8Array(1), base: new Uint16Array(1) });
+const always = (symbol) => ({
+  log: 0,
+  symbols: Uint8Array.of(symbol),
+  bits: new Uint8Array(1),
+  base: new Uint16Array(1),
+});
 
 /**
  * Reads how often each symbol occurs. RFC 8878, 4.1.1.
@@ -112,7 +119,7 @@ function readStates(bytes, start, end, mostLog, mostSymbol) {
     const i = start + (at >> 3);
     const word = bytes[i] | (bytes[i + 1] << 8) | (bytes[i + 2] << 16);
     at += count;
-    return (word >> (at - count & 7)) & ((1 << count) - 1);
+    return (word >> ((at - count) & 7)) & ((1 << count) - 1);
   };
   const log = read(4) + 5;
   must(log <= mostLog, "a table has too many states");
@@ -153,9 +160,33 @@ function codes(widths, plain, first, counts, log, most) {
   return { most: bits.length - 1, log: most, bits, base, standard: statesOf(counts, log) };
 }
 
-const LITERALS = codes("1 1 1 1 2 2 3 3 4 6 7 8 9 10 11 12 13 14 15 16", 16, 0, [4, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 2, 2, 3, 2, 1, 1, 1, 1, 1, -1, -1, -1, -1], 6, 9);
-const MATCHES = codes("1 1 1 1 2 2 3 3 4 4 5 7 8 9 10 11 12 13 14 15 16", 32, 3, [1, 4, 3, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, -1, -1, -1, -1, -1, -1, -1], 6, 9);
-const OFFSETS = codes(Array.from({ length: 32 }, (_, code) => code).join(" "), 0, 1, [1, 1, 1, 1, 1, 1, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, -1, -1, -1, -1, -1], 5, 8);
+const LITERALS = codes(
+  "1 1 1 1 2 2 3 3 4 6 7 8 9 10 11 12 13 14 15 16",
+  16,
+  0,
+  [4, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 2, 2, 3, 2, 1, 1, 1, 1, 1, -1, -1, -1, -1],
+  6,
+  9,
+);
+const MATCHES = codes(
+  "1 1 1 1 2 2 3 3 4 4 5 7 8 9 10 11 12 13 14 15 16",
+  32,
+  3,
+  [
+    1, 4, 3, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+    1, 1, 1, 1, 1, 1, 1, -1, -1, -1, -1, -1, -1, -1,
+  ],
+  6,
+  9,
+);
+const OFFSETS = codes(
+  Array.from({ length: 32 }, (_, code) => code).join(" "),
+  0,
+  1,
+  [1, 1, 1, 1, 1, 1, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, -1, -1, -1, -1, -1],
+  5,
+  8,
+);
 
 /** Reads the weights of symbols, and makes of them a table: of each code the bits that it has, and the symbol. */
 class Huffman {
@@ -168,7 +199,12 @@ class Huffman {
     const head = bytes[start++];
     const stop = start + (head < 128 ? head : (head - 126) >> 1);
     must(stop <= end, "weights are cut off");
-    const weights = head < 128 ? packedWeights(bytes, start, stop) : Array.from({ length: head - 127 }, (_, i) => (i % 2 ? bytes[start + (i >> 1)] & 15 : bytes[start + (i >> 1)] >> 4));
+    const weights =
+      head < 128
+        ? packedWeights(bytes, start, stop)
+        : Array.from({ length: head - 127 }, (_, i) =>
+            i % 2 ? bytes[start + (i >> 1)] & 15 : bytes[start + (i >> 1)] >> 4,
+          );
     const sum = weights.reduce((all, weight) => all + (weight ? 2 ** (weight - 1) : 0), 0);
     must(sum > 0 && sum < 1 << 11, "weights have no sum of codes");
     this.most = highest(sum) + 1;
@@ -227,7 +263,10 @@ function packedWeights(bytes, start, end) {
     if (stream.left < 0) {
       weights.push(symbols[states[turn ^ 1]]);
       must(weights.length < 256, "there are too many weights");
-      must(weights.every((each) => each <= 11), "a weight is too large");
+      must(
+        weights.every((each) => each <= 11),
+        "a weight is too large",
+      );
       return weights;
     }
   }
@@ -303,7 +342,12 @@ export class Frames {
 
   /** Throws where there is not all of it. */
   finish() {
-    this.#guarded(() => must(this.#given === this.#size && this.#have === 0 && this.#need === 5, `it ends after ${this.#given} of ${this.#size} bytes`));
+    this.#guarded(() =>
+      must(
+        this.#given === this.#size && this.#have === 0 && this.#need === 5,
+        `it ends after ${this.#given} of ${this.#size} bytes`,
+      ),
+    );
   }
 
   /** @param {() => void} work */
@@ -312,7 +356,10 @@ export class Frames {
       work();
     } catch (error) {
       if (!(error instanceof Damaged)) throw error;
-      throw new this.#Failure("VP4030", { name: this.#file, problem: `its Zstandard frames are damaged: ${error.message}` });
+      throw new this.#Failure("VP4030", {
+        name: this.#file,
+        problem: `its Zstandard frames are damaged: ${error.message}`,
+      });
     }
   }
 
@@ -332,9 +379,13 @@ export class Frames {
     must((flags & 15) === 0 && length > 0, "one has a checksum or a dictionary, or does not say what it holds");
     this.#expect(1 - single + length, () => {
       const at = 1 - single;
-      const low = length === 1 ? this.#in[at] : length === 2 ? view.getUint16(at, true) + 256 : view.getUint32(at, true);
+      const low =
+        length === 1 ? this.#in[at] : length === 2 ? view.getUint16(at, true) + 256 : view.getUint32(at, true);
       this.#content = low + (length === 8 ? view.getUint32(at + 4, true) * 2 ** 32 : 0);
-      must(this.#content > 0 && this.#content <= MOST_FRAME && this.#given + this.#content <= this.#size, `one holds ${this.#content} bytes`);
+      must(
+        this.#content > 0 && this.#content <= MOST_FRAME && this.#given + this.#content <= this.#size,
+        `one holds ${this.#content} bytes`,
+      );
       this.#at = 0;
       this.#recent = [1, 4, 8];
       this.#tables = [null, null, null];
@@ -400,10 +451,17 @@ export class Frames {
     const format = (bytes[0] >> 2) & 3;
     const word = bytes[0] + bytes[1] * 2 ** 8 + bytes[2] * 2 ** 16 + bytes[3] * 2 ** 24 + bytes[4] * 2 ** 32;
     if (kind < 2) {
-      const [head, shift] = [[1, 3], [2, 4], [1, 3], [3, 4]][format];
+      const [head, shift] = [
+        [1, 3],
+        [2, 4],
+        [1, 3],
+        [3, 4],
+      ][format];
       const size = Math.floor((word % 2 ** (8 * head)) / 2 ** shift);
       must(size <= MOST_BLOCK && head + (kind ? 1 : size) <= end, "literals are cut off");
-      return kind ? [head + 1, this.#literals.fill(bytes[head], 0, size).subarray(0, size)] : [head + size, bytes.subarray(head, head + size)];
+      return kind
+        ? [head + 1, this.#literals.fill(bytes[head], 0, size).subarray(0, size)]
+        : [head + size, bytes.subarray(head, head + size)];
     }
     const width = [10, 10, 14, 18][format];
     const head = [3, 3, 4, 5][format];

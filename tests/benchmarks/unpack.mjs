@@ -5,11 +5,14 @@ import { unpacked } from "../../formats/js/zstd.js";
 
 const [file, size] = process.argv.slice(2);
 const packed = new Uint8Array(readFileSync(file));
-const least = (work) => Math.min(...Array.from({ length: 3 }, () => {
-  const before = process.cpuUsage().user;
-  work();
-  return (process.cpuUsage().user - before) / 1e3;
-}));
+const least = (work) =>
+  Math.min(
+    ...Array.from({ length: 3 }, () => {
+      const before = process.cpuUsage().user;
+      work();
+      return (process.cpuUsage().user - before) / 1e3;
+    }),
+  );
 let texels = new Uint8Array(0);
 const decode = least(() => (texels = unpacked(packed, Number(size), file)));
 console.log(JSON.stringify([decode, least(() => new Sha256().update(texels))]));

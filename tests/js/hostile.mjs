@@ -22,8 +22,14 @@ async function readAll(bytes) {
   const pack = await openPackage(bytes);
   const { manifest } = pack;
   for (const { path } of manifest.files) await pack.read(path);
-  for (const texture of manifest.textures) readHead((await pack.read(texture.file)).subarray(0, HEAD_BYTES), pack.size(texture.file), sharing(manifest, texture));
-  for (const each of manifest.proxy?.meshes ?? []) if (each.file) await partsOf(await pack.read(each.file), each.file, each.triangles);
+  for (const texture of manifest.textures)
+    readHead(
+      (await pack.read(texture.file)).subarray(0, HEAD_BYTES),
+      pack.size(texture.file),
+      sharing(manifest, texture),
+    );
+  for (const each of manifest.proxy?.meshes ?? [])
+    if (each.file) await partsOf(await pack.read(each.file), each.file, each.triangles);
   for (const each of manifest.editing?.histograms ?? []) shares(await pack.read(each.file), each.file);
   return "whole";
 }
@@ -42,12 +48,17 @@ await tell(copy());
 for (let i = 0; i < Number(count); i++) {
   // The ends hold the directory and the manifest; most damage goes there.
   const bytes = new Uint8Array(copy());
-  const at = random(3) ? (random(2) ? bytes.length - 1 - random(Math.min(6000, bytes.length)) : random(9000)) : random(bytes.length);
+  const at = random(3)
+    ? random(2)
+      ? bytes.length - 1 - random(Math.min(6000, bytes.length))
+      : random(9000)
+    : random(bytes.length);
   if (i % 4 === 0) {
     await tell(bytes.buffer.slice(0, at));
     continue;
   }
-  for (let k = 0; k <= i % 3; k++) bytes[Math.min(at + random(8), bytes.length - 1)] = [0, 255, random(256), random(256)][random(4)];
+  for (let k = 0; k <= i % 3; k++)
+    bytes[Math.min(at + random(8), bytes.length - 1)] = [0, 255, random(256), random(256)][random(4)];
   await tell(bytes.buffer);
 }
 console.log(JSON.stringify({ found, longest }));

@@ -1,13 +1,31 @@
 // Manifests with one field changed, each opened and drawn. Says what came of them, and of which it was no code.
 import { createRenderer, openPackage } from "/js/volpkg.js";
 
-const NASTY = [-1, 0, 1, 3, 2 ** 31, 1e300, 0.5, "", "x", "shaders/raycast.vert", null, [], {}, true, "__proto__", "constructor"];
+const NASTY = [
+  -1,
+  0,
+  1,
+  3,
+  2 ** 31,
+  1e300,
+  0.5,
+  "",
+  "x",
+  "shaders/raycast.vert",
+  null,
+  [],
+  {},
+  true,
+  "__proto__",
+  "constructor",
+];
 
 export async function mutants(url, matrix, count, kind, picture, longest) {
   const text = await (await fetch(`${url}/manifest.json`)).text();
   const real = window.fetch;
   let manifest = text;
-  window.fetch = (at, how) => (String(at).endsWith("manifest.json") ? Promise.resolve(new Response(manifest)) : real(at, how));
+  window.fetch = (at, how) =>
+    String(at).endsWith("manifest.json") ? Promise.resolve(new Response(manifest)) : real(at, how);
   let state = 7;
   const random = (below) => (state = (Math.imul(state, 1103515245) + 12345) >>> 1) % below;
   const leaves = [];
@@ -47,7 +65,8 @@ export async function mutants(url, matrix, count, kind, picture, longest) {
       if (!String(what).startsWith("VP")) wrong.push(`${key}: ${before} -> ${JSON.stringify(value)}: ${error.stack}`);
     }
     while (gl.getError());
-    if (performance.now() - start > longest) wrong.push(`${key}: ${before} -> ${JSON.stringify(value)} takes ${performance.now() - start} ms`);
+    if (performance.now() - start > longest)
+      wrong.push(`${key}: ${before} -> ${JSON.stringify(value)} takes ${performance.now() - start} ms`);
     found[what] = (found[what] ?? 0) + 1;
   }
   window.fetch = real;

@@ -8,7 +8,27 @@ export function context(kind = "webgl2", width = 48, height = 48, attributes = {
 }
 
 /** Pictures of a package as lists of numbers, each for a matrix; and what the renderer says of itself. */
-export async function pictures(url, { kind, size = [48, 48], options = {}, matrices, edit, clip, point, step, light, segments, depth, draco, broken = [], targets = [], limits = {}, without = [] }) {
+export async function pictures(
+  url,
+  {
+    kind,
+    size = [48, 48],
+    options = {},
+    matrices,
+    edit,
+    clip,
+    point,
+    step,
+    light,
+    segments,
+    depth,
+    draco,
+    broken = [],
+    targets = [],
+    limits = {},
+    without = [],
+  },
+) {
   const asked = new Set();
   const gl = lacking(context(kind, ...size), broken, targets, limits, without, asked);
   if (draco) options.decodeDraco = await dracoOf(draco);
@@ -27,7 +47,17 @@ export async function pictures(url, { kind, size = [48, 48], options = {}, matri
     return toBase64(renderer.readPixels().pixels);
   });
   const { level, levels, step: drawnWith, program, notes, probes, textureBytes } = renderer;
-  const said = { level, levels, step: drawnWith, program, notes, probes, textureBytes, asked: [...asked], error: gl.getError() };
+  const said = {
+    level,
+    levels,
+    step: drawnWith,
+    program,
+    notes,
+    probes,
+    textureBytes,
+    asked: [...asked],
+    error: gl.getError(),
+  };
   renderer.dispose();
   pack.close();
   return { pictures: found, ...said };
@@ -142,7 +172,11 @@ function lacking(gl, broken, targets, limits, without, asked) {
       gl.drawArrays(...given);
       const frame = gl.getParameter(gl.FRAMEBUFFER_BINDING);
       if (frame && forgetful.size) {
-        const texture = gl.getFramebufferAttachmentParameter(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.FRAMEBUFFER_ATTACHMENT_OBJECT_NAME);
+        const texture = gl.getFramebufferAttachmentParameter(
+          gl.FRAMEBUFFER,
+          gl.COLOR_ATTACHMENT0,
+          gl.FRAMEBUFFER_ATTACHMENT_OBJECT_NAME,
+        );
         if (forgetful.has(made.get(texture)) || halves.has(texture)) {
           gl.clearColor(0, 0, 0, 1);
           gl.clear(gl.COLOR_BUFFER_BIT);

@@ -1,10 +1,9 @@
 // Reads glTF binary files with three.js, and prints what it found, one JSON object a line. Called by test_three.py:
 //   node read_glb.mjs FOLDER_OF_THREE FILE...
 // three.js decodes Draco in a web worker, which node has not: its decoder, the same program, is called directly.
-import { createHash } from 'node:crypto';
-import { readFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
-import { pathToFileURL } from 'node:url';
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { pathToFileURL } from "node:url";
 
 const [folder, ...files] = process.argv.slice(2);
 const root = `${folder}/node_modules/three`;
@@ -13,9 +12,14 @@ const { GLTFLoader } = await import(pathToFileURL(`${root}/examples/jsm/loaders/
 globalThis.self ??= globalThis;
 globalThis.ProgressEvent ??= class extends Event {};
 
-const source = readFileSync(`${root}/examples/jsm/libs/draco/gltf/draco_decoder.js`, 'utf8');
+const source = readFileSync(`${root}/examples/jsm/libs/draco/gltf/draco_decoder.js`, "utf8");
 const module_ = { exports: {} };
-new Function('module', 'exports', 'require', '__dirname', source)(module_, module_.exports, createRequire(import.meta.url), root);
+new Function("module", "exports", "require", "__dirname", source)(
+  module_,
+  module_.exports,
+  createRequire(import.meta.url),
+  root,
+);
 const draco = await module_.exports();
 
 function decode(data, ids) {
@@ -35,7 +39,7 @@ function decode(data, ids) {
     decoder.GetFaceFromMesh(mesh, k, face);
     index.push(face.GetValue(0), face.GetValue(1), face.GetValue(2));
   }
-  geometry.setAttribute('position', new three.BufferAttribute(positions, 3));
+  geometry.setAttribute("position", new three.BufferAttribute(positions, 3));
   geometry.setIndex(index);
   return geometry;
 }
@@ -45,7 +49,7 @@ loader.setDRACOLoader({ preload() {}, decodeDracoFile: (data, done, ids) => done
 for (const file of files) {
   const bytes = readFileSync(file);
   const start = performance.now();
-  const { scene } = await loader.parseAsync(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), '');
+  const { scene } = await loader.parseAsync(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), "");
   const milliseconds = performance.now() - start;
   scene.updateMatrixWorld(true);
   const corners = [];

@@ -10,6 +10,9 @@ async function read(path) {
 }
 
 for await (const path of createInterface({ input: process.stdin })) {
-  const said = await read(path).then(() => "read", (error) => error.code ?? `no code: ${error.stack}`.replaceAll("\n", " "));
+  const said = await read(path).then(
+    () => "read",
+    (error) => error.code ?? `no code: ${error.stack}`.replaceAll("\n", " "),
+  );
   console.log(said);
 }

@@ -39,7 +39,7 @@ function render({ model, el }) {
       stage.orbit.aim(camera.forward, camera.up, camera.zoom);
       stage.redraw();
     },
-    "function": () => attribute("function", model.get("function")),
+    function: () => attribute("function", model.get("function")),
     clip: () => attribute("clip", (model.get("clip") ?? []).join(" ")),
     background: () => attribute("background", model.get("background")),
     points: () => {
@@ -81,7 +81,11 @@ function render({ model, el }) {
   });
   viewer.addEventListener("error", ({ detail }) => fail(detail));
   const observer = new MutationObserver(() => {
-    const clip = viewer.getAttribute("clip")?.match(/[\d.]+/g)?.map(Number) ?? null;
+    const clip =
+      viewer
+        .getAttribute("clip")
+        ?.match(/[\d.]+/g)
+        ?.map(Number) ?? null;
     if (!clip || clip.length === 6) put("clip", clip);
     for (const name of FLAGS) put(name, viewer.hasAttribute(name));
   });

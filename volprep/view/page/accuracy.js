@@ -14,7 +14,9 @@ export function nearest(points, level, stepMm) {
   const found = points.filter((each) => each.level === level).sort((a, b) => a.step_mm - b.step_mm);
   const same = found.filter((each) => Math.abs(each.step_mm / stepMm - 1) < SAME);
   if (same.length) return same.slice(0, 1);
-  return [found.filter((each) => each.step_mm < stepMm).at(-1), found.find((each) => each.step_mm > stepMm)].filter((each) => each !== undefined);
+  return [found.filter((each) => each.step_mm < stepMm).at(-1), found.find((each) => each.step_mm > stepMm)].filter(
+    (each) => each !== undefined,
+  );
 }
 
 /**
@@ -37,16 +39,37 @@ export function accuracy(report, { transfer, level, step, edited, lit, segments,
   const meter = make("div", { className: worst > allowed ? "meter bad" : "meter" }, make("i"));
   meter.firstChild.style.width = `${Math.min(100, (100 * worst) / allowed)}%`;
   const exact = around.length === 1 && Math.abs(around[0].step_mm / step - 1) < SAME;
-  const where = exact ? "" : second === undefined ? ` Nearest measured step: ${number(around[0].step_mm)} mm.` : ` Measured with steps of ${number(around[0].step_mm)} and ${number(around[1].step_mm)} mm.`;
+  const where = exact
+    ? ""
+    : second === undefined
+      ? ` Nearest measured step: ${number(around[0].step_mm)} mm.`
+      : ` Measured with steps of ${number(around[0].step_mm)} and ${number(around[1].step_mm)} mm.`;
   const rows = [...points]
     .sort((a, b) => a.level - b.level || a.step_mm - b.step_mm)
     .map((each) => [`${each.level}`, number(each.step_mm), number(each.total.rmse), number(each.total.maximum)]);
   const order = [...points].sort((a, b) => a.level - b.level || a.step_mm - b.step_mm);
   return [
-    make("p", { className: "big" }, value, " ", make("small", {}, `RMSE against the scan itself; the scene allows ${allowed}`)),
+    make(
+      "p",
+      { className: "big" },
+      value,
+      " ",
+      make("small", {}, `RMSE against the scan itself; the scene allows ${allowed}`),
+    ),
     meter,
-    make("p", { className: "hint" }, `${percent(worst / allowed)} of what is allowed. RMSE is the usual difference of a pixel: 0 is exact, 1 is black for white.${where} Measured in the view ${program.sweep.view} by ${report.driver.renderer}.${cut ? " What is cut away was not measured." : ""}`),
-    make("details", {}, make("summary", {}, "All measured steps and levels"), table("Error against truth", ["level", "step, mm", "RMSE", "largest"], rows, (index) => around.includes(order[index]))),
+    make(
+      "p",
+      { className: "hint" },
+      `${percent(worst / allowed)} of what is allowed. RMSE is the usual difference of a pixel: 0 is exact, 1 is black for white.${where} Measured in the view ${program.sweep.view} by ${report.driver.renderer}.${cut ? " What is cut away was not measured." : ""}`,
+    ),
+    make(
+      "details",
+      {},
+      make("summary", {}, "All measured steps and levels"),
+      table("Error against truth", ["level", "step, mm", "RMSE", "largest"], rows, (index) =>
+        around.includes(order[index]),
+      ),
+    ),
   ];
 }
 

@@ -25,17 +25,38 @@ export const spread = (point) => (point.draw_ms ? (point.slowest_ms - point.fast
  */
 export function errorAgainstTime(points, { tolerance, title }) {
   const shown = points.filter((each) => each.draw_ms > 0 && each.rmse > 0);
-  const x = scale(shown.flatMap((each) => [Math.max(each.fastest_ms, each.draw_ms / 4), each.slowest_ms]), LEFT, WIDTH - RIGHT);
+  const x = scale(
+    shown.flatMap((each) => [Math.max(each.fastest_ms, each.draw_ms / 4), each.slowest_ms]),
+    LEFT,
+    WIDTH - RIGHT,
+  );
   const y = scale([...shown.map((each) => each.rmse), ...(tolerance ? [tolerance] : [])], HEIGHT - BELOW, TOP);
   const levels = [...new Set(shown.map((each) => each.level))];
   const picture = svg("svg", { class: "chart", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": title });
   picture.append(...axes(x, y));
   if (tolerance) {
     const at = y.place(tolerance);
-    picture.append(svg("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: at, y2: at, stroke: "var(--bad)", "stroke-dasharray": "2 4", "stroke-width": 1.5 }));
+    picture.append(
+      svg("line", {
+        x1: LEFT,
+        x2: WIDTH - RIGHT,
+        y1: at,
+        y2: at,
+        stroke: "var(--bad)",
+        "stroke-dasharray": "2 4",
+        "stroke-width": 1.5,
+      }),
+    );
   }
   for (const [index, level] of levels.entries()) {
-    picture.append(...curve(shown.filter((each) => each.level === level), `var(--series-${(index % COLOURS) + 1})`, x, y));
+    picture.append(
+      ...curve(
+        shown.filter((each) => each.level === level),
+        `var(--series-${(index % COLOURS) + 1})`,
+        x,
+        y,
+      ),
+    );
   }
   return make("figure", { className: "figure" }, picture, legend(levels, tolerance));
 }
@@ -47,9 +68,29 @@ function curve(points, colour, x, y) {
   const marks = sorted.flatMap((each) => {
     const [cx, cy] = [x.place(each.draw_ms), y.place(each.rmse)];
     const steady = spread(each) <= STEADY;
-    const bar = svg("line", { x1: x.place(Math.max(each.fastest_ms, each.draw_ms / 4)), x2: x.place(each.slowest_ms), y1: cy, y2: cy, stroke: colour, "stroke-width": 1 });
-    const dot = svg("circle", { cx, cy, r: 4, fill: steady ? colour : "var(--card)", stroke: colour, "stroke-width": 2 });
-    dot.append(svg("title", {}, `level ${each.level}, step ${number(each.step_mm)} mm: ${number(each.draw_ms)} ms, RMSE ${number(each.rmse)}`));
+    const bar = svg("line", {
+      x1: x.place(Math.max(each.fastest_ms, each.draw_ms / 4)),
+      x2: x.place(each.slowest_ms),
+      y1: cy,
+      y2: cy,
+      stroke: colour,
+      "stroke-width": 1,
+    });
+    const dot = svg("circle", {
+      cx,
+      cy,
+      r: 4,
+      fill: steady ? colour : "var(--card)",
+      stroke: colour,
+      "stroke-width": 2,
+    });
+    dot.append(
+      svg(
+        "title",
+        {},
+        `level ${each.level}, step ${number(each.step_mm)} mm: ${number(each.draw_ms)} ms, RMSE ${number(each.rmse)}`,
+      ),
+    );
     return steady ? [dot] : [bar, dot];
   });
   return [svg("polyline", { points: line, stroke: colour }), ...marks];
@@ -97,8 +138,16 @@ function axes(x, y) {
   ];
   return [
     ...lines,
-    svg("text", { class: "label", x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 6, "text-anchor": "middle" }, "milliseconds for a draw"),
-    svg("text", { class: "label", transform: `translate(10 ${(TOP + HEIGHT - BELOW) / 2}) rotate(-90)`, "text-anchor": "middle" }, "RMSE against truth"),
+    svg(
+      "text",
+      { class: "label", x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 6, "text-anchor": "middle" },
+      "milliseconds for a draw",
+    ),
+    svg(
+      "text",
+      { class: "label", transform: `translate(10 ${(TOP + HEIGHT - BELOW) / 2}) rotate(-90)`, "text-anchor": "middle" },
+      "RMSE against truth",
+    ),
   ];
 }
 
@@ -110,12 +159,17 @@ function legend(levels, tolerance) {
   const entries = levels.map((level, index) => {
     const colour = `var(--series-${(index % COLOURS) + 1})`;
     const mark = svg("svg", { viewBox: "0 0 22 12", "aria-hidden": "true" });
-    mark.append(svg("line", { x1: 0, x2: 22, y1: 6, y2: 6, stroke: colour, "stroke-width": 2 }), svg("circle", { cx: 11, cy: 6, r: 4, fill: colour }));
+    mark.append(
+      svg("line", { x1: 0, x2: 22, y1: 6, y2: 6, stroke: colour, "stroke-width": 2 }),
+      svg("circle", { cx: 11, cy: 6, r: 4, fill: colour }),
+    );
     return make("li", {}, mark, `level ${level}`);
   });
   if (tolerance) {
     const mark = svg("svg", { viewBox: "0 0 22 12", "aria-hidden": "true" });
-    mark.append(svg("line", { x1: 0, x2: 22, y1: 6, y2: 6, stroke: "var(--bad)", "stroke-dasharray": "2 4", "stroke-width": 2 }));
+    mark.append(
+      svg("line", { x1: 0, x2: 22, y1: 6, y2: 6, stroke: "var(--bad)", "stroke-dasharray": "2 4", "stroke-width": 2 }),
+    );
     entries.push(make("li", {}, mark, "what the scene allows"));
   }
   return make("ul", { className: "legend" }, ...entries);

@@ -10,15 +10,35 @@ export function contents(manifest) {
   const facts = [
     ["Size", `${bytes(size)} in ${manifest.files.length + 1} files`],
     ["For", `${manifest.profile.name} (${apiText(manifest.profile.api)})`],
-    ["Scan", `${info.modality || info.format}, ${voxels(info.grid.shape_zyx)} voxels${manifest.channels.length > 1 ? `, ${manifest.channels.length} channels` : ""}`],
-    ["Voxels", `${info.grid.spacing_mm_zyx.map((/** @type {number} */ each) => Number(each.toPrecision(3))).reverse().join(" × ")} mm`],
-    ["Levels", manifest.channels[0].levels.map((/** @type {any} */ each) => `${voxels(each.grid.shape_zyx)}${each.preview_only ? " (for previews)" : ""}`).join(", ")],
+    [
+      "Scan",
+      `${info.modality || info.format}, ${voxels(info.grid.shape_zyx)} voxels${manifest.channels.length > 1 ? `, ${manifest.channels.length} channels` : ""}`,
+    ],
+    [
+      "Voxels",
+      `${info.grid.spacing_mm_zyx
+        .map((/** @type {number} */ each) => Number(each.toPrecision(3)))
+        .reverse()
+        .join(" × ")} mm`,
+    ],
+    [
+      "Levels",
+      manifest.channels[0].levels
+        .map((/** @type {any} */ each) => `${voxels(each.grid.shape_zyx)}${each.preview_only ? " (for previews)" : ""}`)
+        .join(", "),
+    ],
     ["Made by", manifest.generator],
   ];
   return [
     make("dl", {}, ...facts.flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)])),
-    ...items("Kept", plan.filter((/** @type {any} */ each) => each.kept)),
-    ...items("Left out", plan.filter((/** @type {any} */ each) => !each.kept)),
+    ...items(
+      "Kept",
+      plan.filter((/** @type {any} */ each) => each.kept),
+    ),
+    ...items(
+      "Left out",
+      plan.filter((/** @type {any} */ each) => !each.kept),
+    ),
   ];
 }
 
@@ -31,7 +51,13 @@ function items(title, listed) {
       "li",
       {},
       make("span", { className: "size" }, size_bytes ? bytes(size_bytes) : ""),
-      make("b", {}, channel && listed.some((each) => each.channel !== channel && each.name === name) ? `${name} (${channel})` : name),
+      make(
+        "b",
+        {},
+        channel && listed.some((each) => each.channel !== channel && each.name === name)
+          ? `${name} (${channel})`
+          : name,
+      ),
       make("span", { className: "why" }, reason),
     ),
   );

@@ -15,8 +15,15 @@ export function cutControls(stage, manifest, changed) {
   const box = [[...extent].fill(0), [...extent]];
   /** Direction of view in box space, and where the plane stands, 0 in front of everything. @type {{normal: number[], share: number} | null} */
   let plane = null;
-  const isCut = () => plane !== null || box[0].some((each) => each > 0) || box[1].some((each, axis) => each < extent[axis]);
-  const clip = () => (isCut() ? { box: /** @type {[number[], number[]]} */ ([box[0], box[1]]), planes: plane ? [coefficients(plane, extent)] : [] } : null);
+  const isCut = () =>
+    plane !== null || box[0].some((each) => each > 0) || box[1].some((each, axis) => each < extent[axis]);
+  const clip = () =>
+    isCut()
+      ? {
+          box: /** @type {[number[], number[]]} */ ([box[0], box[1]]),
+          planes: plane ? [coefficients(plane, extent)] : [],
+        }
+      : null;
   let waiting = false;
   let again = false;
   const apply = async () => {
@@ -34,7 +41,14 @@ export function cutControls(stage, manifest, changed) {
   const sliders = axisNames(manifest.grid).map((name, axis) => axisField(name, axis, box, extent, apply));
   byId("cut-box").replaceChildren(...sliders.map((each) => each.element));
 
-  const depth = make("input", { type: "range", min: 0, max: STEPS, value: STEPS / 2, disabled: true, "aria-label": "Depth of the plane" });
+  const depth = make("input", {
+    type: "range",
+    min: 0,
+    max: STEPS,
+    value: STEPS / 2,
+    disabled: true,
+    "aria-label": "Depth of the plane",
+  });
   const facing = make("button", { type: "button" }, "Cut towards you, from here");
   facing.addEventListener("click", () => {
     plane = { normal: viewDirection(stage.orbit), share: 0.5 };
@@ -47,7 +61,14 @@ export function cutControls(stage, manifest, changed) {
     apply();
   });
   byId("cut-plane").replaceChildren(
-    make("fieldset", {}, make("legend", {}, "Plane that faces you"), make("p", { className: "hint" }, "Turn the volume, then cut. The plane stays where it is when you turn on."), make("div", { className: "row" }, facing), make("label", { className: "pair" }, "depth", depth, make("span"))),
+    make(
+      "fieldset",
+      {},
+      make("legend", {}, "Plane that faces you"),
+      make("p", { className: "hint" }, "Turn the volume, then cut. The plane stays where it is when you turn on."),
+      make("div", { className: "row" }, facing),
+      make("label", { className: "pair" }, "depth", depth, make("span")),
+    ),
   );
   byId("cut-reset").addEventListener("click", () => {
     plane = null;
@@ -70,7 +91,9 @@ export function cutControls(stage, manifest, changed) {
 /** @param {string} name @param {number} axis @param {number[][]} box @param {number[]} extent @param {() => void} apply */
 function axisField(name, axis, box, extent, apply) {
   const outputs = [make("output"), make("output")];
-  const inputs = [0, 1].map((end) => make("input", { type: "range", min: 0, max: STEPS, "aria-label": `${name}: ${end ? "to" : "from"}` }));
+  const inputs = [0, 1].map((end) =>
+    make("input", { type: "range", min: 0, max: STEPS, "aria-label": `${name}: ${end ? "to" : "from"}` }),
+  );
   const show = () => {
     for (const end of [0, 1]) {
       inputs[end].value = String(Math.round((box[end][axis] / extent[axis]) * STEPS));
@@ -90,16 +113,26 @@ function axisField(name, axis, box, extent, apply) {
     });
   });
   show();
-  const rows = [0, 1].map((end) => make("label", { className: "pair" }, end ? "to" : "from", inputs[end], outputs[end]));
+  const rows = [0, 1].map((end) =>
+    make("label", { className: "pair" }, end ? "to" : "from", inputs[end], outputs[end]),
+  );
   return { element: make("fieldset", {}, make("legend", {}, name), ...rows), show };
 }
 
 /** Names of the axes of the box: the nearest directions of the patient. @param {any} grid */
 function axisNames(grid) {
-  const ways = [["right", "left"], ["front", "back"], ["feet", "head"]];
+  const ways = [
+    ["right", "left"],
+    ["front", "back"],
+    ["feet", "head"],
+  ];
   return [0, 1, 2].map((axis) => {
     const column = grid.direction.map((/** @type {number[]} */ row) => row[axis]);
-    const main = column.reduce((/** @type {number} */ best, /** @type {number} */ each, /** @type {number} */ index) => (Math.abs(each) > Math.abs(column[best]) ? index : best), 0);
+    const main = column.reduce(
+      (/** @type {number} */ best, /** @type {number} */ each, /** @type {number} */ index) =>
+        Math.abs(each) > Math.abs(column[best]) ? index : best,
+      0,
+    );
     const [from, to] = column[main] > 0 ? ways[main] : [...ways[main]].reverse();
     return `${from[0].toUpperCase()}${from.slice(1)} to ${to}`;
   });
@@ -117,7 +150,9 @@ function viewDirection(orbit) {
 
 /** The plane as a·x + b·y + c·z + d > 0 where the volume is shown. @param {{normal: number[], share: number}} plane @param {number[]} extent */
 function coefficients({ normal, share }, extent) {
-  const corners = Array.from({ length: 8 }, (_, corner) => normal.reduce((sum, each, axis) => sum + each * (corner & (1 << axis) ? extent[axis] : 0), 0));
+  const corners = Array.from({ length: 8 }, (_, corner) =>
+    normal.reduce((sum, each, axis) => sum + each * (corner & (1 << axis) ? extent[axis] : 0), 0),
+  );
   const [least, most] = [Math.min(...corners), Math.max(...corners)];
   return [...normal, -(least + share * (most - least))];
 }

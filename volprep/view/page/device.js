@@ -20,16 +20,32 @@ export function deviceNames(gl) {
 
 /** @param {any} about the browser's own words about itself */
 export function browserNames(about) {
-  const brands = about.userAgentData?.brands?.filter((/** @type {any} */ each) => !/not.?a.?brand/i.test(each.brand)) ?? [];
+  const brands =
+    about.userAgentData?.brands?.filter((/** @type {any} */ each) => !/not.?a.?brand/i.test(each.brand)) ?? [];
   const brand = brands.find((/** @type {any} */ each) => each.brand !== "Chromium") ?? brands[0];
   const agent = about.userAgent ?? "";
-  const known = [/(Edg)\w*\/([\d.]+)/, /(Firefox)\/([\d.]+)/, /(FxiOS)\/([\d.]+)/, /(CriOS)\/([\d.]+)/, /(Chrome)\/([\d.]+)/, /Version\/([\d.]+).*(Safari)/];
+  const known = [
+    /(Edg)\w*\/([\d.]+)/,
+    /(Firefox)\/([\d.]+)/,
+    /(FxiOS)\/([\d.]+)/,
+    /(CriOS)\/([\d.]+)/,
+    /(Chrome)\/([\d.]+)/,
+    /Version\/([\d.]+).*(Safari)/,
+  ];
   const match = known.map((each) => agent.match(each)).find(Boolean);
   const [, first, second] = match ?? ["", "unknown browser", ""];
-  const browser = brand ? `${brand.brand} ${brand.version}` : second === "Safari" ? `Safari ${first}` : `${first} ${second}`.trim();
-  const platform = about.userAgentData?.platform || agent.match(/\(([^);]+;?[^);]*)/)?.[1] || about.platform || "unknown";
+  const browser = brand
+    ? `${brand.brand} ${brand.version}`
+    : second === "Safari"
+      ? `Safari ${first}`
+      : `${first} ${second}`.trim();
+  const platform =
+    about.userAgentData?.platform || agent.match(/\(([^);]+;?[^);]*)/)?.[1] || about.platform || "unknown";
   return { browser, platform };
 }
 
 /** @param {unknown} value */
-const text = (value) => String(value ?? "").replace(/[\u0000-\u001f\u007f-\u009f\u200e\u200f\u2028-\u202e\u2066-\u2069]/g, "").slice(0, 300);
+const text = (value) =>
+  String(value ?? "")
+    .replace(/[\u0000-\u001f\u007f-\u009f\u200e\u200f\u2028-\u202e\u2066-\u2069]/g, "")
+    .slice(0, 300);

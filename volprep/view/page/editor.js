@@ -36,7 +36,9 @@ export function functionEditor(stage, manifest, place, changed) {
     while (again) {
       again = false;
       const points = edits.get(name);
-      await stage.renderer.setTransfer(points ? { points, reference_mm: of(manifest, name).reference_mm } : null, name).catch(showProblem);
+      await stage.renderer
+        .setTransfer(points ? { points, reference_mm: of(manifest, name).reference_mm } : null, name)
+        .catch(showProblem);
     }
     waiting = false;
     changed();
@@ -66,30 +68,54 @@ export function functionEditor(stage, manifest, place, changed) {
     if (titled) box.append(make("h3", {}, name));
     box.append(curve.element);
     const unit = channel.source.info.unit ? ` ${channel.source.info.unit}` : "";
-    if (manifest.programs.some((/** @type {any} */ each) => each.transfer === name && SURFACES.includes(each.compositing))) {
-      box.append(make("p", { className: "hint" }, `A surface is shown: where the value is ${number(isovalue)}${unit}.`));
+    if (
+      manifest.programs.some((/** @type {any} */ each) => each.transfer === name && SURFACES.includes(each.compositing))
+    ) {
+      box.append(
+        make("p", { className: "hint" }, `A surface is shown: where the value is ${number(isovalue)}${unit}.`),
+      );
     }
     if (editable) {
       curve.buttons.append(undo);
       box.append(curve.fields, curve.buttons);
-    } else box.append(make("p", { className: "hint" }, "To change it here, build the package from a scene with ", make("code", {}, "editable = true"), "."));
+    } else
+      box.append(
+        make(
+          "p",
+          { className: "hint" },
+          "To change it here, build the package from a scene with ",
+          make("code", {}, "editable = true"),
+          ".",
+        ),
+      );
     return box;
   };
   show();
-  return { show, isEdited: () => edits.size > 0, takeBack: async () => {
-    const kept = new Map(edits);
-    for (const name of kept.keys()) await stage.renderer.setTransfer(null, name);
-    return async () => {
-      for (const [name, points] of kept) await stage.renderer.setTransfer({ points, reference_mm: of(manifest, name).reference_mm }, name);
-    };
-  } };
+  return {
+    show,
+    isEdited: () => edits.size > 0,
+    takeBack: async () => {
+      const kept = new Map(edits);
+      for (const name of kept.keys()) await stage.renderer.setTransfer(null, name);
+      return async () => {
+        for (const [name, points] of kept)
+          await stage.renderer.setTransfer({ points, reference_mm: of(manifest, name).reference_mm }, name);
+      };
+    },
+  };
 }
 
 /** The function of a name, and its channel. @param {any} manifest @param {string} name */
 function of(manifest, name) {
   for (const channel of manifest.channels) {
     const found = channel.transfer_functions.find((/** @type {any} */ each) => each.name === name);
-    if (found) return { channel, points: /** @type {Point[]} */ (found.points), reference_mm: found.reference_mm, isovalue: found.isovalue };
+    if (found)
+      return {
+        channel,
+        points: /** @type {Point[]} */ (found.points),
+        reference_mm: found.reference_mm,
+        isovalue: found.isovalue,
+      };
   }
   throw new Error(`there is no transfer function ${name}`);
 }
@@ -122,7 +148,10 @@ class Curve {
     if (editable) this.#listen();
     else {
       this.element.setAttribute("role", "img");
-      this.element.setAttribute("aria-label", `Extinction from ${number(this.#low)} to ${number(this.#high)} ${this.#unit}`);
+      this.element.setAttribute(
+        "aria-label",
+        `Extinction from ${number(this.#low)} to ${number(this.#high)} ${this.#unit}`,
+      );
     }
     this.#draw();
     this.#form();
@@ -142,17 +171,48 @@ class Curve {
     const floor = this.#y(0);
     const points = this.#points;
     const ends = [{ ...points[0], value: this.#low }, ...points, { ...points[points.length - 1], value: this.#high }];
-    const areas = ends.slice(1).flatMap((to, index) => strips(ends[index], to).map(([a, b]) =>
-      svg("polygon", { points: `${this.#x(a.value)},${floor} ${this.#x(a.value)},${this.#y(a.extinction_per_mm)} ${this.#x(b.value)},${this.#y(b.extinction_per_mm)} ${this.#x(b.value)},${floor}`, fill: css(a.colour), "shape-rendering": "crispEdges" }),
-    ));
-    const line = svg("polyline", { class: "line", points: ends.map((each) => `${this.#x(each.value)},${this.#y(each.extinction_per_mm)}`).join(" ") });
-    const label = (/** @type {number} */ value, /** @type {string} */ anchor) => svg("text", { x: this.#x(value), y: HEIGHT - 16, "text-anchor": anchor }, number(value));
-    const title = svg("text", { x: WIDTH / 2, y: HEIGHT - 3, "text-anchor": "middle" }, `value${this.#unit ? ` in ${this.#unit}` : ""}; height: extinction per mm, up to ${number(this.#most)}`);
+    const areas = ends.slice(1).flatMap((to, index) =>
+      strips(ends[index], to).map(([a, b]) =>
+        svg("polygon", {
+          points: `${this.#x(a.value)},${floor} ${this.#x(a.value)},${this.#y(a.extinction_per_mm)} ${this.#x(b.value)},${this.#y(b.extinction_per_mm)} ${this.#x(b.value)},${floor}`,
+          fill: css(a.colour),
+          "shape-rendering": "crispEdges",
+        }),
+      ),
+    );
+    const line = svg("polyline", {
+      class: "line",
+      points: ends.map((each) => `${this.#x(each.value)},${this.#y(each.extinction_per_mm)}`).join(" "),
+    });
+    const label = (/** @type {number} */ value, /** @type {string} */ anchor) =>
+      svg("text", { x: this.#x(value), y: HEIGHT - 16, "text-anchor": anchor }, number(value));
+    const title = svg(
+      "text",
+      { x: WIDTH / 2, y: HEIGHT - 3, "text-anchor": "middle" },
+      `value${this.#unit ? ` in ${this.#unit}` : ""}; height: extinction per mm, up to ${number(this.#most)}`,
+    );
     const focused = document.activeElement?.parentNode === this.element;
     const handles = this.#editable ? points.map((point, index) => this.#handle(point, index)) : [];
     // Fingers are wider than their targets.
-    const reach = handles.map((each, index) => svg("circle", { class: "reach", cx: each.getAttribute("cx"), cy: each.getAttribute("cy"), r: 18, "data-index": index }));
-    this.element.replaceChildren(svg("line", { class: "axis", x1: LEFT, x2: WIDTH - RIGHT, y1: floor, y2: floor }), ...areas, line, label(this.#low, "start"), label(this.#high, "end"), title, ...reach, ...handles);
+    const reach = handles.map((each, index) =>
+      svg("circle", {
+        class: "reach",
+        cx: each.getAttribute("cx"),
+        cy: each.getAttribute("cy"),
+        r: 18,
+        "data-index": index,
+      }),
+    );
+    this.element.replaceChildren(
+      svg("line", { class: "axis", x1: LEFT, x2: WIDTH - RIGHT, y1: floor, y2: floor }),
+      ...areas,
+      line,
+      label(this.#low, "start"),
+      label(this.#high, "end"),
+      title,
+      ...reach,
+      ...handles,
+    );
     if (focused) handles[this.#chosen]?.focus();
   }
 
@@ -177,7 +237,8 @@ class Curve {
 
   #listen() {
     let dragged = -1;
-    const indexOf = (/** @type {Event} */ event) => Number(/** @type {Element} */ (event.target).getAttribute?.("data-index") ?? -1);
+    const indexOf = (/** @type {Event} */ event) =>
+      Number(/** @type {Element} */ (event.target).getAttribute?.("data-index") ?? -1);
     this.element.addEventListener("pointerdown", (/** @type {PointerEvent} */ event) => {
       dragged = /** @type {Element} */ (event.target).hasAttribute("data-index") ? indexOf(event) : -1;
       if (dragged < 0) return;
@@ -199,7 +260,12 @@ class Curve {
       if (index >= 0 && index !== this.#chosen) this.#choose(index);
     });
     this.element.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
-      const moves = /** @type {Record<string, [number, number]>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] });
+      const moves = /** @type {Record<string, [number, number]>} */ ({
+        ArrowLeft: [-1, 0],
+        ArrowRight: [1, 0],
+        ArrowUp: [0, 1],
+        ArrowDown: [0, -1],
+      });
       const move = moves[event.key];
       if (!move) return;
       event.preventDefault();
@@ -223,7 +289,11 @@ class Curve {
     const points = this.#points;
     const point = points[this.#chosen];
     Object.assign(point, wish);
-    point.value = clamp(point.value, points[this.#chosen - 1]?.value ?? this.#low, points[this.#chosen + 1]?.value ?? this.#high);
+    point.value = clamp(
+      point.value,
+      points[this.#chosen - 1]?.value ?? this.#low,
+      points[this.#chosen + 1]?.value ?? this.#high,
+    );
     point.extinction_per_mm = clamp(point.extinction_per_mm, 0, this.#most);
     this.#draw();
     this.#form();
@@ -234,7 +304,11 @@ class Curve {
   #form() {
     if (!this.#editable || this.fields.contains(document.activeElement)) return;
     const point = this.#points[this.#chosen];
-    const field = (/** @type {string} */ text, /** @type {any} */ properties, /** @type {(value: string) => Partial<Point> | null} */ read) => {
+    const field = (
+      /** @type {string} */ text,
+      /** @type {any} */ properties,
+      /** @type {(value: string) => Partial<Point> | null} */ read,
+    ) => {
       const input = make("input", properties);
       input.addEventListener("change", () => {
         const wish = read(input.value);
@@ -242,10 +316,19 @@ class Curve {
       });
       return make("label", {}, text, input);
     };
-    const finite = (/** @type {string} */ text, /** @type {(value: number) => Partial<Point>} */ wish) => (text !== "" && Number.isFinite(Number(text)) ? wish(Number(text)) : null);
+    const finite = (/** @type {string} */ text, /** @type {(value: number) => Partial<Point>} */ wish) =>
+      text !== "" && Number.isFinite(Number(text)) ? wish(Number(text)) : null;
     this.fields.replaceChildren(
-      field(`Point ${this.#chosen + 1}: value`, { type: "number", step: "any", value: Number(point.value.toPrecision(5)) }, (text) => finite(text, (value) => ({ value }))),
-      field("Extinction", { type: "number", step: "any", min: 0, value: Number(point.extinction_per_mm.toPrecision(4)) }, (text) => finite(text, (extinction_per_mm) => ({ extinction_per_mm }))),
+      field(
+        `Point ${this.#chosen + 1}: value`,
+        { type: "number", step: "any", value: Number(point.value.toPrecision(5)) },
+        (text) => finite(text, (value) => ({ value })),
+      ),
+      field(
+        "Extinction",
+        { type: "number", step: "any", min: 0, value: Number(point.extinction_per_mm.toPrecision(4)) },
+        (text) => finite(text, (extinction_per_mm) => ({ extinction_per_mm })),
+      ),
       field("Colour", { type: "color", value: css(point.colour) }, (text) => ({ colour: linear(text) })),
     );
     const add = make("button", { type: "button" }, "Add a point");
@@ -288,5 +371,8 @@ function between(a, b, share) {
 /** Pieces of a line that have one colour each. @param {Point} a @param {Point} b */
 function strips(a, b) {
   const count = a.colour.every((each, index) => each === b.colour[index]) ? 1 : 16;
-  return Array.from({ length: count }, (_, index) => [between(a, b, index / count), between(a, b, (index + 1) / count)]);
+  return Array.from({ length: count }, (_, index) => [
+    between(a, b, index / count),
+    between(a, b, (index + 1) / count),
+  ]);
 }

@@ -49,7 +49,9 @@ async function fetched(address) {
 
 /** @param {string} address */
 function blocksOf(address) {
-  return [...document.querySelectorAll("script[data-file]")].filter((each) => each.getAttribute("data-file") === address);
+  return [...document.querySelectorAll("script[data-file]")].filter(
+    (each) => each.getAttribute("data-file") === address,
+  );
 }
 
 /** @param {Element} block */

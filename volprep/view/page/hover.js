@@ -40,9 +40,11 @@ export function hoverNames(stage, frame, titles) {
   };
   canvas.addEventListener("pointermove", (/** @type {PointerEvent} */ event) => {
     leave();
-    if (event.pointerType === "mouse" && !event.buttons) rest = setTimeout(() => show(event).catch(showProblem), REST_MS);
+    if (event.pointerType === "mouse" && !event.buttons)
+      rest = setTimeout(() => show(event).catch(showProblem), REST_MS);
   });
-  for (const type of ["pointerleave", "pointerdown", "wheel", "keydown"]) canvas.addEventListener(type, leave, { passive: true });
+  for (const type of ["pointerleave", "pointerdown", "wheel", "keydown"])
+    canvas.addEventListener(type, leave, { passive: true });
 }
 
 /**
@@ -54,6 +56,9 @@ async function named({ busy, renderer }, canvas, titles, clientX, clientY) {
   // Nothing else may be drawn while the device is measured.
   if (busy || !renderer.inside?.last) return "";
   const { left, top, width, height } = canvas.getBoundingClientRect();
-  const hit = await renderer.pick(((clientX - left) / width) * canvas.width, ((clientY - top) / height) * canvas.height);
+  const hit = await renderer.pick(
+    ((clientX - left) / width) * canvas.width,
+    ((clientY - top) / height) * canvas.height,
+  );
   return (hit?.segments ?? []).map((name) => titles.get(name) ?? name).join(" and ");
 }

@@ -82,7 +82,9 @@ function benchOf({ renderer, gl }, targets, resize) {
 /** Technique, and format of the voxels of a level. @param {any} manifest @param {string} transfer @param {number} level */
 function form({ programs, channels, textures }, transfer, level) {
   const program = programs.find((/** @type {any} */ each) => each.transfer === transfer && each.levels.includes(level));
-  const channel = channels.find((/** @type {any} */ each) => each.transfer_functions.some((/** @type {any} */ own) => own.name === transfer));
+  const channel = channels.find((/** @type {any} */ each) =>
+    each.transfer_functions.some((/** @type {any} */ own) => own.name === transfer),
+  );
   const voxels = textures.filter(
     (/** @type {any} */ each) =>
       ["volume", "slices"].includes(each.role) &&
@@ -92,7 +94,8 @@ function form({ programs, channels, textures }, transfer, level) {
   );
   const told = voxels.map((/** @type {any} */ each) => {
     const { gl, bricks, role } = each;
-    const held = role === "slices" ? "slices" : gl.target === "TEXTURE_2D" ? "mosaic" : bricks ? "bricks" : "3D texture";
+    const held =
+      role === "slices" ? "slices" : gl.target === "TEXTURE_2D" ? "mosaic" : bricks ? "bricks" : "3D texture";
     return `${gl.internal_format} ${held}`;
   });
   return [program?.technique ?? "slices", ...new Set(told)].join(", ");

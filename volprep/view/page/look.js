@@ -17,7 +17,17 @@ const [FINEST, COARSEST] = [-3 * NOTCHES, 3 * NOTCHES];
 export function lookControls(stage, manifest, changed) {
   const { renderer } = stage;
   const [transfer, level, step] = ["transfer", "level", "step"].map(byId);
-  transfer.replaceChildren(...renderer.programs.map(({ name, together }) => make("option", { value: name }, together ? `${name} (${name === manifest.segments?.name ? "the scan with its segments" : "all channels together"})` : named(manifest, name))));
+  transfer.replaceChildren(
+    ...renderer.programs.map(({ name, together }) =>
+      make(
+        "option",
+        { value: name },
+        together
+          ? `${name} (${name === manifest.segments?.name ? "the scan with its segments" : "all channels together"})`
+          : named(manifest, name),
+      ),
+    ),
+  );
   transfer.value = renderer.program;
   transfer.disabled = renderer.programs.length < 2;
   Object.assign(step, { min: FINEST, max: COARSEST, step: 1, value: 0, disabled: false });
@@ -29,7 +39,9 @@ export function lookControls(stage, manifest, changed) {
   };
   const levels = () => {
     const now = String(wantedLevel ?? renderer.level);
-    level.replaceChildren(...renderer.levels.map((index) => make("option", { value: index }, levelText(manifest, renderer.program, index))));
+    level.replaceChildren(
+      ...renderer.levels.map((index) => make("option", { value: index }, levelText(manifest, index))),
+    );
     level.value = now;
     level.disabled = renderer.levels.length < 2;
     if (packageStep === renderer.packageStep) return;
@@ -39,7 +51,9 @@ export function lookControls(stage, manifest, changed) {
   let wantedLevel = /** @type {number | null} */ (null);
   const stepText = () => {
     const ratio = 2 ** (step.value / NOTCHES);
-    const times = Number(step.value) ? `${ratio > 1 ? number(ratio, 2) : `1⁄${number(1 / ratio, 2)}`} × the package's` : "as the package asks";
+    const times = Number(step.value)
+      ? `${ratio > 1 ? number(ratio, 2) : `1⁄${number(1 / ratio, 2)}`} × the package's`
+      : "as the package asks";
     const text = `${number(renderer.step)} mm, ${times}`;
     byId("step-text").value = text;
     step.setAttribute("aria-valuetext", text);
@@ -69,7 +83,11 @@ export function lookControls(stage, manifest, changed) {
   backgroundControl();
   levels();
   stepText();
-  return { levels, lock: (/** @type {boolean} */ is) => [transfer, level, step].forEach((each) => (each.disabled = is || (each !== step && each.length < 2))) };
+  return {
+    levels,
+    lock: (/** @type {boolean} */ is) =>
+      [transfer, level, step].forEach((each) => (each.disabled = is || (each !== step && each.length < 2))),
+  };
 }
 
 /** The choice of a background. */
@@ -83,14 +101,25 @@ export function backgroundControl() {
 
 /** A transfer function by name, with its channel where there are several. @param {any} manifest @param {string} name */
 function named(manifest, name) {
-  const channel = manifest.channels.find((/** @type {any} */ each) => each.transfer_functions.some((/** @type {any} */ one) => one.name === name));
+  const channel = manifest.channels.find((/** @type {any} */ each) =>
+    each.transfer_functions.some((/** @type {any} */ one) => one.name === name),
+  );
   return manifest.channels.length > 1 && channel ? `${name} (channel ${channel.name})` : name;
 }
 
-/** @param {any} manifest @param {string} picture @param {number} index */
-function levelText(manifest, picture, index) {
+/** @param {any} manifest @param {number} index */
+function levelText(manifest, index) {
   const level = manifest.channels[0].levels.find((/** @type {any} */ each) => each.index === index);
-  const files = new Set(manifest.textures.filter((/** @type {any} */ each) => each.level === index && ["volume", "bricks", "normals", "labels"].includes(each.role)).map((/** @type {any} */ each) => each.file));
-  const size = manifest.files.filter((/** @type {any} */ each) => files.has(each.path)).reduce((/** @type {number} */ sum, /** @type {any} */ each) => sum + each.size_bytes, 0);
+  const files = new Set(
+    manifest.textures
+      .filter(
+        (/** @type {any} */ each) =>
+          each.level === index && ["volume", "bricks", "normals", "labels"].includes(each.role),
+      )
+      .map((/** @type {any} */ each) => each.file),
+  );
+  const size = manifest.files
+    .filter((/** @type {any} */ each) => files.has(each.path))
+    .reduce((/** @type {number} */ sum, /** @type {any} */ each) => sum + each.size_bytes, 0);
   return `${index}${index === 0 ? " (finest)" : ""}: ${voxels(level.grid.shape_zyx)}, ${bytes(size)}${level.preview_only ? ", for previews" : ""}`;
 }

@@ -66,7 +66,8 @@ class Run {
 
   async record() {
     const { bench, truth, settings } = this;
-    if (truth.manifest_sha256 !== settings.manifest_sha256) throw new Error("the truth pictures are of another package");
+    if (truth.manifest_sha256 !== settings.manifest_sha256)
+      throw new Error("the truth pictures are of another package");
     const seen = /** @type {any[]} */ ([]);
     for (const [index, program] of truth.programs.entries()) seen.push(await this.#views(program, index));
     const first = await this.#nominal();
@@ -76,7 +77,10 @@ class Run {
     for (const program of truth.programs) sizes.push(await this.#sizes(program));
     const last = await this.#nominal();
     const { manifest } = bench;
-    const sources = manifest.channels.map((/** @type {any} */ each) => ({ channel: each.name, sha256: each.source.sha256 }));
+    const sources = manifest.channels.map((/** @type {any} */ each) => ({
+      channel: each.name,
+      sha256: each.source.sha256,
+    }));
     return {
       format: "volprep-device",
       version: "1.1",
@@ -139,10 +143,15 @@ class Run {
     const found = [];
     for (const [index, point] of program.points.entries()) {
       const done = before + index;
-      await this.#step(0.35 + (0.6 * done) / all, `${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm`);
+      await this.#step(
+        0.35 + (0.6 * done) / all,
+        `${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm`,
+      );
       const budget = (this.#remaining() - KEPT_MS - SIZES_MS) / (all - done);
       if (budget < LEAST_FOR_A_POINT_MS) {
-        this.#leftOut.push(`${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm: no time`);
+        this.#leftOut.push(
+          `${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm: no time`,
+        );
         continue;
       }
       try {
@@ -151,11 +160,19 @@ class Run {
         const error = errorOf(this.bench.pixels(), planes);
         const time = await this.clock.time(Math.min(budget, MOST_FOR_A_POINT_MS));
         if (time) found.push({ ...point, ...error, ...time });
-        else this.#leftOut.push(`${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm: too slow to be timed more than once`);
+        else
+          this.#leftOut.push(
+            `${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm: too slow to be timed more than once`,
+          );
       } catch (error) {
         const { code, summary } = /** @type {any} */ (error);
         if (!code) throw error;
-        this.#leftOut.push(`${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm: ${code} ${summary}`.slice(0, 300));
+        this.#leftOut.push(
+          `${program.transfer}, level ${point.level}, step ${point.step_mm.toPrecision(3)} mm: ${code} ${summary}`.slice(
+            0,
+            300,
+          ),
+        );
       }
     }
     return found;
@@ -204,7 +221,9 @@ class Run {
   #levels({ transfer, level, points }) {
     const { bench } = this;
     return [...new Set([level, ...points.map((each) => each.level)])].map((index) => {
-      const cost = bench.manifest.costs.find((/** @type {any} */ each) => each.transfer === transfer && each.level === index);
+      const cost = bench.manifest.costs.find(
+        (/** @type {any} */ each) => each.transfer === transfer && each.level === index,
+      );
       const form = bench.form(transfer, index).slice(0, 300);
       return { level: index, form, upload_bytes: cost.upload_bytes, gpu_bytes: cost.gpu_bytes };
     });
@@ -228,7 +247,9 @@ class Run {
 
   /** @param {TruthView} view */
   async #picture(view) {
-    const kept = this.#pictures.get(view.file) ?? (await truthPicture(await file(`${this.settings.truth}${view.file}`), this.truth.picture_size));
+    const kept =
+      this.#pictures.get(view.file) ??
+      (await truthPicture(await file(`${this.settings.truth}${view.file}`), this.truth.picture_size));
     // One for each program is needed again.
     if (this.truth.programs.some((each) => each.sweep_view === view.view)) this.#pictures.set(view.file, kept);
     return kept;

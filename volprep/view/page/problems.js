@@ -7,14 +7,18 @@ export const WORDS = {
     "the page could not go on: {reason}",
     "Load it again; if that does not help, report the browser and these words.",
   ],
-  VP7043: ["the measurements did not arrive: {reason}", "Save it as a file, and put the file into the folder of measurements."],
+  VP7043: [
+    "the measurements did not arrive: {reason}",
+    "Save it as a file, and put the file into the folder of measurements.",
+  ],
 };
 
 /** An error with a permanent code, like errors of the runtime. */
 export class PageError extends Error {
   /** @param {string} code @param {Record<string, unknown>} fields */
   constructor(code, fields) {
-    const fill = (/** @type {string} */ text) => text.replace(/\{(\w+)\}/g, (_, name) => String(fields[name]).slice(0, 300));
+    const fill = (/** @type {string} */ text) =>
+      text.replace(/\{(\w+)\}/g, (_, name) => String(fields[name]).slice(0, 300));
     const [summary, remedy] = WORDS[code].map(fill);
     super(`${code} ${summary}. ${remedy}`);
     this.code = code;
@@ -39,7 +43,11 @@ export function coded(error) {
  */
 export function problem(error) {
   const { code, summary, remedy } = coded(error);
-  return [make("strong", {}, code), make("p", {}, `${summary[0].toUpperCase()}${summary.slice(1)}.`), make("p", {}, remedy)];
+  return [
+    make("strong", {}, code),
+    make("p", {}, `${summary[0].toUpperCase()}${summary.slice(1)}.`),
+    make("p", {}, remedy),
+  ];
 }
 
 /** Shows an error over the picture; null takes it away. @param {unknown} error */

@@ -22,7 +22,9 @@ export function segmentControls(stage, manifest, changed) {
   const segments = manifest.segments?.segments ?? [];
   const boxes = segments.map((each) => make("input", { type: "checkbox", checked: each.visible !== false }));
   const apply = async () => {
-    segments.forEach(({ name, visible = true }, i) => (boxes[i].checked === visible ? other.delete(name) : other.set(name, boxes[i].checked)));
+    segments.forEach(({ name, visible = true }, i) =>
+      boxes[i].checked === visible ? other.delete(name) : other.set(name, boxes[i].checked),
+    );
     await renderer.setSegments(segments.map(({ name }, i) => [name, { visible: boxes[i].checked }])).catch(showProblem);
     changed();
   };
@@ -47,7 +49,14 @@ export function segmentControls(stage, manifest, changed) {
     only.addEventListener("click", () => choose((other) => other === i));
     const swatch = make("i", { className: "swatch" });
     swatch.style.background = css(each.tint ?? [1, 1, 1]);
-    const label = make("label", {}, boxes[i], swatch, make("span", {}, titleOf(each)), make("small", {}, `${number(each.volume_ml)} ml`));
+    const label = make(
+      "label",
+      {},
+      boxes[i],
+      swatch,
+      make("span", {}, titleOf(each)),
+      make("small", {}, `${number(each.volume_ml)} ml`),
+    );
     return make("li", {}, label, only);
   });
   const search = make("input", { type: "search", placeholder: "Search segments", "aria-label": "Search segments" });

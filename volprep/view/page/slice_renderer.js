@@ -125,7 +125,8 @@ export class SliceRenderer {
   async setProgram(name) {
     const wanted = this.#pack.manifest.textures.filter((each) => each.role === "slices" && each.transfer === name);
     const made = [];
-    for (const each of wanted.sort((a, b) => (a.part ?? 0) - (b.part ?? 0))) made.push(this.#part(each, await this.#pack.read(each.file)));
+    for (const each of wanted.sort((a, b) => (a.part ?? 0) - (b.part ?? 0)))
+      made.push(this.#part(each, await this.#pack.read(each.file)));
     this.#free();
     this.#parts = made;
     this.program = name;
@@ -148,7 +149,11 @@ export class SliceRenderer {
     this.#begin();
     const { axis, cosine } = this.#facing(boxFromClip);
     const parts = this.#parts.filter((each) => each.layout.axis === axis);
-    const factor = Math.min(1 / Math.max(cosine, 1e-6), 1 / Math.max(...parts.map((each) => each.largest)), MOST_BRIGHTNESS);
+    const factor = Math.min(
+      1 / Math.max(cosine, 1e-6),
+      1 / Math.max(...parts.map((each) => each.largest)),
+      MOST_BRIGHTNESS,
+    );
     const { handle, locations } = this.#slices;
     gl.useProgram(handle);
     gl.uniformMatrix4fv(locations.clip_from_box, false, new Float32Array(invert(boxFromClip)));
@@ -160,7 +165,8 @@ export class SliceRenderer {
     gl.uniform2f(locations.slice_size, columns, rows);
     bind(gl, 1, parts[0].palette);
     const { grid } = this.#pack.levels[0];
-    for (const polygon of backToFront(polygons(parts, grid), boxFromClip, AXES.indexOf(axis))) this.#drawPolygon(axis, grid, polygon);
+    for (const polygon of backToFront(polygons(parts, grid), boxFromClip, AXES.indexOf(axis)))
+      this.#drawPolygon(axis, grid, polygon);
     gl.disable(gl.BLEND);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
@@ -193,7 +199,8 @@ export class SliceRenderer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     const upright = new Float32Array(pixels.length);
     for (let y = 0; y < height; y++) {
-      for (let at = 0; at < 4 * width; at++) upright[4 * width * (height - 1 - y) + at] = pixels[4 * width * y + at] / 255;
+      for (let at = 0; at < 4 * width; at++)
+        upright[4 * width * (height - 1 - y) + at] = pixels[4 * width * y + at] / 255;
     }
     return { width, height, pixels: upright };
   }
@@ -327,15 +334,27 @@ function polygons(parts, grid) {
   const { axis, layers = 1 } = parts[0].layout;
   const along = 2 - AXES.indexOf(axis);
   const slices = parts.flatMap((part) => {
-    const { slices: count, tiles_x: wide, slice_shape_yx: [rows, columns] } = part.layout;
-    return Array.from({ length: count }, (_, at) => ({ part, tile: [(at % wide) * columns, Math.floor(at / wide) * rows] }));
+    const {
+      slices: count,
+      tiles_x: wide,
+      slice_shape_yx: [rows, columns],
+    } = part.layout;
+    return Array.from({ length: count }, (_, at) => ({
+      part,
+      tile: [(at % wide) * columns, Math.floor(at / wide) * rows],
+    }));
   });
   return Array.from({ length: slices.length * layers }, (_, number) => {
     const middle = (number + 0.5) / layers;
     const between = Math.min(Math.max(middle - 0.5, 0), slices.length - 1);
     const lower = Math.floor(between);
     const place = Math.min(middle * grid.spacing_mm_zyx[along], grid.extent_mm_zyx[along]);
-    return { place, slice: slices[lower], next: slices[Math.min(lower + 1, slices.length - 1)], share: between - lower };
+    return {
+      place,
+      slice: slices[lower],
+      next: slices[Math.min(lower + 1, slices.length - 1)],
+      share: between - lower,
+    };
   });
 }
 
@@ -368,6 +387,12 @@ function texture(gl, format, width, height, texels) {
   bind(gl, 0, made);
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
   gl.texImage2D(gl.TEXTURE_2D, 0, format, width, height, 0, format, gl.UNSIGNED_BYTE, texels);
-  for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, gl.NEAREST], [gl.TEXTURE_MAG_FILTER, gl.NEAREST], [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) gl.texParameteri(gl.TEXTURE_2D, name, value);
+  for (const [name, value] of [
+    [gl.TEXTURE_MIN_FILTER, gl.NEAREST],
+    [gl.TEXTURE_MAG_FILTER, gl.NEAREST],
+    [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE],
+    [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
+  ])
+    gl.texParameteri(gl.TEXTURE_2D, name, value);
   return made;
 }

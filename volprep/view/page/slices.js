@@ -23,13 +23,29 @@ export function sliceControls({ renderer }, manifest) {
   const isCt = channel.source.info.modality === "CT";
   /** @type {Record<string, number[]>} */
   const windows = { "all values": [(low + high) / 2, high - low], ...(isCt ? CT_WINDOWS : {}) };
-  const plane = make("select", { id: "slice-plane" }, ...PLANE_NAMES.map((each) => make("option", { value: each }, each)));
-  const preset = make("select", { id: "slice-window" }, ...[...Object.keys(windows), "own"].map((each) => make("option", { value: each }, each)));
+  const plane = make(
+    "select",
+    { id: "slice-plane" },
+    ...PLANE_NAMES.map((each) => make("option", { value: each }, each)),
+  );
+  const preset = make(
+    "select",
+    { id: "slice-window" },
+    ...[...Object.keys(windows), "own"].map((each) => make("option", { value: each }, each)),
+  );
   const at = slider("slice-at", 0, STEPS, STEPS / 2, 1);
   const level = slider("slice-level", low, high, windows["all values"][0], (high - low) / STEPS);
-  const width = slider("slice-width", (high - low) / STEPS, 2 * (high - low), windows["all values"][1], (high - low) / STEPS);
+  const width = slider(
+    "slice-width",
+    (high - low) / STEPS,
+    2 * (high - low),
+    windows["all values"][1],
+    (high - low) / STEPS,
+  );
   const canvas = make("canvas", { role: "img", width: 1, height: 1 });
-  const letters = ["left", "right", "above", "below"].map((each) => make("span", { className: each, "aria-hidden": "true" }));
+  const letters = ["left", "right", "above", "below"].map((each) =>
+    make("span", { className: each, "aria-hidden": "true" }),
+  );
   const note = make("p", { className: "hint", role: "status" });
   const body = byId("slices-body");
   body.replaceChildren(
@@ -79,7 +95,11 @@ export function sliceControls({ renderer }, manifest) {
     paint();
   };
   for (const each of [level, width]) each.input.addEventListener("input", own);
-  for (const [each, type] of [[plane, "change"], [at.input, "input"]]) each.addEventListener(type, show);
+  for (const [each, type] of [
+    [plane, "change"],
+    [at.input, "input"],
+  ])
+    each.addEventListener(type, show);
   preset.addEventListener("change", () => {
     const found = windows[preset.value];
     if (found) [level.input.value, width.input.value] = found.map(String);
@@ -95,4 +115,5 @@ function slider(id, min, max, value, step) {
 }
 
 /** @param {string} text @param {any} input @param {any} [output] */
-const field = (text, input, output = "") => make("div", { className: "field" }, make("label", { for: input.id }, text), output, input);
+const field = (text, input, output = "") =>
+  make("div", { className: "field" }, make("label", { for: input.id }, text), output, input);

@@ -85,16 +85,30 @@ export class Clock {
     if (one > LONG_MS) {
       if (2 * one > budgetMs) return null;
       const repeats = within(budgetMs / one, 2, REPEATS);
-      return summary(Array.from({ length: repeats }, () => this.#burst(1)), repeats);
+      return summary(
+        Array.from({ length: repeats }, () => this.#burst(1)),
+        repeats,
+      );
     }
     let most = 3;
     while (most < MOST_DRAWS && this.#burst(most) < BURST_MS) most *= 2;
     most = Math.min(most, MOST_DRAWS);
     const counts = [Math.ceil(most / 3), Math.ceil((2 * most) / 3), most];
     const begin = performance.now();
-    const slopes = [slope(counts, counts.map((count) => this.#burst(count)))];
+    const slopes = [
+      slope(
+        counts,
+        counts.map((count) => this.#burst(count)),
+      ),
+    ];
     const repeats = within(budgetMs / (performance.now() - begin), 3, REPEATS);
-    while (slopes.length < repeats) slopes.push(slope(counts, counts.map((count) => this.#burst(count))));
+    while (slopes.length < repeats)
+      slopes.push(
+        slope(
+          counts,
+          counts.map((count) => this.#burst(count)),
+        ),
+      );
     // A line that does not rise is a burst that something else held up: it says nothing of a draw.
     const rising = slopes.filter((each) => each > 0);
     return summary(rising.length ? rising : slopes, repeats * counts.reduce((sum, each) => sum + each, 0));
@@ -176,9 +190,13 @@ async function resultOf(gl, two, one, query) {
   const end = performance.now() + 3000;
   while (performance.now() < end) {
     await new Promise((resolve) => setTimeout(resolve, 2));
-    const there = two ? gl.getQueryParameter(query, gl.QUERY_RESULT_AVAILABLE) : one.getQueryObjectEXT(query, one.QUERY_RESULT_AVAILABLE_EXT);
+    const there = two
+      ? gl.getQueryParameter(query, gl.QUERY_RESULT_AVAILABLE)
+      : one.getQueryObjectEXT(query, one.QUERY_RESULT_AVAILABLE_EXT);
     if (there) {
-      const nanoseconds = two ? gl.getQueryParameter(query, gl.QUERY_RESULT) : one.getQueryObjectEXT(query, one.QUERY_RESULT_EXT);
+      const nanoseconds = two
+        ? gl.getQueryParameter(query, gl.QUERY_RESULT)
+        : one.getQueryObjectEXT(query, one.QUERY_RESULT_EXT);
       return nanoseconds / 1e6;
     }
   }
