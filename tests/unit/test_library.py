@@ -218,6 +218,19 @@ def test_what_the_guide_says_of_python_works(tmp_path, monkeypatch) -> None:
     assert time.monotonic() - begun < 60
 
 
+def test_a_build_that_fails_leaves_the_older_array_or_none(tmp_path) -> None:
+    array = phantom()[::4, ::4, ::4]
+    source = tmp_path / "array.volpkg.source.npy"
+    with pytest.raises(volprep.VolprepError):
+        volprep.build_package(array, tmp_path / "array.volpkg", profile="no-such-profile")
+    assert list(tmp_path.iterdir()) == []
+    np.save(source, array)
+    with pytest.raises(volprep.VolprepError):
+        volprep.build_package(array + 1, tmp_path / "array.volpkg", profile="no-such-profile")
+    np.testing.assert_array_equal(np.load(source), array)
+    assert list(tmp_path.iterdir()) == [source]
+
+
 def test_an_array_is_a_source_and_its_package_validates(tmp_path) -> None:
     array = phantom()[::2, ::2, ::2]
     package = tmp_path / "array.volpkg"

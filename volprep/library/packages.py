@@ -1,5 +1,7 @@
 """Packages: planned, built, opened, checked and validated."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -84,9 +86,27 @@ def build_package(
         preset, VP402x and VP404x for files that cannot be written.
     """
     target = Path(package)
-    place = source_file(scene, target.with_name(f"{target.name}.source.npy"), spacing_mm_zyx, choices)
-    request = request_for(place, profile, preset, grid_size, choices)
-    return build(request, Path(package), progress or Silent())
+    array = target.with_name(f"{target.name}.source.npy")
+    with _as_before_if_failed(array) if isinstance(scene, np.ndarray) else nullcontext():
+        place = source_file(scene, array, spacing_mm_zyx, choices)
+        request = request_for(place, profile, preset, grid_size, choices)
+        return build(request, target, progress or Silent())
+
+
+@contextmanager
+def _as_before_if_failed(file: Path) -> Iterator[None]:
+    """Put an older file back, or remove a new one, if the work fails: an older package keeps its source."""
+    older = file.with_name(f".{file.name}.older")
+    if file.exists():
+        file.replace(older)
+    try:
+        yield
+    except BaseException:
+        file.unlink(missing_ok=True)
+        if older.exists():
+            older.replace(file)
+        raise
+    older.unlink(missing_ok=True)
 
 
 def validate_package(
