@@ -162,7 +162,7 @@ def test_scripts_are_sent_packed_to_who_takes_that_and_textures_never(server) ->
     path = f"/{server.token}/runtime/core.js"
     answer, packed = ask(server, path, Accept_Encoding="gzip, br")
     assert (answer.status, answer.headers["Content-Encoding"]) == (200, "gzip")
-    assert len(packed) == int(answer.headers["Content-Length"]) < 20_000
+    assert len(packed) == int(answer.headers["Content-Length"]) < 21_500  # as tests/js/test_size.py has it
     plain, whole = ask(server, path)
     assert plain.headers["Content-Encoding"] is None
     assert gzip.decompress(packed) == whole == sent_modules()["core.js"].encode()

@@ -110,8 +110,9 @@ border_taps = highest > lowest ? 27.0 : 0.0;
 //#section keep
 kept$OF = medium$OF.a;
 //#section slope
-// Where labels meet, the slope per millimetre of the logarithm of the visible extinction, with the value held. The voxels around have the weights of quadratic B-splines, so that borders of voxels
-// look smooth. A separate function: drivers that take both branches then leave out the loop where no ray needs it.
+// Where labels meet, the slope per millimetre of the logarithm of the visible extinction, with the value held. The
+// voxels around have the weights of quadratic B-splines, so that borders of voxels look smooth. A separate function:
+// drivers that take both branches then leave out the loop where no ray needs it.
 vec3 border_slope() {
   vec3 middle = floor(border_place + 0.5);
   vec3 share = border_place - middle;

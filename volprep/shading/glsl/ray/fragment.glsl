@@ -5,8 +5,8 @@
 //: skipping and lighting, where the package has them; about describes the picture. Slots in main: rays_ends;
 //: inside, the fractions of the ray where it enters and leaves the box; cut, if only a part of the box is drawn,
 //: leaves that part of the ray in `inside`; count, the number of samples, and their length; compositing_start;
-//: rays_start finds the first sample, and the last; classification_start; skipping_start; lighting_start; loop takes the samples;
-//: picture writes the result.
+//: rays_start finds the first sample, and the last; classification_start; skipping_start; lighting_start; loop takes
+//: the samples; picture writes the result.
 //#part dialect
 //#part rays
 //#part steps

@@ -1,6 +1,6 @@
 //: Rays that begin and end at proxy geometry, behind from_box.glsl or tiles/cost.glsl. Words: PLACE, the pixel in the
-//: picture, from 0 to 1; MARGIN_MM. Sections: place, what vertex/picture.glsl gives of it; start, the first and the last
-//: sample.
+//: picture, from 0 to 1; MARGIN_MM. Sections: place, what vertex/picture.glsl gives of it; start, the first and the
+//: last sample.
 // Where the rays of pixels meet the mesh first and last, in 16 bits each, as parts of the ray inside the box.
 uniform highp sampler2D u_mesh;
 // Rays begin this much before the mesh, and end this much behind it: the resolution of the depth buffer and of 16 bits

@@ -1,9 +1,10 @@
-//: Ray casting as the mobile volume rendering thesis (appendix: STEPS) and Schultz and Bailey (appendix B: MAX_ALPHA) have
-//: it. Sections: count; and about, start, sample and picture, as compositing/emission_absorption.glsl has them.
+//: Ray casting as the mobile volume rendering thesis (appendix: STEPS) and Schultz and Bailey (appendix B: MAX_ALPHA)
+//: have it. Sections: count; and about, start, sample and picture, as compositing/emission_absorption.glsl has them.
 //#section count
 float length_mm = part * length(ray);
 // Every ray has as many samples as the longest, however short it is.
-float count = length_mm > 0.0 ? ceil($LONGEST_MM / u_step_mm - 0.001) : 0.0;
+float steps = $LONGEST_MM / u_step_mm;
+float count = length_mm > 0.0 ? ceil(max(steps - 0.001, min(steps, 0.001))) : 0.0;
 //#section about
 // Samples blended front to back as published: each has the same opacity, whatever its distance from the next one. Gives
 // premultiplied linear light; alpha is the opacity.
