@@ -34,12 +34,9 @@ export function halfAngleLayers(extent, boxFromClip, light, boxFromLight, step) 
   return { boxFromSlices, count, behind, seen, lit };
 }
 
-/**
- * Corners of each layer; those of a layer that is no number, as in a view whose matrix overflows, are left out.
- * @param {number[]} corners four numbers each; the third one is the layer @param {number} count of layers
- */
+/** @param {number[]} corners four numbers each; the third one is the layer @param {number} count of layers */
 function byLayer(corners, count) {
   const found = Array.from({ length: count }, () => /** @type {number[]} */ ([]));
-  for (let at = 0; at < corners.length; at += 4) found[corners[at + 2]]?.push(...corners.slice(at, at + 4));
+  for (let at = 0; at < corners.length; at += 4) found[corners[at + 2]].push(...corners.slice(at, at + 4));
   return found;
 }

@@ -265,6 +265,8 @@ export class Technique {
       light_mm: place,
       box_from_light: view,
     } = /** @type {Record<string, number[]>} */ (values);
+    const { name, technique = "view-slices" } = this.#program;
+    if (!view) throw new VolpkgError("VP7021", { name, technique, problem: "its light is in the volume" });
     const stack = /** @type {typeof import("./half_angle.js").halfAngleLayers} */ (this.#halfAngle)(
       this.#extent,
       matrix,

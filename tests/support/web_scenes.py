@@ -166,7 +166,7 @@ _SKIP = '[skip]\nkind = "{}"\nblock = 4\n'
 _PLACED = '[render]\nlighting = "blinn-phong"\n[lighting]\nlight_mm = [{}]\nnormals = "central"\n'
 _LIGHT, _ELSEWHERE = "20.0, -30.0, 40.0", "-35.0, 25.0, 10.0"
 _SHADOWS = _PLACED.format(_LIGHT) + 'shadows = "{}"\n'
-# Few layers: as many as the plan measures that it needs add up the rounding of half floats, which drivers do differently.
+# Few layers: many add up the rounding of half floats, which drivers do differently.
 _HALF_ANGLE = _SHADOWS.format("half-angle").replace(
     "[render]\n", '[render]\ntechnique = "view-slices"\nstep_voxels = 1\n'
 )
