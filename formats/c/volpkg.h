@@ -1521,8 +1521,8 @@ typedef struct volpkg_slice_drawing {
 } volpkg_slice_drawing;
 
 /*
- * Choose the slices of a transfer function (NULL: the first one) and a level (-1: the one that there is). Fails with
- * VOLPKG_CANNOT_DRAW, and a text that says what there is; VOLPKG_MEMORY for more bytes than the profile allows.
+ * Choose the slices of a transfer function (NULL: the first one) and a level (-1: the only one). Fails with
+ * VOLPKG_CANNOT_DRAW, and a text that lists the slices; VOLPKG_MEMORY for more bytes than the profile allows.
  */
 volpkg_code volpkg_choose_slices(const volpkg_package* package, const char* transfer, int32_t level,
                                  volpkg_slice_drawing* drawing, volpkg_error* error);
@@ -1606,7 +1606,7 @@ size_t volpkg_edit_bytes(const volpkg_drawing* drawing);
 /*
  * Draw with edited transfer functions (SPEC.md section 19): compute the tables and the skip table of the drawing again
  * in `room`, and let their textures point there. Upload the textures of the roles VOLPKG_ROLE_TRANSFER and
- * VOLPKG_ROLE_SKIP again; nothing else changes. Give all edits that hold each time, also those of other functions of
+ * VOLPKG_ROLE_SKIP again; nothing else changes. Give all edits that hold each time, also for other functions of
  * the same picture; with none, the tables are the package's own. A chosen drawing must be edited again. Fails with
  * VOLPKG_NOT_EDITABLE, VOLPKG_POINTS for points that are no transfer function, and VOLPKG_SMALL_ARENA.
  */
@@ -7428,7 +7428,7 @@ int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int3
         return 3;
     }
     volpkg__extent(frame->drawing, extent);
-    if (geometry == VOLPKG_GEOMETRY_MESH) return 0; /* its vertices are those of drawing->mesh */
+    if (geometry == VOLPKG_GEOMETRY_MESH) return 0; /* its vertices are in drawing->mesh */
     if (geometry < VOLPKG_GEOMETRY_AXIS_SLICES)
         volpkg__add_faces(&c, frame->box_from_clip, extent, geometry == VOLPKG_GEOMETRY_FRONT_FACES);
     else if (frame->layers > 0)
@@ -7441,7 +7441,7 @@ int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int3
 /* ---- slices for OpenGL ES 1.1; SPEC.md section 17 ---- */
 
 #define VOLPKG__MOST_FACTOR 2 /* of texture combiners */
-#define VOLPKG__TIE 1e-9      /* stacks whose cosines differ by less face the viewer alike */
+#define VOLPKG__TIE 1e-9      /* cosines that differ by less are equal */
 
 static int volpkg__is_slice_of(const volpkg_slice_drawing* d, const volpkg_texture* t) {
     return t->slices != NULL && t->level == d->level->index && volpkg__is(t->transfer, d->transfer);

@@ -276,7 +276,7 @@ class Gl1(GlObjects):
         """Draw triangles with this share of the second texture's texels, between `begin_mixing` and `end_mixing`.
 
         With scale s, 1 or 2, and k = brightness / s, at most 1, the second unit mixes k · share of its texel with the
-        first one's, of which the first unit keeps k (1 - share) / (1 - k · share).
+        first one's; the first unit keeps k (1 - share) / (1 - k · share) of that.
         """
         kept = brightness if brightness <= 1.0 else brightness / 2
         first, second = kept * (1 - share) / max(1 - kept * share, 1e-9), kept * share

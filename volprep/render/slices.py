@@ -45,7 +45,7 @@ _ACROSS: dict[StackAxis, tuple[int, int]] = {"x": (1, 2), "y": (0, 2), "z": (0, 
 """Axes (xyz) of the columns and the rows of a slice."""
 _MOST_BRIGHTNESS = 2.0
 _TIE = 1e-9
-"""Stacks whose cosines differ by less face the viewer alike."""
+"""Cosines of stacks that differ by less count as equal."""
 # Two triangles for each of nine patches of 4×4 corners.
 _PATCHES = np.array(
     [[c + o for o in (0, 1, 5, 0, 5, 4)] for c in (4 * row + column for row in range(3) for column in range(3))],
@@ -165,7 +165,7 @@ class SliceRenderer:
     def facing(self, box_from_clip: Float64Array) -> tuple[StackAxis, float]:
         """Return the axis of the stack that is drawn, and the cosine of its angle to the direction of view.
 
-        Of stacks that face the viewer alike, the first of x, y, z is drawn, whatever the rounding of a camera is.
+        Of stacks at equal angles, the first of x, y, z is drawn, whatever the rounding of a camera is.
         """
         ends = box_from_clip @ np.array([[0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], [1.0, 1.0]])
         near, far = (ends[:3] / ends[3]).T

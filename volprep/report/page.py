@@ -146,7 +146,7 @@ def _hero(report: Report) -> ViewResult:
 def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]]:
     """Return the picture of several channels and one of each channel, in the view of the sweep.
 
-    Empty where there are no pictures of channels: those of a colour volume have none.
+    Empty for a colour volume, whose channels are not drawn apart.
     """
     together = report.package.manifest.together
     by_transfer = {program.transfer: program for program in report.programs}

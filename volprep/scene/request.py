@@ -134,7 +134,7 @@ def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
     Raises VP1243 where there are several.
     """
     if spec.channels and spec.channels != "all":
-        # The channels of a colour are those of one source.
+        # All channels of a colour come from one source.
         if instead is not None and any(each.colour is None for each in spec.channels):
             raise VolprepError("VP1243", path=instead)
         return spec.model_copy(update={"channels": tuple(each.resolved(base, instead) for each in spec.channels)})

@@ -136,15 +136,15 @@ class RenderWishes(Record):
     technique: TechniqueName = "ray-casting"
     """How the volume is gone through. "ray-casting": a ray for each pixel, in one pass. "ray-casting-as-published": the
     same with an opacity for each sample, that of the transfer function's `reference_mm`, whatever the distance of the
-    samples, and as many samples in each ray, as the mobile volume rendering thesis has it, to compare with: it does not
-    converge to the right picture. "two-pass": ray casting, where a first pass over the faces of the box says where rays
-    enter. "two-pass-as-published": the same with positions of 8 bits, as Congote et al. (2011) have them, to compare
-    with: they are off by up to 1/510 of the box. "slabs": ray casting in several draws, each of the next 40 samples of
-    all rays, so that an app can show the unfinished picture. "tiles": ray casting in tiles of 8×8 pixels, which compute
-    shaders of OpenGL ES 3.1 sort by their cost. "view-slices": layers across the view are blended, which some devices
-    draw faster; each is rounded to the 8 bits of the picture. "axis-slices": the same with layers across an axis of the
-    volume. "view-slices-as-published": as "view-slices", with the opacity and the blending of Noguera and Jiménez
-    (2012), to compare with: it does not converge to the right picture."""
+    samples, and the same number of samples in each ray, as the mobile volume rendering thesis has it, to compare with:
+    it does not converge to the right picture. "two-pass": ray casting, where a first pass over the faces of the box
+    says where rays enter. "two-pass-as-published": the same with positions of 8 bits, as Congote et al. (2011) have
+    them, to compare with: they are off by up to 1/510 of the box. "slabs": ray casting in several draws, each of the
+    next 40 samples of all rays, so that an app can show the unfinished picture. "tiles": ray casting in tiles of 8×8
+    pixels, which compute shaders of OpenGL ES 3.1 sort by their cost. "view-slices": layers across the view are
+    blended, which some devices draw faster; each is rounded to the 8 bits of the picture. "axis-slices": the same with
+    layers across an axis of the volume. "view-slices-as-published": as "view-slices", with the opacity and the blending
+    of Noguera and Jiménez (2012), to compare with: it does not converge to the right picture."""
     classification: Literal["auto"] | ClassificationName = "lookup"
     """How values become colours. "lookup": each sample, by a lookup table. "preintegrated": each segment between two
     samples, by the integral of the transfer function; far fewer samples are needed. "palette": each sample, by a few
@@ -259,7 +259,7 @@ class SliceSettings(Record):
     memory, but shows nothing from the side."""
     layers: Annotated[int, Field(ge=1, le=16)] = 1
     """Polygons for each slice. With more than one, an app mixes the two slices around each polygon with two texture
-    units (multitexture). No texture is larger; a picture takes as many times as long to draw. Not for labels."""
+    units (multitexture). Textures stay as large; drawing time grows with the number. Not for labels."""
 
 
 class SkipSettings(Record):

@@ -135,7 +135,7 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
         "GOING": "",
         "OF": "",
         "FROM_VIEWER": "ray",
-        # What is added to the normal of the value where labels meet.
+        # The term added to the normal of the value where labels meet.
         "BORDER": "",
         "LOW_CORNER_MM": "vec3(0.0)",
         "HIGH_CORNER_MM": literal(*grid.extent_mm_zyx[::-1]),

@@ -42,7 +42,7 @@ def ray_casting(wanted: Wanted) -> Walk:
 
 
 def published_ray_casting(wanted: Wanted) -> Walk:
-    """Return rays with as many samples each, whose opacity does not depend on their distance."""
+    """Return rays with the same number of samples, whose opacity does not depend on their distance."""
     walk = ray_casting(wanted)
     feature = replace(
         walk.feature,

@@ -2,8 +2,8 @@
 
 At proxy geometry a pass draws the mesh twice: its nearest faces, and its farthest ones. Each fragment gives the place
 where the ray meets the face, in 16 bits, as a part of the ray inside the box: 1/40 of a voxel or less. One texture of
-four bytes holds both, which every OpenGL ES 2.0 can draw into. Rays are those of the box, and so are their samples; the
-mesh leaves out those in front of it and behind it, whatever the technique is.
+four bytes holds both, which every OpenGL ES 2.0 can draw into. Rays and samples are the same as for the box; the mesh
+leaves out the samples in front of it and behind it, whatever the technique is.
 """
 
 from volprep.shading.compose import Dialect, Instance, Slot, compose, literal

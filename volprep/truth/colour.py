@@ -15,7 +15,7 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 _LIGHT = 4.0
-"""k: 3 would do but for rounding, by which the light of texels may exceed their extinction."""
+"""k: 3 would be enough without rounding, which may raise the light of texels above their extinction."""
 
 
 def media_of_colour(channels: Sequence[Medium]) -> list[Medium]:

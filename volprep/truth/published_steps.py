@@ -20,7 +20,7 @@ from volprep_formats.grid import Grid
 def published_steps(
     medium: Medium, grid: Grid, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
 ) -> Float64Array:
-    """Draw a volume as [H, W, 4]: the middles of so many equal segments that those of the longest ray are `step_mm`."""
+    """Draw a volume as [H, W, 4]; all rays have the same number of samples, `step_mm` apart on the longest ray."""
     near, along = pixel_rays(box_from_clip, shape_hw)
     extent = np.array(grid.extent_mm_zyx[::-1])
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -174,7 +174,7 @@ class StressReport(Record):
     results: tuple[StressResult, ...]
     """Cases."""
     not_judged: tuple[str, ...] = ()
-    """What is drawn without a limit, and what no case draws, in sentences."""
+    """Sentences that list drawings without a limit, and things that no case draws."""
     left_out: tuple[str, ...] = ()
     """Cases that were not tried, because the time was over."""
     driver: Driver | None

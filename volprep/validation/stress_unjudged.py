@@ -1,4 +1,4 @@
-"""What a stress report does not judge, in words: drawings that are only reported, and what no case tries."""
+"""List what a stress report does not judge: drawings that are only reported, and things that no case tries."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import get_args

@@ -22,7 +22,7 @@ from volprep_formats.textures.srgb_texels import decoded_srgb
 def level_texels(package: Package, level: int, role: Literal["volume", "normals"] = "volume") -> NDArray[np.generic]:
     """Read the volume of `level`, which a texture must hold, as [z, y, x]; of several channels that of `package`.
 
-    Or its normals, as [z, y, x, byte]. Compressed values, and those of sRGB, come as normalised float32. Raises what
+    Or its normals, as [z, y, x, byte]. Compressed and sRGB values come as normalised float32. Raises what
     `Package.read_bytes` and the texture reader raise.
     """
     held = [each for each in package.manifest.textures if each.role == role and each.level == level]

@@ -49,7 +49,7 @@ def channel_of_colours(
 
     Integers are sRGB over the whole range of their type, floats linear light from 0 to 1. `multiplied_by` is the alpha
     that the stored colours are multiplied by, if they are. Raises VP1290 for other colours than three, for numbers
-    outside of 0 to 1, and for an extinction from an alpha that there is not.
+    outside of 0 to 1, and for an extinction from alpha without an alpha channel.
     """
     count = colours.shape[-1]
     if count != 3:

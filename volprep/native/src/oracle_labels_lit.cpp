@@ -3,7 +3,7 @@
 // Where one look fills a cell and light comes from the viewer, the light is that of one field (oracle_lit.cpp), with a
 // bound. Elsewhere a cell is refined as whole rays are in oracle_refined.cpp, between the places where light has a kink
 // or a jump: where the value crosses a control point, where another label wins, where a spline changes its piece, and
-// where the normal turns away from the viewer or the light or gets too short. What the cell shows then is an estimate.
+// where the normal turns away from the viewer or the light or gets too short. The light of such a cell is an estimate.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -45,7 +45,7 @@ struct Surroundings {
     }
 };
 
-// What a look has at one value.
+// A look at one value.
 struct Sample {
     double extinction;
     double colour[3];

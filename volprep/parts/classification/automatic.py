@@ -46,7 +46,7 @@ than that from driver to driver."""
 
 @dataclass(frozen=True)
 class ScanRays:
-    """What is measured of one channel."""
+    """Measurements of one channel."""
 
     info: SourceInfo
     """Description of the source."""

@@ -42,7 +42,7 @@ def _has(manifest: Manifest, _transfer: str) -> bool:
 
 
 def _is_lit(scene: Scene) -> bool:
-    """Return whether light can read normals: shaders find those of segments, which change with what is shown."""
+    """Return whether light can read normals: shaders compute normals of segments, which apps hide."""
     return scene.render.lighting != "none" and scene.segments is None
 
 

@@ -35,8 +35,8 @@ LONGEST_AT_BORDERS: dict[Border, float] = {"mixed": 1.0, "crisp": 0.5}
 within half a step of its place."""
 
 _LONGEST_IN_COLOUR = 0.5
-"""Longest step in voxels of a volume in colour. Its rays are those of one channel: a stack of 20 × 36 × 32 voxels with
-an opaque border was 0.0058 off with the step of 1 voxel that they chose, and 0.0018 with half of it."""
+"""Longest step in voxels of a volume in colour. Steps are measured on one channel: a stack of 20 × 36 × 32 voxels with
+an opaque border was 0.0058 off with the step of 1 voxel that was chosen, and 0.0018 with half of it."""
 
 
 def choose_steps(

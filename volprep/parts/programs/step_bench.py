@@ -56,7 +56,7 @@ def longest_step(
 ) -> LongestStep:
     """Return the longest step whose error is within its part of the tolerance.
 
-    If none is, it is the finest, or the best one of layers, each of which is rounded.
+    If no step is, it is the finest, or the best one of layers, because each layer is rounded.
 
     The sample of rays may take `margin` of that part, because some views are worse than the sample.
     Rays that see nothing are no evidence: then the step is the `usual` one.
@@ -88,7 +88,7 @@ class _Part(NamedTuple):
 
 
 class _Case(NamedTuple):
-    """What one view shows of one function."""
+    """One function in one view."""
 
     exact: Table
     drawn: Table
@@ -141,7 +141,7 @@ class StepBench:
         return worst([difference(self._light(case, step_mm), case.truth) for case in self._cases])
 
     def _seen(self, rays: PatchRays, table: Table, view: slice) -> tuple[_Part, Float64Array] | None:
-        """Return the rays of a view that show something, and their light in truth; None if there are none."""
+        """Return the rays of a view that show something, and their light in truth; or None."""
         values = np.ascontiguousarray(rays.values[:, view])
         if not values.size:
             return None

@@ -17,7 +17,7 @@ const AXES = /** @type {const} */ (["x", "y", "z"]);
 /** Axes (0 to 2 for x to z) of the columns and the rows of a slice. */
 const ACROSS = /** @type {const} */ ({ x: [1, 2], y: [0, 2], z: [0, 1] });
 const MOST_BRIGHTNESS = 2;
-/** Stacks whose cosines differ by less face the viewer alike: of these the first of x, y, z is drawn. */
+/** Cosines of stacks that differ by less count as equal: the first of x, y, z is drawn. */
 const TIE = 1e-9;
 
 const VERTEX = `attribute vec3 a_position;

@@ -3,7 +3,7 @@
 //: a texel for each label: rgb the square root of the tint, linear, a the opacity factor, 0 if hidden. Slots: channels
 //: gives classify_0, classify_1, ..., one for each style; texels declares u_labels; media classifies a value in every
 //: style, shown is the largest extinction of them; chosen is the style of a label; borders is section mixed or crisp.
-//: Where it is lit, border_slope gives the normal of borders; VOXEL and POSITION_PER_MM are those of the sampling.
+//: Where it is lit, border_slope gives the normal of borders; VOXEL and POSITION_PER_MM come from the sampling.
 //: Words: CODE, the texel at `at` as a number; FLAG; PLACE, the position `at` in voxels; OF_VOXELS, how `at` is made
 //: from a position in voxels; ENTRY, the place of a label in u_segments.
 //#part channels
@@ -19,7 +19,7 @@ float label_of(vec3 at) {
   return code > FLAG - 0.5 ? code - FLAG : code;
 }
 
-// What each label looks like now: rgb its tint, a its opacity factor, 0 if it is hidden.
+// Current look of each label: rgb its tint, a its opacity factor, 0 if it is hidden.
 uniform highp sampler2D u_segments;
 vec4 look_of(float label) {
   vec4 look = $TEXTURE_2D(u_segments, $ENTRY);

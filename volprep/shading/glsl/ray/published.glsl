@@ -2,7 +2,7 @@
 //: have it. Sections: count; and about, start, sample and picture, as compositing/emission_absorption.glsl has them.
 //#section count
 float length_mm = part * length(ray);
-// Every ray has as many samples as the longest, however short it is.
+// A short ray has the same number of samples as the longest.
 float steps = $LONGEST_MM / u_step_mm;
 float count = length_mm > 0.0 ? ceil(max(steps - 0.001, min(steps, 0.001))) : 0.0;
 //#section about
