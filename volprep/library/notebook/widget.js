@@ -39,7 +39,7 @@ function render({ model, el }) {
       stage.orbit.aim(camera.forward, camera.up, camera.zoom);
       stage.redraw();
     },
-    function: () => attribute("function", model.get("function")),
+    "function": () => attribute("function", model.get("function")),
     clip: () => attribute("clip", (model.get("clip") ?? []).join(" ")),
     background: () => attribute("background", model.get("background")),
     points: () => {
