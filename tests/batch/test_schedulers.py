@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from unittest.mock import patch
 
 import dask
 import pytest
@@ -115,10 +116,19 @@ def test_a_batch_that_loses_its_scheduler_says_so(tmp_path) -> None:
     closed.join()
 
 
+def test_a_batch_changes_no_setting_of_a_program_that_uses_dask(scheduler, tmp_path) -> None:
+    write_scans(tmp_path / "in", 1)
+    before = dask.config.get("scheduler", None)
+    found = []
+    with patch.object(engines, "_run", lambda client, tasks: found.append(dask.config.get("scheduler", None)) or ()):
+        run(tmp_path / "in", tmp_path / "out", scheduler.scheduler_address)
+    assert found == [before]
+
+
 def test_a_killed_worker_that_takes_long_to_start_again_is_not_given_up() -> None:
     def workers_after_a_kill(settings: dict[str, object]) -> int:
         local = {"n_workers": 1, "threads_per_worker": 1, "processes": True, "dashboard_address": ONLY_HERE}
-        with dask.config.set(settings), LocalCluster(**local) as cluster, Client(cluster) as client:
+        with dask.config.set(settings), LocalCluster(**local) as cluster, Client(cluster, set_as_default=False) as client:
             (pid,) = client.run(os.getpid).values()
             os.kill(pid, signal.SIGKILL)
             time.sleep(1.0)

@@ -63,7 +63,7 @@ class Local:
                 dashboard_address=_ONLY_HERE,
                 silence_logs=quiet,
             ) as cluster,
-            Client(cluster) as client,
+            Client(cluster, set_as_default=False) as client,
         ):
             _tell_dashboard(client, self._dashboard)
             client.register_plugin(_LeaveInterruptsToParent())
@@ -92,7 +92,7 @@ class Remote:
     @contextmanager
     def _client(self) -> Iterator[Client]:
         try:
-            client = Client(self._address, timeout=_WAIT_S)
+            client = Client(self._address, timeout=_WAIT_S, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise VolprepError("VP8030", address=self._address, error=error) from error
         with client:
@@ -142,7 +142,7 @@ def _run(client: Client, tasks: Iterable[Task]) -> Iterator[Ended]:
         pending[future] = task, attempt
         return future
 
-    done = as_completed([submitted(task, 1) for task in islice(waiting, _AT_A_TIME)])
+    done = as_completed([submitted(task, 1) for task in islice(waiting, _AT_A_TIME)], loop=client.loop)
     for future in done:
         task, attempt = pending.pop(future)
         try:
