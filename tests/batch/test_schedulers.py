@@ -128,7 +128,11 @@ def test_a_batch_changes_no_setting_of_a_program_that_uses_dask(scheduler, tmp_p
 def test_a_killed_worker_that_takes_long_to_start_again_is_not_given_up() -> None:
     def workers_after_a_kill(settings: dict[str, object]) -> int:
         local = {"n_workers": 1, "threads_per_worker": 1, "processes": True, "dashboard_address": ONLY_HERE}
-        with dask.config.set(settings), LocalCluster(**local) as cluster, Client(cluster, set_as_default=False) as client:
+        with (
+            dask.config.set(settings),
+            LocalCluster(**local) as cluster,
+            Client(cluster, set_as_default=False) as client,
+        ):
             (pid,) = client.run(os.getpid).values()
             os.kill(pid, signal.SIGKILL)
             time.sleep(1.0)
