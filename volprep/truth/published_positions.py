@@ -8,7 +8,7 @@ import numpy as np
 
 from volprep.truth.field import medium_at
 from volprep.truth.oracle import Medium
-from volprep.truth.stacks import pixel_rays
+from volprep.truth.stacks import pixel_rays, ways_in_box
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 
@@ -19,9 +19,7 @@ def published_positions(
     """Draw a volume as [H, W, 4], for an eye outside of its box."""
     near, along = pixel_rays(box_from_clip, shape_hw)
     extent = np.array(grid.extent_mm_zyx[::-1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ends = np.stack([-near / along, (extent - near) / along])
-    enter, leave = np.nanmax(ends.min(axis=0), axis=1), np.nanmin(ends.max(axis=0), axis=1)
+    enter, leave = ways_in_box(near, along, extent)
     met = np.flatnonzero((enter >= 0.0) & (leave > enter))
     entry, exit_ = (near[met] + along[met] * way[met, None] for way in (enter, leave))
     ray = np.rint(np.clip(exit_ / extent, 0.0, 1.0) * 255) / 255 * extent - entry

@@ -12,7 +12,7 @@ import numpy as np
 
 from volprep.truth.field import medium_at
 from volprep.truth.oracle import Medium
-from volprep.truth.stacks import pixel_rays
+from volprep.truth.stacks import pixel_rays, ways_in_box
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 
@@ -23,10 +23,8 @@ def published_steps(
     """Draw a volume as [H, W, 4]; all rays have the same number of samples, `step_mm` apart on the longest ray."""
     near, along = pixel_rays(box_from_clip, shape_hw)
     extent = np.array(grid.extent_mm_zyx[::-1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ends = np.stack([-near / along, (extent - near) / along])
-    enter = np.maximum(np.nanmax(ends.min(axis=0), axis=1), 0.0)
-    leave = np.nanmin(ends.max(axis=0), axis=1)
+    enter, leave = ways_in_box(near, along, extent)
+    enter = np.maximum(enter, 0.0)
     met = np.flatnonzero(leave > enter)
     count = math.ceil(math.hypot(*extent) / step_mm - 0.001)
     light, transmittance = np.zeros((len(met), 3)), np.ones(len(met))
