@@ -22,9 +22,17 @@ from volprep_formats.source import SourceInfo
 GLES3 = load_profile("gles3", Path())
 
 
-def look(values: list[float], unit: str = "", *, labels: bool = False, level_set: bool = False, profile=GLES3):
+def look(
+    values: list[float],
+    unit: str = "",
+    *,
+    labels: bool = False,
+    level_set: bool = False,
+    profile=GLES3,
+    spacing_mm: float = 1.0,
+):
     voxels = np.array(values, np.float32).reshape(1, 1, -1)
-    grid = Grid.of(voxels.shape, (1.0, 1.0, 1.0))
+    grid = Grid.of(voxels.shape, (spacing_mm, spacing_mm, spacing_mm))
     info = SourceInfo(format="raw", grid=grid, stored_type="float32", unit=unit, level_set=level_set)
     gauge = Gauge(info)
     gauge.add(voxels)
@@ -49,6 +57,15 @@ def test_each_kind_of_values_gets_a_look_of_its_own() -> None:
     assert named(look([0, 5, 9])) == "object"
     assert named(look([-1, 5, 9])) == "object", "a little below 0, as filters ring"
     assert named(look([7, 7])) == "grey"
+
+
+@pytest.mark.parametrize("highest", [80, 1500])
+def test_a_small_piece_of_a_ct_is_as_opaque_in_all_as_a_body(highest: int) -> None:
+    body, piece = (look([-1000, 0, highest], "HU", spacing_mm=mm).transfer[0].resolved() for mm in (100.0, 5.0))
+    diagonal_mm = np.hypot(15.0, np.hypot(5.0, 5.0))
+    assert [point.value for point in piece.points] == [point.value for point in body.points]
+    for of_body, of_piece in zip(body.points, piece.points, strict=True):
+        assert of_piece.extinction_per_mm == pytest.approx(of_body.extinction_per_mm * 150.0 / diagonal_mm)
 
 
 def test_bones_are_lit_where_the_devices_can() -> None:

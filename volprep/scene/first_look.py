@@ -35,6 +35,8 @@ _SHARE = 0.01
 """Part of the diagonal that opacities of surfaces are for."""
 _CT_SLICES = ((-200.0, "#000000", 0.0), (-150.0, "#1a1a1a", 0.6), (300.0, "#ffffff", 0.99))
 """Value in HU, colour and opacity of slices of a CT: the usual window of soft tissue, in which bone is white."""
+_BODY_MM = 150.0
+"""Diagonal of a CT below which the presets, whose opacities are for heads and trunks, show a thin veil."""
 _CT = frozenset(("", "CT"))
 """Modalities whose values may be Hounsfield units although no unit is stated."""
 
@@ -75,7 +77,7 @@ def _look(
         said = "a thin stack of a CT, drawn as its slices look between -200 and 300 HU"
         return FirstLook(said, scene.with_transfer((_ramp(_CT_SLICES, -offset),)))
     if offset is not None:
-        return _of_ct(scene, profile, statistics, offset)
+        return _of_ct(scene, profile, info, statistics, offset)
     return _of_values(scene, profile, info, statistics, values_of(sample))
 
 
@@ -107,16 +109,28 @@ def _with_labels(scene: Scene, profile: DeviceProfile, info: SourceInfo, statist
     return scene.with_transfer((label_transfer(info, table, int(statistics.maximum)),))
 
 
-def _of_ct(scene: Scene, profile: DeviceProfile, statistics: Statistics, offset: float) -> FirstLook:
-    """Return the look of a CT whose values are `offset` below Hounsfield units."""
+def _of_ct(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, offset: float) -> FirstLook:
+    """Return the look of a CT whose values are `offset` below Hounsfield units.
+
+    A small piece is as opaque over its own diagonal as a preset is over `_BODY_MM`.
+    """
     name = "ct-bone" if statistics.maximum + offset >= BONE_HU else "ct-soft-tissue"
     said = "a CT" if offset == 0.0 else f"a CT whose values are {-offset:g} above Hounsfield units"
-    if offset == 0.0:
+    part_of_body = min(1.0, math.hypot(*info.grid.extent_mm_zyx) / _BODY_MM)
+    if offset == 0.0 and part_of_body == 1.0:
         return FirstLook(f"{said}, preset {name}", _lit(scene.with_preset(name, profile), profile))
     preset = load_preset(name)
-    points = tuple(point.model_copy(update={"value": point.value - offset}) for point in preset.points)
-    shifted = SceneTransfer(name=name, points=points, reference_mm=preset.reference_mm)
-    return FirstLook(f"{said}, preset {name}", _lit(scene.with_transfer((shifted,)), profile))
+    points = tuple(_adapted(point, -offset, 1.0 / part_of_body) for point in preset.points)
+    reference_mm = preset.reference_mm and preset.reference_mm * part_of_body
+    adapted = SceneTransfer(name=name, points=points, reference_mm=reference_mm)
+    opacity = "" if part_of_body == 1.0 else f", {1.0 / part_of_body:.3g} times as opaque because it is a small piece"
+    return FirstLook(f"{said}, preset {name}{opacity}", _lit(scene.with_transfer((adapted,)), profile))
+
+
+def _adapted(point: ScenePoint, added: float, denser: float) -> ScenePoint:
+    """Return a point with `added` to its value and its extinction, if it has one, multiplied by `denser`."""
+    extinction = point.extinction_per_mm and point.extinction_per_mm * denser
+    return point.model_copy(update={"value": point.value + added, "extinction_per_mm": extinction})
 
 
 def _lit(scene: Scene, profile: DeviceProfile) -> Scene:
