@@ -20,8 +20,6 @@ DOCS := $(STAMPS)/docs
 BENCH := $(STAMPS)/bench
 WHEEL := $(STAMPS)/wheel
 NATIVE := $(STAMPS)/native
-LONG_TESTS := tests/robustness/test_mutations.py tests/robustness/test_killed_build.py tests/validation/test_every_field.py \
-  tests/truth/test_every_order.py tests/validation/test_stress.py
 CXX_FILES := $(shell find volprep/native -name '*.[ch]pp') $(wildcard formats/c/*.[ch] tests/c/*.c)
 
 help:
@@ -50,7 +48,7 @@ test: $(NATIVE) $(TEST)
 	.venv/bin/python -m pytest -n auto --dist worksteal --durations=10 $(ARGS)
 
 test-long: $(NATIVE) $(TEST)
-	VOLPREP_LONG=1 .venv/bin/python -m pytest -n auto --dist worksteal --durations=10 $(LONG_TESTS) $(ARGS)
+	VOLPREP_LONG=1 .venv/bin/python -m pytest -m 'long or longer' -n auto --dist worksteal --durations=10 $(ARGS)
 
 lint: $(NATIVE) $(TEST) $(LINT)
 	.venv/bin/ruff check .

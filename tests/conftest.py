@@ -11,6 +11,7 @@ from unittest.mock import patch
 import pytest
 from browser import Browser
 from hypothesis import settings
+from long_runs import LONG, MARKERS, split
 from phantom_scene import write_phantom_scene
 from remembered_stages import in_full, kept_in, remember
 
@@ -18,8 +19,10 @@ settings.register_profile("deterministic", derandomize=True, deadline=None)
 settings.load_profile("deterministic")
 
 
-def pytest_configure() -> None:
+def pytest_configure(config) -> None:
     """Let processes find compiled modules, and give each worker one thread."""
+    for marker in MARKERS:
+        config.addinivalue_line("markers", marker)
     # A shell starts background jobs with SIGINT ignored, and processes inherit that: Ctrl-C would end none of them.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     # Tests start hundreds of processes. Without byte code each compiles volprep anew, which takes a third of a second.
@@ -28,6 +31,15 @@ def pytest_configure() -> None:
     # Where there are more threads than cores they spin, a quarter of all the time.
     if "PYTEST_XDIST_WORKER" in os.environ:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+def pytest_collection_modifyitems(config, items) -> None:
+    """Leave tests to `make test-long`, unless it runs or a test is named."""
+    if LONG or any("::" in argument for argument in config.args):
+        return
+    items[:], left = split(items)
+    if left:
+        config.hook.pytest_deselected(items=left)
 
 
 @pytest.fixture(scope="session", autouse=True)

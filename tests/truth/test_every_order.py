@@ -16,15 +16,18 @@ from volprep.techniques import TECHNIQUES
 from volprep.validation.ways import Way
 
 
+pytestmark = pytest.mark.longer
+
+
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory) -> Bench:
     return Bench(tmp_path_factory.mktemp("orders"))
 
 
 def share(ways: list[Way]) -> list[Way]:
-    """All of them in long tests. Else those with 3D textures, and of other layouts only what is usual.
+    """Return all in long tests; else all with 3D textures, and of other layouts only the usual choices.
 
-    A layout changes where voxels lie, and steps are refined of every way in every layout.
+    A layout changes where voxels lie, and nothing else.
     """
     return [way for way in ways if LONG or way.sampling == "texture3d" or way.unusual == 0]
 
@@ -42,7 +45,7 @@ def test_all_that_is_registered_is_drawn():
         assert len({way.choices[place] for way in ways}) > 3
 
 
-@pytest.mark.parametrize("way", by_step(), ids=lambda way: way.name)
+@pytest.mark.parametrize("way", share(by_step()), ids=lambda way: way.name)
 def test_the_error_falls_with_its_order_as_steps_get_finer(bench, way):
     falling = bench.by_step(way)
     expected = expected_by_step(way)
