@@ -15,7 +15,6 @@ from volprep.compositing import COMPOSITINGS
 from volprep.techniques import TECHNIQUES
 from volprep.validation.ways import Way
 
-
 pytestmark = pytest.mark.longer
 
 

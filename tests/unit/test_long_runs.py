@@ -7,7 +7,8 @@ from long_runs import split
 
 
 def case(nodeid: str, *marks: pytest.Mark) -> SimpleNamespace:
-    return SimpleNamespace(nodeid=nodeid, get_closest_marker=lambda name: next((m for m in marks if m.name == name), None))
+    by_name = {mark.name: mark for mark in marks}
+    return SimpleNamespace(nodeid=nodeid, get_closest_marker=by_name.get)
 
 
 def test_a_long_test_keeps_its_first_cases_and_others_keep_all() -> None:
