@@ -5,9 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.long
 def test_a_batch_with_killed_workers_that_is_killed_twice_ends_as_serial_builds_do() -> None:
     command = [sys.executable, "-m", "tests.benchmarks.batch_proof", "--scans", "9", "--kills", "3", "--every", "0.5"]
     proof = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=280)

@@ -60,6 +60,7 @@ def test_the_workers_of_a_scheduler_build_all_scans(scheduler, tmp_path) -> None
     assert [record["outcome"] for record in records(tmp_path / "out")] == ["built"] * 3
 
 
+@pytest.mark.long
 def test_a_scan_that_kills_its_workers_is_recorded_after_two_of_them(scheduler, tmp_path) -> None:
     assert isinstance(scheduler.scheduler, Scheduler)
     assert scheduler.scheduler.allowed_failures > 1
@@ -101,6 +102,7 @@ def test_workers_of_another_version_are_refused(scheduler, tmp_path, monkeypatch
         run(tmp_path / "in", tmp_path / "out", scheduler.scheduler_address)
 
 
+@pytest.mark.long
 def test_a_batch_that_loses_its_scheduler_says_so(tmp_path) -> None:
     write_scans(tmp_path / "in", 2, edge=70)
     cluster = LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=ONLY_HERE)
@@ -125,6 +127,7 @@ def test_a_batch_changes_no_setting_of_a_program_that_uses_dask(scheduler, tmp_p
     assert found == [before]
 
 
+@pytest.mark.long
 def test_a_killed_worker_that_takes_long_to_start_again_is_not_given_up() -> None:
     def workers_after_a_kill(settings: dict[str, object]) -> int:
         local = {"n_workers": 1, "threads_per_worker": 1, "processes": True, "dashboard_address": ONLY_HERE}

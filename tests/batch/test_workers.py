@@ -35,6 +35,7 @@ def large_scan(folder: Path) -> Path:
     return file
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_killed_worker_loses_its_scan_only_which_is_tried_once_more(tmp_path, engine) -> None:
     large_scan(tmp_path / "in" / "large")
@@ -51,6 +52,7 @@ def test_a_killed_worker_loses_its_scan_only_which_is_tried_once_more(tmp_path, 
     assert all(record["outcome"] == "built" for record in found)
 
 
+@pytest.mark.long
 def test_a_scan_whose_process_dies_each_time_is_recorded_with_a_code_and_others_go_on(tmp_path) -> None:
     large_scan(tmp_path / "in" / "large")
     write_scans(tmp_path / "in" / "small", 1)
@@ -75,6 +77,7 @@ def test_a_scan_whose_process_dies_each_time_is_recorded_with_a_code_and_others_
     assert [record["outcome"] for record in records(out)] == ["built", "built"]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("engine", "limit", "code"),
     [
@@ -93,6 +96,7 @@ def test_a_scan_that_passes_a_limit_is_stopped_tried_again_and_recorded(tmp_path
     assert record["retries"] == 1
 
 
+@pytest.mark.long
 def test_a_killed_batch_goes_on_with_one_record_each_and_the_bytes_of_serial_builds(tmp_path) -> None:
     files = write_scans(tmp_path / "in", 4)
     out = tmp_path / "out"
@@ -127,6 +131,7 @@ def test_a_batch_whose_parent_alone_is_killed_leaves_no_process(tmp_path) -> Non
     assert psutil.wait_procs(children, timeout=30)[1] == []
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_interrupt_ends_a_batch_with_its_ledger_and_its_pages(tmp_path, engine) -> None:
     write_scans(tmp_path / "in", 5)

@@ -65,6 +65,7 @@ CASES = {
 }
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("profile", "more", "render"), CASES.values(), ids=CASES.keys())
 def test_the_picture_is_that_of_emission_and_absorption(tmp_path, profile, more, render) -> None:
     forth, back = (

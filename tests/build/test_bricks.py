@@ -43,6 +43,7 @@ def layouts(package: Package) -> list:
     return [texture.bricks for texture in package.manifest.textures if texture.bricks is not None]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("profile", "bits", "crop"), [("gles3", 8, "none"), ("gles3-norm16", 16, "auto")])
 def test_a_package_of_bricks_is_sound_and_draws_what_textures_do(tmp_path, profile, bits, crop) -> None:
     whole, bricks = (built(tmp_path / f"{len(t)}", t, profile, bits=bits, crop=crop) for t in ("", BRICKS))
@@ -119,6 +120,7 @@ def test_a_level_for_which_all_bricks_have_no_room_is_left_out(tmp_path) -> None
     assert "in bricks of 4³ cells do not fit into 24 texels along an axis" in item.reason
 
 
+@pytest.mark.long
 def test_each_of_several_channels_has_bricks_of_its_own(tmp_path) -> None:
     scene = write_channel_scene(tmp_path, level_filter="box")
     scene.write_text(scene.read_text(encoding="utf-8") + BRICKS, encoding="utf-8")

@@ -87,6 +87,7 @@ def test_what_cannot_be_drawn_here_is_refused_before_anything_is_read(tmp_path, 
 
 
 class TestWhatItMakes:
+    @pytest.mark.long(keep=1)
     def test_a_sound_sealed_package(self, built_package) -> None:
         assert check(built_package) == []
 
@@ -164,6 +165,7 @@ class TestWhatItMakes:
 
 @pytest.mark.usefixtures("stages_run_again")
 class TestDeterminism:
+    @pytest.mark.long
     def test_two_builds_give_the_same_bytes_whatever_the_threads(self, tmp_path) -> None:
         made = []
         for name, threads in (("a", "1"), ("somewhere-else", "3")):
@@ -175,6 +177,7 @@ class TestDeterminism:
             made.append(contents(folder / "p.volpkg"))
         assert made[0] == made[1]
 
+    @pytest.mark.long
     def test_slabs_leave_no_trace(self, scene, monkeypatch) -> None:
         whole = contents(build_here(scene))
         monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)
@@ -191,6 +194,7 @@ class TestDeterminism:
 
 @pytest.mark.usefixtures("stages_run_for_each_plan")
 class TestWhatItDoesNotDoTwice:
+    @pytest.mark.long
     def test_what_import_measured_is_not_measured_again(self, scene, monkeypatch) -> None:
         def refuse(*_arguments):
             pytest.fail("the working volume was read a second time")
@@ -208,6 +212,7 @@ class TestWhatItDoesNotDoTwice:
         assert tasks.names == ["plan", "texture", "skip", "shaders", "seal", "check"]
         assert contents(build_here(scene)) == carried_on
 
+    @pytest.mark.long(keep=1)
     @pytest.mark.parametrize(
         ("before", "after", "is_kept"),
         [(b"1", b"1", True), (b"1", b"2", False), (b"", b"1", False), (b"1", b"", True), (b"", b"", True)],
@@ -226,6 +231,7 @@ class TestWhatItDoesNotDoTwice:
         assert ("import" not in tasks.names) == is_kept
         assert contents(build_here(scene)) == made
 
+    @pytest.mark.long(keep=1)
     @pytest.mark.parametrize(
         ("old", "new", "expected"),
         [
@@ -254,6 +260,7 @@ class TestWhatItDoesNotDoTwice:
             assert name not in tasks.names
         assert contents(build_here(scene)) == carried_on
 
+    @pytest.mark.long
     def test_a_source_that_has_changed_is_imported_again(self, scene, monkeypatch) -> None:
         monkeypatch.setattr(pipeline, "STAGES", failing("seal", RuntimeError("broke down")))
         with pytest.raises(RuntimeError):
@@ -306,6 +313,7 @@ class TestFailure:
             build_here(scene)
         assert (target / "thesis.txt").read_text(encoding="utf-8") == "precious"
 
+    @pytest.mark.long
     def test_a_step_that_nothing_can_draw_gives_no_package(self, scene) -> None:
         text = scene.read_text(encoding="utf-8")
         scene.write_text(text.replace("[pyramid]", "[render]\nstep_voxels = 0.001\n[pyramid]"), encoding="utf-8")
@@ -347,6 +355,7 @@ def test_a_scan_without_a_scene_gets_a_function_over_its_values(scene) -> None:
     assert volprep("quantize", draft).returncode == 0
 
 
+@pytest.mark.long
 def test_a_scan_without_a_scene_is_built_as_it_is_imported_and_planned(tmp_path) -> None:
     scan = tmp_path / "Head (1).nii"
     nibabel.save(nibabel.Nifti1Image(phantom().T.astype(np.int16), np.diag([2.0, 1.0, 1.5, 1.0])), scan)

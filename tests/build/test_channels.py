@@ -57,6 +57,7 @@ def edited(tmp_path, old: str, new: str, count: int = 1):
 
 
 class TestWhatItHolds:
+    @pytest.mark.long(keep=1)
     def test_it_names_its_channels_the_one_of_the_default_transfer_function_first(self, package) -> None:
         found = [(channel.name, channel.transfers) for channel in package.manifest.channels]
         assert found == [("skin", ("red", "blue")), ("bone", ("white",))]
@@ -98,6 +99,7 @@ class TestWhatItHolds:
         planned = sorted(path for item in package.manifest.plan for path in item.files)
         assert planned == [record.path for record in package.manifest.files]
 
+    @pytest.mark.long(keep=1)
     @pytest.mark.usefixtures("stages_run_again")
     def test_the_same_scene_gives_the_same_bytes(self, package, tmp_path) -> None:
         again = tmp_path / "again.volpkg"
@@ -130,6 +132,7 @@ class TestWhatItDraws:
         ]
         assert middle[0] - middle[1] > 4
 
+    @pytest.mark.long
     def test_it_validates_and_with_channels_exchanged_it_does_not(self, tmp_path) -> None:
         scene = write_channel_scene(tmp_path)
         build(load_request(scene), tmp_path / "a.volpkg", Silent())
@@ -141,6 +144,7 @@ class TestWhatItDraws:
         with pytest.raises(VolprepError, match="VP6013"):
             validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
 
+    @pytest.mark.long(keep=1)
     @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
     def test_each_channel_skips_its_own_empty_space(self, tmp_path, profile) -> None:
         scene = write_channel_scene(tmp_path, profile)
@@ -155,6 +159,7 @@ class TestWhatItDraws:
         report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
         assert report.verdict.passed
 
+    @pytest.mark.long(keep=1)
     @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
     def test_each_channel_is_lit_by_its_own_normals(self, tmp_path, profile) -> None:
         scene = edited(tmp_path, "[render]", '[render]\nlighting = "headlight"')
@@ -209,6 +214,7 @@ class TestRegistration:
         assert error.code == "VP1240"
         assert says in str(error)
 
+    @pytest.mark.long
     def test_a_difference_that_no_eye_sees_is_allowed(self, tmp_path) -> None:
         scene = write_channel_scene(tmp_path)
         parts = scene.read_text().split("1.5, 1.0, 0.75")
@@ -300,6 +306,7 @@ class TestWhatChannelsShare:
 
 
 class TestStageByStage:
+    @pytest.mark.long(keep=1)
     def test_verbs_make_the_package_that_build_makes(self, tmp_path, package) -> None:
         request = load_request(write_channel_scene(tmp_path, package.manifest.profile.name))
         draft = import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).draft
@@ -321,6 +328,7 @@ class TestStageByStage:
         assert plan_draft(imported.draft, request.scene, request.profile, Silent(), imported.measured) == again
         assert plan_build(request, Silent()) == again
 
+    @pytest.mark.long
     def test_a_transfer_function_that_changes_its_channel_needs_no_new_import(self, tmp_path) -> None:
         scene = write_channel_scene(tmp_path)
         import_draft(prepare(load_request(scene)), tmp_path / "d.volpkg", Silent())
@@ -363,6 +371,7 @@ class TestChannelsOfOneFile:
         )
         return scene
 
+    @pytest.mark.long
     def test_all_are_named_as_the_file_names_them(self, tmp_path) -> None:
         scene = self.scene(tmp_path, "dapi")
         manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
@@ -464,6 +473,7 @@ def _moved(record):
     return record.model_copy(update={"info": record.info.model_copy(update={"grid": grid})})
 
 
+@pytest.mark.long
 def test_tissue_maps_of_a_head_become_one_package(scans, tmp_path) -> None:
     head = nibabel.load(scans / "nifti_ch2" / "ch2.nii.gz")
     values = np.asarray(head.dataobj)[::3, ::3, ::3].astype(np.float32)

@@ -221,6 +221,7 @@ def test_one_colour_looks_as_the_closed_form_says(tmp_path: Path) -> None:
     assert middle == pytest.approx([*(codes[:3] / codes[3] * opacity), opacity], abs=2e-5)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_a_volume_in_colour_is_validated(tmp_path: Path, profile: str) -> None:
     scene = write_colour_scene(tmp_path, profile, tables="[render]\npicture_size = 48\n")
@@ -244,6 +245,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("tables", REFUSED)
 def test_what_colour_does_not_support_is_refused_before_anything_is_made(tmp_path: Path, tables: str) -> None:
     scene = write_colour_scene(tmp_path, tables=tables)
@@ -252,6 +254,7 @@ def test_what_colour_does_not_support_is_refused_before_anything_is_made(tmp_pat
     assert (error.value.code, error.value.fields["what"]) == ("VP3046", REFUSED[tables])
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("top", "code", "said"),
     [

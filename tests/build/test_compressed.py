@@ -68,6 +68,7 @@ def volumes(package: Package):
     return [texture for texture in package.manifest.textures if texture.role == "volume"]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("wish", WISHES[1:])
 def test_a_compressed_package_is_sound_and_names_its_encoder(packages: dict[str, Package], wish: str) -> None:
     package = packages[wish]
@@ -172,6 +173,7 @@ def test_tables_of_the_codes_before_compression_would_hide_what_is_decoded(packa
     assert lost > 0
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("wish", WISHES[1:])
 def test_skipping_changes_no_picture_of_what_is_decoded(packages: dict[str, Package], wish: str) -> None:
     package = packages[wish]

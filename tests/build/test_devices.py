@@ -24,6 +24,7 @@ def profiles():
         yield pytest.param(name, marks=() if shaders else needs_es11)
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("name", list(profiles()))
 def test_a_package_for_a_device_keeps_its_limits_and_is_drawn(tmp_path, name) -> None:
     request = load_request(write_kind(tmp_path, "plain"), name)

@@ -67,6 +67,7 @@ def drawn(package, level, edit=None):
         return [renderer.render(views[name].box_from_clip(grid, 1.0), (40, 40)) for name in ("anterior", "left")]
 
 
+@pytest.mark.long(keep=1)
 def test_an_edit_is_drawn_as_a_package_that_was_built_with_it(pair):
     before, after, file = pair
     edit = load_edit(file, before.manifest.grid)

@@ -61,6 +61,7 @@ def drawn(path, hybrid=None):
     return draw(path, shot)[0]
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("technique", "profile"), PROFILES)
 def test_a_package_of_any_technique_is_drawn_with_fewer_pixels_between_lines_with_all(tmp_path, technique, profile):
     path = package_in(tmp_path, technique, profile)

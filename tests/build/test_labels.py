@@ -112,6 +112,7 @@ def test_the_plan_says_what_shaders_see_between_labels(tmp_path) -> None:
     assert next(texture for texture in manifest.textures if texture.role == "transfer").shape_zyx == (1, 1, 256)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("profile", "wish"),
     [("gles3", ""), ("gles2-2048", ""), ("gles3", 'compositing = "back-to-front"\n[bricks]\nsize = 8')],

@@ -60,6 +60,7 @@ def package(tmp_path_factory, request) -> Package:
     return built(tmp_path_factory.mktemp(request.param), request.param)
 
 
+@pytest.mark.long(keep=1)
 def test_levels_are_made_by_what_is_nearest_and_the_plan_says_so(package) -> None:
     coarse = [level for level in package.manifest.levels if level.index > 0]
     items = {item.name: item for item in package.manifest.plan}
@@ -97,6 +98,7 @@ def preintegrated(tmp_path_factory, request) -> Package:
     return built(tmp_path_factory.mktemp(f"preintegrated-{request.param}"), request.param, "box", top)
 
 
+@pytest.mark.long(keep=1)
 def test_a_level_has_a_pre_integrated_table_of_its_own(preintegrated) -> None:
     manifest = preintegrated.manifest
     tables = [texture for texture in manifest.textures if texture.role == "preintegrated"]
@@ -194,6 +196,7 @@ def test_steps_of_coarser_levels_are_measured_on_these_levels(package) -> None:
         assert "on the level as it is" in reasons["step", choice.level]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("stages_run_again")
 def test_the_same_scan_gives_the_same_package(tmp_path_factory) -> None:
     first, second = (built(tmp_path_factory.mktemp("same")) for _ in range(2))
@@ -207,6 +210,7 @@ def test_a_wanted_filter_is_taken_and_may_have_tables_too(tmp_path) -> None:
     assert {texture.level for texture in package.manifest.textures if texture.role == "transfer"} > {None}
 
 
+@pytest.mark.long
 def test_a_package_of_coarse_levels_only_has_no_common_table_where_none_is_read(tmp_path) -> None:
     profile = tmp_path / "small.toml"
     text = (Path(volprep.__file__).parent / "scene" / "profiles" / "gles3.toml").read_text()

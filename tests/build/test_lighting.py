@@ -95,6 +95,7 @@ def package(request, tmp_path_factory):
     return package_of(tmp_path_factory.mktemp(request.param), *CASES[request.param])
 
 
+@pytest.mark.long(keep=2)
 def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> None:
     (program, *_) = package.manifest.programs
     volume = level_volume(package, package.manifest.levels[0].index)
@@ -113,6 +114,7 @@ def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> N
         assert np.array_equal(picture, drawn(plain, view, 40))
 
 
+@pytest.mark.long
 def test_the_light_of_a_package_is_that_of_its_scan(tmp_path) -> None:
     package = package_of(tmp_path, "phong", PHONG.format("central"))
     report = validate(package.path, tmp_path / "report", Silent(), picture_size=16)

@@ -112,6 +112,7 @@ def test_where_a_steep_function_meets_noise_a_coarse_level_holds_means(package) 
     assert all(level.filter == "box" for level in package.manifest.levels[1:])
 
 
+@pytest.mark.long(keep=1)
 def test_it_is_within_the_tolerance_and_exact_from_a_voxel_on(report) -> None:
     assert report.verdict.code == "within", report.verdict.worse
     (program,) = report.programs

@@ -71,6 +71,7 @@ def drawn(package, view="anterior"):
         return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (64, 64))
 
 
+@pytest.mark.long(keep=1)
 def test_skipping_changes_no_pixel(package) -> None:
     plain = unskipped(package, package.manifest.programs[0], package.manifest.render)
     assert plain is not package
@@ -80,6 +81,7 @@ def test_skipping_changes_no_pixel(package) -> None:
         assert np.array_equal(picture, drawn(plain, view))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("package", ["texture3d", "mosaic"], indirect=True)
 def test_it_is_within_the_tolerance_of_the_refined_truth(package) -> None:
     report = validate(package.path, package.path.with_name("balls.report"), Silent())

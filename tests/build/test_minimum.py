@@ -68,6 +68,7 @@ def drawn(package, view="anterior", **choices):
         return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), SIZE)
 
 
+@pytest.mark.long(keep=1)
 def test_the_reversed_view_is_the_same_picture(package) -> None:
     for one, other in (("anterior", "posterior"), ("left", "right")):
         picture, back = drawn(package, one), drawn(package, other)
@@ -75,6 +76,7 @@ def test_the_reversed_view_is_the_same_picture(package) -> None:
         assert np.abs(picture - back[:, ::-1]).max() <= 1 / 255 + 1e-6
 
 
+@pytest.mark.long(keep=1)
 def test_skipping_changes_no_pixel_and_tissue_is_empty(package) -> None:
     program = package.manifest.programs[0]
     plain = unskipped(package, program, package.manifest.render)
@@ -90,6 +92,7 @@ def test_each_coarse_level_was_made_of_means_and_of_the_least_of_its_voxels(pack
     assert all("box 0." in reason and "minimum 0." in reason for reason in reasons)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("package", ["gles3", "gles2-2048"], indirect=True)
 def test_it_is_within_the_tolerance_and_comes_near_the_scan(package) -> None:
     report = validate(package.path, package.path.with_name("lung.report"), Silent())

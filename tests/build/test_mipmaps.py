@@ -35,6 +35,7 @@ def built(folder, profile: str, bits: int, mipmaps: str, table: str = GRID) -> P
     return Package.open(folder / "phantom.volpkg")
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("profile", "bits"), [("gles3", 8), ("gles3-norm16", 16)])
 def test_mipmaps_hold_and_draw_what_textures_of_their_own_do(tmp_path, profile, bits) -> None:
     apart, chained = (built(tmp_path / mipmaps, profile, bits, mipmaps) for mipmaps in ("false", "true"))
@@ -74,6 +75,7 @@ def test_voxels_that_are_colours_have_mipmaps_too(tmp_path) -> None:
             np.testing.assert_allclose(other.render(box_from_clip, (40, 40)), expected, rtol=0, atol=1.01 / 255)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("together", ["packed", "apart"])
 def test_channels_have_mipmaps_of_their_own_or_together(tmp_path, together) -> None:
     scene = write_channel_scene(tmp_path)

@@ -78,6 +78,7 @@ def test_without_light_nothing_of_normals_is_in_the_package(tmp_path):
     assert "normal_at" not in package.read_text(package.manifest.programs[0].fragment)
 
 
+@pytest.mark.long
 def test_normals_can_be_data_for_an_app_with_a_light_of_its_own(tmp_path):
     package = Package.open(built(tmp_path, '[normals]\ncode = "oct12"\nspace = "patient"\n'))
     texture, _ = normals_of(package)
@@ -148,6 +149,7 @@ def test_mosaics_of_normals_are_the_same_however_slabs_are_cut(tmp_path, monkeyp
         assert whole.read_bytes(texture.file) == again.read_bytes(texture.file)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("name", "change"),
     [
@@ -179,6 +181,7 @@ def test_light_needs_normals_along_the_volumes_axes(tmp_path):
         built(tmp_path, '[render]\nlighting = "headlight"\n[normals]\nspace = "patient"')
 
 
+@pytest.mark.long
 def test_normals_count_where_memory_is_short(tmp_path):
     text = (Path(profiles.__file__).parent / "gles3.toml").read_text(encoding="utf-8")
     (tmp_path / "small.toml").write_text(text.replace("268_435_456", "70_000"), encoding="utf-8")
@@ -195,6 +198,7 @@ def test_the_same_bytes_come_out_however_slabs_are_cut(tmp_path, lit, monkeypatc
         assert whole.read_bytes(texture.file) == Package.open(again).read_bytes(texture.file)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 @pytest.mark.parametrize("code", ["biased8", "oct12"])
 def test_normals_can_be_looked_at(tmp_path, profile, code):

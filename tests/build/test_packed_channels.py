@@ -111,6 +111,7 @@ def assert_same_pictures(package: Package, other: Package, *, exactly: bool = Fa
 
 
 class TestWhatItHolds:
+    @pytest.mark.long(keep=1)
     def test_a_level_is_one_texture_with_a_component_for_each_channel(self, package) -> None:
         manifest = package.manifest
         held = tuple(channel.name for channel in manifest.channels)
@@ -121,6 +122,7 @@ class TestWhatItHolds:
             assert (texture.gl.internal_format, texture.gl.target) == (internal_format, target)
             assert ktx2.decode(package.read_bytes(texture.file), texture.file).format == file_format
 
+    @pytest.mark.long(keep=1)
     def test_every_channel_has_the_values_that_it_has_apart(self, package, apart) -> None:
         alone = channel_packages(apart(package))
         for name, part in channel_packages(package).items():
@@ -159,9 +161,11 @@ class TestWhatItHolds:
 
 
 class TestWhatItDraws:
+    @pytest.mark.long(keep=1)
     def test_every_transfer_function_draws_the_picture_that_it_draws_apart(self, package, apart) -> None:
         assert_same_pictures(package, apart(package), exactly=True)
 
+    @pytest.mark.long
     def test_it_validates_with_what_termination_costs_told_apart(self, tmp_path) -> None:
         package = built(tmp_path)
         report = validate(package.path, tmp_path / "r", Silent(), picture_size=16)

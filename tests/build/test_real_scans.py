@@ -24,6 +24,7 @@ def codes(package: Package, level: int) -> np.ndarray:
     return np.frombuffer(image.data, np.uint8).reshape(image.shape_zyx)
 
 
+@pytest.mark.long
 def test_a_head_as_dicom_series_within_its_memory(scans, tmp_path) -> None:
     series = scans / "mr_t1_studyforrest" / "dicoms"
     command = [*COMMAND, "build", SAMPLES / "mr-head.toml", "--source", series, "-o", tmp_path / "head.volpkg"]
@@ -62,6 +63,7 @@ def engine(request, scans, tmp_path_factory) -> dict:
     return {"source": source, "profile": request.param, "package": target, "built": json.loads(run.stdout)}
 
 
+@pytest.mark.long(keep=1)
 def test_an_engine_as_a_packed_raw_file_keeps_every_voxel(engine) -> None:
     package = Package.open(engine["package"])
     assert package.manifest.levels[0].factors_zyx == (1, 1, 1)

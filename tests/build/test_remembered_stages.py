@@ -28,6 +28,7 @@ def contents(scene: Path, old: str = "", new: str = "") -> dict[str, bytes]:
     return {str(path.relative_to(target)): path.read_bytes() for path in target.rglob("*") if path.is_file()}
 
 
+@pytest.mark.long
 def test_levels_are_made_again_only_if_what_they_depend_on_differs(tmp_path, runs) -> None:
     cheap = '[pyramid]\nfilter = "box"\n'
     scene = write_phantom_scene(tmp_path)

@@ -102,6 +102,7 @@ def rmse(picture, truth):
     return float(np.sqrt(np.mean((picture - truth) ** 2)))
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("light", "shadows", "view"),
     [
@@ -131,6 +132,7 @@ def test_shadows_of_what_absorbs_converge_to_the_refined_picture(tmp_path, light
     assert (bare - truth.rgba).max() > 0.05
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("compositing", ["isosurface", "first-hit"])
 @pytest.mark.parametrize(
     ("light", "shadows"), [(ABOVE, "rays"), (INSIDE, "rays"), (ABOVE, "map")], ids=["outside", "inside", "map"]
@@ -156,6 +158,7 @@ def half_plane():
     return voxels
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("source", ["rays", "half-angle", "oracle"])
 def test_the_shadow_of_an_opaque_half_plane_is_a_half_space(tmp_path, source):
     """Seen along the edge: what lies behind the plane through the light and the edge has ambient light, no other."""
@@ -184,6 +187,7 @@ def test_the_shadow_of_an_opaque_half_plane_is_a_half_space(tmp_path, source):
     assert (colour[light] > 0.2 + 0.8 * paths[light] - 0.05).all()
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "wishes",
     [
@@ -209,6 +213,7 @@ def test_a_preintegrated_table_throws_the_shadow_of_its_segments(tmp_path):
     assert rmse(drawn(package, matrix), truth_of(package, matrix).rgba) < 2 / 255
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("shadows", "render"),
     [
@@ -318,6 +323,7 @@ KINDS = {
 }
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("shadows", KINDS)
 def test_a_camera_may_stand_anywhere_and_pictures_have_any_size(tmp_path, shadows):
     package = built(tmp_path, ABOVE + RAYS.replace("rays", shadows), render=f"{KINDS[shadows]}\nopacity_cutoff = 1.0")
@@ -354,6 +360,7 @@ STACKS = {
 }
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("stack", STACKS)
 def test_a_ray_from_within_a_layer_meets_it_once(tmp_path, stack):
     technique, shadows = STACKS[stack]

@@ -57,6 +57,7 @@ def texels(package, name):
     return data if texture.mosaic is None else slices_of_mosaic([data[0]], texture.mosaic)
 
 
+@pytest.mark.long(keep=1)
 def test_the_package_is_sound_and_each_file_belongs_to_one_item(packages):
     _, package = packages
     assert check(package.path) == []

@@ -119,6 +119,7 @@ def test_pieces_that_nobody_sees_are_not_stored(tmp_path) -> None:
     assert 0 < sum(piece.file is not None for piece in pieces) < len(pieces)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("layout", ["files", "single", "both"])
 def test_a_cut_is_that_box_of_level_0(tmp_path, layout) -> None:
     package = built(tmp_path, f'\n[grid]\nsize = 9\nlayout = "{layout}"\n')
@@ -168,6 +169,7 @@ def test_a_cut_reads_its_own_voxels_and_no_others(tmp_path, layout) -> None:
         assert everything.files_read + everything.empty_pieces == 3 * 5 * 6
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("profile", "dtype"), [("gles3", np.float16), ("gles3-norm16", np.uint16)])
 def test_16_bit_pieces_hold_what_the_texture_holds(tmp_path, profile, dtype) -> None:
     package = built(tmp_path, "\n[grid]\nsize = 9\n", profile, bits=16)

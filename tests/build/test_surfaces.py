@@ -88,6 +88,7 @@ def drawn(package, view="anterior", **choices):
         return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (96, 96))
 
 
+@pytest.mark.long(keep=2)
 def test_skipping_changes_no_pixel(package) -> None:
     program = package.manifest.programs[0]
     plain = unskipped(package, program, package.manifest.render)
@@ -96,6 +97,7 @@ def test_skipping_changes_no_pixel(package) -> None:
         assert np.array_equal(drawn(package, view), drawn(plain, view))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("package", ["texture3d-lit", "mosaic-lit", "solid-texture3d"], indirect=True)
 def test_it_is_within_the_tolerance(package) -> None:
     report = validate(package.path, package.path.with_name("blobs.report"), Silent())
@@ -136,6 +138,7 @@ def test_a_surface_that_cannot_be_is_refused(tmp_path, compositing, transfer, co
     assert found.value.code == code
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("layout", ["texture3d", "texture3d-lit", "mosaic-lit"])
 @pytest.mark.parametrize("compositing", ["isosurface", "first-hit"])
 def test_surfaces_that_a_ray_just_touches_are_found_between_two_samples(tmp_path, compositing, layout) -> None:

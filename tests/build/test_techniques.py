@@ -85,6 +85,7 @@ def measured(package, folder):
         return measure_package(package.path, ReportFolder(folder / "report"), folder / "scratch", Silent())
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("technique", "profile"),
     [
@@ -104,6 +105,7 @@ def test_a_package_of_every_technique_is_validated(tmp_path, technique, profile)
     assert {program.technique for program in report.programs} == {technique}
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 @pytest.mark.parametrize("classification", ["control-points", "palette", "preclassified"])
 def test_a_package_without_a_table_is_validated_with_and_without_3d_textures(tmp_path, classification, profile):
@@ -139,6 +141,7 @@ def test_control_points_leave_the_eighth_unit_to_the_volume(tmp_path):
     assert packages["lookup"].levels[0].index > 0
 
 
+@pytest.mark.long
 def test_a_volume_that_needs_all_eight_units_is_drawn_by_control_points_as_well_as_with_a_table(tmp_path):
     """As 512³ voxels in eight textures of 2048² texels of four channels (thesis, 6.7): no texel is left."""
     z, y, x = np.meshgrid(*(np.linspace(-1.6, 1.6, n) for n in (128, 32, 32)), indexing="ij")
@@ -172,6 +175,7 @@ def test_a_volume_that_needs_all_eight_units_is_drawn_by_control_points_as_well_
     assert rmse["control-points"] < 1.1 * rmse["lookup"] + 1e-4
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("technique", DIVERGENT)
 def test_a_package_of_what_is_published_with_an_error_is_drawn_and_judged(tmp_path, technique):
     package = built(tmp_path, f'technique = "{technique}"')

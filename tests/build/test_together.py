@@ -130,6 +130,7 @@ class TestWhatItDraws:
         assert unmixed.sum() > 30
         np.testing.assert_allclose(both[unmixed], alone[unmixed], atol=FLOAT32)
 
+    @pytest.mark.long
     def test_a_channel_twice_at_half_extinction_is_the_channel_itself(self, tmp_path) -> None:
         scene = write_channel_scene(tmp_path)
         (tmp_path / "skin.raw").write_bytes(channels()["bone"].tobytes())
@@ -146,6 +147,7 @@ class TestWhatItDraws:
         assert picture(package)[..., 3].max() > 0.9
         np.testing.assert_allclose(picture(package), picture(package, "whole"), atol=FLOAT32)
 
+    @pytest.mark.long(keep=1)
     @pytest.mark.parametrize(
         "change",
         [

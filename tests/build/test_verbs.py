@@ -72,6 +72,7 @@ def finish(path: Path, chance: random.Random) -> None:
     assert verb(path, "seal") is None
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.usefixtures("stages_run_for_each_plan")
 @pytest.mark.parametrize(("kind", "seed"), [("house", 1), ("house", 2), ("bricks", 3), ("fitted", 4), ("slices", 5)])
 def test_any_order_with_wishes_that_come_and_go_ends_in_the_package_of_build(tmp_path, kind, seed) -> None:

@@ -64,6 +64,7 @@ def walked(package: Package, folder: Path, steps: str = STEPS):
     return walk(package.path, folder / "walk.toml", folder / "pictures", Silent(), force=True)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("compositing", ["emission-absorption", "maximum", "minimum", "average"])
 def test_every_picture_of_a_walk_is_the_integral_of_what_it_shows(tmp_path, compositing) -> None:
     low = compositing in {"minimum", "average"}
@@ -96,6 +97,7 @@ def test_every_picture_of_a_walk_is_the_integral_of_what_it_shows(tmp_path, comp
     assert [each["file"] for each in stored["pictures"]] == [f"walk-{n:03}.png" for n in range(1, 8)]
 
 
+@pytest.mark.long
 def test_a_walker_chooses_which_values_are_shown_and_how_opaque(tmp_path) -> None:
     package = built(tmp_path, top="editable = true")
     values = STEPS.replace('[[step]]\nmove = "forward"', "[[step]]\nminimum = 300.0\nmaximum = 700.0\nalpha = 0.4")
@@ -112,12 +114,14 @@ def test_values_of_a_package_that_cannot_be_edited_are_refused(tmp_path) -> None
         walked(built(tmp_path), tmp_path, "[[step]]\nminimum = 300.0\n")
 
 
+@pytest.mark.long
 def test_a_walk_in_perspective_is_judged_as_well(tmp_path) -> None:
     report = walked(built(tmp_path, 'projection = "perspective"'), tmp_path)
     assert max(picture.rmse for picture in report.pictures) < 0.004
     assert report.failed == ()
 
 
+@pytest.mark.long
 def test_pieces_that_nobody_sees_change_no_picture(tmp_path) -> None:
     package = built(tmp_path, top='crop = "auto"', size=6)
     assert len(package.manifest.subvolumes.pieces) < 4 * 7 * 9
@@ -125,6 +129,7 @@ def test_pieces_that_nobody_sees_change_no_picture(tmp_path) -> None:
     assert max(picture.rmse for picture in report.pictures) < 0.004
 
 
+@pytest.mark.long
 def test_a_voxel_that_a_stored_piece_shares_with_an_empty_one_keeps_its_code(tmp_path) -> None:
     (tmp_path / "all").mkdir()
     window = "\n[quantize]\nwindow = [0.0, 1000.0]\n"
@@ -156,6 +161,7 @@ def test_pieces_have_a_table_where_every_level_has_one_of_its_own(tmp_path) -> N
         assert renderer.level.index == 0
 
 
+@pytest.mark.long
 def test_the_verb_prints_the_walk_and_ends_with_1_beyond_the_tolerance(tmp_path) -> None:
     package = built(tmp_path)
     (tmp_path / "walk.toml").write_text(STEPS)
@@ -175,6 +181,7 @@ def test_the_verb_prints_the_walk_and_ends_with_1_beyond_the_tolerance(tmp_path)
     assert not any(picture["passed"] for picture in json.loads(strict.stdout)["pictures"][:3])
 
 
+@pytest.mark.long
 def test_a_package_may_name_the_step_of_its_pieces_and_no_other_of_a_level_that_it_does_not_hold(tmp_path) -> None:
     scene = built(tmp_path).path.parent / "phantom.toml"
     scene.write_text(scene.read_text().replace("step_voxels = 0.25\n", ""), encoding="utf-8")

@@ -83,6 +83,7 @@ def assert_agree(found: np.ndarray, expected: np.ndarray, name: str) -> None:
     assert np.abs(found - expected).max() == 0, name
 
 
+@pytest.mark.long
 def test_every_kind_of_package_looks_as_the_renderer_draws_it(drawn, packages):
     programs = set()
     for kind, package in packages.items():
@@ -104,6 +105,7 @@ def test_sub_volumes_around_a_point_look_as_the_renderer_draws_them(drawn, packa
     assert_agree(found, expected, "point 17")
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
 @pytest.mark.parametrize(
     ("spacing_mm_zyx", "settings"),
@@ -136,6 +138,7 @@ def test_slices_that_are_not_there_are_refused_with_what_there_is(example_progra
     assert not (tmp_path / "p.png").exists()
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", DRAWS)
 def test_pictures_of_several_draws_look_as_the_renderer_draws_them(name, drawn, tmp_path: Path):
     scene = write_kind(tmp_path, "plain")

@@ -50,6 +50,7 @@ def installed(compiler: str) -> str:
     return found
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_it_compiles_without_a_warning(language, tmp_path: Path):
     compiler, *words = LANGUAGES[language]
@@ -59,6 +60,7 @@ def test_it_compiles_without_a_warning(language, tmp_path: Path):
     subprocess.run(command, check=True)
 
 
+@pytest.mark.long
 def test_damaged_packages_are_read_or_refused_and_nothing_else(fuzz_program, packages, tmp_path: Path):
     kinds = [
         packages[kind]
@@ -110,6 +112,7 @@ def verdicts_of_the_reader(folder: Path) -> set[str]:
     return {finding.code for finding in check(folder)}
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("kind", ["house", "together", "slices", "several-units"])
 def test_a_lie_in_any_field_of_the_manifest_ends_as_in_the_reader(kind, fuzz_program, packages, tmp_path: Path):
     """Both take the manifest, or both refuse it, the header with one of the reader's codes."""
@@ -194,6 +197,7 @@ def test_textures_that_travel_as_frames_are_refused_with_what_to_do(fuzz_program
     assert "volprep zip --texels plain" in text
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("kind", ["house", "mipmaps", "segments"])
 def test_folders_and_unpacked_textures_have_the_texels_of_the_zip(kind, open_program, packages, tmp_path: Path):
     folder, frames = packages[kind].with_suffix(""), tmp_path / "p.volpkg"

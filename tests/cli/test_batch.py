@@ -119,6 +119,7 @@ def test_json_lines_hold_each_record_and_a_summary(place, done) -> None:
     }
 
 
+@pytest.mark.long
 def test_a_validated_batch_links_reports_and_tells_what_is_beyond_its_tolerance(tmp_path) -> None:
     write_phantom_scene(tmp_path)
     text = (tmp_path / "phantom.toml").read_text(encoding="utf-8")
@@ -160,6 +161,7 @@ def test_text_in_a_page_is_escaped() -> None:
     assert "&lt;script&gt;alert(1)" in text
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("arguments", "status", "said"),
     [
@@ -188,6 +190,7 @@ def test_a_folder_that_disappears_ends_the_batch_with_a_code(tmp_path) -> None:
     assert "VP4020" in result.stderr
 
 
+@pytest.mark.long
 def test_parts_of_a_job_array_build_all_scans_once(tmp_path) -> None:
     write_scans(tmp_path / "in", 4)
     for part in ("1/2", "2/2"):

@@ -48,6 +48,7 @@ def test_one_channel_is_imported(cells, tmp_path) -> None:
         assert (draft / "work" / "level0-scan.raw").read_bytes() == values[index].tobytes()
 
 
+@pytest.mark.long
 def test_a_package_shows_its_channels(package) -> None:
     run = volprep("inspect", package)
     assert run.returncode == 0, run.stderr

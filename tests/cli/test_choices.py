@@ -24,6 +24,7 @@ def volumes(tmp_path):
     return tmp_path / "two.nii"
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_that_reads_a_scan_takes_the_volume_and_the_preset(volumes, tmp_path, verb) -> None:
     words = VERBS[verb](volumes, tmp_path)

@@ -158,6 +158,7 @@ def in_process(monkeypatch, capsys):
     signal.signal(signal.SIGPIPE, pipe_handler)
 
 
+@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.command or "nothing")
 def test_a_command_ends_with_its_status_and_says_why(place, case, in_process) -> None:
     status, stdout, stderr = in_process(place, case.command)
@@ -173,6 +174,7 @@ def test_a_command_ends_with_its_status_and_says_why(place, case, in_process) ->
     assert not list(place.glob(".*"))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "command",
     [
@@ -235,6 +237,7 @@ def test_a_full_disk_is_one_message_and_leaves_nothing(place, tmp_path) -> None:
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "command", ["inspect good.volpkg --json", "inspect good.volpkg", "plan phantom.toml --json", "--help"]
 )

@@ -10,6 +10,7 @@ from command_line import COMMAND, volprep
 BUILD = "from volprep_cli.version import version_text; print(version_text())"
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("words", "offered"),
     [

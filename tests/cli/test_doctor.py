@@ -66,6 +66,7 @@ def test_without_a_driver_every_level_of_opengl_es_is_missing_and_the_status_is_
     assert facts["volprep native core"]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("module", "name", "status"),
     [

@@ -32,6 +32,7 @@ def test_a_verb_that_writes_what_the_user_names_has_force(verb: str) -> None:
     assert ("force" in options) == (writes and verb not in REPLACES)
 
 
+@pytest.mark.long(keep=5)
 @pytest.mark.parametrize("verb", sorted(_VERBS))
 def test_the_help_of_a_verb_has_its_examples_and_the_common_options(verb: str) -> None:
     shown = volprep(verb, "-h").stdout

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from phantom_scene import with_filter, write_phantom_scene
 
 from volprep_cli.main import _VERBS
@@ -116,6 +117,7 @@ def probed(folder: Path, chain: list[list[str]], others: list[list[str]]) -> lis
     return [(arguments, set(names), error) for arguments, names, error in rows]
 
 
+@pytest.mark.long
 def test_each_verb_loads_only_what_it_uses(tmp_path) -> None:
     scene = write_phantom_scene(tmp_path)
     scene.write_text(f"{scene.read_text()}\n[grid]\nsize = 16\n")

@@ -22,6 +22,7 @@ def drawn(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_a_scan_is_drawn_with_each_preset_that_fits_it(drawn: Path) -> None:
     told = {each["name"]: each for each in json.loads((drawn / "told.json").read_text())["presets"]}
     assert list(told) == [*preset_names()]

@@ -37,6 +37,7 @@ def picture(path):
     return OpenImageIO.ImageBuf(str(path)).get_pixels(OpenImageIO.UINT8)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("background", "corner"), [("black", [0, 0, 0]), ("white", [255, 255, 255]), ("transparent", [0, 0, 0, 0])]
 )
@@ -78,6 +79,7 @@ def test_views_differ_and_an_eye_may_stand_anywhere(package, tmp_path):
     assert widths == {"front": 18, "side": 28, "eye": 28}
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("arguments", "status", "message"),
     [

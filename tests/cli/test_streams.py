@@ -42,6 +42,7 @@ def shell(text: str, folder: Path, **environment: str) -> subprocess.CompletedPr
     )
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("streams", ["2>/dev/full", "2>&-", ">&- 2>&-", "<&- >&- 2>&-", ">/dev/null 2>/dev/full"])
 @pytest.mark.parametrize(
     ("command", "status"),
@@ -65,6 +66,7 @@ def test_a_picture_is_not_mixed_with_what_is_printed_where_the_streams_are_close
     assert (tmp_path / "a.raw").stat().st_size == phantom().nbytes
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("letters", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C"}, {"LC_ALL": "POSIX"}])
 @pytest.mark.parametrize("command", ["inspect draft.volpkg", "inspect draft.volpkg --json", "plan phantom.toml"])
 def test_a_terminal_that_knows_only_ascii_is_no_error(place, letters, command) -> None:
@@ -87,6 +89,7 @@ def test_a_folder_that_was_deleted_is_told(place, tmp_path) -> None:
     assert told[1].startswith("volprep: VP7002 the folder that this command runs in no longer exists")
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody who may not")
 @pytest.mark.parametrize(
     ("command", "statuses"),
@@ -121,6 +124,7 @@ os.setresgid({NOBODY}, {NOBODY}, {NOBODY}); os.setresuid({NOBODY}, {NOBODY}, {NO
     assert "VP9001" not in done.stderr
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", [EVIL, os.fsdecode(b"caf\xe9")], ids=["escapes", "not-utf-8"])
 def test_names_reach_the_terminal_as_visible_escapes_and_json_as_unicode(tmp_path, name) -> None:
     folder = tmp_path / name

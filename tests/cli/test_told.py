@@ -29,6 +29,7 @@ def long_scan(tmp_path: Path) -> Path:
     return tmp_path / "scan.npy"
 
 
+@pytest.mark.long
 def test_a_package_without_full_resolution_says_so_and_what_keeps_it(long_scan: Path) -> None:
     arguments = ("build", str(long_scan), "--profile", "phone-android", "-o", "long.volpkg")
     ran = volprep(*arguments, cwd=long_scan.parent)

@@ -19,6 +19,7 @@ def browser(tmp_path_factory) -> Iterator[Firefox]:
         yield opened
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", SCENES)
 def test_views_are_those_of_the_reference_renderer(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -34,6 +35,7 @@ def test_views_are_those_of_the_reference_renderer(browser, server, scene_packag
         assert rmse(picture, reference) < TWO_STEPS
 
 
+@pytest.mark.long
 def test_the_element_loads_and_is_turned_by_keys(browser, server, scene_package) -> None:
     server.folders["package"] = scene_package("lit, skips by distance").path.parent
     browser.open(f"{server.url}/")

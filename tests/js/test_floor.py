@@ -87,6 +87,7 @@ return { level, hit: hit !== null, pixels: Array.from(pixels) };
 """
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("name", "kind"),
     [("lit mosaic, skips by octants", "webgl"), ("bricks", "webgl2"), ("two passes on OpenGL ES 2", "webgl2")],

@@ -165,6 +165,7 @@ def package(scene_package, app) -> Path:
 ALL = {"level": 0, "seen": True, "element": 0}
 
 
+@pytest.mark.long
 def test_a_bare_import_map_finds_everything(browser, app, package) -> None:
     site = app.folder / "bare"
     shutil.copytree(app.folder / "node_modules" / "volpkg", site / "volpkg")
@@ -186,6 +187,7 @@ def test_esbuild_bundles_it(browser, app, package) -> None:
     assert shown(browser, package, out) == ALL
 
 
+@pytest.mark.long
 def test_vite_builds_it(browser, app, package) -> None:
     vite = npm_package("vite", "7.3.0") / "node_modules" / "vite" / "bin" / "vite.js"
     app.run(vite, "build", "--base", "./", "--outDir", "vite", "--logLevel", "error")
@@ -193,6 +195,7 @@ def test_vite_builds_it(browser, app, package) -> None:
     assert shown(browser, package, app.folder / "vite") == ALL
 
 
+@pytest.mark.long
 def test_react_three_fiber_draws_it(browser, app, package) -> None:
     modules = npm_package("@react-three/fiber", "9.4.0") / "node_modules"
     esbuild = npm_package("esbuild", "0.25.0") / "node_modules" / "esbuild" / "bin" / "esbuild"

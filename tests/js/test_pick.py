@@ -118,6 +118,7 @@ def test_a_pick_is_the_first_hit_of_the_oracle_within_half_a_step(pick, scene_pa
     assert compared > 4
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["lit mosaic, skips by octants", "bricks", "two passes", "slices across the view"])
 def test_every_technique_and_texture_is_picked_alike(pick, scene_package, name) -> None:
     package = scene_package(name)

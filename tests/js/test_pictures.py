@@ -26,6 +26,7 @@ def levels_of(package: Package, transfer: str) -> list[int]:
     return sorted({level for each in package.manifest.programs if each.transfer == transfer for level in each.levels})
 
 
+@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("name", SCENES)
 def test_all_nine_views_are_those_of_the_reference_renderer(browser, server, scene_package, name) -> None:
     package = scene_package(name)

@@ -56,6 +56,7 @@ def test_the_manifest_of_a_package_is_valid(sealed: Path, sealed_mosaic: Path) -
         validator("manifest.schema.json").validate(json.loads((package / "manifest.json").read_text()))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "change",
     [

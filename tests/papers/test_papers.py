@@ -44,6 +44,7 @@ def test_the_middle_stays_where_it_is(ball):
     np.testing.assert_allclose(part.info.grid.origin_mm_xyz, place[:3])
 
 
+@pytest.mark.long
 def test_a_paper_has_a_row_for_each_registered_technique_and_an_error_beside_each_time(ball, tmp_path, monkeypatch):
     monkeypatch.setattr(noguera, "scan", lambda _: ball)
     monkeypatch.setattr(noguera, "RESOLUTIONS", ((24, 32),))
@@ -91,6 +92,7 @@ SMALL = {
 }
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("module", "patched"), SMALL.items(), ids=[each.__name__ for each in SMALL])
 def test_every_paper_can_be_measured_where_nothing_is_large(ball, tmp_path, monkeypatch, module, patched):
     monkeypatch.setattr(module, "scan", lambda _: ball)

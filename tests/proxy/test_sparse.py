@@ -40,6 +40,7 @@ def check_same(path, block, *, bits=8, window=(0.0, 1.0), crop=None, grid=None):
     return occupied
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["smoke", "sphere"])
 @pytest.mark.parametrize("block", [3, 8])
 def test_real_trees_tell_the_same_blocks(scans, name, block):
@@ -66,6 +67,7 @@ def test_sparse_voxels_over_a_background(tmp_path):
         assert occupied.any()
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("corner", [(0, 0, 0), (-4096, 4096, -4096)])
 def test_tiles_and_background_are_told_without_their_voxels(tmp_path, corner):
     tiles = {(0, 0, 0): 0.4, (1, 0, 0): 0.9, (0, 1, 1): 0.05}

@@ -38,6 +38,7 @@ def in_order(corners: np.ndarray) -> np.ndarray:
     return flat[np.lexsort(flat.T)]
 
 
+@pytest.mark.long
 def test_three_js_finds_every_triangle_where_it_is_and_turned_as_it_is(three, tmp_path) -> None:
     rng = np.random.default_rng(4)
     occupied = rng.random((9, 10, 11)) < 0.4

@@ -85,6 +85,7 @@ def test_pictures_agree_with_the_oracle(tmp_path, profile, channels, view):
     assert error <= (0.5 / 255 + 0.4 / 255 * 17 if profile is ES2 else 2.0**-12 * (1 + 0.4 * 17))
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("tiles", [100, 1], ids=["in-one", "in-several"])
 @pytest.mark.parametrize(
     "packing",

@@ -35,6 +35,7 @@ def planes(extent_xyz, spacing_xyz, cells):
             yield np.eye(3)[axis] * place, first, second
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("shape", "size"), CASES, ids=str)
 @pytest.mark.parametrize(("reach", "profile"), [(1, ES3), (3, ES3), (1, NORM16)])
 def test_the_shader_samples_the_trilinear_field_across_bricks(tmp_path, shape, size, reach, profile):
@@ -111,6 +112,7 @@ def blob(shape=(21, 18, 25)):
     return np.clip(160 - 18 * distance + np.where(distance < 9, noise, 0), 0, 255).astype(np.uint8)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("classification", ["lookup", "preintegrated", "palette"])
 def test_pictures_are_those_of_the_whole_level(tmp_path, classification):
     levels = [blob(), blob((11, 9, 13))]

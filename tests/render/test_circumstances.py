@@ -66,6 +66,7 @@ def test_a_driver_that_is_lost_is_an_error_and_no_black_picture(package, monkeyp
                 renderer.finish()
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("order", ["slabs", "tiles", "random", "structured"])
 def test_200_pictures_that_come_in_frames_leave_nothing_behind(tmp_path, order):
     technique = order if order in TECHNIQUES else "ray-casting"

@@ -65,6 +65,7 @@ def rmse(picture, truth):
     return float(np.sqrt(np.mean((picture - truth) ** 2)))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES.keys())
 def test_a_quarter_of_the_samples_is_enough_where_the_transfer_function_is_steep(tmp_path, profile):
     """Over the nine views, with steps from under half a voxel to nearly two."""
@@ -117,6 +118,7 @@ def test_a_table_belongs_to_no_step(tmp_path):
     assert texels[0] == texels[1]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES.keys())
 @pytest.mark.parametrize("transfer_function", [STEEP, BENT], ids=["steep", "bent"])
 def test_finer_segments_are_never_worse(tmp_path, profile, transfer_function):

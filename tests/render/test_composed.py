@@ -183,6 +183,7 @@ def dead_words(text):
             yield name
 
 
+@pytest.mark.long(keep=5)
 def test_every_shader_reads_as_if_one_person_had_written_it(package, composed):
     for text in {text for texts in composed for text in texts}:
         assert not list(wrong_lines(text)), text
@@ -195,6 +196,7 @@ def test_nothing_in_a_shader_is_left_over(composed):
         assert not list(dead_words(vertex))
 
 
+@pytest.mark.long(keep=5)
 def test_the_driver_takes_every_shader(package, composed):
     with ExitStack() as stack:
         gl = Gl(stack.enter_context(Context(package.manifest.profile.api)))
@@ -203,6 +205,7 @@ def test_the_driver_takes_every_shader(package, composed):
                 pass
 
 
+@pytest.mark.long(keep=13)
 @pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")
 @pytest.mark.parametrize("numbers", [str, in_half_floats, with_half_coordinates])
 def test_the_validator_of_khronos_takes_every_shader(composed, numbers, tmp_path):

@@ -40,6 +40,7 @@ def planes(extent_xyz):
         yield np.eye(3)[axis] * extent_xyz, first, second
 
 
+@pytest.mark.long(keep=5)
 @layouts
 @pytest.mark.parametrize("shape_zyx", SHAPES, ids=str)
 def test_the_shader_samples_the_trilinear_field_up_to_the_borders(tmp_path, profile, channels, shape_zyx):
@@ -55,6 +56,7 @@ def test_the_shader_samples_the_trilinear_field_up_to_the_borders(tmp_path, prof
             assert error <= tolerance(package, fetch.driver)
 
 
+@pytest.mark.long(keep=5)
 @layouts
 @pytest.mark.parametrize("shape_zyx", SHAPES, ids=str)
 def test_of_labels_the_shader_samples_the_voxel_that_a_position_is_in(tmp_path, profile, channels, shape_zyx):

@@ -43,6 +43,7 @@ def cosines(grid, size=128):
     return np.sqrt(np.maximum(1 - passes**2, 0)), passes
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("view", ["anterior", "superior", "anterior-left"])
 @pytest.mark.parametrize("code", ["biased8", "snorm8", "oct12"])
 @pytest.mark.parametrize(
@@ -110,6 +111,7 @@ def test_normals_as_data_only_are_in_no_shader(tmp_path):
     assert data.read_text("ray.frag") == plain.read_text("ray.frag")
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("classification", ["lookup", "preintegrated", "palette"])
 @pytest.mark.parametrize("skip", [None, ("distance", 4)], ids=["all", "skipping"])
 def test_every_way_of_classifying_and_skipping_can_be_lit(tmp_path, classification, skip):

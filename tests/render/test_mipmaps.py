@@ -39,6 +39,7 @@ def planes(package: Package):
         yield np.eye(3)[axis] * extent_xyz, first, second
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(
     ("profile", "dtype", "texels"), [(ES3, np.uint8, 0.0), (ES3, np.uint16, 2.0**-12), (NORM16, np.uint16, 0.0)]
 )

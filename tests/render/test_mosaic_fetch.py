@@ -59,6 +59,7 @@ def sampled(found, components):
     return found[..., {1: [0], 2: [0, 3], 3: [0, 1, 2], 4: [0, 1, 2, 3]}[components]]
 
 
+@pytest.mark.long
 @settings(max_examples=150)
 @given(shapes, packings, rooms, st.integers(0, 2**32 - 1))
 def test_every_layout_gives_the_trilinear_field_up_to_the_borders_and_the_codes_at_voxels(

@@ -89,6 +89,7 @@ def held(package, level=0):
     return textures, [ktx2.decode(package.read_bytes(texture.file), texture.file).data for texture in textures]
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("kind", CODES, ids=str)
 @pytest.mark.parametrize(
     ("shape", "size", "textures"),
@@ -112,6 +113,7 @@ def test_a_mosaic_holds_the_texels_of_the_3d_texture(tmp_path, shape, size, text
 EQUAL = 0.1 / 255
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("code", ["biased8", "oct8", "oct12"])
 @pytest.mark.parametrize("view", ["anterior", "superior", "anterior-left"])
 @pytest.mark.parametrize("size", [2048, 192])

@@ -58,6 +58,7 @@ def check_homogeneous(grid, package, camera, extinction_per_mm, step_mm=None):
     np.testing.assert_allclose(picture[..., :3], opacity[..., None] * COLOUR, rtol=0, atol=tolerance)
 
 
+@pytest.mark.long(keep=1)
 @layouts
 @projections
 def test_a_homogeneous_volume_has_opacity_1_minus_exp_of_the_path_in_all_nine_views(
@@ -76,6 +77,7 @@ def test_opacity_does_not_depend_on_the_step(tmp_path, step_mm):
     check_homogeneous(grid, package, standard_views(grid)["posterior-left"], 0.125, step_mm)
 
 
+@pytest.mark.long(keep=3)
 @layouts
 @projections
 @pytest.mark.parametrize("spacing_mm_zyx", [(100.0, 1.0, 1.0), (1.0, 100.0, 1.0), (1.0, 1.0, 100.0)], ids=str)

@@ -42,6 +42,7 @@ def wrong_of(profile):
     return {each.capability: each for each in probe_profile(profile).wrong}
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=needs_es11) if name == "gles1" else name for name in class_names()]
 )

@@ -34,6 +34,7 @@ def camera(package, view="anterior-left"):
     return standard_views(grid)[view].box_from_clip(grid, 1.0)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("wishes", WISHES.values(), ids=WISHES.keys())
 @pytest.mark.parametrize("order", ["classic", "tiles", "random", "structured"])
 def test_all_parts_together_are_the_picture_bit_by_bit(tmp_path, order, wishes):

@@ -35,6 +35,7 @@ def pictures(package, views, projection="orthographic", *, level=0, shape=(60, 7
     return found
 
 
+@pytest.mark.long(keep=3)
 @profiles
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
@@ -56,6 +57,7 @@ def test_beginning_at_the_mesh_changes_no_pixel(tmp_path, profile, form, project
 TECHNIQUES = [("slabs", ES3), ("slabs", ES2), ("tiles", ES3), ("two-pass", ES3), ("two-pass", ES2)]
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("technique", "profile"), TECHNIQUES)
 @pytest.mark.parametrize("wishes", [{}, {"skip": ("distance", 4), "cutoff": 0.99}], ids=["plain", "skipping"])
 def test_every_technique_with_rays_begins_and_ends_at_the_mesh(tmp_path, technique, profile, wishes):
@@ -152,6 +154,7 @@ def test_what_is_lit_begins_at_the_mesh_too(tmp_path):
     check_same(*pictures(package, ("anterior-left", "superior")))
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("shape", [(1, 1, 1), (1, 40, 30), (50, 1, 2), (3, 2, 45)])
 @pytest.mark.parametrize("block", [1, 8, 64])
 def test_thin_volumes_and_blocks_larger_than_them_have_meshes(tmp_path, shape, block):

@@ -45,6 +45,7 @@ def test_crisp_borders_are_those_of_the_oracle(folder):
     assert difference.max() < 0.03
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("border", ["mixed", "crisp"])
 @pytest.mark.parametrize("labels", ["labels", "many"])
 def test_a_mosaic_of_labels_draws_what_a_3d_texture_does(folder, border, labels):
@@ -62,6 +63,7 @@ def test_a_mosaic_of_labels_draws_what_a_3d_texture_does(folder, border, labels)
         assert np.sort(difference, axis=None)[-4] < 0.006 if border == "crisp" else difference.max() < 0.004
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "change",
     [

@@ -41,6 +41,7 @@ def test_a_headlight_lights_borders_by_the_visible_extinction(folder, lit):
     assert np.abs(expected[..., 3] - unlit[..., 3]).max() < 1e-5
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("change", [LIT, PLACED], ids=["headlight", "phong"])
 def test_crisp_borders_are_lit(folder, change):
     package = built(folder, f"crisp-{change['render']['lighting']}", change=change, border="crisp")
@@ -75,6 +76,7 @@ def test_a_lit_mosaic_of_labels_draws_what_a_3d_texture_does(folder, lit):
     assert np.sort(difference, axis=None)[-4] < 0.01
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "change",
     [{"bricks": {"size": 4, "reach": 2}}, {"technique": "slabs"}, {"compositing": "back-to-front"}],
@@ -89,6 +91,7 @@ def test_other_ways_to_draw_light_segments_alike(folder, lit, change):
     assert np.abs(drawn(package) - drawn(lit)).max() < 1e-3
 
 
+@pytest.mark.long
 def test_a_lit_package_is_validated(folder, lit):
     assert check(lit.path) == []
     report = validate(lit.path, folder / "lit.report", Silent(), witness=False)

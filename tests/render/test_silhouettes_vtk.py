@@ -73,6 +73,7 @@ def overlap(first: np.ndarray, second: np.ndarray) -> float:
     return float((one & other).sum() / (one | other).sum())
 
 
+@pytest.mark.long
 def test_every_view_shows_a_head_that_fills_a_good_part_of_the_picture(pictures) -> None:
     for name, (ours, theirs) in pictures.items():
         for picture in (ours, theirs):

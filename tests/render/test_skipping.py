@@ -28,6 +28,7 @@ def pictures(folder, codes, profile, views, projection, *, target="rgba32f", **w
     return np.stack(found), package
 
 
+@pytest.mark.long(keep=4)
 @profiles
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
@@ -48,6 +49,7 @@ def test_skipping_changes_no_pixel(tmp_path, profile, kind, projection):
     check_same(skipping, plain)
 
 
+@pytest.mark.long(keep=1)
 @profiles
 @pytest.mark.parametrize("block", [1, 4, 7])
 def test_skipping_changes_no_pixel_of_labels(tmp_path, profile, block):

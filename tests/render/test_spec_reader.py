@@ -97,6 +97,7 @@ def read_pixels(kind: int, dtype: type) -> np.ndarray:
     return picture[::-1]
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("view", ["anterior", "posterior-left"])
 def test_the_reader_of_the_text_draws_every_level_as_volprep_does(package, reader, view) -> None:
     grid = package.manifest.grid

@@ -33,6 +33,7 @@ def point_of(package: Package, i: int, j: int, k: int, counts_zyx: tuple[int, in
     return i + nx * (j + ny * k)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("bits", "profile"), [(8, "gles3"), (16, "gles3"), (16, "gles3-norm16")])
 def test_eight_pieces_around_the_middle_are_the_whole_volume(tmp_path, bits, profile) -> None:
     # 21×34×45 voxels in pieces of 24: one along z, two along y and x.
@@ -49,6 +50,7 @@ def test_eight_pieces_around_the_middle_are_the_whole_volume(tmp_path, bits, pro
                 np.testing.assert_allclose(pieces.render(box_from_clip, SHAPE_HW), expected, rtol=0, atol=1.01 / 255)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("view", "axis"), [("left", "x"), ("right", "x"), ("anterior", "y"), ("superior", "z")])
 def test_blocks_side_by_side_make_the_picture_of_the_whole(tmp_path, view, axis) -> None:
     # Pieces of 12: 2×3×4 along z, y, x. Blocks around these points share no cell, and together are all of them.

@@ -123,6 +123,7 @@ CAMERAS = {
 }
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("technique", CONVERGENT)
 @pytest.mark.parametrize("box_from_clip", CAMERAS.values(), ids=CAMERAS.keys())
 def test_a_camera_may_stand_anywhere(tmp_path, technique, box_from_clip):
@@ -146,6 +147,7 @@ def test_a_volume_behind_the_eye_is_not_drawn_and_one_far_away_is_a_dot(tmp_path
     assert lit.sum() <= 9
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("technique", TECHNIQUES)
 def test_pictures_of_one_pixel_and_of_8192_are_drawn_and_of_none_are_refused(tmp_path, technique):
     box_from_clip = camera("anterior-left")
@@ -159,6 +161,7 @@ def test_pictures_of_one_pixel_and_of_8192_are_drawn_and_of_none_are_refused(tmp
         assert renderer.render(box_from_clip, (2, 3)).shape == (2, 3, 4)
 
 
+@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("step_mm", [0.0, -1.0, float("nan"), float("inf"), 1e-9])
 @pytest.mark.parametrize("technique", TECHNIQUES)
 def test_an_impossible_step_is_refused(tmp_path, technique, step_mm):
@@ -174,6 +177,7 @@ def test_a_step_longer_than_the_volume_is_one_sample(tmp_path, technique):
     assert 0.0 < picture[..., 3].max() <= 1.0
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("technique", TECHNIQUES)
 def test_200_pictures_of_changing_size_leave_nothing_behind(tmp_path, technique):
     with Renderer(package_of(tmp_path / "p", technique)) as renderer:

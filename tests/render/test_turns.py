@@ -94,6 +94,7 @@ def test_a_renderer_says_which_steps_it_draws(tmp_path, made):
         ]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("classification", ["lookup", "preintegrated"])
 @pytest.mark.parametrize("profile", [ES2, ES3], ids=["es2", "es3"])
 def test_the_finest_step_that_is_drawn_with_a_skip_table_is_whole(tmp_path, made, profile, classification):

@@ -116,6 +116,7 @@ def save_one(folder: Path, syntax: str) -> Path:
     return save(compressed(data, syntax) if syntax in COMPRESSED else data, folder / "slice", syntax)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("syntax", [*NATIVE, *COMPRESSED])
 def test_every_prefix_of_a_file_is_refused(tmp_path, syntax) -> None:
     file = save_one(tmp_path, syntax)

@@ -9,6 +9,7 @@ from .dicom_lies import LIES, Lie, lie_outcome, lie_outcomes
 pytestmark = pytest.mark.usefixtures("kept_workers")
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("lie", LIES, ids=lambda lie: lie.name)
 def test_a_file_that_contradicts_itself_is_refused_or_read_as_what_it_was_made_from(lie, tmp_path) -> None:
     outcomes = lie_outcomes(lie, tmp_path, count=60, seed=3)

@@ -92,6 +92,7 @@ def test_a_plain_file_needs_no_pydicom(tmp_path, monkeypatch, syntax) -> None:
     assert found[0].problem is None
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("syntax", PLAIN, ids=lambda syntax: syntax.name)
 def test_of_a_thousand_damaged_files_none_is_read_otherwise_than_by_pydicom(tmp_path, syntax) -> None:
     # Little that does not matter, so that most of the damage hits what does.

@@ -88,6 +88,7 @@ def require_one_message(done: subprocess.CompletedProcess[str]) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("command", "name"), FILES.items(), ids=FILES)
 def test_a_file_that_finds_no_room_leaves_the_older_one_and_nothing_else(place, tmp_path, command, name) -> None:
     (tmp_path / name).write_bytes(OLDER)
@@ -96,6 +97,7 @@ def test_a_file_that_finds_no_room_leaves_the_older_one_and_nothing_else(place, 
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {name: OLDER}
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("command", FOLDERS)
 def test_a_folder_that_finds_no_room_leaves_nothing(place, tmp_path, command) -> None:
     require_one_message(limited(command.format(tmp_path), place))
@@ -108,6 +110,7 @@ def test_a_disk_without_room_stays_empty(place, disk, command) -> None:
     assert not list(disk.iterdir())
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("command", "name"), {**FILES, **FOLDERS}.items(), ids={**FILES, **FOLDERS})
 def test_with_room_each_of_these_commands_writes_more_than_there_was_room_for(place, tmp_path, command, name) -> None:
     done = volprep(*command.format(tmp_path).split(), cwd=place)

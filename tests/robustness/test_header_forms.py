@@ -22,6 +22,7 @@ FORMS = {
 }
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("form", FORMS)
 def test_three_hundred_damaged_files_are_read_or_refused_with_a_code(form, tmp_path) -> None:
     suffix, make = FORMS[form]

@@ -99,6 +99,7 @@ def test_an_error_of_the_decoder_comes_through_whole() -> None:
     assert str(error) == str(VolprepError("VP1090", count=3, z=7))
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("bad", "code", "said"),
     [
@@ -250,6 +251,7 @@ except VolprepError as error:
 """
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("what", "hard", "function", "argument", "said"),
     [

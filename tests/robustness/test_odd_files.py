@@ -169,6 +169,7 @@ FILES = [
 ]
 
 
+@pytest.mark.long(keep=11)
 @pytest.mark.parametrize("change", [shrink, vanish, vanish_cut, become_a_pipe])
 @pytest.mark.parametrize("subject", FILES, ids=lambda subject: subject.name)
 def test_a_file_that_changes_after_it_was_opened_gives_what_it_held_or_a_code(

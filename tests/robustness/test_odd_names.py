@@ -37,6 +37,7 @@ def test_any_name_of_a_file_goes_through_text_and_back(name) -> None:
     path_text(path).encode()
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_scan_of_any_name_is_built_and_its_package_validated(tmp_path, name) -> None:
     folder = tmp_path / os.fsdecode(b"fold\xfeer")
@@ -83,6 +84,7 @@ def test_a_current_folder_that_is_gone_has_a_code(tmp_path, arguments, code, sta
     assert ended.returncode == status, ended.stderr
 
 
+@pytest.mark.long(keep=5)
 @pytest.mark.parametrize("subject", [each for each in SUBJECTS if each.read is read_volume], ids=lambda each: each.name)
 def test_every_format_is_read_under_a_name_that_is_no_utf_8_or_says_why_not(tmp_path, subject) -> None:
     path = tmp_path / os.fsdecode(b"sc\xffan" + subject.suffix.encode())

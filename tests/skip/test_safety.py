@@ -45,6 +45,7 @@ def normalised(texels):
     return texels.astype(np.float64) / (255 if texels.dtype == np.uint8 else 1)
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("volume", range(VOLUMES))
 def test_no_visible_sample_lies_in_a_skipped_block_or_nearer_than_a_distance_says(volume):
     rng = np.random.default_rng(volume)

@@ -44,6 +44,7 @@ def test_all_that_is_registered_is_drawn():
         assert len({way.choices[place] for way in ways}) > 3
 
 
+@pytest.mark.long(keep=41)
 @pytest.mark.parametrize("way", share(by_step()), ids=lambda way: way.name)
 def test_the_error_falls_with_its_order_as_steps_get_finer(bench, way):
     falling = bench.by_step(way)
@@ -55,24 +56,28 @@ def test_the_error_falls_with_its_order_as_steps_get_finer(bench, way):
         assert falling.errors[-1] > 1e-4
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("way", share(by_grid()), ids=lambda way: way.name)
 def test_the_error_falls_with_its_order_as_grids_get_finer(bench, way):
     falling = bench.by_grid(way)
     assert falling.order > (expected_elsewhere(way) or 0.0) - scatter(way), falling
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("way", share(by_pixel()), ids=lambda way: way.name)
 def test_the_error_falls_with_its_order_as_pixels_get_smaller(bench, way):
     falling = bench.by_pixel(way)
     assert falling.order > (expected_elsewhere(way) or 0.0) - 0.3, falling
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("other", OTHERS, ids=lambda other: other.name)
 def test_what_is_lit_labels_channels_and_stacks_have_their_orders(tmp_path, other):
     falling = other.falling(tmp_path)
     assert falling.order == pytest.approx(other.expected, abs=other.scatter), falling
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_a_fault_is_found(bench, fault):
     assert fault.found_by

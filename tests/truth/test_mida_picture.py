@@ -47,6 +47,7 @@ def against_samples(oracle, seed, shown):
     return picture, errors
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("intensities", [None, (40.0, 160.0)])
 @pytest.mark.parametrize("seed", range(4))
 def test_it_is_what_ever_finer_samples_tend_to(oracle, seed, intensities) -> None:

@@ -54,6 +54,7 @@ def with_more_points(function: TransferFunction) -> TransferFunction:
     return function.model_copy(update={"points": (*points, function.points[-1])})
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("name", OF_RAMP)
 def test_control_points_that_change_no_function_change_no_picture(pictures, name) -> None:
     for view in (OF_RAMP[name], OF_HILLS[name]):

@@ -115,6 +115,7 @@ def test_what_a_frame_says_wins_over_what_all_share(tmp_path) -> None:
     assert np.array_equal(voxels, expected() * (np.argsort(ORDER) + 1)[:, None, None])
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("syntax", [RLELossless, JPEGLSLossless])
 @pytest.mark.parametrize("parts", [1, 2])
 @pytest.mark.parametrize("has_table", [True, False])

@@ -301,6 +301,7 @@ def test_a_tiff_whose_chain_of_pages_leads_back_or_beyond_the_file_is_refused(tm
     assert code(file) == "VP1165"
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("suffix", [".png", ".jpg", ".exr", ".bmp", ".tif"])
 def test_every_cut_of_a_picture_is_refused_or_whole(tmp_path, suffix) -> None:
     values = np.repeat(voxels(shape=(8, 6))[..., np.newaxis], 3, axis=-1) if suffix == ".bmp" else voxels(shape=(8, 6))
@@ -350,6 +351,7 @@ def test_values_that_grow_from_white_to_black_are_refused(tmp_path, dtype) -> No
     assert np.array_equal(read(file)[0], voxels(dtype))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("name", "numbers"),
     [

@@ -508,6 +508,7 @@ def test_missing_is_a_key_of_ome_zarr_only(tmp_path) -> None:
 OTHER_TYPES = ([], [1], "text", 7, 1.5, True, None, {}, [{}], {"ome": []}, {"ome": {"multiscales": 7}})
 
 
+@pytest.mark.long(keep=35)
 @pytest.mark.parametrize("other", OTHER_TYPES, ids=str)
 @pytest.mark.parametrize(
     ("version", "name", "keys"),
@@ -550,6 +551,7 @@ def test_metadata_of_another_type_are_read_or_refused_with_a_code(tmp_path, vers
     assert code in {"", "VP1220", "VP1221", "VP1224", "VP1225", "VP1260"}
 
 
+@pytest.mark.long
 def test_metadata_nested_as_deep_as_a_worker_can_read_are_refused_or_read(tmp_path) -> None:
     store(tmp_path / "a.zarr")
     for depth in range(700, 1000, 20):

@@ -100,6 +100,7 @@ def test_settings_of_another_format_are_refused(tmp_path, spec, key) -> None:
     assert (error.code, error.fields["key"]) == ("VP1004", key)
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("format_name", [reader.name for reader in READERS])
 def test_a_folder_or_file_of_the_wrong_kind_is_refused_by_every_reader(tmp_path, format_name) -> None:
     (tmp_path / "text").write_text("no volume")

@@ -288,6 +288,7 @@ def test_base64_that_is_none_is_refused(tmp_path) -> None:
     assert refusal(file).code == "VP1005"
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("form", FORMS)
 def test_a_cut_anywhere_is_refused_or_harmless(tmp_path, form) -> None:
     check_every_cut(save(tmp_path / "v.vti", image(noise()), form), step=2)

@@ -67,6 +67,7 @@ def row_of(found: Ablation, name: str) -> AblationRow:
     return next(row for row in found.rows if name_of(row) == name)
 
 
+@pytest.mark.long
 def test_each_item_of_the_package_has_a_row_and_says_which_way_it_went(found) -> None:
     names = [name_of(row) for row in found.rows]
     assert len(names) == len(set(names))
@@ -111,6 +112,7 @@ def test_a_border_and_bricks_are_rightly_left_out_and_cost_bytes(found) -> None:
         assert row.other.package_bytes > found.planned.package_bytes
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("reach", [1, 0])
 def test_a_border_that_light_reads_is_told_from_the_place_of_samples(reach, tmp_path, monkeypatch) -> None:
     """Gradients of the outermost voxels that are seen reach one voxel into the border."""

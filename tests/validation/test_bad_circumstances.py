@@ -51,6 +51,7 @@ def refused(folder, **wishes) -> VolprepError:
     return caught.value
 
 
+@pytest.mark.long
 def test_a_driver_that_fails_in_the_middle_is_one_error_and_the_older_report_stays(folder, monkeypatch) -> None:
     drawn = 0
     draw = Gl.draw

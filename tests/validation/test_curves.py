@@ -75,6 +75,7 @@ def curve(report, name):
     return next(each for each in report.curves if each.name == name)
 
 
+@pytest.mark.long
 def test_every_choice_has_a_curve_or_says_why_not(report) -> None:
     assert [each.name for each in report.curves] == list(FEW)
     for each in report.curves:
@@ -167,6 +168,7 @@ def test_a_new_choice_is_one_more_entry(package, tmp_path, monkeypatch) -> None:
     assert "Does the projection matter?" in curves_page(found)
 
 
+@pytest.mark.long
 def test_validate_writes_curves_into_the_report_and_over_an_older_one(package, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(measure, "CHOICES", (NAMED["bits of a voxel"],))
     monkeypatch.setattr(measure, "_TURNS", 3)

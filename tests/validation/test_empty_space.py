@@ -50,6 +50,7 @@ def found_in(report: Report) -> list[EmptySpace]:
     return [program.empty_space for program in report.programs if program.empty_space is not None]
 
 
+@pytest.mark.long(keep=1)
 def test_each_way_is_drawn_and_all_pictures_are_the_same(report, package) -> None:
     (found,) = found_in(report)
     assert [way.way for way in found.ways] == ["neither", "table", "mesh", "both"]
@@ -137,6 +138,7 @@ def test_a_table_that_hides_something_fails_whatever_the_tolerance(tmp_path) -> 
     assert "What skips empty space changes pictures of raycast-core" in page
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("of_all", [True, False])
 def test_what_rounding_does_on_a_driver_is_no_fault_of_a_mesh(package, tmp_path, monkeypatch, of_all) -> None:
     plain = Renderer.render

@@ -35,6 +35,7 @@ def made(tmp_path_factory):
     return path, scans_of(path)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("_measured_before")
 def test_it_is_stated_for_each_level_and_holds_in_twenty_other_views(made, others) -> None:
     path, scans = made

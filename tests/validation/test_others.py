@@ -28,6 +28,7 @@ def report(tmp_path_factory) -> Report:
     return validate(built(folder, scene), folder / "report", Silent(), picture_size=SIZE)
 
 
+@pytest.mark.long
 def test_each_coarse_level_is_drawn_in_nine_views_by_each_program_that_can(report) -> None:
     (program,) = report.programs
     levels = [(other.item, other.program) for other in program.others if other.item.startswith("level")]
@@ -58,6 +59,7 @@ def test_pieces_are_lit_by_slopes_and_judged_by_the_truth_lit_so(report) -> None
         assert max(view.seen.maximum for view in other.views) < 0.14
 
 
+@pytest.mark.long
 def test_pieces_of_a_scene_with_a_placed_light_are_lit_by_it(tmp_path) -> None:
     scene = write_kind(tmp_path, "house")
     text = scene.read_text(encoding="utf-8").replace('"headlight"', '"phong"')
@@ -127,6 +129,7 @@ def test_the_page_lists_them(report) -> None:
     assert "pieces around points 1, 3, ... with shell" in text
 
 
+@pytest.mark.long
 def test_pieces_of_a_projection_are_compared_one_by_one_because_pictures_of_it_do_not_add_up(
     tmp_path, monkeypatch
 ) -> None:

@@ -56,6 +56,7 @@ def test_cases_have_names_of_their_own_and_each_depth_follows_a_fainter_one():
         assert case.points[0].extinction_per_mm > CASE[case.fainter].points[0].extinction_per_mm
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_walls_depths_and_extreme_numbers_are_drawn_as_they_must_be(tmp_path, profile):
     report = tried(tmp_path, "depth-1e0", "depth-1e2", "wall", "huge", profile=profile)
@@ -92,6 +93,7 @@ def test_coarse_levels_show_shells_thinner_than_an_entry_of_their_own_tables(tmp
         assert all(each.limit is not None for each in coarse)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_each_technique_level_and_precision_is_drawn_and_judged(tmp_path, profile):
     report = tried(tmp_path, "depth-1e-1", profile=profile, trials=Trials())

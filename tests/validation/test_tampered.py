@@ -331,6 +331,7 @@ def packages(tmp_path_factory) -> dict[str, Path]:
     return found
 
 
+@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.kind}: {case.name}")
 def test_damage_with_the_right_digests_is_found_and_the_item_is_named(packages, tmp_path, case) -> None:
     package = Damaged(packages[case.kind], tmp_path)
@@ -338,6 +339,7 @@ def test_damage_with_the_right_digests_is_found_and_the_item_is_named(packages, 
     assert case.named in told(package.save(), preview=case.named == "preview.png")
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kind", [*KINDS, "channels"])
 def test_one_byte_in_the_middle_of_each_texture_and_piece_is_found(packages, tmp_path, kind) -> None:
     package = Damaged(packages[kind], tmp_path)
@@ -357,6 +359,7 @@ def test_one_byte_in_the_middle_of_each_texture_and_piece_is_found(packages, tmp
     assert [file for file in files if file not in findings] == []
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kind", [*KINDS, "channels"])
 def test_a_package_as_it_was_built_passes(packages, kind) -> None:
     assert told(packages[kind], preview=kind == "house") == ""

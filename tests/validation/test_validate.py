@@ -68,6 +68,7 @@ def package(built_package, tmp_path) -> Path:
     return tmp_path / "phantom.volpkg"
 
 
+@pytest.mark.long(keep=1)
 def test_the_phantom_is_within_the_tolerance_in_all_views_of_both_transfer_functions(report) -> None:
     assert report.verdict.passed
     assert report.verdict.views == 18
@@ -164,6 +165,7 @@ def test_the_report_names_what_it_validated_and_on_what(report, built_package) -
     assert report.cost.seconds["all"] > sum(report.cost.seconds.values()) / 3
 
 
+@pytest.mark.long(keep=1)
 def test_two_runs_differ_in_times_only_and_json_is_the_report_itself(report, package, tmp_path) -> None:
     done = volprep("validate", package, "--size", str(SIZE), "--json", "--report", tmp_path / "elsewhere")
     assert done.returncode == ExitStatus.OK, done.stderr
@@ -242,6 +244,7 @@ def test_quick_tells_a_whole_package_without_its_scan(package) -> None:
     assert "whole" in done.stdout
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("quick", [["--quick"], []])
 def test_one_flipped_bit_in_a_texture_is_found(package, quick) -> None:
     (texture, *_) = [package / each.file for each in Package.open(package).manifest.textures if each.role == "volume"]

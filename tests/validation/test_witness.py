@@ -81,6 +81,7 @@ def _folder(tmp_path) -> None:
     judged.folder = tmp_path
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("blend", "projection"), [("composite", "orthographic"), ("composite", "perspective"), ("maximum", "orthographic")]
 )
@@ -116,6 +117,7 @@ WRONG = {
 }
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("wrong", WRONG)
 def test_vtk_does_not_agree_with_what_is_wrong(wrong) -> None:
     found = judged(WRONG[wrong][0], "composite", WRONG[wrong][1])
@@ -136,6 +138,7 @@ def report(tmp_path_factory) -> Report:
     return validate(built(folder, scene), folder / "report", Silent(), picture_size=32, witness=True)
 
 
+@pytest.mark.long
 def test_validation_asks_the_witness_and_the_page_shows_what_it_says(report) -> None:
     assert report.witness is not None
     (program,) = report.witness.programs

@@ -228,6 +228,7 @@ def test_nothing_sticks_out_of_a_narrow_screen(page) -> None:
     assert widths[0] <= widths[1]
 
 
+@pytest.mark.long
 def test_a_device_is_measured_and_what_it_sends_agrees_with_validation(browser, phantom, tmp_path) -> None:
     with served(phantom.package, tmp_path / "devices") as server:
         assert opened(browser, server.url) == "ready"
@@ -320,6 +321,7 @@ def test_a_package_without_such_a_light_has_no_control_for_it(page) -> None:
     assert not page.run("return document.getElementById('light').checkVisibility()")
 
 
+@pytest.mark.long
 def test_a_light_is_moved_and_put_back(browser, tmp_path) -> None:
     scene = write_phantom_scene(tmp_path)
     lit = '[render]\nlighting = "phong"\n[lighting]\nlight_mm = [20.0, -90.0, 40.0]\nnormals = "central"\n'
@@ -367,6 +369,7 @@ def test_a_surface_says_at_which_value_it_is_and_its_light_is_never_within_the_v
         assert np.abs(picture(browser) - before).max() > 0.1
 
 
+@pytest.mark.long
 def test_levels_for_previews_are_told_where_levels_are_listed(browser, tmp_path) -> None:
     scene = write_phantom_scene(tmp_path)
     text = scene.read_text(encoding="utf-8").replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 4")

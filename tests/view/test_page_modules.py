@@ -118,6 +118,7 @@ def test_a_draw_that_takes_longer_than_its_time_is_not_timed() -> None:
     assert (time["draw_ms"], time["draws"]) == (900, 3)
 
 
+@pytest.mark.long
 def test_types_of_the_page_hold(tmp_path) -> None:
     tsc = npm_package("typescript", "5.9.3") / "node_modules" / "typescript" / "bin" / "tsc"
     (tmp_path / "page").symlink_to(PAGE)
