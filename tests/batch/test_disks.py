@@ -5,6 +5,7 @@ import resource
 import shutil
 import subprocess
 
+import pytest
 from batch_scans import records, start, wait_until, write_scans
 from command_line import COMMAND
 
@@ -34,6 +35,7 @@ def test_a_scan_for_which_there_is_no_room_is_recorded_and_others_go_on(tmp_path
     assert json.loads((out / "index.json").read_text())["summary"]["failed"] == 1
 
 
+@pytest.mark.long
 def test_a_folder_that_disappears_ends_the_batch_with_a_code(tmp_path) -> None:
     write_scans(tmp_path / "in", 4)
     out = tmp_path / "out"

@@ -118,6 +118,7 @@ def test_a_batch_that_loses_its_scheduler_says_so(tmp_path) -> None:
     closed.join()
 
 
+@pytest.mark.long
 def test_a_batch_changes_no_setting_of_a_program_that_uses_dask(scheduler, tmp_path) -> None:
     write_scans(tmp_path / "in", 1)
     before = dask.config.get("scheduler", None)

@@ -35,7 +35,7 @@ def large_scan(folder: Path) -> Path:
     return file
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_killed_worker_loses_its_scan_only_which_is_tried_once_more(tmp_path, engine) -> None:
     large_scan(tmp_path / "in" / "large")
@@ -119,6 +119,7 @@ def test_a_killed_batch_goes_on_with_one_record_each_and_the_bytes_of_serial_bui
         assert files_of(out / record["package"]) == files_of(alone)
 
 
+@pytest.mark.long
 def test_a_batch_whose_parent_alone_is_killed_leaves_no_process(tmp_path) -> None:
     write_scans(tmp_path / "in", 4)
     out = tmp_path / "out"

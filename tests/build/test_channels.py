@@ -144,7 +144,7 @@ class TestWhatItDraws:
         with pytest.raises(VolprepError, match="VP6013"):
             validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
 
-    @pytest.mark.long(keep=1)
+    @pytest.mark.long
     @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
     def test_each_channel_skips_its_own_empty_space(self, tmp_path, profile) -> None:
         scene = write_channel_scene(tmp_path, profile)
@@ -159,7 +159,7 @@ class TestWhatItDraws:
         report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
         assert report.verdict.passed
 
-    @pytest.mark.long(keep=1)
+    @pytest.mark.long
     @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
     def test_each_channel_is_lit_by_its_own_normals(self, tmp_path, profile) -> None:
         scene = edited(tmp_path, "[render]", '[render]\nlighting = "headlight"')

@@ -60,7 +60,7 @@ def package(tmp_path_factory, request) -> Package:
     return built(tmp_path_factory.mktemp(request.param), request.param)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_levels_are_made_by_what_is_nearest_and_the_plan_says_so(package) -> None:
     coarse = [level for level in package.manifest.levels if level.index > 0]
     items = {item.name: item for item in package.manifest.plan}
@@ -76,6 +76,7 @@ def test_levels_are_made_by_what_is_nearest_and_the_plan_says_so(package) -> Non
     assert check(package.path) == []
 
 
+@pytest.mark.long(keep=1)
 def test_a_level_is_drawn_with_its_own_table(package) -> None:
     level = package.manifest.levels[-1]
     volume = level_volume(package, level.index)

@@ -95,7 +95,7 @@ def package(request, tmp_path_factory):
     return package_of(tmp_path_factory.mktemp(request.param), *CASES[request.param])
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> None:
     (program, *_) = package.manifest.programs
     volume = level_volume(package, package.manifest.levels[0].index)

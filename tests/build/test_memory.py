@@ -77,7 +77,7 @@ def stage_peaks(folder, depth: int, profile_name: str) -> dict[str, int]:
     return peaks
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile) -> None:
     monkeypatch.setattr(slabs, "SLAB_BYTES", 150_000)

@@ -75,7 +75,7 @@ def test_voxels_that_are_colours_have_mipmaps_too(tmp_path) -> None:
             np.testing.assert_allclose(other.render(box_from_clip, (40, 40)), expected, rtol=0, atol=1.01 / 255)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("together", ["packed", "apart"])
 def test_channels_have_mipmaps_of_their_own_or_together(tmp_path, together) -> None:
     scene = write_channel_scene(tmp_path)

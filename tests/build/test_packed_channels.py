@@ -131,6 +131,7 @@ class TestWhatItHolds:
                 np.testing.assert_array_equal(found.stored, expected.stored)
                 assert (found.slope, found.intercept) == (expected.slope, expected.intercept)
 
+    @pytest.mark.long(keep=1)
     def test_it_takes_the_bytes_that_its_channels_take_apart(self, package, apart) -> None:
         def texels(manifest) -> int:
             files = {texture.file for texture in volumes(manifest)}

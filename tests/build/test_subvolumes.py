@@ -169,7 +169,7 @@ def test_a_cut_reads_its_own_voxels_and_no_others(tmp_path, layout) -> None:
         assert everything.files_read + everything.empty_pieces == 3 * 5 * 6
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("profile", "dtype"), [("gles3", np.float16), ("gles3-norm16", np.uint16)])
 def test_16_bit_pieces_hold_what_the_texture_holds(tmp_path, profile, dtype) -> None:
     package = built(tmp_path, "\n[grid]\nsize = 9\n", profile, bits=16)

@@ -13,6 +13,8 @@ from volprep_formats.package.reader import Package
 
 from .conftest import output
 
+pytestmark = pytest.mark.long
+
 SIDE = 64
 
 
@@ -44,7 +46,6 @@ def cut(program: Path, package: Path, low: float, high: float, monkeypatch: pyte
     return opened
 
 
-@pytest.mark.long
 def test_what_planes_keep_is_what_the_whole_picture_shows(clip_program, packages, monkeypatch):
     whole = drawn(Package.open(packages["mipmaps"]), "anterior")
     # The rays of this view are parallel to the plane: it takes some of them away and leaves the others as they are.

@@ -9,6 +9,8 @@ from command_line import volprep
 
 from volprep.scene.presets import preset_names
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory) -> Path:
@@ -22,7 +24,6 @@ def drawn(tmp_path_factory) -> Path:
     return folder
 
 
-@pytest.mark.long
 def test_a_scan_is_drawn_with_each_preset_that_fits_it(drawn: Path) -> None:
     told = {each["name"]: each for each in json.loads((drawn / "told.json").read_text())["presets"]}
     assert list(told) == [*preset_names()]

@@ -218,6 +218,7 @@ return { corners, code };
 """
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["slabs", "slices across the view", "slices as published", "half-angle slices"])
 def test_a_step_that_would_take_hours_is_not_taken(browser, server, scene_package, tmp_path, name) -> None:
     package = scene_package(name)

@@ -26,7 +26,7 @@ def levels_of(package: Package, transfer: str) -> list[int]:
     return sorted({level for each in package.manifest.programs if each.transfer == transfer for level in each.levels})
 
 
-@pytest.mark.long(keep=8)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", SCENES)
 def test_all_nine_views_are_those_of_the_reference_renderer(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -57,6 +57,7 @@ def test_no_rounding_of_corners_moves_the_rays_of_layers(browser, server, scene_
     assert max(np.abs(picture - other).max() for picture, other in zip(found.pictures, wanted, strict=True)) < 1 / 255
 
 
+@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("name", SCENES)
 def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -224,6 +225,7 @@ _LIGHTS = ["light with a place", "light at another place"]
 _SHADOWS = ["half-angle slices", "half-angle slices, light at another place"]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("names", [_LIGHTS, _SHADOWS], ids=["light", "shadows"])
 def test_a_light_that_is_moved_lights_as_if_the_package_had_it_there(browser, server, scene_package, names) -> None:
     package, other = map(scene_package, names)

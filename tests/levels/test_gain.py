@@ -60,6 +60,7 @@ def gains(
     return found
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("factor", "least"), [(2, 0.45), (4, 0.55)])
 def test_thin_things_survive(tmp_path, factor, least) -> None:
     found = gains(tmp_path, thin_things(), GRID, [VEIL, SOLID], factor)
@@ -67,6 +68,7 @@ def test_thin_things_survive(tmp_path, factor, least) -> None:
     assert min(found.values()) > 0, found
 
 
+@pytest.mark.long
 def test_on_a_real_shell_the_error_is_less_than_half(tmp_path, scans) -> None:
     voxels = tifffile.imread(scans / "qim_microct" / "shell_225x128x128.tif")[9:216]
     found = gains(tmp_path, np.ascontiguousarray(voxels), Grid.of(voxels.shape, (1.0, 1.0, 1.0)), [VEIL, SOLID], 4)

@@ -182,6 +182,7 @@ def built(folder, more: str = "") -> Manifest:
     return build(load_request(scene), folder / "phantom.volpkg", Silent())
 
 
+@pytest.mark.long
 def test_a_build_marks_them_and_the_plan_says_why(tmp_path) -> None:
     manifest = built(tmp_path)
     marked = [bool(level.preview_only) for level in manifest.levels]
@@ -195,6 +196,7 @@ def test_a_build_marks_them_and_the_plan_says_why(tmp_path) -> None:
     assert not any(level.preview_only for level in built(tmp_path, "[tolerance]\nrmse = 0.9\n").levels)
 
 
+@pytest.mark.long
 def test_the_key_is_absent_from_the_manifest_where_it_is_not_true(tmp_path) -> None:
     built(tmp_path)
     text = (tmp_path / "phantom.volpkg" / "manifest.json").read_text(encoding="utf-8")

@@ -56,6 +56,7 @@ def chosen(tmp_path, voxels, compositing, functions=(), filters=()):
     return ProjectedChooser(scan, sight, [FACTORS]).choose(1, FACTORS, filters, tmp_path.joinpath, lambda _: None)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("compositing", sorted(MIDDLE))
 def test_a_sharp_vessel_is_kept_by_extrema_and_noise_by_means(tmp_path, compositing) -> None:
     assert chosen(tmp_path, vessels(), compositing)[0].filter == compositing

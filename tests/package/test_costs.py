@@ -23,6 +23,7 @@ def made(request, tmp_path_factory):
     return request.param, wanted, Package.open(folder / "p.volpkg")
 
 
+@pytest.mark.long(keep=2)
 def test_costs_are_what_the_renderer_uploads(made) -> None:
     _, _, package = made
     manifest = package.manifest

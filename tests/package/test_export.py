@@ -236,6 +236,7 @@ def test_a_scene_and_the_verb_choose_a_level_of_a_package(package, tmp_path) -> 
     assert (refused.returncode, "VP1250" in refused.stderr) == (ExitStatus.PACKAGE, True)
 
 
+@pytest.mark.long(keep=1)
 def test_the_verb_writes_physical_and_stored_values_of_openvdb(package, tmp_path) -> None:
     pytest.importorskip("volprep_formats._vdb", reason="this build has no OpenVDB")
     for values, slope, intercept in (("physical", 0.5, -100.0), ("stored", 1.0, 0.0)):
@@ -246,6 +247,7 @@ def test_the_verb_writes_physical_and_stored_values_of_openvdb(package, tmp_path
         np.testing.assert_allclose(info.grid.world_from_index, GRID.world_from_index, rtol=0, atol=1e-9)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("package", ["3d"], indirect=True)
 @pytest.mark.parametrize("name", ["a.nii.gz", "a.nrrd", "a.vdb", "a"])
 def test_the_verb_writes_the_level_that_it_is_told(package, tmp_path, name) -> None:
@@ -290,6 +292,7 @@ def test_sixteen_bits_come_back_as_half_floats_hold_them(tmp_path, ending) -> No
         np.testing.assert_allclose(physical, expected, rtol=0, atol=8192 * 2**-24 if values == "physical" else 0)
 
 
+@pytest.mark.long(keep=1)
 def test_the_verb_writes_and_replaces_only_by_force(package, tmp_path) -> None:
     assert volprep("export", package, tmp_path / "a.nii.gz").returncode == 0
     again = volprep("export", package, tmp_path / "a.nii.gz")

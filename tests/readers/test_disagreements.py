@@ -3,12 +3,14 @@
 from pathlib import Path
 
 import pytest
+from long_runs import share_of
 from readers_compare import compare, disagreement, seeds_of
 from three_readers import READ, Readers
 
-COUNT = 240
+COUNT = share_of(240, 2)
 
 
+@pytest.mark.longer
 def test_three_readers_agree_on_damaged_packages(readers: Readers, kinds, tmp_path: Path):
     outcomes, found = compare(readers, kinds, tmp_path, seeds_of(5, COUNT, kinds))
     assert found == []

@@ -189,6 +189,7 @@ def test_every_shader_reads_as_if_one_person_had_written_it(package, composed):
         assert not list(wrong_lines(text)), text
 
 
+@pytest.mark.long(keep=5)
 def test_nothing_in_a_shader_is_left_over(composed):
     for vertex, fragment in composed:
         # The vertex shader gives what the fragment shader reads.
@@ -205,7 +206,7 @@ def test_the_driver_takes_every_shader(package, composed):
                 pass
 
 
-@pytest.mark.long(keep=13)
+@pytest.mark.long(keep=3)
 @pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")
 @pytest.mark.parametrize("numbers", [str, in_half_floats, with_half_coordinates])
 def test_the_validator_of_khronos_takes_every_shader(composed, numbers, tmp_path):

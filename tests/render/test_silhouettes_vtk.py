@@ -21,6 +21,8 @@ from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import SourceSpec
 
+pytestmark = pytest.mark.long
+
 SIZE = 128
 # Skin begins at 25 and is opaque within millimetres; below is the noise of the air.
 LOW, HIGH, EXTINCTION_PER_MM = 25.0, 65.0, 0.4
@@ -73,7 +75,6 @@ def overlap(first: np.ndarray, second: np.ndarray) -> float:
     return float((one & other).sum() / (one | other).sum())
 
 
-@pytest.mark.long
 def test_every_view_shows_a_head_that_fills_a_good_part_of_the_picture(pictures) -> None:
     for name, (ours, theirs) in pictures.items():
         for picture in (ours, theirs):

@@ -26,6 +26,7 @@ def test_a_sound_file_is_read(subject, tmp_path) -> None:
     subject.read(file)
 
 
+@pytest.mark.long(keep=8)
 @pytest.mark.longer
 @each_subject
 def test_damaged_files_are_read_or_refused_with_a_code(subject, tmp_path) -> None:

@@ -56,7 +56,7 @@ def test_the_error_falls_with_its_order_as_steps_get_finer(bench, way):
         assert falling.errors[-1] > 1e-4
 
 
-@pytest.mark.long(keep=4)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("way", share(by_grid()), ids=lambda way: way.name)
 def test_the_error_falls_with_its_order_as_grids_get_finer(bench, way):
     falling = bench.by_grid(way)

@@ -508,7 +508,7 @@ def test_missing_is_a_key_of_ome_zarr_only(tmp_path) -> None:
 OTHER_TYPES = ([], [1], "text", 7, 1.5, True, None, {}, [{}], {"ome": []}, {"ome": {"multiscales": 7}})
 
 
-@pytest.mark.long(keep=35)
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("other", OTHER_TYPES, ids=str)
 @pytest.mark.parametrize(
     ("version", "name", "keys"),

@@ -112,7 +112,7 @@ def test_a_border_and_bricks_are_rightly_left_out_and_cost_bytes(found) -> None:
         assert row.other.package_bytes > found.planned.package_bytes
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("reach", [1, 0])
 def test_a_border_that_light_reads_is_told_from_the_place_of_samples(reach, tmp_path, monkeypatch) -> None:
     """Gradients of the outermost voxels that are seen reach one voxel into the border."""

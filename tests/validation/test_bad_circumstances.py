@@ -70,6 +70,7 @@ def test_a_driver_that_fails_in_the_middle_is_one_error_and_the_older_report_sta
     assert "out of memory" in str(error)
 
 
+@pytest.mark.long
 def test_what_is_no_number_in_a_float_target_is_told_with_its_program(folder, monkeypatch) -> None:
     read = Gl.read
 

@@ -28,6 +28,8 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
+pytestmark = pytest.mark.long
+
 LOOSE = "[tolerance]\nrmse = 0.03\nmaximum = 1.0\nflip = 0.3\nkept_light = 0.0\n"
 """Codes of 8 bits and short tables are enough for it."""
 NAMED = {choice.name: choice for choice in CHOICES}
@@ -75,7 +77,6 @@ def curve(report, name):
     return next(each for each in report.curves if each.name == name)
 
 
-@pytest.mark.long
 def test_every_choice_has_a_curve_or_says_why_not(report) -> None:
     assert [each.name for each in report.curves] == list(FEW)
     for each in report.curves:
@@ -168,7 +169,6 @@ def test_a_new_choice_is_one_more_entry(package, tmp_path, monkeypatch) -> None:
     assert "Does the projection matter?" in curves_page(found)
 
 
-@pytest.mark.long
 def test_validate_writes_curves_into_the_report_and_over_an_older_one(package, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(measure, "CHOICES", (NAMED["bits of a voxel"],))
     monkeypatch.setattr(measure, "_TURNS", 3)

@@ -79,7 +79,7 @@ def test_a_shell_thinner_than_the_samples_is_missed_by_them_and_seen_between_the
     assert preintegrated.total.rmse < lookup.total.rmse / 5
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_coarse_levels_show_shells_thinner_than_an_entry_of_their_own_tables(tmp_path, profile):
     """Light of entries is mixed, not colours, and what a shell hides lies between two entries."""

@@ -78,6 +78,7 @@ def test_the_phantom_is_within_the_tolerance_in_all_views_of_both_transfer_funct
         assert [view.view for view in program.views] == views
 
 
+@pytest.mark.long(keep=1)
 def test_the_data_are_valid_by_the_schema(report, folder) -> None:
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     data = json.loads((folder / "report.json").read_text(encoding="utf-8"))
@@ -165,7 +166,7 @@ def test_the_report_names_what_it_validated_and_on_what(report, built_package) -
     assert report.cost.seconds["all"] > sum(report.cost.seconds.values()) / 3
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_two_runs_differ_in_times_only_and_json_is_the_report_itself(report, package, tmp_path) -> None:
     done = volprep("validate", package, "--size", str(SIZE), "--json", "--report", tmp_path / "elsewhere")
     assert done.returncode == ExitStatus.OK, done.stderr

@@ -150,6 +150,7 @@ def test_validation_asks_the_witness_and_the_page_shows_what_it_says(report) -> 
     assert program.picture in shown
 
 
+@pytest.mark.long
 def test_vtk_agrees_with_a_package_that_follows_from_the_scan(report) -> None:
     assert report.verdict.disagreeing == ()
     assert all(view.truth_rmse <= view.bound for program in report.witness.programs for view in program.views)
