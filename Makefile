@@ -22,7 +22,7 @@ WHEEL := $(STAMPS)/wheel
 NATIVE := $(STAMPS)/native
 LONG_TESTS := tests/robustness/test_mutations.py tests/robustness/test_killed_build.py tests/validation/test_every_field.py \
   tests/truth/test_every_order.py tests/validation/test_stress.py
-CXX_FILES := $(shell find volprep/native -name '*.[ch]pp') $(wildcard formats/c/*.[ch] tests/c/*.c)
+CXX_FILES := $(shell find volprep/native formats/native -name '*.[ch]pp') $(wildcard formats/c/*.[ch] tests/c/*.c)
 
 help:
 	@echo "make demo    a real brain scan becomes two validated packages, with report and pictures (out/)"
@@ -111,6 +111,6 @@ $(TEST) $(LINT) $(DOCS) $(BENCH) $(WHEEL): $(CORE)
 	@touch $@
 
 # Not isolated, so that the build takes the pinned versions and compiles only what changed.
-$(NATIVE): $(CORE) $(shell find volprep/native -type f)
+$(NATIVE): $(CORE) CMakeLists.txt $(wildcard tools/cmake/*) $(shell find volprep/native formats/native -type f)
 	@tools/step.sh native "building the native core" .venv/bin/pip install --no-build-isolation --no-deps --editable .
 	@touch $@
