@@ -103,7 +103,7 @@ system:
 	@tools/system_packages.sh
 
 $(CORE): constraints.txt pyproject.toml | system
-	@tools/install.sh core build
+	@tools/install.sh core validate batch zarr convex build
 	@mkdir -p $(@D) && touch $@
 
 $(TEST) $(LINT) $(DOCS) $(BENCH) $(WHEEL): $(CORE)
