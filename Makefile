@@ -28,7 +28,7 @@ help:
 	@echo "make demo    a real brain scan becomes two validated packages, with report and pictures (out/)"
 	@echo "make test    all tests; ARGS='-k mosaic' passes arguments to pytest"
 	@echo "make test-long  tests at full length: damaged files, killed builds, a lie in every field, orders of every layout"
-	@echo "make lint    ruff, mypy, clang-format, Biome, codespell"
+	@echo "make lint    ruff, mypy, clang-format (C++ and GLSL), Biome, codespell"
 	@echo "make docs    the documentation as a site, from the pages of this folder (out/docs/index.html)"
 	@echo "make bench   kernels and import against their peers; writes bench.json"
 	@echo "make papers  tables and curves of the papers, measured on this driver (out/papers); ARGS='thesis --quick' passes arguments"
@@ -57,6 +57,7 @@ lint: $(NATIVE) $(TEST) $(LINT)
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 	.venv/bin/clang-format --dry-run -Werror $(CXX_FILES)
+	.venv/bin/python tools/glsl_format.py
 	tools/javascript.sh
 	git ls-files -z | grep -zvE '\.(png|gz|nii)$$' | xargs -0 .venv/bin/codespell
 
