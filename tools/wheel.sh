@@ -16,7 +16,7 @@ tools/step.sh sdist "making the sdist" \
 tools/step.sh wheel "building the wheel" \
     "$python" -m pip wheel --no-build-isolation --no-deps --wheel-dir build/wheel .
 tools/step.sh repair "putting the libraries inside" \
-    "$python" -m auditwheel repair --strip --wheel-dir build/wheel/repaired build/wheel/volprep-*.whl
+    "$python" -m auditwheel repair --wheel-dir build/wheel/repaired build/wheel/volprep-*.whl
 tools/step.sh licences "adding their licences" \
     "$python" tools/wheel_licences.py build/wheel/repaired/volprep-*.whl dist
 "$python" -m auditwheel show dist/volprep-*.whl | sed -n '/is consistent with/,/tag:/p'
