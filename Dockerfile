@@ -20,7 +20,8 @@ RUN apt-get update \
     && rm -rf /var/lib/apt/lists/*
 COPY --from=wheel /source/dist/*.whl /source/constraints.txt /tmp/wheel/
 RUN python3 -m venv /opt/volprep \
-    && /opt/volprep/bin/pip install --no-cache-dir --constraint /tmp/wheel/constraints.txt /tmp/wheel/*.whl \
+    && /opt/volprep/bin/pip install --no-cache-dir --constraint /tmp/wheel/constraints.txt \
+        "$(ls /tmp/wheel/*.whl)[validate,batch,zarr,convex]" \
     && rm -r /tmp/wheel \
     && useradd --create-home --uid 1000 volprep
 USER volprep

@@ -20,13 +20,13 @@ DOCS := $(STAMPS)/docs
 BENCH := $(STAMPS)/bench
 WHEEL := $(STAMPS)/wheel
 NATIVE := $(STAMPS)/native
-CXX_FILES := $(shell find volprep/native -name '*.[ch]pp') $(wildcard formats/c/*.[ch] tests/c/*.c)
+CXX_FILES := $(shell find volprep/native formats/native -name '*.[ch]pp') $(wildcard formats/c/*.[ch] tests/c/*.c)
 
 help:
 	@echo "make demo    a real brain scan becomes two validated packages, with report and pictures (out/)"
 	@echo "make test    all tests; ARGS='-k mosaic' passes arguments to pytest"
 	@echo "make test-long  tests at full length: damaged files, killed builds, a lie in every field, orders of every layout"
-	@echo "make lint    ruff, mypy, clang-format, Biome, codespell"
+	@echo "make lint    ruff, mypy, clang-format (C++ and GLSL), Biome, codespell"
 	@echo "make docs    the documentation as a site, from the pages of this folder (out/docs/index.html)"
 	@echo "make bench   kernels and import against their peers; writes bench.json"
 	@echo "make papers  tables and curves of the papers, measured on this driver (out/papers); ARGS='thesis --quick' passes arguments"
@@ -55,6 +55,7 @@ lint: $(NATIVE) $(TEST) $(LINT)
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 	.venv/bin/clang-format --dry-run -Werror $(CXX_FILES)
+	.venv/bin/python tools/glsl_format.py
 	tools/javascript.sh
 	git ls-files -z | grep -zvE '\.(png|gz|nii)$$' | xargs -0 .venv/bin/codespell
 
@@ -101,7 +102,7 @@ system:
 	@tools/system_packages.sh
 
 $(CORE): constraints.txt pyproject.toml | system
-	@tools/install.sh core build
+	@tools/install.sh core validate batch zarr convex build
 	@mkdir -p $(@D) && touch $@
 
 $(TEST) $(LINT) $(DOCS) $(BENCH) $(WHEEL): $(CORE)
@@ -109,6 +110,6 @@ $(TEST) $(LINT) $(DOCS) $(BENCH) $(WHEEL): $(CORE)
 	@touch $@
 
 # Not isolated, so that the build takes the pinned versions and compiles only what changed.
-$(NATIVE): $(CORE) $(shell find volprep/native -type f)
+$(NATIVE): $(CORE) CMakeLists.txt $(wildcard tools/cmake/*) $(shell find volprep/native formats/native -type f)
 	@tools/step.sh native "building the native core" .venv/bin/pip install --no-build-isolation --no-deps --editable .
 	@touch $@

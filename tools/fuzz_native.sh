@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Feeds damaged files to the native readers: those of volprep/native/fuzz, one after the other, with libFuzzer where
+# Feeds damaged files to the native readers: those of formats/native/fuzz, one after the other, with libFuzzer where
 # Clang is, else with our own driver. The sound files come from the generators of the tests.
 #
 # Usage: tools/fuzz_native.sh [--seconds N] [--only NAME]    (60 seconds each; header or vdb)
@@ -38,7 +38,7 @@ done
 build=$PWD/build/fuzz/${compiler##*/}
 make_fuzzers() {
     PATH=$PWD/.venv/bin:$PATH
-    cmake -S volprep/native/fuzz -B "$1" -G Ninja -DCMAKE_CXX_COMPILER="$2" && cmake --build "$1"
+    cmake -S formats/native/fuzz -B "$1" -G Ninja -DCMAKE_CXX_COMPILER="$2" && cmake --build "$1"
 }
 export -f make_fuzzers
 tools/step.sh fuzz-native "building the fuzzers with $compiler" bash -c 'make_fuzzers "$1" "$2"' - \

@@ -18,20 +18,28 @@ NOTICE = _ROOT / "NOTICE"
 _HEAD = """volprep
 Licensed under the Apache License, Version 2.0; see LICENSE.
 
-volprep needs these Python packages where it is installed. None of them is part of it; each has a licence of its own,
-and so have the libraries that its binary packages bring with them. Written by tools/make_notice.py.
+volprep needs these Python packages where it is installed, some of them only for its extras. None of them is part of
+it; each has a licence of its own, and so have the libraries that its binary packages bring with them. Written by
+tools/make_notice.py.
 
 """
+_EXTRAS = ("validate", "batch", "zarr", "convex")
 _LONGEST = 60
 _NO_ANSWER = "Other/Proprietary License"
 
 
 def notice() -> str:
     """Return the text of NOTICE for the packages that are installed here."""
-    project = tomllib.loads((_ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    licences = licences_of(project["dependencies"])
+    licences = licences_of(user_requirements())
     width = max(len(name) for name in licences)
     return _HEAD + "".join(f"{name.ljust(width)}  {licence}\n" for name, licence in sorted(licences.items()))
+
+
+def user_requirements() -> list[str]:
+    """Requirements of volprep, and of the extras that a wheel's user needs for a whole chain without a witness."""
+    project = tomllib.loads((_ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    return [*project["dependencies"], *(line for name in _EXTRAS for line in extras[name])]
 
 
 def licences_of(requirements: list[str]) -> dict[str, str]:

@@ -11,7 +11,7 @@ trap 'rm -rf "$venv"' EXIT
 
 "$python" -m venv "$venv"
 "$venv/bin/pip" install -q --upgrade pip
-"$venv/bin/python" tools/requirements.py core build test lint docs bench wheel >"$venv/requirements.txt"
+"$venv/bin/python" tools/requirements.py core validate batch zarr convex build test lint docs bench wheel >"$venv/requirements.txt"
 tools/step.sh pin "installing the newest versions" "$venv/bin/pip" install --only-binary=:all: -r "$venv/requirements.txt"
 {
     echo "# The versions that volprep was tested with. Every installation that make does takes these."

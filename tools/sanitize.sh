@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.." || exit 2
 build=$PWD/build/sanitize
 findings=$build/findings
 compiler=${CXX:-c++}
-preload=$build/liballocation.so
+preload=$build/formats/native/liballocation.so
 for library in libasan.so libstdc++.so; do
     path=$("$compiler" -print-file-name="$library")
     if [ ! -f "$path" ]; then
@@ -22,7 +22,7 @@ done
 
 make_modules() {
     PATH=$PWD/.venv/bin:$PATH
-    cmake -S volprep/native -B "$1" -G Ninja -DCMAKE_BUILD_TYPE=Release -DVOLPREP_SANITIZE=ON \
+    cmake -S . -B "$1" -G Ninja -DCMAKE_BUILD_TYPE=Release -DVOLPREP_SANITIZE=ON \
         -DPython_EXECUTABLE="$PWD/.venv/bin/python" && cmake --build "$1"
 }
 export -f make_modules

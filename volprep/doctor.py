@@ -11,10 +11,11 @@ from typing import Literal, get_args
 from volprep.render.probe_results import ProfileProbes
 from volprep.scene.profiles import ProfileFile, class_names, device_names, load_profile, load_sheet, profile_names
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import EXTRAS, how_to_add, missing_module
 from volprep_formats.package.api import ContextApi, graphics_api
 from volprep_formats.record import Record
 
-Topic = Literal["machine", "volprep", "OpenGL ES", "profile", "device", "drawing", "DICOM", "files"]
+Topic = Literal["machine", "volprep", "OpenGL ES", "profile", "device", "drawing", "DICOM", "files", "extra"]
 _NEEDED_APIS = ("es2.0", "es3.0")
 _NEEDED_PROFILES = ("gles2-2048", "gles3")
 # Building the package of a 384-slice head MR peaks below this.
@@ -54,7 +55,7 @@ class Examination(Record):
 def examine() -> Examination:
     """Run all checks. Missing things never raise."""
     probes: list[ProfileProbes] = []
-    facts = (*_machine(), *_volprep(), *_opengl_es(), *_profiles(probes), *_devices(), *_dicom(), *_files())
+    facts = (*_machine(), *_volprep(), *_opengl_es(), *_profiles(probes), *_devices(), *_dicom(), *_files(), *_extras())
     return Examination(
         ready=all(fact.found for fact in facts if fact.needed),
         facts=facts,
@@ -242,3 +243,16 @@ def _files() -> Iterator[Fact]:
 
 def _openimageio() -> str:
     return f"OpenImageIO {import_module('OpenImageIO').VERSION_STRING}"
+
+
+def _extras() -> Iterator[Fact]:
+    for extra, needed in EXTRAS.items():
+        module = missing_module(extra)
+        yield Fact(
+            topic="extra",
+            name=extra,
+            found=module is None,
+            needed=extra == "validate",
+            detail=needed.purpose if module is None else f"{needed.purpose}: no module {module}",
+            remedy="" if module is None else how_to_add(extra),
+        )

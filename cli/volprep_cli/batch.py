@@ -163,6 +163,11 @@ def batch(
         msg = "--rules read headers, so JOBS must be a folder tree; a table has a column for scenes"
         raise typer.BadParameter(msg)
     part = _part(shard)
+    from volprep_formats.installation import require_extra
+
+    require_extra("batch")
+    if validate:
+        require_extra("validate")
     from volprep.batch.jobs import Defaults, in_shard
     from volprep.batch.place import Place
     from volprep.batch.run import Wishes, find_jobs, run_batch

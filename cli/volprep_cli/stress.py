@@ -54,6 +54,9 @@ def stress(
 
     Exit status 0: every case is drawn, or refused, as it must be. 1: a case is not, or was not tried.
     """
+    from volprep_formats.installation import require_extra
+
+    require_extra("validate")
     from volprep.report.stress import stress as try_cases
     from volprep.scene.profiles import load_profile
     from volprep.techniques import TECHNIQUES

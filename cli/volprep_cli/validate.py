@@ -106,6 +106,9 @@ def validate(
     if quick:
         _check(package, as_json=as_json)
         return
+    from volprep_formats.installation import require_extra
+
+    require_extra("validate")
     from volprep.report.validate import validate as validate_package
     from volprep.validation.folder import default_report_path
     from volprep.validation.verdict_errors import error_of_verdict

@@ -74,12 +74,6 @@ class ScalarGrid:
         Rows of the 4×4 matrix from (x, y, z, 1) in voxels to world; None if it is not linear.
         """
 
-    def block_ranges(self, first_xyz: Sequence[int], shape_zyx: Sequence[int], block: int, low: Annotated[NDArray[numpy.float32], dict(shape=(None, None, None), order='C', device='cpu')], high: Annotated[NDArray[numpy.float32], dict(shape=(None, None, None), order='C', device='cpu')]) -> None:
-        """
-        Fill `low` and `high` [z, y, x] with the least and the greatest value of each block of `block` cells of the
-        `shape_zyx` voxels from `first_xyz` on. The last voxel of a block is the first of the next.
-        """
-
     def copy(self, first_xyz: Sequence[int], dst: Annotated[NDArray[numpy.float32], dict(shape=(None, None, None), order='C', device='cpu')]) -> None:
         """Fill `dst` [z, y, x] with the values from voxel `first_xyz` on."""
 

@@ -1,8 +1,49 @@
-"""How volprep was installed, and how to add one of its extras."""
+"""How volprep was installed, which of its extras are there, and how to add one."""
 
 import json
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, distribution
+from importlib.util import find_spec
+from typing import Literal
 from urllib.parse import unquote, urlsplit
+
+from volprep_formats.diagnostics import VolprepError
+
+Extra = Literal["validate", "batch", "zarr", "convex"]
+"""An extra that commands ask for before they start."""
+
+
+@dataclass(frozen=True)
+class Needed:
+    """What an extra is for."""
+
+    purpose: str
+    """Subject of the message where it is missing."""
+    modules: tuple[str, ...]
+    """Python modules that it brings. A test compares them with pyproject.toml."""
+
+
+EXTRAS: dict[Extra, Needed] = {
+    "validate": Needed(
+        "comparing pictures and writing reports", ("scipy", "skimage", "matplotlib", "flip_evaluator", "jinja2")
+    ),
+    "batch": Needed("volprep batch", ("dask", "distributed", "fsspec", "psutil", "jinja2")),
+    "zarr": Needed("OME-Zarr", ("zarr",)),
+    "convex": Needed('form = "convex" of a proxy', ("scipy",)),
+}
+
+
+def missing_module(extra: Extra) -> str | None:
+    """Return the first module of an extra that is not installed; None if all are. Imports none of them."""
+    return next((name for name in EXTRAS[extra].modules if find_spec(name) is None), None)
+
+
+def require_extra(extra: Extra) -> None:
+    """Raise VP7005 if a module of an extra is not installed."""
+    module = missing_module(extra)
+    if module is not None:
+        purpose = EXTRAS[extra].purpose
+        raise VolprepError("VP7005", purpose=purpose, module=module, extra=extra, how=how_to_add(extra))
 
 
 def how_to_add(extra: str) -> str:

@@ -24,7 +24,6 @@ def contests() -> Iterator[Contest]:
     yield _minmax(scan)
     yield _minmax(scan, 8)
     yield _quantize(scan)
-    yield _count(scan)
     for dtype in (np.int16, np.uint16, np.float32):
         volume = scan[:: np.dtype(dtype).itemsize].astype(dtype)
         yield _box(volume)
@@ -103,9 +102,6 @@ def _stored_values(source: NDArray[np.generic]) -> Iterator[Contest]:
     yield _planes(source)
     if source.dtype == np.float32:
         yield _range(source)
-        yield _bins(source)
-    else:
-        yield _count(source)
 
 
 def _planes(source: NDArray[np.generic]) -> Contest:
@@ -126,18 +122,6 @@ def _planes(source: NDArray[np.generic]) -> Contest:
     )
 
 
-def _count(source: NDArray[np.generic]) -> Contest:
-    histogram = np.zeros(2 ** (8 * source.itemsize), np.uint64)
-    unsigned = source.reshape(-1).view(f"u{source.itemsize}")
-    return Contest(
-        work="histogram of stored values",
-        source=source,
-        bytes_written=0,
-        ours=lambda: _native.count_values(source, histogram),
-        peers={"numpy bincount": lambda: np.bincount(unsigned, minlength=histogram.size)},
-    )
-
-
 def _range(source: NDArray[np.generic]) -> Contest:
     return Contest(
         work="range of finite values",
@@ -145,15 +129,4 @@ def _range(source: NDArray[np.generic]) -> Contest:
         bytes_written=0,
         ours=lambda: _native.value_range(source),
         peers={"numpy nanmin, nanmax": lambda: (np.nanmin(source), np.nanmax(source))},
-    )
-
-
-def _bins(source: NDArray[np.generic]) -> Contest:
-    histogram = np.zeros(1024, np.uint64)
-    return Contest(
-        work="histogram of 1024 bins",
-        source=source,
-        bytes_written=0,
-        ours=lambda: _native.bin_values(source, 0.0, 255.0, histogram),
-        peers={"numpy histogram": lambda: np.histogram(source, 1024, (0.0, 255.0))},
     )

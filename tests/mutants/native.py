@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .mutant import ROOT, Mutant
 
-_SOURCE = "volprep/native"
+_SOURCES = ("CMakeLists.txt", "tools/cmake", "volprep/native", "formats/native")
 
 
 class NativeBuild:
@@ -17,7 +17,10 @@ class NativeBuild:
     def __init__(self, folder: Path) -> None:
         self._source, self._build = folder / "source", folder / "build"
         shutil.rmtree(self._source, ignore_errors=True)
-        shutil.copytree(ROOT / _SOURCE, self._source)
+        for name in _SOURCES:
+            copied = self._source / name
+            copied.parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copytree if (ROOT / name).is_dir() else shutil.copy)(ROOT / name, copied)
         launcher = shutil.which("ccache")
         self._environment = {**os.environ, "CCACHE_BASEDIR": str(folder), "CCACHE_NOHASHDIR": "1"}
         self._run(
@@ -29,7 +32,7 @@ class NativeBuild:
     def library(self, mutant: Mutant | None) -> Path:
         """Build the core with a bug, or without, and return its library."""
         if mutant is not None:
-            path = self._source / Path(mutant.file).relative_to(_SOURCE)
+            path = self._source / mutant.file
             before = path.read_text(encoding="utf-8")
             path.write_text(mutant.text(), encoding="utf-8")
         try:
@@ -37,7 +40,7 @@ class NativeBuild:
         finally:
             if mutant is not None:
                 path.write_text(before, encoding="utf-8")
-        (built,) = self._build.glob("_native.*.so")
+        (built,) = (self._build / "volprep/native").glob("_native.*.so")
         kept = self._build / f"{mutant.name if mutant else 'none'}" / built.name
         kept.parent.mkdir(exist_ok=True)
         return Path(shutil.copy(built, kept))

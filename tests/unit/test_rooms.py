@@ -1,6 +1,7 @@
 """Imports point down: between the rooms of the house, and between those of `volprep/parts`."""
 
 import ast
+import re
 from collections import defaultdict
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -42,10 +43,11 @@ def test_no_rooms_import_each_other_in_a_circle(package: str) -> None:
     assert len(list(order)) > 10
 
 
-def test_no_room_imports_one_of_a_higher_floor() -> None:
+def test_a_room_imports_from_lower_floors_alone() -> None:
     floor = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
     for room, others in imports(ROOT / "volprep", "volprep").items():
-        assert {other: room for other in others if floor[other] > floor[room]} == {}
+        assert {other: room for other in others if floor[other] >= floor[room]} == {}
+    assert "volprep_formats" not in "".join(path.read_text() for path in (ROOT / "volprep/kernels").glob("*.py"))
 
 
 def test_formats_import_nothing_of_the_house_and_the_house_nothing_of_the_command_line() -> None:
@@ -56,3 +58,22 @@ def test_formats_import_nothing_of_the_house_and_the_house_nothing_of_the_comman
             node.module or "" for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)
         ]
         assert not [module for module in modules if module.startswith(upward)], path
+
+
+def test_the_source_of_a_native_module_is_with_its_package() -> None:
+    found = {}
+    for path in ROOT.glob("*/native/**/CMakeLists.txt"):
+        text = path.read_text()
+        for module, package in re.findall(r"install\(TARGETS (\w+) DESTINATION ([\w/]+)\)", text):
+            found[module] = (package.split("/")[0], path.relative_to(ROOT).parts[0])
+    assert found == {
+        "_native": ("volprep", "volprep"),
+        "_vdb": ("volprep_formats", "formats"),
+        "_dicom": ("volprep_formats", "formats"),
+    }
+
+
+def test_the_native_readers_include_nothing_of_the_house() -> None:
+    files = [path for path in (ROOT / "formats/native").rglob("*") if path.suffix in {".cpp", ".hpp", ".txt"}]
+    assert len(files) > 10
+    assert [path for path in files if re.search(r'include "volprep/|volprep/native', path.read_text())] == []

@@ -24,7 +24,7 @@ PINNED = {
 REQUIREMENTS = [
     *PROJECT["build-system"]["requires"],
     *PROJECT["project"]["dependencies"],
-    *(line for extra in PROJECT["project"]["optional-dependencies"].values() for line in extra),
+    *(line for name, extra in PROJECT["project"]["optional-dependencies"].items() if name != "all" for line in extra),
 ]
 
 

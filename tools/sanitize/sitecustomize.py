@@ -12,7 +12,11 @@ from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
-FOLDERS = {"volprep.kernels._native": "", "volprep_formats._dicom": "dicom", "volprep_formats._vdb": "vdb"}
+FOLDERS = {
+    "volprep.kernels._native": "volprep/native",
+    "volprep_formats._dicom": "formats/native/dicom",
+    "volprep_formats._vdb": "formats/native/vdb",
+}
 
 
 class Sanitized:

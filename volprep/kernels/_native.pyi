@@ -20,32 +20,6 @@ def memory_copy(src: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order='
     Copy src to dst, each thread one part: the machine's copy bandwidth, when timed.
     """
 
-def bin_values(src: numpy.typing.NDArray[numpy.generic], low: float, high: float, histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
-    """
-    Add to histogram the voxels of src that lie in [low, high], in bins of equal width.
-
-    A voxel v is counted in bin min(floor((v - low) * (bins / (high - low))), bins - 1), computed in float64. Voxels outside the
-    range and NaN are not counted. A volume may be given slab by slab.
-
-    Parameters
-    ----------
-    src
-        float32, C-contiguous [z, y, x], at least one voxel along each axis and at most 2^34 voxels.
-    low, high
-        Ends of the range, both included; low < high.
-    histogram
-        1 to 65536 counts.
-    threads
-        Threads to use, 0 for all. The result does not depend on it.
-
-    Raises
-    ------
-    ValueError
-        If a size or the range does not fit.
-    TypeError
-        If an array has another type or order.
-    """
-
 def block_minmax_shape(shape_zyx: Sequence[int], block: int) -> tuple[int, int, int]:
     """
     The shape that block_minmax gives: max(1, ceil((n - 1) / block)) along each axis.
@@ -149,30 +123,6 @@ def column_light(columns: numpy.typing.NDArray[numpy.float64], spacing_mm: float
     ------
     ValueError
         If a size does not fit, or values do not ascend.
-    TypeError
-        If an array has another type or order.
-    """
-
-def count_values(src: numpy.typing.NDArray[numpy.generic], histogram: numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> None:
-    """
-    Add to histogram how often each stored integer occurs in src.
-
-    Range, used bits and every other statistic of the stored values follow from the histogram. A volume may be given slab by
-    slab.
-
-    Parameters
-    ----------
-    src
-        uint8, int16 or uint16, C-contiguous [z, y, x], at least one voxel along each axis and at most 2^34 voxels.
-    histogram
-        256 or 65536 counts, for all values of src's type in ascending order: entry 0 is that of 0, or of -32768 for int16.
-    threads
-        Threads to use, 0 for all. The result does not depend on it.
-
-    Raises
-    ------
-    ValueError
-        If a size does not fit.
     TypeError
         If an array has another type or order.
     """

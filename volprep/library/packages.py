@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from volprep.library.choices import SourceChoices, source_of
 from volprep.pipeline.build import build, plan_build
 from volprep.plan.records import Plan
-from volprep.report.validate import validate
 from volprep.scene.request import Request, request_of
 from volprep.validation.folder import default_report_path
 from volprep.validation.report_record import Report
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import require_extra
 from volprep_formats.output import new_file, output_errors
 from volprep_formats.package.check import Finding, check
 from volprep_formats.package.manifest import Manifest
@@ -124,6 +124,9 @@ def validate_package(
     and height of the pictures; if absent, as the scene says. Raises the errors of `volprep validate`, except that a
     package beyond its tolerance is no error here.
     """
+    require_extra("validate")
+    from volprep.report.validate import validate  # noqa: PLC0415 - its libraries are in an extra
+
     path = Path(package)
     return validate(
         path,

@@ -13,6 +13,7 @@ from volprep.render.renderer import Renderer
 from volprep.truth.metrics import picture_error
 from volprep.truth.picture import encoded
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import require_extra
 from volprep_formats.output import new_folder
 from volprep_formats.package.reader import Package
 from volprep_formats.png import png_bytes
@@ -61,9 +62,10 @@ class Finishing:
 def take_progressively(package_path: Path, shot: Shot, finishing: Finishing, folder: Path) -> Frames:
     """Draw a package frame by frame into a new folder of PNG files.
 
-    Raises VP5041 for a package that cannot be drawn in that order, VP5021 if the folder cannot be written, and the
-    errors of `Renderer`.
+    Raises VP5041 for a package that cannot be drawn in that order, VP5021 if the folder cannot be written, VP7005
+    without the extra `validate`, and the errors of `Renderer`.
     """
+    require_extra("validate")
     package = Package.open(package_path)
     if not package.manifest.profile.has_shaders:
         raise VolprepError("VP5041", technique="slices")

@@ -24,7 +24,7 @@ Dialect = Literal["es100", "es300", "es310"]
 """Languages of shaders. Compute shaders alone have the last one."""
 
 _FOLDER = Path(__file__).parent / "glsl"
-_HEAD = re.compile(r"^//:.*\n", re.MULTILINE)
+_HEAD = re.compile(r"^ *//:.*\n", re.MULTILINE)
 _SECTION = re.compile(r"^//#section (\w+)\n", re.MULTILINE)
 _EACH = re.compile(r"^ *//#each (\w+)\n(.*?)^ *//#end\n", re.MULTILINE | re.DOTALL)
 _SLOT = re.compile(r"^( *)//#part (\w+)\n", re.MULTILINE)

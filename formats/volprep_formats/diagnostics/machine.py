@@ -23,6 +23,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "the limit of memory (ulimit -v), {limit_mb:.0f} MB, is too low: {needed_mb:.0f} MB or more are needed",
         "Raise the limit, or the memory that is requested from the scheduler, to 2 GB or more.",
     ),
+    "VP7005": Diagnostic(
+        ExitStatus.MACHINE,
+        "{purpose} needs the Python module {module}, which is not installed",
+        "It is in the extra {extra}: {how}.",
+    ),
     "VP7010": Diagnostic(
         ExitStatus.RENDER,
         "the package needs {needed}, but this page has {found}",

@@ -15,6 +15,7 @@ import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.installation import require_extra
 from volprep_formats.output import new_folder
 from volprep_formats.progress import Progress
 from volprep_formats.source import VolumeSource
@@ -94,7 +95,11 @@ def _write_levels(levels: Iterable[Level], folder: Path, progress: Progress, *, 
 
 
 def check_target(path: Path, *, replaces: bool) -> None:
-    """Raise VP1251 if there is something at `path` that must not be replaced: only stores of `write` may be."""
+    """Raise VP1251 if there is something at `path` that must not be replaced: only stores of `write` may be.
+
+    Raise VP7005 if zarr is not installed.
+    """
+    require_extra("zarr")
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):
         return
     document = path / "zarr.json"

@@ -22,12 +22,10 @@ Shape3 shape_of(const Array& array) {
 }
 
 void bandwidth(nb::module_& module);
-void bin_values(nb::module_& module);
 void block_minmax(nb::module_& module);
 void block_surface(nb::module_& module);
 void box_reduce(nb::module_& module);
 void column_light(nb::module_& module);
-void count_values(nb::module_& module);
 void distances(nb::module_& module);
 void extrema_reduce(nb::module_& module);
 void feature_reduce(nb::module_& module);

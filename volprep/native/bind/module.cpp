@@ -4,12 +4,10 @@
 NB_MODULE(_native, module) {
     module.doc() = "Native kernels of volprep. Callers allocate; sizes are checked; the GIL is released.";
     volprep::bind::bandwidth(module);
-    volprep::bind::bin_values(module);
     volprep::bind::block_minmax(module);
     volprep::bind::block_surface(module);
     volprep::bind::box_reduce(module);
     volprep::bind::column_light(module);
-    volprep::bind::count_values(module);
     volprep::bind::distances(module);
     volprep::bind::extrema_reduce(module);
     volprep::bind::feature_reduce(module);

@@ -16,6 +16,7 @@ from volprep.parts.skip.occupancy import Occupied
 from volprep.plan.products import ProxyMeshPlan, ProxyPlan
 from volprep.scan.statistics import MEASURED_BLOCK
 from volprep.scene.scene import ProxySettings
+from volprep_formats.installation import require_extra
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.program import ProgramDesign
@@ -34,7 +35,12 @@ VERTEX = "shaders/proxy.vert"
 def plan_proxy(
     wanted: ProxySettings, functions: tuple[TransferFunction, ...], programs: tuple[ProgramDesign, ...], found: Found
 ) -> ProxyPlan:
-    """Decide which transfer functions get meshes on which levels."""
+    """Decide which transfer functions get meshes on which levels.
+
+    Raises VP7005 for convex meshes without the extra `convex`.
+    """
+    if wanted.form == "convex":
+        require_extra("convex")
     shares = tuple(
         saved_share(measured_occupied(function, wanted.epsilon, found), wanted.form) for function in functions
     )

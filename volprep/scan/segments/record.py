@@ -1,9 +1,11 @@
 """Record of the segments that an import found in a scan: working data of a draft."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from volprep.scan.block_ranges import blocks_with
@@ -110,18 +112,25 @@ def found_segments(fitted: Fitted, sha256: str, table: str | None = None) -> Fou
 
 
 def _boxes(labels: LabelArray, count: int) -> tuple[VoxelBox | None, ...]:
-    from scipy.ndimage import find_objects  # noqa: PLC0415 - loads slowly
+    """Return the box of each label from 0 to count - 1; None for one that no voxel has."""
+    nz, ny, nx = labels.shape
+    z_with, y_with, x_with = (np.zeros((count, n), np.bool_) for n in (nz, ny, nx))
+    ends = np.ones((ny, nx + 1), np.bool_)
+    for z, plane in enumerate(labels):
+        # The first and the last voxel of each run of equal labels along x are enough for a box.
+        np.not_equal(plane[:, 1:], plane[:, :-1], out=ends[:, 1:-1])
+        for marked in (ends[:, :-1], ends[:, 1:]):
+            y, x = np.nonzero(marked)
+            label = plane[y, x]
+            z_with[label, z] = y_with[label, y] = x_with[label, x] = True
+    return tuple(_box(each) for each in zip(z_with, y_with, x_with, strict=True))
 
-    # find_objects ignores 0.
-    found = find_objects(labels.astype(np.int32) + 1, count)
-    return tuple(
-        None
-        if box is None
-        else VoxelBox(
-            start_zyx=(box[0].start, box[1].start, box[2].start), stop_zyx=(box[0].stop, box[1].stop, box[2].stop)
-        )
-        for box in found
-    )
+
+def _box(with_label: Sequence[NDArray[np.bool_]]) -> VoxelBox | None:
+    if not with_label[0].any():
+        return None
+    (z0, z1), (y0, y1), (x0, x1) = (np.flatnonzero(along)[[0, -1]].tolist() for along in with_label)
+    return VoxelBox(start_zyx=(z0, y0, x0), stop_zyx=(z1 + 1, y1 + 1, x1 + 1))
 
 
 def srgb_of(text: str) -> tuple[float, float, float]:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.installation import require_extra
 from volprep_formats.isolation import WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.decoded_source import DecodedSource
@@ -141,8 +142,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
     """Open the channel, time point, level and image that are chosen, or the only ones; the finest level.
 
     Raises VolprepError VP1220 (not sound), VP1221 and VP1222 (choice), VP1224 (not read), VP1225 (too large), VP1226
-    (leads out of the store), VP1227 (no distance), VP1260 (chunks missing) or VP1270 to VP1273.
+    (leads out of the store), VP1227 (no distance), VP1260 (chunks missing), VP1270 to VP1273, or VP7005 (zarr is not
+    installed).
     """
+    require_extra("zarr")
     with workers() as pool:
         store = StoreKey.of(path)
         prefix, picture = _image(path, store, pool, spec.series)

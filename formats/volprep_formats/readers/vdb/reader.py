@@ -17,21 +17,18 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import Lines, VolprepError
-from volprep_formats.grid import Grid, blocks_along
+from volprep_formats.grid import Grid
 from volprep_formats.isolation import Function, WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.vdb.tree import (
     GridEntry,
-    RangesRequest,
     SlabRequest,
     TreeFacts,
     TreeRequest,
     Xyz,
     list_grids,
-    read_ranges,
     read_slab,
     tree_facts,
 )
@@ -111,21 +108,6 @@ class VdbSource:
             request = SlabRequest(self._tree, (x, y, z + start), (stop - start, ny, nx))
             slab[start - z0 : stop - z0] = self._worker.run(read_slab, request, 4 * (stop - start) * ny * nx)
         return slab
-
-    def block_ranges(
-        self, start_zyx: tuple[int, int, int], shape_zyx: tuple[int, int, int], block: int
-    ) -> Float32Array:
-        """Least, then greatest value of each block of `block` cells [2, z, y, x], from the tree alone.
-
-        Of the part of `shape_zyx` voxels from `start_zyx` on. A block of B cells holds B + 1 voxels along an axis, the
-        last one shared with the next. Time and memory follow nodes and tiles, not voxels. Raises VolprepError VP1200 or
-        VP1270 to VP1273.
-        """
-        x, y, z = (first + start for first, start in zip(self._first_xyz, start_zyx[::-1], strict=True))
-        bz, by, bx = (blocks_along(n, block) for n in shape_zyx)
-        request = RangesRequest(self._tree, (x, y, z), shape_zyx, block, (bz, by, bx))
-        ends = self._worker.run(read_ranges, request, 8 * bz * by * bx)
-        return ends.astype(np.float32, copy=False)
 
     def __enter__(self) -> Self:
         """Return the source itself."""

@@ -45,19 +45,6 @@ class SlabRequest:
 
 
 @dataclass(frozen=True)
-class RangesRequest:
-    """Least and greatest value of the blocks of one grid."""
-
-    tree: TreeRequest
-    first_xyz: Xyz
-    shape_zyx: tuple[int, int, int]
-    block: int
-    """Cells along an edge of a block."""
-    blocks_zyx: tuple[int, int, int]
-    """Number of blocks: max(1, ceil((n - 1) / block))."""
-
-
-@dataclass(frozen=True)
 class GridEntry:
     """Description of a grid in a file, before its tree is read."""
 
@@ -115,13 +102,6 @@ def read_slab(request: SlabRequest) -> Float32Array:
     slab = np.empty(request.shape_zyx, dtype=np.float32)
     _tree(request.tree).copy(request.first_xyz, slab)
     return slab
-
-
-def read_ranges(request: RangesRequest) -> Float32Array:
-    """Least, then greatest value of each block [2, z, y, x]. Raises VolprepError VP1200 or VP1201."""
-    ends = np.empty((2, *request.blocks_zyx), dtype=np.float32)
-    _tree(request.tree).block_ranges(request.first_xyz, request.shape_zyx, request.block, ends[0], ends[1])
-    return ends
 
 
 def openvdb(path: Path) -> ModuleType:

@@ -47,11 +47,17 @@ vec4 classify_segments(vec3 at) {
   // Labels of the eight voxels around it, and their trilinear weights.
   vec3 high = (voxel + 1.5)$OF_VOXELS;
   vec4 labels_near = vec4(
-    label_of(low), label_of(vec3(high.x, low.yz)), label_of(vec3(low.x, high.y, low.z)),
-    label_of(vec3(high.xy, low.z)));
+    label_of(low),
+    label_of(vec3(high.x, low.yz)),
+    label_of(vec3(low.x, high.y, low.z)),
+    label_of(vec3(high.xy, low.z))
+  );
   vec4 labels_far = vec4(
-    label_of(vec3(low.xy, high.z)), label_of(vec3(high.x, low.y, high.z)), label_of(vec3(low.x, high.yz)),
-    label_of(high));
+    label_of(vec3(low.xy, high.z)),
+    label_of(vec3(high.x, low.y, high.z)),
+    label_of(vec3(low.x, high.yz)),
+    label_of(high)
+  );
   vec3 share = place - voxel;
   vec2 along_x = vec2(1.0 - share.x, share.x);
   vec4 across = vec4(along_x * (1.0 - share.y), along_x * share.y);

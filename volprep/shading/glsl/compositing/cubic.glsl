@@ -4,12 +4,13 @@
 // The greatest value of the cubic with these values at 0, 1/3, 2/3 and 1, from 0 to 1: at an end, or where its slope is
 // 0. It is a value of the cubic wherever float32 finds that place: never too great.
 float greatest_of_cubic(vec4 values) {
-  vec4 cubic = mat4(
-    1.0, -5.5, 9.0, -4.5,
-    0.0, 9.0, -22.5, 13.5,
-    0.0, -4.5, 18.0, -13.5,
-    0.0, 1.0, -4.5, 4.5
-  ) * values;
+  mat4 from_values = mat4(
+    vec4(1.0, -5.5, 9.0, -4.5),
+    vec4(0.0, 9.0, -22.5, 13.5),
+    vec4(0.0, -4.5, 18.0, -13.5),
+    vec4(0.0, 1.0, -4.5, 4.5)
+  );
+  vec4 cubic = from_values * values;
   float root = sqrt(max(cubic.z * cubic.z - 3.0 * cubic.y * cubic.w, 0.0));
   // Of the two ways to write the root that is a maximum, the one in which nothing cancels.
   float at = cubic.z < 0.0 ? cubic.y / (root - cubic.z) : (root + cubic.z) / max(-3.0 * cubic.w, 1e-30);

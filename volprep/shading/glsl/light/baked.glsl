@@ -15,5 +15,5 @@ vec3 light_from_position = LIGHT_FROM_BOX / $POSITION_PER_MM;
 float stored = 0.0;
 //#section sample
 if (medium.a > 0.0) {
-  medium.rgb *= baked_light(($LIT_AT) * light_from_position, stored);
+  medium.rgb *= baked_light(light_from_position * ($LIT_AT), stored);
 }

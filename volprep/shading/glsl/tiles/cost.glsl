@@ -6,8 +6,12 @@
 precision highp float;
 layout(local_size_x = 64) in;
 // The group of each tile, by its cost, and the number of tiles in each group. Tiles are in rows from the lower left.
-layout(std430, binding = 0) writeonly buffer TileGroups { uint tile_groups[]; };
-layout(std430, binding = 1) buffer Groups { uint groups[]; };
+layout(std430, binding = 0) writeonly buffer TileGroups {
+  uint tile_groups[];
+};
+layout(std430, binding = 1) buffer Groups {
+  uint groups[];
+};
 const float TILE = $TILE;
 const float GROUPS = $GROUPS;
 const float LONGEST_MM = $LONGEST_MM;

@@ -2,7 +2,9 @@
 precision highp float;
 layout(local_size_x = 1) in;
 // Of each group, the number of its tiles; then the number of tiles before it.
-layout(std430, binding = 1) buffer Groups { uint groups[]; };
+layout(std430, binding = 1) buffer Groups {
+  uint groups[];
+};
 
 void main() {
   uint before = 0u;

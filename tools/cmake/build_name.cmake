@@ -7,10 +7,8 @@ find_package(Git QUIET)
 if(NOT GIT_FOUND)
   return()
 endif()
-cmake_path(SET root NORMALIZE "${CMAKE_CURRENT_SOURCE_DIR}/../..")
-cmake_path(ABSOLUTE_PATH root NORMALIZE)
 execute_process(
-  COMMAND "${GIT_EXECUTABLE}" -C "${root}" rev-parse --show-prefix --short=12 HEAD
+  COMMAND "${GIT_EXECUTABLE}" -C "${CMAKE_CURRENT_SOURCE_DIR}" rev-parse --show-prefix --short=12 HEAD
   OUTPUT_VARIABLE said ERROR_QUIET RESULT_VARIABLE status)
 # The first line is empty at the top of a checkout. An unpacked sdist in a folder of another checkout is not that one.
 if(NOT status EQUAL 0 OR NOT said MATCHES "^\n([0-9a-f]+)\n$")
@@ -18,7 +16,7 @@ if(NOT status EQUAL 0 OR NOT said MATCHES "^\n([0-9a-f]+)\n$")
 endif()
 set(name "${CMAKE_MATCH_1}")
 execute_process(
-  COMMAND "${GIT_EXECUTABLE}" -C "${root}" status --porcelain --untracked-files=no
+  COMMAND "${GIT_EXECUTABLE}" -C "${CMAKE_CURRENT_SOURCE_DIR}" status --porcelain --untracked-files=no
   OUTPUT_VARIABLE changed ERROR_QUIET)
 if(changed)
   string(APPEND name " with changes")

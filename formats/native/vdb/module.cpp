@@ -8,8 +8,6 @@
 #include <nanobind/stl/vector.h>
 #include <openvdb/version.h>
 
-#include <algorithm>
-
 #include "reader.hpp"
 #include "writer.hpp"
 
@@ -58,24 +56,6 @@ void bind_reader(nb::module_& module) {
                      "Number of values, active or not, that 32-bit floating point does not hold exactly.")
         .def_prop_ro("world_from_index", &ScalarGrid::world_from_index,
                      "Rows of the 4×4 matrix from (x, y, z, 1) in voxels to world; None if it is not linear.")
-        .def(
-            "block_ranges",
-            [](const ScalarGrid& grid, const volprep::vdb::Xyz& first_xyz, const std::array<int64_t, 3>& shape,
-               int64_t block, const MutableVolume& low, const MutableVolume& high) {
-                if (block < 1 || *std::min_element(shape.begin(), shape.end()) < 1)
-                    throw nb::value_error("the volume or its blocks have no voxels");
-                for (int axis = 0; axis < 3; ++axis) {
-                    const auto blocks = static_cast<size_t>(std::max<int64_t>(1, (shape[axis] - 2 + block) / block));
-                    if (low.shape(axis) != blocks || high.shape(axis) != blocks)
-                        throw nb::value_error(
-                            "low and high need max(1, ceil((n - 1) / block)) numbers along each axis");
-                }
-                grid.block_ranges(first_xyz, shape, block, low.data(), high.data());
-            },
-            "first_xyz"_a, "shape_zyx"_a, "block"_a, "low"_a.noconvert(), "high"_a.noconvert(),
-            "Fill `low` and `high` [z, y, x] with the least and the greatest value of each block of `block` cells of "
-            "the\n"
-            "`shape_zyx` voxels from `first_xyz` on. The last voxel of a block is the first of the next.")
         .def(
             "copy",
             [](const ScalarGrid& grid, const volprep::vdb::Xyz& first_xyz, const MutableVolume& dst) {

@@ -48,11 +48,6 @@ class ScalarGrid {
     uint64_t inexact_values() const;
     // Rows of the 4×4 matrix from (x, y, z, 1) in voxels to world; none if the transform is not linear.
     std::optional<std::array<std::array<double, 4>, 4>> world_from_index() const;
-    // Least and greatest value of each block of `block` cells, from voxel first_xyz on, with the voxels that blocks
-    // share; low and high have blocks_zyx numbers each. Visits nodes and tiles, not voxels between them: time and
-    // memory follow the tree.
-    void block_ranges(const Xyz& first_xyz, const std::array<int64_t, 3>& shape_zyx, int64_t block, float* low,
-                      float* high) const;
     // Values from voxel first_xyz on, as [z, y, x], inactive ones included.
     void copy(const Xyz& first_xyz, const std::array<size_t, 3>& shape_zyx, float* dst) const;
 
