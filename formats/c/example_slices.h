@@ -16,7 +16,7 @@ static void make_slice_target(int side) {
     PFNGLGENFRAMEBUFFERSOESPROC generate = (PFNGLGENFRAMEBUFFERSOESPROC)extension("glGenFramebuffersOES");
     PFNGLGENRENDERBUFFERSOESPROC generate_buffers = (PFNGLGENRENDERBUFFERSOESPROC)extension("glGenRenderbuffersOES");
     PFNGLBINDRENDERBUFFEROESPROC bind_buffer = (PFNGLBINDRENDERBUFFEROESPROC)extension("glBindRenderbufferOES");
-    PFNGLRENDERBUFFERSTORAGEOESPROC store = (PFNGLRENDERBUFFERSTORAGEOESPROC)extension("glRenderbufferStorageOES");
+    PFNGLRENDERBUFFERSTORAGEOESPROC storage = (PFNGLRENDERBUFFERSTORAGEOESPROC)extension("glRenderbufferStorageOES");
     PFNGLBINDFRAMEBUFFEROESPROC bind = (PFNGLBINDFRAMEBUFFEROESPROC)extension("glBindFramebufferOES");
     PFNGLFRAMEBUFFERRENDERBUFFEROESPROC attach =
         (PFNGLFRAMEBUFFERRENDERBUFFEROESPROC)extension("glFramebufferRenderbufferOES");
@@ -25,7 +25,7 @@ static void make_slice_target(int side) {
     GLuint framebuffer, buffer;
     generate_buffers(1, &buffer);
     bind_buffer(GL_RENDERBUFFER_OES, buffer);
-    store(GL_RENDERBUFFER_OES, GL_RGBA8_OES, side, side);
+    storage(GL_RENDERBUFFER_OES, GL_RGBA8_OES, side, side);
     generate(1, &framebuffer);
     bind(GL_FRAMEBUFFER_OES, framebuffer);
     attach(GL_FRAMEBUFFER_OES, GL_COLOR_ATTACHMENT0_OES, GL_RENDERBUFFER_OES, buffer);
