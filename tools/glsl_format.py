@@ -1,6 +1,6 @@
 """Check the layout of the shader parts in volprep/shading/glsl with clang-format; with --write, lay them out.
 
-clang-format reads them as C, in the style of the file .clang-format there. Words of templates are hidden from it:
+clang-format reads them as C, in the style of tools/glsl.clang-format. Words of templates are hidden from it:
 `${P}PITCH` as one name, and `)$BORDER`, which may hold an operator, as a member. Parts may differ in white space alone.
 """
 
@@ -9,7 +9,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-PARTS = Path("volprep/shading/glsl")
+ROOT = Path(__file__).parents[1]
+PARTS = ROOT / "volprep/shading/glsl"
+STYLE = ROOT / "tools/glsl.clang-format"
 # Letters for clang-format, and in no part.
 _HIDDEN = ((re.compile(r"\$\{(\w+)\}"), r"ÀÁ\1Â"), (re.compile(r"\)\$(?=\w)"), ").Ä"))
 _SHOWN = ((re.compile(r"ÀÁ(\w+?)Â"), r"${\1}"), (re.compile(r"\)\.Ä"), ")$"))
@@ -19,7 +21,7 @@ def laid_out(text: str) -> str:
     """Return the text of a part as clang-format lays it out. Raise ValueError if more than white space changes."""
     for pattern, hidden in _HIDDEN:
         text = pattern.sub(hidden, text)
-    command = [Path(sys.executable).with_name("clang-format"), f"--style=file:{PARTS / '.clang-format'}"]
+    command = [Path(sys.executable).with_name("clang-format"), f"--style=file:{STYLE}"]
     done = subprocess.run(
         [*command, "--assume-filename=part.c"], input=text, capture_output=True, check=True, encoding="utf-8"
     )

@@ -65,7 +65,7 @@ def main() -> None:
     with InWheel(wheel, folder / wheel.name) as unpacked:
         root = Path(unpacked)
         for library in sorted(root.glob("*.libs/*")):
-            # Whenever patchelf changes a name it leaves the old table behind: 68 of the 125 MB of OpenVDB.
+            # Whenever patchelf changes a name it leaves the old table behind: 45 of the 125 MB of OpenVDB.
             _said("objcopy", "--strip-unneeded", str(library))
         packages = dict(package_of(original_name(each.name)) for each in sorted(root.glob("*.libs/*")))
         (path,) = root.glob("*.dist-info/sboms/auditwheel.cdx.json")

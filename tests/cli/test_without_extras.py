@@ -1,11 +1,12 @@
 """volprep where only the packages are installed that a wheel needs, and no extra."""
 
+import importlib.util
 import json
 import os
 import subprocess
 import sys
 import tomllib
-from importlib.metadata import distribution, packages_distributions
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import numpy as np
@@ -64,16 +65,10 @@ NEEDS = [
 
 def names_with_their_needs(requirements: list[str]) -> set[str]:
     """Names of all distributions that these requirements bring here."""
-    found: set[str] = set()
-    waiting = [Requirement(line) for line in requirements]
-    while waiting:
-        requirement = waiting.pop()
-        name = canonicalize_name(requirement.name)
-        if name in found or (requirement.marker is not None and not requirement.marker.evaluate({"extra": ""})):
-            continue
-        found.add(name)
-        waiting += map(Requirement, distribution(name).requires or ())
-    return found
+    spec = importlib.util.spec_from_file_location("make_notice", ROOT / "tools" / "make_notice.py")
+    tool = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    return set(tool.licences_of(requirements))
 
 
 @pytest.fixture(scope="module")
