@@ -515,7 +515,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1290": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: no colours for a volume in colour: {problem}",
-        "Choose another colour.extinction, convert the scan to RGB or RGBA (uint8, uint16, floats from 0 to 1), or leave "
+        "Choose another colour.extinction, convert to RGB or RGBA (uint8, uint16, floats from 0 to 1), or leave "
         "[colour] out.",
     ),
 }
