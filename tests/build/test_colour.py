@@ -277,6 +277,25 @@ def test_choices_of_a_colour_are_not_measured(package: Package, tmp_path: Path, 
     assert error.value.code == "VP3046"
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('serie = "1.2"', "source.serie: unknown key, perhaps series is meant"),
+        ("stack = { spacing_zyx = [1.0, 1.0, 1.0] }", "source.stack.spacing_zyx: unknown key, perhaps spacing_mm_zyx"),
+        ("volume = -1", "source.volume: Input should be greater than"),
+    ],
+)
+def test_a_wrong_key_of_the_source_is_named_as_it_was_written(tmp_path: Path, line: str, said: str) -> None:
+    scene = write_colour_scene(tmp_path)
+    kept = [each for each in scene.read_text().splitlines() if not each.startswith(line.split(maxsplit=1)[0] + " ")]
+    kept.insert(kept.index("[source]") + 1, line)
+    scene.write_text("\n".join(kept))
+    with pytest.raises(VolprepError) as error:
+        load_scene(scene)
+    assert str(error.value.fields["problems"]).startswith(said)
+    assert "channels" not in str(error.value)
+
+
 def test_a_colour_without_its_table_is_refused(tmp_path: Path) -> None:
     scene = write_colour_scene(tmp_path, tables='[render]\nclassification = "colour"\n')
     text = scene.read_text()

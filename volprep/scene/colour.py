@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Annotated, Self, get_args
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record
-from volprep_formats.source import ColourPart, OpacityOf
+from volprep_formats.source import ColourPart, OpacityOf, SourceSpec
 from volprep_formats.transfer_files.points import MOST_POINTS
 
 PARTS: tuple[ColourPart, ...] = get_args(ColourPart)
@@ -86,12 +86,18 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
     if not isinstance(source, Mapping):
         return dict(scene)
     fixed = [f"[{table}]" for table in ("together", "quantize", "segments") if table in scene]
-    fixed += [f"source.{key}" for key in ("channels", "rgb", "colour", "mask", "nan") if key in source]
+    fixed += [
+        f"source.{key}" for key in ("channels", "channel", "labels", "rgb", "colour", "mask", "nan") if key in source
+    ]
     tables = {table: {**own, **_mapping(scene.get(table))} for table, own in _TABLES.items()}
     fixed += [f"{table}.{key}" for table, own in _TABLES.items() for key in own if tables[table][key] != own[key]]
     if fixed:
         msg = f"[colour] does not go with {', '.join(fixed)}"
         raise ValueError(msg)
+    if not _is_sound(source):
+        # The scene is refused for it: the message names the key as it was written, and not one of a channel.
+        only = transfer_of("opacity", settings.largest_per_mm)
+        return {**scene, **tables, "transfer": [{key: only[key] for key in ("name", "colour_space", "points")}]}
     return {
         **scene,
         **tables,
@@ -99,6 +105,15 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
         "transfer": [transfer_of(part, settings.largest_per_mm) for part in PARTS],
         "together": {"name": _NAME},
     }
+
+
+def _is_sound(source: Mapping[str, object]) -> bool:
+    """Return whether a table [source] has the right keys and values."""
+    try:
+        SourceSpec.model_validate(source)
+    except ValidationError:
+        return False
+    return True
 
 
 def _mapping(table: object) -> Mapping[str, object]:
