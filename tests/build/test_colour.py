@@ -282,13 +282,15 @@ def test_choices_of_a_colour_are_not_measured(package: Package, tmp_path: Path, 
     [
         ('serie = "1.2"', "source.serie: unknown key, perhaps series is meant"),
         ("stack = { spacing_zyx = [1.0, 1.0, 1.0] }", "source.stack.spacing_zyx: unknown key, perhaps spacing_mm_zyx"),
+        ("extinction = 'alhpa'", "colour.extinction: Input should be 'alpha'"),
+        ("extinctoin = 'alpha'", "colour.extinctoin: unknown key, perhaps extinction is meant"),
         ("volume = -1", "source.volume: Input should be greater than"),
     ],
 )
-def test_a_wrong_key_of_the_source_is_named_as_it_was_written(tmp_path: Path, line: str, said: str) -> None:
+def test_a_wrong_key_is_named_as_it_was_written(tmp_path: Path, line: str, said: str) -> None:
     scene = write_colour_scene(tmp_path)
     kept = [each for each in scene.read_text().splitlines() if not each.startswith(line.split(maxsplit=1)[0] + " ")]
-    kept.insert(kept.index("[source]") + 1, line)
+    kept.insert(kept.index("[colour]" if line.startswith("extinct") else "[source]") + 1, line)
     scene.write_text("\n".join(kept))
     with pytest.raises(VolprepError) as error:
         load_scene(scene)

@@ -81,10 +81,14 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
 
     Raises ValueError for tables that a colour volume determines.
     """
-    settings = ColourSettings.model_validate(scene["colour"])
     source = scene.get("source")
-    if not isinstance(source, Mapping):
-        return dict(scene)
+    if not isinstance(source, Mapping) or not (
+        _is_sound(ColourSettings, scene["colour"]) and _is_sound(SourceSpec, source)
+    ):
+        # The scene is refused for it: the message names the key as it was written, and not one of a channel.
+        only = transfer_of("opacity", 1.0)
+        return {**scene, "transfer": [{key: only[key] for key in ("name", "colour_space", "points")}]}
+    settings = ColourSettings.model_validate(scene["colour"])
     fixed = [f"[{table}]" for table in ("together", "quantize", "segments") if table in scene]
     fixed += [
         f"source.{key}" for key in ("channels", "channel", "labels", "rgb", "colour", "mask", "nan") if key in source
@@ -94,10 +98,6 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
     if fixed:
         msg = f"[colour] does not go with {', '.join(fixed)}"
         raise ValueError(msg)
-    if not _is_sound(source):
-        # The scene is refused for it: the message names the key as it was written, and not one of a channel.
-        only = transfer_of("opacity", settings.largest_per_mm)
-        return {**scene, **tables, "transfer": [{key: only[key] for key in ("name", "colour_space", "points")}]}
     return {
         **scene,
         **tables,
@@ -107,10 +107,10 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
     }
 
 
-def _is_sound(source: Mapping[str, object]) -> bool:
-    """Return whether a table [source] has the right keys and values."""
+def _is_sound(record: type[Record], table: object) -> bool:
+    """Return whether a table has the right keys and values."""
     try:
-        SourceSpec.model_validate(source)
+        record.model_validate(table)
     except ValidationError:
         return False
     return True
