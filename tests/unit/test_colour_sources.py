@@ -17,6 +17,7 @@ from pydicom.uid import ExplicitVRLittleEndian, JPEG2000Lossless, JPEGLSLossless
 from vtk.util.numpy_support import numpy_to_vtk
 from zarr_stores import multiscales, write_store
 
+from volprep.scan.colour_parts import opened_colours
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import workers
 from volprep_formats.progress import Silent
@@ -289,3 +290,16 @@ def test_dicom_without_colours_that_are_read_is_refused(tmp_path: Path) -> None:
     for name, said in (("grey", "are grey"), ("partial", "YBR_PARTIAL_420"), ("rescaled", "rescaled")):
         error = refusal(tmp_path / name)
         assert (error.code, said in str(error)) == ("VP1290", True)
+
+
+def test_pictures_are_decoded_once_for_all_channels(tmp_path: Path) -> None:
+    expected, _ = colours(pages(tmp_path, ball()))
+    wanted = ColourChannel(part="red", opacity_of="luminance", shares=((0.0, 0.0), (1.0, 1.0)))
+    depth = len(expected)
+    spec = SourceSpec(path=str(tmp_path / "pages.tif"), colour=wanted)
+    with opened_colours(spec, tmp_path, Silent()) as channels:
+        found = [np.concatenate([channels[0].read_slab(z, min(z + 4, depth)) for z in range(0, depth, 4)])]
+        (tmp_path / "pages.tif").unlink()
+        found += [np.concatenate([each.read_slab(0, 2), each.read_slab(2, depth)]) for each in channels[1:]]
+    assert np.array_equal(np.stack(found, axis=-1), expected)
+    assert list(tmp_path.iterdir()) == []

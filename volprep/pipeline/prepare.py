@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from volprep.scan.channels import opened_channel
+from volprep.scan.colour_parts import is_one_source, opened_colours
 from volprep.scan.import_segments import SegmentSource
 from volprep.scan.label_map import NOT_LABELS, recognise_labels
 from volprep.scan.outside import finite_range
@@ -43,11 +44,20 @@ class Prepared:
             return None
         return SegmentSource(Path("/") / path_of_text(wanted.source), wanted.table, self.channels[0].spec)
 
-    def sources(self, progress: Progress) -> Iterator[tuple[SceneChannel, SourceInfo, VolumeSource]]:
+    def sources(
+        self, progress: Progress, folder: Path | None = None
+    ) -> Iterator[tuple[SceneChannel, SourceInfo, VolumeSource]]:
         """Open one channel after the other; its voxels have the grid of the first one.
 
-        Raises VP1240 for a channel whose voxels lie elsewhere, and the errors of the reader.
+        With `folder`, which holds a temporary file, colours are decoded once for all channels, if each is read from
+        its first slice on. Raises VP1240 for a channel whose voxels lie elsewhere, and the errors of the reader.
         """
+        specs = [channel.spec for channel in self.channels]
+        if folder is not None and is_one_source(specs):
+            with opened_colours(specs[0], folder, progress) as parts:
+                for channel, part in zip(self.channels, parts, strict=True):
+                    yield channel, part.info, part
+            return
         first: SourceInfo | None = None
         for channel in self.channels:
             registered = None if first is None else (self.channels[0].name, first.grid)

@@ -7,17 +7,16 @@ texture filter mixes them as the trilinear field of light and extinction says.
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Self, get_args
+from typing import Annotated, Self
 
 from pydantic import Field, ValidationError, model_validator
 
 from volprep_formats.package.transfer_function import Fraction
+from volprep_formats.readers.colour import PARTS
 from volprep_formats.record import Record
 from volprep_formats.source import ColourPart, OpacityOf, SourceSpec
 from volprep_formats.transfer_files.points import MOST_POINTS
 
-PARTS: tuple[ColourPart, ...] = get_args(ColourPart)
-"""Channels of a colour volume, in the order of the components of a texel."""
 _LIGHT: Mapping[ColourPart, tuple[float, float, float]] = {
     "red": (1.0, 0.0, 0.0),
     "green": (0.0, 1.0, 0.0),

@@ -50,11 +50,13 @@ _LOSSLESS_JPEG = frozenset(("1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"))
 def decode_request(pixels: EncodedPixels) -> WorkerRequest:
     """Ask for `decode_compressed` in a worker process."""
     count, samples = pixels.rows * pixels.columns, _samples(pixels)
+    wanted = pixels.grey
+    item = np.dtype(wanted.dtype).itemsize if isinstance(wanted, ColourChannel) else pixels.bits_allocated // 8
     return WorkerRequest(
         function=decode_compressed,
         argument=pixels,
         path=pixels.path,
-        result_bytes=count * (2 if isinstance(pixels.grey, ColourChannel) else pixels.bits_allocated // 8),
+        result_bytes=count * item,
         memory_bytes=_MEMORY_BYTES + _MEMORY_BYTES_PER_PIXEL * samples * count,
         seconds=_SECONDS + _SECONDS_PER_PIXEL * samples * count,
     )

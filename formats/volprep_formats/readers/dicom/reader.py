@@ -90,7 +90,9 @@ class DicomSource:
         Raises VolprepError VP1003, VP1031, VP1039, VP1040 or VP1046 to VP1049 when a file is damaged, VP1270 to VP1273
         when its decoder goes wrong.
         """
-        slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
+        wanted = self._slices[0].pixels.grey
+        dtype = wanted.dtype if isinstance(wanted, ColourChannel) else self._info.stored_type
+        slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype)
         plain = [z for z in range(z0, z1) if self._slices[z].is_plain(slab.dtype)]
 
         def read_part(first: int) -> None:

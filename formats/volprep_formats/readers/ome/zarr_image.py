@@ -150,7 +150,7 @@ class _Colours:
     has_alpha: bool
     """Whether a fourth one holds alpha."""
 
-    def channel(self, slab: NDArray[np.generic]) -> NDArray[np.uint16]:
+    def channel(self, slab: NDArray[np.generic]) -> NDArray[np.generic]:
         """Return the channel [z, y, x] of components [z, y, x, component]."""
         alpha = slab[..., 3] if self.has_alpha else None
         return channel_of_colours(self.path, self.wanted, slab[..., list(self.order)], alpha)
