@@ -45,7 +45,7 @@ def import_draft(prepared: Prepared, folder: Path, progress: Progress, start: by
     try:
         return _imported(prepared, folder, progress, start)
     except VolprepError as error:
-        return _imported(prepared.with_numbers(error), folder, progress, start)
+        return _imported(prepared.after(error), folder, progress, start)
 
 
 def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes) -> Imported:
