@@ -165,7 +165,8 @@ class SourceSpec(Record):
     """DICOM, stacks of pictures, mosaics: conversion of colours. "luminance" makes them grey, 0.299 red + 0.587 green +
     0.114 blue; "red", "green" and "blue" select one of them. If absent, pictures in colour are refused."""
     colour: ColourChannel | None = None
-    """Stacks of pictures, OME-TIFF, NIfTI: one channel of a colour volume. The table [colour] of a scene sets it."""
+    """Stacks of pictures, DICOM, OME, NIfTI, NRRD, MetaImage, VTK, OpenVDB, NumPy: one channel of a colour volume. The
+    table [colour] of a scene sets it."""
     grid: str | None = None
     """OpenVDB only: name of the grid, when the file holds several."""
     mask: str | None = None

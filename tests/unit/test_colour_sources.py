@@ -14,6 +14,7 @@ import vtk
 from colour_scene import ball, write_pictures
 from dicom_files import compressed, image, save_all
 from pydicom.uid import ExplicitVRLittleEndian, JPEG2000Lossless, JPEGLSLossless, RLELossless
+from vdb_files import TILE, HandGrid, write_vdb_by_hand
 from vtk.util.numpy_support import numpy_to_vtk
 from zarr_stores import multiscales, write_store
 
@@ -303,3 +304,26 @@ def test_pictures_are_decoded_once_for_all_channels(tmp_path: Path) -> None:
         found += [np.concatenate([each.read_slab(0, 2), each.read_slab(2, depth)]) for each in channels[1:]]
     assert np.array_equal(np.stack(found, axis=-1), expected)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_vectors_of_openvdb_are_linear_light(tmp_path: Path) -> None:
+    tiles = {(1, 0, 0): (0.25, 0.5, 1.0), (0, 0, 1): (1.0, 0.0, 0.125)}
+    density = HandGrid({(0, 0, 0): 1.0})
+    write_vdb_by_hand(tmp_path / "v.vdb", density, HandGrid(tiles, name="Cd", kind="vec3s"))
+    expected = np.zeros((2 * TILE, TILE, 2 * TILE, 3), np.float32)
+    for (i, _, k), colour in tiles.items():
+        expected[k * TILE : (k + 1) * TILE, :, i * TILE : (i + 1) * TILE] = colour
+    wanted = ColourChannel(part="all", opacity_of="red", shares=((0.0, 0.0), (1.0, 1.0)))
+    corners = (slice(None, None, 51), slice(None, None, 63), slice(None, None, 51))
+    values = []
+    for path in (tmp_path / "v.vdb", npy(tmp_path, expected[corners])):
+        with open_source(SourceSpec(path=str(path), colour=wanted), Path(), Silent()) as source:
+            values.append(source.read_slab(0, source.info.grid.shape_zyx[0]))
+    assert np.array_equal(values[0][corners], values[1])
+
+
+def test_grids_of_openvdb_that_are_no_colours_are_refused(tmp_path: Path) -> None:
+    write_vdb_by_hand(tmp_path / "v.vdb", HandGrid({(0, 0, 0): 1.0}))
+    assert refusal(tmp_path / "v.vdb").code == "VP1202"
+    write_vdb_by_hand(tmp_path / "b.vdb", HandGrid({(0, 0, 0): (2.0, 0.0, 0.0)}, kind="vec3s"))
+    assert (refusal(tmp_path / "b.vdb").code, refusal(tmp_path / "b.vdb", "alpha").code) == ("VP1290", "VP1290")

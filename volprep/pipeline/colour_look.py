@@ -105,13 +105,17 @@ def _look(pixels: _Pixels) -> tuple[str, dict[str, object]]:
     if len(near) < _LEAST_SHARE * len(margin):
         return "without a margin of one colour", {"extinction": "luminance", "points": _ramp(0.05, 0.6, dense_per_mm)}
     code = "#" + "".join(f"{round(255 * part):02x}" for part in background.tolist())
-    # Above the noise of the background, and above pixels at outlines that are half of it.
     low = round(max(0.04, 1.5 * float(np.percentile(near, _NOISE))), 3)
+    # Between the background and the colours of what lies on it: pixels at outlines are a mixture of both.
+    away = np.linalg.norm(pixels.colours - background, axis=-1) / math.sqrt(3.0)
+    shown = away[away > low]
+    usual = float(np.median(shown)) if shown.size else 0.0
+    low, high = max(low, round(0.25 * usual, 3)), max(2.0 * low, round(0.5 * usual, 3))
     said = f"on a background of {code}"
     table: dict[str, object] = {
         "extinction": "background",
         "background": code,
-        "points": _ramp(low, 2.0 * low, dense_per_mm),
+        "points": _ramp(low, high, dense_per_mm),
     }
     return said, table
 

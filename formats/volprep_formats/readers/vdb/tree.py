@@ -117,6 +117,13 @@ def read_slab(request: SlabRequest) -> Float32Array:
     return slab
 
 
+def read_vectors(request: SlabRequest) -> Float32Array:
+    """Vectors [z, y, x, 3], active or not. Raises VolprepError VP1200 or VP1201."""
+    slab = np.empty((*request.shape_zyx, 3), dtype=np.float32)
+    _tree(request.tree).copy_vectors(request.first_xyz, slab)
+    return slab
+
+
 def read_ranges(request: RangesRequest) -> Float32Array:
     """Least, then greatest value of each block [2, z, y, x]. Raises VolprepError VP1200 or VP1201."""
     ends = np.empty((2, *request.blocks_zyx), dtype=np.float32)
