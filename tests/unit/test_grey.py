@@ -4,10 +4,10 @@ import numpy as np
 import OpenImageIO
 import pytest
 from command_line import volprep
-from dicom_files import compressed, image, save, save_all
-from pydicom.uid import ExplicitVRBigEndian, ImplicitVRLittleEndian, RLELossless
+from dicom_files import image, save, save_all
+from pydicom.uid import ExplicitVRBigEndian, ImplicitVRLittleEndian
 
-from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.readers.grey import grey_of
@@ -84,8 +84,8 @@ def test_one_colour_is_taken_from_dicom_pictures_and_mosaics(tmp_path, colour, i
 
 def test_the_command_makes_colours_grey_on_request(tmp_path) -> None:
     save_all(dicom(COLOURS), tmp_path / "series", ImplicitVRLittleEndian)
-    refused = volprep("import", tmp_path / "series", "-o", tmp_path / "a.volpkg")
-    assert (refused.returncode, "VP1035" in refused.stderr) == (ExitStatus.SOURCE, True)
+    kept = volprep("import", tmp_path / "series", "-o", tmp_path / "kept.volpkg")
+    assert (kept.returncode, (tmp_path / "kept.volpkg/work/level0-red.raw").exists()) == (0, True)
     done = volprep("import", tmp_path / "series", "-o", tmp_path / "a.volpkg", "--rgb", "luminance")
     assert done.returncode == 0, done.stderr
     np.testing.assert_array_equal(

@@ -16,12 +16,15 @@ from volprep.scene.scene import Scene
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
+from volprep_formats.readers import format_of_source
 from volprep_formats.readers.colour import unpacked
 from volprep_formats.source import ColourChannel, OpacityOf, SourceSpec
 from volprep_formats.srgb import srgb_of_linear
 
-IN_COLOUR = frozenset(("VP1022", "VP1035", "VP1101", "VP1121", "VP1141", "VP1164", "VP1203", "VP1282"))
+IN_COLOUR = frozenset(("VP1022", "VP1035", "VP1101", "VP1121", "VP1141", "VP1164", "VP1202", "VP1221", "VP1282"))
 """Errors of readers that colours may cause."""
+_CHANNELS = "VP1221"
+"""Several channels, which in OME-Zarr are rather stains than colours."""
 _SLICES = 9
 _DENSE_SHARE = 150.0
 """Extinction of what is shown: 78 % are hidden after a hundredth of the diagonal, so that it looks solid."""
@@ -49,6 +52,8 @@ def in_colour(scene: Scene, error: VolprepError) -> Scene:
     """
     spec = scene.source
     if error.code not in IN_COLOUR or spec.rgb is not None or spec.colour is not None or spec.channels:
+        raise error
+    if error.code == _CHANNELS and format_of_source(spec, Path("/")) == "ome-zarr":
         raise error
     try:
         pixels = _pixels(spec)
