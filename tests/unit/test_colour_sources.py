@@ -307,10 +307,10 @@ def test_pictures_are_decoded_once_for_all_channels(tmp_path: Path) -> None:
 
 
 def test_vectors_of_openvdb_are_linear_light(tmp_path: Path) -> None:
-    tiles = {(1, 0, 0): (0.25, 0.5, 1.0), (0, 0, 1): (1.0, 0.0, 0.125)}
+    tiles = {(1, 0, 0): (0.25, 0.5, 1.0), (0, 0, 0): (1.0, 0.0, 0.125)}
     density = HandGrid({(0, 0, 0): 1.0})
     write_vdb_by_hand(tmp_path / "v.vdb", density, HandGrid(tiles, name="Cd", kind="vec3s"))
-    expected = np.zeros((2 * TILE, TILE, 2 * TILE, 3), np.float32)
+    expected = np.zeros((TILE, TILE, 2 * TILE, 3), np.float32)
     for (i, _, k), colour in tiles.items():
         expected[k * TILE : (k + 1) * TILE, :, i * TILE : (i + 1) * TILE] = colour
     wanted = ColourChannel(part="all", opacity_of="red", shares=((0.0, 0.0), (1.0, 1.0)))
