@@ -30,6 +30,7 @@ _PANEL_PIXELS = 256
 _GAP_PIXELS = 8
 _HISTOGRAM_PIXELS = 96
 _MOST_SAMPLES = 2_000_000
+_MOST_COLOUR_PIXELS = 256
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def look_at(request: Request) -> Looked:
     colours = None
     if prepared.scene.colour is not None:
         colours, planes = _colours(prepared.channels[0].spec, places)
-    depth, height, width = info.grid.shape_zyx
+    depth = info.grid.shape_zyx[0]
     z_mm, y_mm, x_mm = info.grid.extent_mm_zyx
     shown = planes if colours is None else colours
     middle = shown[int(np.argmin(np.abs(places - depth // 2)))]
@@ -80,7 +81,7 @@ def look_at(request: Request) -> Looked:
         recognised = with_first_look(prepared.scene, prepared.profile, info, statistics, sample).recognised
     return Looked(
         info=info,
-        slices=(middle, shown[:, height // 2], shown[:, :, width // 2]),
+        slices=(middle, shown[:, shown.shape[1] // 2], shown[:, :, shown.shape[2] // 2]),
         shapes_mm=((y_mm, x_mm), (z_mm, x_mm), (z_mm, y_mm)),
         ends=ends,
         is_whole=len(places) == depth,
@@ -99,7 +100,10 @@ def _colours(spec: SourceSpec, places: NDArray[np.intp]) -> tuple[Float64Array, 
     assert spec.colour is not None  # noqa: S101 - a channel of a volume in colour
     every = spec.model_copy(update={"colour": spec.colour.model_copy(update={"part": "all"})})
     with open_scan(every, Path("/"), Silent()) as source:
-        values = np.concatenate([unpacked(source.read_slab(z, z + 1)) for z in places.tolist()]) / 65535
+        # Four numbers of 64 bits for each pixel: large pictures are thinned.
+        step = max(1, max(source.info.grid.shape_zyx[1:]) // _MOST_COLOUR_PIXELS)
+        slices = [unpacked(source.read_slab(z, z + 1)[:, ::step, ::step]) for z in places.tolist()]
+    values = np.concatenate(slices) / 65535
     return srgb_of_linear(values[..., :3]), values[..., 3]
 
 
