@@ -81,7 +81,8 @@ def _print(looked: "Looked") -> None:
     print_line(f"voxels of {spacing} mm, {extent} mm in all")
     of_what = "" if looked.is_whole else " in the slices that were read"
     low, high = looked.ends
-    print_line(f"values {low:g} to {high:g}{f' {info.unit}' if info.unit else ''}{of_what}")
+    what = "shares of the largest extinction" if looked.slices[0].ndim == 3 else "values"
+    print_line(f"{what} {low:g} to {high:g}{f' {info.unit}' if info.unit else ''}{of_what}")
     if looked.not_numbers:
         print_line(f"{looked.not_numbers} values are NaN or infinite")
     print_line(_histogram(looked))
@@ -104,11 +105,11 @@ def _draw(looked: "Looked") -> None:
     """Draw the slices in the terminal: each character holds two pixels, one above the other."""
     from volprep.pipeline.look import picture
 
-    grey = picture(looked)[..., 0]
-    rows = 2 * round(_CELLS * 256 / grey.shape[1] / 2)
+    drawn = picture(looked)
+    rows = 2 * round(_CELLS * 256 / drawn.shape[1] / 2)
     y = [int((row + 0.5) * 256 / rows) for row in range(rows)]
-    x = [int((column + 0.5) * grey.shape[1] / _CELLS) for column in range(_CELLS)]
+    x = [int((column + 0.5) * drawn.shape[1] / _CELLS) for column in range(_CELLS)]
     for upper, lower in zip(y[::2], y[1::2], strict=True):
-        cells = ((int(grey[upper, column]), int(grey[lower, column])) for column in x)
-        line = "".join(f"\033[38;2;{a};{a};{a}m\033[48;2;{b};{b};{b}m▀" for a, b in cells)
+        cells = ([";".join(map(str, drawn[row, column].tolist())) for row in (upper, lower)] for column in x)
+        line = "".join(f"\033[38;2;{above}m\033[48;2;{below}m▀" for above, below in cells)
         sys.stdout.write(f"{line}\033[0m\n")

@@ -41,7 +41,9 @@ def list_grids(path: str) -> list[GridInfo]:
     """
 
 class ScalarGrid:
-    """One grid of floats or doubles, whole in memory."""
+    """
+    One grid of floats, doubles or vectors of three floats, whole in memory.
+    """
 
     def __init__(self, path: str, index: int) -> None:
         """
@@ -76,6 +78,9 @@ class ScalarGrid:
 
     def copy(self, first_xyz: Sequence[int], dst: Annotated[NDArray[numpy.float32], dict(shape=(None, None, None), order='C', device='cpu')]) -> None:
         """Fill `dst` [z, y, x] with the values from voxel `first_xyz` on."""
+
+    def copy_vectors(self, first_xyz: Sequence[int], dst: Annotated[NDArray[numpy.float32], dict(shape=(None, None, None, 3), order='C', device='cpu')]) -> None:
+        """Fill `dst` [z, y, x, 3] with the vectors from voxel `first_xyz` on."""
 
 class FogVolume:
     """A sparse grid of floats with background 0, made slab by slab."""

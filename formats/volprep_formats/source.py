@@ -58,8 +58,8 @@ _NAMES = ("series", "channel", "grid", "label_table")
 class ColourChannel(Record):
     """One channel of pictures in colour: premultiplied linear light, or the extinction that it is multiplied by."""
 
-    part: ColourPart
-    """Which channel."""
+    part: ColourPart | Literal["all"]
+    """Which channel. "all" reads the four as one number of 64 bits, red in the lowest: a picture is decoded once."""
     opacity_of: OpacityOf
     """Number that decides the extinction of a pixel. "luminance": 0.299 red + 0.587 green + 0.114 blue of the sRGB
     colour. "background": distance of the sRGB colour from `background`, divided by the root of 3."""
@@ -67,6 +67,11 @@ class ColourChannel(Record):
     """The sRGB colour whose distance counts."""
     shares: Annotated[tuple[tuple[Unit, Unit], ...], Field(min_length=1, max_length=64)]
     """Share of the largest extinction over that number: ascending points, linear between them, constant outside."""
+
+    @property
+    def dtype(self) -> Literal["uint16", "uint64"]:
+        """Type of the values that a reader gives."""
+        return "uint64" if self.part == "all" else "uint16"
 
 
 class RawLayout(Record):
@@ -160,7 +165,8 @@ class SourceSpec(Record):
     """DICOM, stacks of pictures, mosaics: conversion of colours. "luminance" makes them grey, 0.299 red + 0.587 green +
     0.114 blue; "red", "green" and "blue" select one of them. If absent, pictures in colour are refused."""
     colour: ColourChannel | None = None
-    """Stacks of pictures, OME-TIFF, NIfTI: one channel of a colour volume. The table [colour] of a scene sets it."""
+    """Stacks of pictures, DICOM, OME, NIfTI, NRRD, MetaImage, VTK, OpenVDB, NumPy: one channel of a colour volume. The
+    table [colour] of a scene sets it."""
     grid: str | None = None
     """OpenVDB only: name of the grid, when the file holds several."""
     mask: str | None = None

@@ -6,12 +6,15 @@ import nibabel
 import numpy as np
 import pytest
 import tifffile
-from colour_scene import LARGEST_PER_MM, SHAPE_ZYX, ball, write_colour_scene, write_pictures
+from colour_scene import LARGEST_PER_MM, SHAPE_ZYX, ball, waves, write_colour_scene, write_pictures
 
 from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.colour_look import in_colour
+from volprep.pipeline.look import look_at, picture
+from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
 from volprep.report.validate import validate
-from volprep.scene.request import load_request
+from volprep.scene.request import load_request, request_for_source
 from volprep.scene.scene import Scene, load_scene
 from volprep.truth.camera import standard_views
 from volprep.validation.ablation.measure import measure_ablation
@@ -280,6 +283,27 @@ def test_choices_of_a_colour_are_not_measured(package: Package, tmp_path: Path, 
     assert error.value.code == "VP3046"
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('serie = "1.2"', "source.serie: unknown key, perhaps series is meant"),
+        ("stack = { spacing_zyx = [1.0, 1.0, 1.0] }", "source.stack.spacing_zyx: unknown key, perhaps spacing_mm_zyx"),
+        ("extinction = 'alhpa'", "colour.extinction: Input should be 'alpha'"),
+        ("extinctoin = 'alpha'", "colour.extinctoin: unknown key, perhaps extinction is meant"),
+        ("volume = -1", "source.volume: Input should be greater than"),
+    ],
+)
+def test_a_wrong_key_is_named_as_it_was_written(tmp_path: Path, line: str, said: str) -> None:
+    scene = write_colour_scene(tmp_path)
+    kept = [each for each in scene.read_text().splitlines() if not each.startswith(line.split(maxsplit=1)[0] + " ")]
+    kept.insert(kept.index("[colour]" if line.startswith("extinct") else "[source]") + 1, line)
+    scene.write_text("\n".join(kept))
+    with pytest.raises(VolprepError) as error:
+        load_scene(scene)
+    assert str(error.value.fields["problems"]).startswith(said)
+    assert "channels" not in str(error.value)
+
+
 def test_a_colour_without_its_table_is_refused(tmp_path: Path) -> None:
     scene = write_colour_scene(tmp_path, tables='[render]\nclassification = "colour"\n')
     text = scene.read_text()
@@ -316,3 +340,68 @@ def test_rules_find_a_function_that_is_not_light(package: Package) -> None:
     changed = manifest.model_copy(update={"channels": (wrong, *manifest.channels[1:])})
     assert any("not light of red" in problem for problem in contradictions(changed))
     assert set(channel_views(manifest)) == set(PARTS)
+
+
+def looked_at(path: Path) -> Scene:
+    """The scene that a scan without one gets."""
+    return prepare(request_for_source(path)).scene
+
+
+def photographs(folder: Path, background: tuple[int, int, int]) -> Path:
+    """Pictures of a ball on a background, with a little noise."""
+    pixels = ball().astype(float)
+    alpha = pixels[..., 3:] / 255
+    mixed = alpha * pixels[..., :3] + (1 - alpha) * np.array(background)
+    noise = np.random.default_rng(2).normal(0.0, 2.0, mixed.shape)
+    write_pictures(folder / "photos.tif", np.clip(np.rint(mixed + noise), 0, 255).astype(np.uint8))
+    return folder / "photos.tif"
+
+
+@pytest.mark.parametrize("background", [(20, 40, 220), (250, 250, 250), (0, 0, 0)])
+def test_the_margin_of_photographs_without_a_scene_is_left_out(tmp_path: Path, background) -> None:
+    scene = looked_at(photographs(tmp_path, background))
+    assert scene.colour is not None
+    found = np.array([int(scene.colour.background[i : i + 2], 16) for i in (1, 3, 5)])
+    assert np.abs(found - background).max() <= 3
+    assert "volume in colour" in scene.recognised
+    with open_source(scene.source.channels[3], Path(), Silent()) as source:
+        shares = source.read_slab(0, source.info.grid.shape_zyx[0]) / 65535
+    is_inside = ball()[..., 3] == 255
+    assert (shares[ball()[..., 3] == 0] > 0).mean() < 0.01
+    assert (shares[is_inside] > 0.5).mean() > 0.9
+
+
+def test_alpha_of_pictures_without_a_scene_is_their_extinction(tmp_path: Path) -> None:
+    write_pictures(tmp_path / "ball.tif", ball())
+    assert looked_at(tmp_path / "ball.tif").colour.extinction == "alpha"
+
+
+def test_pictures_without_a_margin_of_one_colour_follow_luminance(tmp_path: Path) -> None:
+    write_pictures(tmp_path / "waves.tif", waves()[..., :3])
+    assert looked_at(tmp_path / "waves.tif").colour.extinction == "luminance"
+
+
+def test_colours_that_begin_after_the_first_slice_are_kept(tmp_path: Path) -> None:
+    pixels = np.zeros((*SHAPE_ZYX, 3), np.uint8)
+    pixels[4:, 4:-4, 4:-4] = (200, 120, 30)
+    write_pictures(tmp_path / "late.tif", pixels)
+    build(request_for_source(tmp_path / "late.tif"), tmp_path / "late.volpkg", Silent())
+    package = Package.open(tmp_path / "late.volpkg")
+    assert [channel.name for channel in package.manifest.channels] == list(PARTS)
+
+
+def test_a_look_at_pictures_shows_their_colours(tmp_path: Path) -> None:
+    looked = look_at(request_for_source(photographs(tmp_path, (20, 40, 220))))
+    assert "volume in colour" in looked.recognised
+    shown = picture(looked)
+    assert (np.ptp(shown[:256], axis=-1) > 40).mean() > 0.02
+    assert shown[0, 0].max() == 0
+
+
+def test_errors_that_are_not_about_colours_stay(tmp_path: Path) -> None:
+    request = request_for_source(photographs(tmp_path, (20, 40, 220)))
+    scene = request.scene.with_source(request.scene.source.model_copy(update={"rgb": "red"}))
+    refused = VolprepError("VP1164", path="x", what="colours")
+    with pytest.raises(VolprepError) as error:
+        in_colour(scene, refused)
+    assert error.value is refused

@@ -46,6 +46,7 @@ from volprep_formats.segmentations.records import Contours
 from volprep_formats.source import RawLayout, SourceSpec, TileLayout
 from volprep_formats.textures import ktx2
 
+from . import colour_subjects
 from .header_subjects import metaimage_file, nrrd_file, vtk_file
 from .mesh_subjects import glb_file, read_mesh
 
@@ -81,6 +82,10 @@ def read_volume(path: Path, raw: RawLayout | None = None, **told: object) -> Non
         for z0, z1 in ((0, shape[0] // 2), (shape[0] // 2, shape[0])):
             slab = source.read_slab(z0, z1)
             assert (slab.dtype, slab.shape) == (np.dtype(info.stored_type), (z1 - z0, *shape[1:]))
+
+
+def _read_colours(path: Path) -> None:
+    read_volume(path, colour=colour_subjects.WANTED)
 
 
 def _noise(shape: tuple[int, ...] = _SHAPE_ZYX) -> NDArray[np.int16]:
@@ -389,6 +394,13 @@ VDB = Subject("OpenVDB", ".vdb", _vdb, read_volume)
 
 SUBJECTS = (
     Subject("raw, gzipped", ".raw.gz", _raw, _read_raw),
+    Subject("NumPy in colour", ".npy", colour_subjects.npy_in_colour, _read_colours, cases=300),
+    Subject("NRRD in colour", ".nrrd", colour_subjects.nrrd_in_colour, _read_colours, cases=300),
+    Subject("VTI in colour", ".vti", colour_subjects.vti_in_colour, _read_colours, cases=300),
+    *(
+        Subject(f"DICOM in colour, {name}", "", colour_subjects.dicom_in_colour(syntax), _read_colours, cases=300)
+        for name, syntax in colour_subjects.DICOM.items()
+    ),
     Subject("NIfTI-1", ".nii", _nifti(".nii", "int16", nibabel.Nifti1Image), read_volume),
     Subject("NIfTI-2 of wide integers", ".nii", _nifti(".nii", "int32", nibabel.Nifti2Image), read_volume),
     Subject("NIfTI-1 of floats, gzipped", ".nii.gz", _nifti(".nii.gz", "float32", nibabel.Nifti1Image), read_volume),

@@ -15,7 +15,7 @@ _EYE = tuple(map(tuple, np.eye(4).tolist()))
 class HandGrid:
     """A grid. The tile (i, j, k) fills the voxels from 128·(i, j, k) on; i, j and k are 0 to 31."""
 
-    tiles: dict[tuple[int, int, int], float]
+    tiles: dict[tuple[int, int, int], float | tuple[float, float, float]]
     """Active tiles and their values."""
     name: str = "density"
     kind: str = "float"
@@ -55,14 +55,15 @@ def _text(text: str) -> bytes:
 
 
 def _tree(grid: HandGrid) -> bytes:
-    letter, dtype = {"float": ("f", "<f4"), "double": ("d", "<f8")}[grid.kind]
-    values = np.full(32**3, grid.background, dtype)
+    dtype = {"float": np.dtype("<f4"), "double": np.dtype("<f8"), "vec3s": np.dtype(("<f4", 3))}[grid.kind]
+    values = np.full((32**3, *dtype.shape), grid.background, dtype.base)
+    background = np.full(dtype.shape, grid.background, dtype.base).tobytes()
     active = np.zeros(32**3, bool)
     for (i, j, k), value in grid.tiles.items():
         values[(i * 32 + j) * 32 + k] = value
         active[(i * 32 + j) * 32 + k] = True
     children = 1 if grid.tiles else 0
-    root = struct.pack(f"<i{letter}II", 1, grid.background, 0, children)
+    root = struct.pack("<i", 1) + background + struct.pack("<II", 0, children)
     said = values.nbytes if grid.said_bytes is None else grid.said_bytes
     size = struct.pack("<q", -said) if grid.compression else b""
     # 6: no mask for the inactive values, all values are there.

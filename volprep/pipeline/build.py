@@ -113,7 +113,7 @@ def _read(request: Request, progress: Progress) -> tuple[Prepared, list[tuple[Sc
     try:
         return prepared, _measured(prepared, progress)
     except VolprepError as error:
-        prepared = prepared.with_numbers(error)
+        prepared = prepared.after(error)
         return prepared, _measured(prepared, progress)
 
 

@@ -45,7 +45,7 @@ def import_draft(prepared: Prepared, folder: Path, progress: Progress, start: by
     try:
         return _imported(prepared, folder, progress, start)
     except VolprepError as error:
-        return _imported(prepared.with_numbers(error), folder, progress, start)
+        return _imported(prepared.after(error), folder, progress, start)
 
 
 def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes) -> Imported:
@@ -56,7 +56,7 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
     heading = Heading(name=prepared.scene.name, generator=generator(), profile=prepared.profile)
     measured: list[Measured] = []
     records: list[SourceRecord] = []
-    for channel, opened, source in prepared.sources(progress):
+    for channel, opened, source in prepared.sources(progress, folder.parent):
         draft = draft or Draft.create(folder, heading, lasting=not start)
         found = import_volume(draft, source, progress, channel.name)
         # Some remarks are about the pixels, which have only now been read.

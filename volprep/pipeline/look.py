@@ -5,17 +5,22 @@ It reads up to 128 slices, spread over the scan, so that it takes about a second
 
 from dataclasses import dataclass
 from math import prod
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.pipeline.prepare import prepare
+from volprep.pipeline.prepare import Prepared, prepare
+from volprep.scan.repair import open_scan
 from volprep.scene.first_look import with_first_look
 from volprep.scene.request import Request
 from volprep_formats.arrays import Float64Array, UInt8Array
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Statistics
 from volprep_formats.progress import Silent
-from volprep_formats.source import SourceInfo, VolumeSource
+from volprep_formats.readers.colour import unpacked
+from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
+from volprep_formats.srgb import srgb_of_linear
 
 BINS = 64
 _SLICES = 128
@@ -25,6 +30,7 @@ _PANEL_PIXELS = 256
 _GAP_PIXELS = 8
 _HISTOGRAM_PIXELS = 96
 _MOST_SAMPLES = 2_000_000
+_MOST_COLOUR_PIXELS = 256
 
 
 @dataclass(frozen=True)
@@ -34,11 +40,12 @@ class Looked:
     info: SourceInfo
     """Geometry, type and remarks."""
     slices: tuple[Float64Array, Float64Array, Float64Array]
-    """Physical values in the middle across z, y and x, [row, column], as coarse as the look was."""
+    """Physical values in the middle across z, y and x, [row, column], as coarse as the look was; of a volume in colour
+    sRGB colours on black, [row, column, 3]."""
     shapes_mm: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
     """Height and width of each of them."""
     ends: tuple[float, float]
-    """Least and greatest value that was met."""
+    """Least and greatest value that was met; of a volume in colour, shares of the largest extinction."""
     is_whole: bool
     """Whether all slices were read, so that these are the ends of the scan."""
     not_numbers: int
@@ -52,10 +59,18 @@ class Looked:
 def look_at(request: Request) -> Looked:
     """Look at the first channel of a scan. Raises the errors of its reader."""
     prepared = prepare(request)
-    info, planes, places = next((info, *_planes(source)) for _, info, source in prepared.sources(Silent()))
-    depth, height, width = info.grid.shape_zyx
+    try:
+        info, planes, places = _first_planes(prepared)
+    except VolprepError as error:
+        prepared = prepared.after(error)
+        info, planes, places = _first_planes(prepared)
+    colours = None
+    if prepared.scene.colour is not None:
+        colours, planes = _colours(prepared.channels[0].spec, places)
+    depth = info.grid.shape_zyx[0]
     z_mm, y_mm, x_mm = info.grid.extent_mm_zyx
-    middle = planes[int(np.argmin(np.abs(places - depth // 2)))]
+    shown = planes if colours is None else colours
+    middle = shown[int(np.argmin(np.abs(places - depth // 2)))]
     finite = planes[np.isfinite(planes)]
     sample = finite[:: max(1, finite.size // _MOST_SAMPLES)]
     ends = (float(sample.min()), float(sample.max())) if sample.size else (0.0, 0.0)
@@ -66,7 +81,7 @@ def look_at(request: Request) -> Looked:
         recognised = with_first_look(prepared.scene, prepared.profile, info, statistics, sample).recognised
     return Looked(
         info=info,
-        slices=(middle, planes[:, height // 2], planes[:, :, width // 2]),
+        slices=(middle, shown[:, shown.shape[1] // 2], shown[:, :, shown.shape[2] // 2]),
         shapes_mm=((y_mm, x_mm), (z_mm, x_mm), (z_mm, y_mm)),
         ends=ends,
         is_whole=len(places) == depth,
@@ -74,6 +89,22 @@ def look_at(request: Request) -> Looked:
         counts=tuple(counts.tolist()),
         recognised=recognised,
     )
+
+
+def _first_planes(prepared: Prepared) -> tuple[SourceInfo, Float64Array, NDArray[np.intp]]:
+    return next((info, *_planes(source)) for _, info, source in prepared.sources(Silent()))
+
+
+def _colours(spec: SourceSpec, places: NDArray[np.intp]) -> tuple[Float64Array, Float64Array]:
+    """Return sRGB colours on black [slice, y, x, 3], and shares of the largest extinction [slice, y, x]."""
+    assert spec.colour is not None  # noqa: S101 - a channel of a volume in colour
+    every = spec.model_copy(update={"colour": spec.colour.model_copy(update={"part": "all"})})
+    with open_scan(every, Path("/"), Silent()) as source:
+        # Four numbers of 64 bits for each pixel: large pictures are thinned.
+        step = max(1, max(source.info.grid.shape_zyx[1:]) // _MOST_COLOUR_PIXELS)
+        slices = [unpacked(source.read_slab(z, z + 1)[:, ::step, ::step]) for z in places.tolist()]
+    values = np.concatenate(slices) / 65535
+    return srgb_of_linear(values[..., :3]), values[..., 3]
 
 
 def _planes(source: VolumeSource) -> tuple[Float64Array, NDArray[np.intp]]:
@@ -95,18 +126,23 @@ def picture(looked: Looked) -> UInt8Array:
     tallest_mm = max(each for shape in looked.shapes_mm for each in shape)
     panels = []
     for number, (values, shape_mm) in enumerate(zip(looked.slices, looked.shapes_mm, strict=True)):
-        panel = np.zeros((_PANEL_PIXELS, _PANEL_PIXELS))
+        panel = np.zeros((_PANEL_PIXELS, _PANEL_PIXELS, 3))
         rows, columns = (max(1, round(_PANEL_PIXELS * length / tallest_mm)) for length in shape_mm)
         resized = _resized(values if number == 0 else values[::-1], rows, columns)
         top, left = (_PANEL_PIXELS - rows) // 2, (_PANEL_PIXELS - columns) // 2
-        panel[top : top + rows, left : left + columns] = np.clip((resized - low) / (high - low), 0.0, 1.0)
-        panels += [panel, np.zeros((_PANEL_PIXELS, _GAP_PIXELS))]
+        shades = np.clip((resized - low) / (high - low), 0.0, 1.0)
+        panel[top : top + rows, left : left + columns] = shades if shades.ndim == 3 else shades[..., None]
+        panels += [panel, np.zeros((_PANEL_PIXELS, _GAP_PIXELS, 3))]
     above = np.hstack(panels[:-1])
-    whole = np.vstack([above, np.zeros((_GAP_PIXELS, above.shape[1])), _bars(looked, above.shape[1])])
-    return np.repeat(np.rint(255 * np.nan_to_num(whole))[..., None], 3, axis=2).astype(np.uint8)
+    bars = np.repeat(_bars(looked, above.shape[1])[..., None], 3, axis=2)
+    whole = np.vstack([above, np.zeros((_GAP_PIXELS, above.shape[1], 3)), bars])
+    drawn: UInt8Array = np.rint(255 * np.nan_to_num(whole)).astype(np.uint8)
+    return drawn
 
 
 def _window(looked: Looked) -> tuple[float, float]:
+    if looked.slices[0].ndim == 3:
+        return 0.0, 1.0
     finite = np.concatenate([each[np.isfinite(each)].ravel() for each in looked.slices])
     low, high = np.percentile(finite, _OUTLIERS) if finite.size else (0.0, 1.0)
     return (float(low), float(high)) if low < high else (float(low), float(low) + 1.0)

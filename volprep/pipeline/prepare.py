@@ -4,7 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from volprep.pipeline.colour_look import IN_COLOUR, in_colour
 from volprep.scan.channels import opened_channel
+from volprep.scan.colour_parts import is_one_source, opened_colours
 from volprep.scan.import_segments import SegmentSource
 from volprep.scan.label_map import NOT_LABELS, recognise_labels
 from volprep.scan.outside import finite_range
@@ -43,11 +45,20 @@ class Prepared:
             return None
         return SegmentSource(Path("/") / path_of_text(wanted.source), wanted.table, self.channels[0].spec)
 
-    def sources(self, progress: Progress) -> Iterator[tuple[SceneChannel, SourceInfo, VolumeSource]]:
+    def sources(
+        self, progress: Progress, folder: Path | None = None
+    ) -> Iterator[tuple[SceneChannel, SourceInfo, VolumeSource]]:
         """Open one channel after the other; its voxels have the grid of the first one.
 
-        Raises VP1240 for a channel whose voxels lie elsewhere, and the errors of the reader.
+        With `folder`, which holds a temporary file, colours are decoded once for all channels, if each is read from
+        its first slice on. Raises VP1240 for a channel whose voxels lie elsewhere, and the errors of the reader.
         """
+        specs = [channel.spec for channel in self.channels]
+        if folder is not None and is_one_source(specs):
+            with opened_colours(specs[0], folder, progress) as parts:
+                for channel, part in zip(self.channels, parts, strict=True):
+                    yield channel, part.info, part
+            return
         first: SourceInfo | None = None
         for channel in self.channels:
             registered = None if first is None else (self.channels[0].name, first.grid)
@@ -56,13 +67,17 @@ class Prepared:
                 first = first or info
                 yield channel, info, source
 
-    def with_numbers(self, error: VolprepError) -> "Prepared":
-        """Return a copy with a replacement for NaN, which a scan without a scene has outside of the part shown.
+    def after(self, error: VolprepError) -> "Prepared":
+        """Return a copy for a scan without a scene that cannot be read as it is: it has NaN outside of the part shown.
 
-        That is 0 for values on both sides of it, else the least one. Raises `error`, which says that the scan has NaN
-        or infinite voxels, again where a scene decides, or where that has been tried.
+        Their replacement is 0 for values on both sides of it, else the least one. A scan whose first slices have no
+        colours, but later ones do, is drawn in colour. Raises `error`, which says that the scan has NaN or infinite
+        voxels, or colours, again where a scene decides, or where that has been tried.
         """
         spec = self.scene.source
+        if self.first_look and error.code in IN_COLOUR:
+            scene = in_colour(self.scene, error)
+            return replace(self, scene=scene, channels=drawn_channels(scene), first_look=False)
         if error.code != "VP1090" or not self.first_look or spec.nan is not None or spec.channels:
             raise error
         with open_scan(spec, Path("/"), Silent()) as source:
@@ -82,9 +97,13 @@ def prepare(request: Request) -> Prepared:
     for path in files_of(scene.source):
         if not path.exists():
             raise no_such_path(path)
-    if request.first_look and scene.source.labels is None and not scene.source.channels:
-        scene = _with_recognised_labels(scene)
-    return Prepared(scene, request.profile, drawn_channels(scene), request.scene_path, request.first_look)
+    first_look = request.first_look
+    if first_look and scene.source.labels is None and not scene.source.channels:
+        try:
+            scene = _with_recognised_labels(scene)
+        except VolprepError as error:
+            scene, first_look = in_colour(scene, error), False
+    return Prepared(scene, request.profile, drawn_channels(scene), request.scene_path, first_look)
 
 
 def _with_recognised_labels(scene: Scene) -> Scene:

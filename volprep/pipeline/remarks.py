@@ -10,7 +10,8 @@ from volprep_formats.package.manifest import Manifest
 def remarks(manifest: Manifest) -> Iterator[str]:
     """Return what a scan without a scene was recognised as, and the remarks of the readers with their channels."""
     yield from (item.reason for item in manifest.plan if item.kind == FIRST_LOOK)
-    several = len(manifest.channels) > 1
+    # The channels of a volume in colour are made of one source.
+    several = len(manifest.channels) > 1 and all(each.classification != "colour" for each in manifest.programs)
     for channel in manifest.channels:
         for remark in channel.source.info.remarks:
             yield f"{channel.name}: {remark}" if several else remark

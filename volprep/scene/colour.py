@@ -7,17 +7,16 @@ texture filter mixes them as the trilinear field of light and extinction says.
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Self, get_args
+from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from volprep_formats.package.transfer_function import Fraction
+from volprep_formats.readers.colour import PARTS
 from volprep_formats.record import Record
-from volprep_formats.source import ColourPart, OpacityOf
+from volprep_formats.source import ColourPart, OpacityOf, SourceSpec
 from volprep_formats.transfer_files.points import MOST_POINTS
 
-PARTS: tuple[ColourPart, ...] = get_args(ColourPart)
-"""Channels of a colour volume, in the order of the components of a texel."""
 _LIGHT: Mapping[ColourPart, tuple[float, float, float]] = {
     "red": (1.0, 0.0, 0.0),
     "green": (0.0, 1.0, 0.0),
@@ -81,12 +80,18 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
 
     Raises ValueError for tables that a colour volume determines.
     """
-    settings = ColourSettings.model_validate(scene["colour"])
     source = scene.get("source")
-    if not isinstance(source, Mapping):
-        return dict(scene)
+    if not isinstance(source, Mapping) or not (
+        _is_sound(ColourSettings, scene["colour"]) and _is_sound(SourceSpec, source)
+    ):
+        # The scene is refused for it: the message names the key as it was written, and not one of a channel.
+        only = transfer_of("opacity", 1.0)
+        return {**scene, "transfer": [{key: only[key] for key in ("name", "colour_space", "points")}]}
+    settings = ColourSettings.model_validate(scene["colour"])
     fixed = [f"[{table}]" for table in ("together", "quantize", "segments") if table in scene]
-    fixed += [f"source.{key}" for key in ("channels", "rgb", "colour", "mask", "nan") if key in source]
+    fixed += [
+        f"source.{key}" for key in ("channels", "channel", "labels", "rgb", "colour", "mask", "nan") if key in source
+    ]
     tables = {table: {**own, **_mapping(scene.get(table))} for table, own in _TABLES.items()}
     fixed += [f"{table}.{key}" for table, own in _TABLES.items() for key in own if tables[table][key] != own[key]]
     if fixed:
@@ -99,6 +104,15 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
         "transfer": [transfer_of(part, settings.largest_per_mm) for part in PARTS],
         "together": {"name": _NAME},
     }
+
+
+def _is_sound(record: type[Record], table: object) -> bool:
+    """Return whether a table has the right keys and values."""
+    try:
+        record.model_validate(table)
+    except ValidationError:
+        return False
+    return True
 
 
 def _mapping(table: object) -> Mapping[str, object]:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from volprep.scene.colour import PARTS, ColourSettings, with_colour_channels
+from volprep.scene.colour import ColourSettings, with_colour_channels
 from volprep.scene.points import PhysicalValue
 from volprep.scene.presets import load_preset
 from volprep.scene.segments import SegmentsSettings
@@ -31,6 +31,7 @@ from volprep_formats.package.program import (
 )
 from volprep_formats.package.texture import MosaicOrder
 from volprep_formats.package.transfer_function import Fraction
+from volprep_formats.readers.colour import PARTS
 from volprep_formats.record import Record, problems
 from volprep_formats.source import SourceSpec
 from volprep_formats.toml_file import read_toml_file

@@ -18,6 +18,7 @@ using volprep::vdb::GridInfo;
 using volprep::vdb::ScalarGrid;
 using Volume = nb::ndarray<const float, nb::numpy, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using MutableVolume = nb::ndarray<float, nb::numpy, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using MutableVectors = nb::ndarray<float, nb::numpy, nb::shape<-1, -1, -1, 3>, nb::c_contig, nb::device::cpu>;
 
 namespace {
 
@@ -45,7 +46,8 @@ void bind_reader(nb::module_& module) {
                 "First and last active voxel, as the file notes them; they may be wrong.");
     module.def("list_grids", &volprep::vdb::list_grids, "path"_a,
                "All grids of a file, in its order. Raises RuntimeError for a damaged file.");
-    nb::class_<ScalarGrid>(module, "ScalarGrid", "One grid of floats or doubles, whole in memory.")
+    nb::class_<ScalarGrid>(module, "ScalarGrid",
+                           "One grid of floats, doubles or vectors of three floats, whole in memory.")
         .def(nb::init<const std::string&, size_t>(), "path"_a, "index"_a,
              "The grid number `index` of list_grids. Raises RuntimeError for a damaged grid.")
         .def_prop_ro("active_box_xyz", &ScalarGrid::active_box_xyz,
@@ -61,7 +63,13 @@ void bind_reader(nb::module_& module) {
             [](const ScalarGrid& grid, const volprep::vdb::Xyz& first_xyz, const MutableVolume& dst) {
                 grid.copy(first_xyz, shape_zyx(dst), dst.data());
             },
-            "first_xyz"_a, "dst"_a.noconvert(), "Fill `dst` [z, y, x] with the values from voxel `first_xyz` on.");
+            "first_xyz"_a, "dst"_a.noconvert(), "Fill `dst` [z, y, x] with the values from voxel `first_xyz` on.")
+        .def(
+            "copy_vectors",
+            [](const ScalarGrid& grid, const volprep::vdb::Xyz& first_xyz, const MutableVectors& dst) {
+                grid.copy_vectors(first_xyz, shape_zyx(dst), dst.data());
+            },
+            "first_xyz"_a, "dst"_a.noconvert(), "Fill `dst` [z, y, x, 3] with the vectors from voxel `first_xyz` on.");
 }
 
 void bind_writer(nb::module_& module) {

@@ -13,6 +13,7 @@
 #include <limits>
 #include <new>
 #include <stdexcept>
+#include <type_traits>
 #include <variant>
 
 #include "tree_walk.hpp"
@@ -95,8 +96,9 @@ class Archive : public openvdb::io::Archive {
     // Walks over the grid before OpenVDB makes anything of its tree, and goes back to its beginning.
     void check() {
         const bool floats = grid_->isType<openvdb::FloatGrid>();
-        if (!floats && !grid_->isType<openvdb::DoubleGrid>())
-            throw std::runtime_error("its voxels are neither floats nor doubles");
+        const bool vectors = grid_->isType<openvdb::Vec3SGrid>();
+        if (!floats && !vectors && !grid_->isType<openvdb::DoubleGrid>())
+            throw std::runtime_error("its voxels are neither floats, doubles nor vectors of three floats");
         read_metadata();
         const bool half = grid_->saveFloatAsHalf();
         if (half != descriptor_.saveFloatAsHalf())
@@ -104,7 +106,12 @@ class Archive : public openvdb::io::Archive {
         check_strings(file_, 1, descriptor_.getEndPos());  // kind of the transform
         grid_->readTransform(file_);
         if (!descriptor_.isInstance())
-            check_tree(file_, {floats ? 4 : 8, half, openvdb::io::getDataCompression(file_)}, descriptor_.getEndPos());
+            check_tree(file_,
+                       {vectors  ? 12
+                        : floats ? 4
+                                 : 8,
+                        half, openvdb::io::getDataCompression(file_), vectors ? 3 : 1},
+                       descriptor_.getEndPos());
         file_.seekg(descriptor_.getGridPos());
     }
 
@@ -160,10 +167,32 @@ openvdb::GridBase::Ptr read_grid(const std::string& path, size_t index) {
     return grid;
 }
 
+template <typename Grid>
+constexpr bool is_vectors = std::is_same_v<std::remove_cvref_t<Grid>, openvdb::Vec3SGrid>;
+
+template <typename Value>
+auto first_of(const Value& value) {
+    if constexpr (std::is_same_v<Value, openvdb::Vec3s>)
+        return value.x();
+    else
+        return value;
+}
+
+template <typename Grid, typename Value>
+void copy_voxels(const Grid& grid, const Xyz& first_xyz, const std::array<size_t, 3>& shape_zyx, Value* dst) {
+    const openvdb::Coord first(first_xyz[0], first_xyz[1], first_xyz[2]);
+    const openvdb::Coord size(static_cast<int32_t>(shape_zyx[2]), static_cast<int32_t>(shape_zyx[1]),
+                              static_cast<int32_t>(shape_zyx[0]));
+    // OpenVDB's "XYZ" has x as its fastest axis.
+    openvdb::tools::Dense<Value, openvdb::tools::LayoutXYZ> dense(openvdb::CoordBBox(first, first + size.offsetBy(-1)),
+                                                                  dst);
+    openvdb::tools::copyToDense(grid, dense, /*serial=*/true);
+}
+
 }  // namespace
 
 struct ScalarGrid::Tree {
-    std::variant<openvdb::FloatGrid::Ptr, openvdb::DoubleGrid::Ptr> grid;
+    std::variant<openvdb::FloatGrid::Ptr, openvdb::DoubleGrid::Ptr, openvdb::Vec3SGrid::Ptr> grid;
 
     template <typename Function>
     auto visit(Function function) const {
@@ -192,6 +221,8 @@ ScalarGrid::ScalarGrid(const std::string& path, size_t index) : tree_(std::make_
     const openvdb::GridBase::Ptr grid = reading([&] { return read_grid(path, index); });
     if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid))
         tree_->grid = floats;
+    else if (const auto vectors = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid))
+        tree_->grid = vectors;
     else
         tree_->grid = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid);
 }
@@ -211,7 +242,7 @@ uint64_t ScalarGrid::active_voxels() const {
 }
 
 double ScalarGrid::background() const {
-    return tree_->visit([](const auto& grid) { return static_cast<double>(grid.background()); });
+    return tree_->visit([](const auto& grid) { return static_cast<double>(first_of(grid.background())); });
 }
 
 uint64_t ScalarGrid::inexact_values() const {
@@ -236,13 +267,19 @@ std::optional<std::array<std::array<double, 4>, 4>> ScalarGrid::world_from_index
 }
 
 void ScalarGrid::copy(const Xyz& first_xyz, const std::array<size_t, 3>& shape_zyx, float* dst) const {
-    const openvdb::Coord first(first_xyz[0], first_xyz[1], first_xyz[2]);
-    const openvdb::Coord size(static_cast<int32_t>(shape_zyx[2]), static_cast<int32_t>(shape_zyx[1]),
-                              static_cast<int32_t>(shape_zyx[0]));
-    // OpenVDB's "XYZ" has x as its fastest axis.
-    openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(openvdb::CoordBBox(first, first + size.offsetBy(-1)),
-                                                                  dst);
-    tree_->visit([&](const auto& grid) { openvdb::tools::copyToDense(grid, dense, /*serial=*/true); });
+    tree_->visit([&](const auto& grid) {
+        if constexpr (is_vectors<decltype(grid)>)
+            throw std::logic_error("these are vectors");
+        else
+            copy_voxels(grid, first_xyz, shape_zyx, dst);
+    });
+}
+
+void ScalarGrid::copy_vectors(const Xyz& first_xyz, const std::array<size_t, 3>& shape_zyx, float* dst) const {
+    const auto* grid = std::get_if<openvdb::Vec3SGrid::Ptr>(&tree_->grid);
+    if (!grid) throw std::logic_error("these are no vectors");
+    static_assert(sizeof(openvdb::Vec3s) == 3 * sizeof(float));
+    copy_voxels(**grid, first_xyz, shape_zyx, reinterpret_cast<openvdb::Vec3s*>(dst));
 }
 
 }  // namespace volprep::vdb

@@ -111,7 +111,7 @@ class Walk {
         if (!format_.saved_as_half)
             block(count * format_.value_bytes);
         else if (count > 0)
-            block(count * 2);
+            block(count * 2 * format_.numbers);
     }
 
     // So many bytes, which may be compressed.

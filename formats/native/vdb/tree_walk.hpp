@@ -11,9 +11,10 @@ namespace volprep::vdb {
 
 // How the values of a tree are stored.
 struct TreeFormat {
-    int64_t value_bytes;   // 4 or 8
-    bool saved_as_half;    // blocks have 2 bytes for each value
+    int64_t value_bytes;   // 4 or 8, or 12 of three floats
+    bool saved_as_half;    // blocks have 2 bytes for each number
     uint32_t compression;  // flags of openvdb::io
+    int64_t numbers = 1;   // of a value
 };
 
 // Walks over the tree that begins where the stream is and that ends before the byte `end`. It has the nodes of

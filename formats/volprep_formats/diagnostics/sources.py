@@ -94,8 +94,9 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1035": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the image is in colour ({kind}); a volume needs one grey value in each pixel",
-        "Choose the grey series that this picture was made from; or, for uncompressed colours, make them grey with "
-        'rgb = "luminance" in [source], or --rgb luminance.',
+        "Choose the grey series that this picture was made from, keep colours with a table [colour] in the scene, or "
+        'make them grey with rgb = "luminance" in [source], or --rgb luminance. Palettes and more than 16 bits are not '
+        "read.",
     ),
     "VP1036": Diagnostic(
         ExitStatus.SOURCE,
@@ -221,7 +222,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1101": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: axis {axis} of the NRRD file (kind {kind}) has {size} values for each voxel; one is needed",
-        "Extract one component, or one volume, into a file of its own.",
+        "Extract one component, or one volume, into a file of its own, or keep colours with a table [colour].",
     ),
     "VP1102": Diagnostic(
         ExitStatus.SOURCE,
@@ -241,7 +242,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1121": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the MetaImage file has {what}; one value at each place of a volume is needed",
-        "Extract one component, or one volume, into a file of its own.",
+        "Extract one component, or one volume, into a file of its own, or keep colours with a table [colour].",
     ),
     "VP1122": Diagnostic(
         ExitStatus.SOURCE,
@@ -256,7 +257,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1141": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the VTK file has {problem}; one number at each point of a volume is needed",
-        "Write the wanted array as the scalars of the points.",
+        "Write the wanted array as the scalars of the points; or keep colours with a table [colour] in the scene.",
     ),
     "VP1142": Diagnostic(
         ExitStatus.SOURCE,
@@ -338,7 +339,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1203": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the voxels of the grid {grid!r} are of type {kind}, but must be one float or double each",
-        "Set source.grid to a grid of numbers. Convert points, vectors and masks to such a grid first.",
+        "Set source.grid to a grid of numbers, or to one of colours (vec3s) with a table [colour]. Convert "
+        "points and masks to such a grid first.",
     ),
     "VP1204": Diagnostic(
         ExitStatus.SOURCE,
@@ -512,7 +514,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1289": Diagnostic(ExitStatus.SOURCE, "{path}: this is {what}, which is not read", "{how}"),
     "VP1290": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: not a picture for a colour volume: {problem}",
-        "Choose another colour.extinction, convert the pictures to RGB or RGBA from 0 to 1, or leave [colour] out.",
+        "{path}: no colours for a volume in colour: {problem}",
+        "Choose another colour.extinction, convert to RGB or RGBA (uint8, uint16, floats from 0 to 1), or leave "
+        "[colour] out.",
     ),
 }

@@ -33,6 +33,10 @@ _CHANNEL_KEYS: dict[str, Literal["channel", "volume"]] = {
 """Formats whose files may hold several channels, and the field of a source that chooses one by its number."""
 
 
+_IN_COLOUR = frozenset(("dicom", "metaimage", "nifti", "npy", "nrrd", "stack", "vdb", "vti", "vtk", *_OME))
+"""Formats whose voxels may have colours."""
+
+
 @dataclass(frozen=True)
 class Reader:
     """A source format: its name, the module that reads it, and how to know it."""
@@ -194,7 +198,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         ("missing", spec.missing, {"ome-zarr"}),
         ("repair", spec.repair or None, {"dicom"}),
         ("rgb", spec.rgb, {"dicom", "stack", "mosaic"}),
-        ("colour", spec.colour, {"nifti", "ome-tiff", "stack"}),
+        ("colour", spec.colour, _IN_COLOUR),
         ("grid", spec.grid, {"vdb"}),
         ("stack", spec.stack, {"stack"}),
         ("mosaic", spec.mosaic, {"mosaic"}),

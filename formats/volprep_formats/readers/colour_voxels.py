@@ -1,4 +1,9 @@
-"""One channel of a volume in colour whose voxels, three or four bytes of red, green, blue and alpha, lie in a file."""
+"""One channel of a volume in colour whose voxels, of three or four components each, lie in a file.
+
+Components are red, green, blue and alpha: integers are sRGB over the whole range of their type, floats linear light.
+"""
+
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,24 +14,38 @@ from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource
 from volprep_formats.source import ColourChannel, SourceInfo
 
-RGB, RGBA = (np.dtype([(name, np.uint8) for name in names]) for names in ("RGB", "RGBA"))
-"""Types of the voxels in a file."""
+_NAMES = "RGBA"
+
+
+def colour_type(path: Path, component: np.dtype[np.generic], count: int) -> np.dtype[np.generic]:
+    """Return the type of voxels of `count` components each. Raises VP1290 where they are no RGB or RGBA."""
+    if count not in {3, 4}:
+        raise VolprepError("VP1290", path=path, problem=f"it has {count} component(s) in each voxel, not 3 or 4")
+    if component.kind != "f" and not (component.kind == "u" and component.itemsize <= 2):
+        problem = f"its components are of type {component.name}, not uint8, uint16 or floating point"
+        raise VolprepError("VP1290", path=path, problem=problem)
+    return np.dtype([(name, component) for name in _NAMES[:count]])
 
 
 class ColourVoxels(VoxelSource):
-    """Premultiplied linear light, or extinction, of sRGB colours and straight alpha."""
+    """Premultiplied linear light, or extinction, of colours and straight alpha."""
 
     def __init__(
         self, facts: HeaderFacts, voxels: VoxelFile, wanted: ColourChannel, *, most_bytes_after: int | None = 0
     ) -> None:
-        """Take a file of RGB or RGBA. Closes it and raises VP1290 for an extinction from an alpha that is not there."""
+        """Take a file of voxels of a `colour_type`.
+
+        Closes it and raises VP1290 for an extinction from an alpha that is not there.
+        """
         self._wanted = wanted
-        has_alpha = voxels.dtype == RGBA
+        components = [component for component, *_ in (voxels.dtype.fields or {}).values()]
+        self._component = components[0].newbyteorder("=")
+        has_alpha, is_linear = len(components) == len(_NAMES), self._component.kind == "f"
         info = SourceInfo(
             format=facts.format,
             grid=facts.grid,
             stored_type="uint8",
-            remarks=(*facts.remarks, *colour_remarks(wanted, has_alpha=has_alpha, is_linear=False)),
+            remarks=(*facts.remarks, *colour_remarks(wanted, has_alpha=has_alpha, is_linear=is_linear)),
         )
         super().__init__(of_colour(info), voxels, most_bytes_after=most_bytes_after)
         try:
@@ -36,8 +55,8 @@ class ColourVoxels(VoxelSource):
             raise
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Values of slices z0 to z1 - 1 as [z, y, x]. Raises what `VoxelSource.read_slab` raises."""
+        """Values of slices z0 to z1 - 1 as [z, y, x]. Raises what `VoxelSource.read_slab` raises, and VP1290."""
         slab = self._in_file(z0, z1)
-        pixels = slab.view(np.uint8).reshape(*slab.shape, -1)
+        pixels = slab.view(self._component).reshape(*slab.shape, -1)
         alpha = pixels[..., 3] if pixels.shape[-1] > 3 else None
         return channel_of_colours(self._voxels.path, self._wanted, pixels[..., :3], alpha)

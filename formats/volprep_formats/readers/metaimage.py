@@ -18,6 +18,7 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
@@ -58,16 +59,17 @@ _MOST_DIGITS = 20
 Fields = dict[str, str]
 
 
-def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
-    """Open one volume of numbers.
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
+    """Open one volume of numbers, or of colours.
 
-    Raises VolprepError VP1003, VP1005 to VP1008, VP1120 to VP1122, VP2020 (sheared) or VP2021 (unusable matrix).
+    Raises VolprepError VP1003, VP1005 to VP1008, VP1120 to VP1122, VP1290, VP2020 (sheared) or VP2021 (unusable
+    matrix).
     """
     fields, end_bytes = _header(path)
     if _integers(path, fields, "ndims", "", (0, 99))[0] != 3:
         raise VolprepError("VP1121", path=path, what=f"{fields['ndims']} axes")
     channels = _integers(path, fields, "elementnumberofchannels", "1", (1, LONGEST_AXIS))[0]
-    if channels != 1:
+    if channels != 1 and spec.colour is None:
         raise VolprepError("VP1121", path=path, what=f"{channels} channels")
     sizes = _integers(path, fields, "dimsize", "", (1, LONGEST_AXIS))
     if len(sizes) != 3:
@@ -75,8 +77,13 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     shape_zyx = (sizes[2], sizes[1], sizes[0])
     grid, remarks = _grid(path, fields, shape_zyx)
     slope, intercept = _intensity(path, fields)
-    voxels = _voxels(path, fields, end_bytes, shape_zyx)
-    return source_of(HeaderFacts("metaimage", grid, remarks, slope, intercept), voxels, progress)
+    if spec.colour is None:
+        voxels = _voxels(path, fields, end_bytes, shape_zyx)
+        return source_of(HeaderFacts("metaimage", grid, remarks, slope, intercept), voxels, progress)
+    if (slope, intercept) != (1.0, 0.0):
+        raise VolprepError("VP1290", path=path, problem=Said("it rescales its components (ElementToIntensityFunction)"))
+    voxels = _voxels(path, fields, end_bytes, shape_zyx, channels)
+    return ColourVoxels(HeaderFacts("metaimage", grid, remarks), voxels, spec.colour)
 
 
 def _header(path: Path) -> tuple[Fields, int]:
@@ -135,14 +142,20 @@ def _intensity(path: Path, fields: Fields) -> tuple[float, float]:
     return slope, intercept
 
 
-def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, int, int]) -> VoxelFile:
-    """Voxels in this file, or in the one that it names; their size is checked against the file's."""
+def _voxels(
+    path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, int, int], colours: int | None = None
+) -> VoxelFile:
+    """Voxels in this file, or in the one that it names; their size is checked against the file's.
+
+    They have `colours` components each, or one.
+    """
     element = fields.get("elementtype", "")
     if element not in _TYPES:
         raise VolprepError("VP1122", path=path, what=f"ElementType {element[:40]!r}")
     order = ">" if _true(path, fields, "binarydatabyteordermsb", "False") else "<"
     packed, binary = _true(path, fields, "compresseddata", "False"), _true(path, fields, "binarydata", "True")
-    dtype = np.dtype(order + _TYPES[element]) if binary or packed else np.dtype(_TYPES[element])
+    number = np.dtype(order + _TYPES[element]) if binary or packed else np.dtype(_TYPES[element])
+    dtype = number if colours is None else colour_type(path, number, colours)
     if fields.get("headersizeperslice", "0") not in {"0", "-1"}:
         raise VolprepError("VP1122", path=path, what=Said("HeaderSizePerSlice"))
     name = fields["elementdatafile"]
@@ -163,8 +176,8 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, in
         check_declared(file, voxel_bytes, 0, 0, there * MAX_DEFLATE_RATIO)
         return VoxelFile(file, dtype, shape_zyx, 0, ForwardStream(lambda: inflated(file, start)))
     if not binary:
-        check_declared(file, voxel_bytes, 0, 0, most_text_bytes(there, dtype))
-        return VoxelFile(file, dtype, shape_zyx, 0, ForwardStream(lambda: numbers_from_text(file, start, dtype)))
+        check_declared(file, voxel_bytes, 0, 0, most_text_bytes(there, number))
+        return VoxelFile(file, dtype, shape_zyx, 0, ForwardStream(lambda: numbers_from_text(file, start, number)))
     check_declared(file, voxel_bytes, start, size, size)
     return VoxelFile(file, dtype, shape_zyx, start, open_unbuffered(file))
 

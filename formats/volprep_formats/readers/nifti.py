@@ -17,7 +17,7 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
-from volprep_formats.readers.colour_voxels import RGB, RGBA, ColourVoxels
+from volprep_formats.readers.colour_voxels import ColourVoxels
 from volprep_formats.readers.header_pair import voxels_beside
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, chosen_volume, source_of
@@ -53,7 +53,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
         dtype = header.get_data_dtype()
     except KeyError as error:
         raise VolprepError("VP1022", path=path, dtype=f"code {header['datatype']}") from error
-    if spec.colour is not None and dtype not in {RGB, RGBA}:
+    if spec.colour is not None and dtype.names is None:
         raise VolprepError("VP1290", path=path, problem=f"its voxels are numbers of type {dtype.name}")
     if spec.colour is None and dtype.name not in _NUMBERS:
         code = int(header["datatype"])

@@ -17,6 +17,7 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.unpacking import (
@@ -68,6 +69,10 @@ _MM_PER_UNIT = {
     **dict.fromkeys(("m", "meter", "meters", "metre"), 1000.0),
 }
 _SPATIAL_KINDS = frozenset(("domain", "space", "none", "???"))
+_COLOUR_KINDS = frozenset(
+    ("rgb-color", "rgba-color", "3-color", "4-color", "vector", "3-vector", "4-vector", "list", "???", "none")
+)
+"""Kinds of an axis that holds the colours of a voxel. Writers that know no colours say vector."""
 _VECTOR = re.compile(r"none|\([^()]*\)")
 _UNPLACED = "the file does not say how the volume lies in the patient; left, back and up are taken"
 
@@ -83,19 +88,37 @@ class _Axes(NamedTuple):
     """Space directions as text, or nothing."""
 
 
-def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
-    """Open one volume of numbers.
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
+    """Open one volume of numbers, or of colours.
 
-    Raises VolprepError VP1003, VP1005 to VP1008, VP1100 to VP1103, VP2020 (sheared) or VP2021 (unusable directions).
+    Raises VolprepError VP1003, VP1005 to VP1008, VP1100 to VP1103, VP1290, VP2020 (sheared) or VP2021 (unusable
+    directions).
     """
     fields, end_bytes = _header(path)
+    colours = None if spec.colour is None else _take_colours(path, fields)
     axes = _axes(path, fields)
     nx, ny, nz = (axes.sizes[axis] for axis in axes.spatial)
     grid, remarks = _grid(path, fields, axes, (nz, ny, nx))
-    voxels = _voxels(path, fields, end_bytes, (nz, ny, nx))
+    voxels = _voxels(path, fields, end_bytes, (nz, ny, nx), colours)
+    if spec.colour is not None:
+        return ColourVoxels(HeaderFacts("nrrd", grid, remarks), voxels, spec.colour)
     if "old min" in fields or "old max" in fields:
         remarks.append("the values were quantised before they were written (old min, old max); codes are read")
     return source_of(HeaderFacts("nrrd", grid, remarks), voxels, progress)
+
+
+def _take_colours(path: Path, fields: Fields) -> int:
+    """Return the length of the fastest axis, which holds the colours of a voxel, and make it 1 in `fields`.
+
+    Raises VP1100 and VP1290.
+    """
+    sizes = _integers(path, fields, "sizes", 1, LONGEST_AXIS)
+    kinds = fields.get("kinds", "").lower().split() or ["rgb-color", *["domain"] * (len(sizes) - 1)]
+    if len(sizes) < 4 or kinds[0] not in _COLOUR_KINDS:
+        problem = f"its fastest axis ({kinds[0][:20]}) does not hold red, green and blue"
+        raise VolprepError("VP1290", path=path, problem=problem)
+    fields |= {"sizes": " ".join(map(str, [1, *sizes[1:]])), "kinds": " ".join(["rgb-color", *kinds[1:]])}
+    return sizes[0]
 
 
 class Layered(NamedTuple):
@@ -256,19 +279,25 @@ def _units(path: Path, fields: Fields, name: str, places: list[int]) -> Float64A
     return np.array(known, dtype=np.float64)
 
 
-def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, int, int]) -> VoxelFile:
-    """Voxels in this file, or in the one that it names; their size is checked against the file's."""
+def _voxels(
+    path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, int, int], colours: int | None = None
+) -> VoxelFile:
+    """Voxels in this file, or in the one that it names; their size is checked against the file's.
+
+    They have `colours` components each, or one.
+    """
     encoding = _ENCODINGS.get(fields.get("encoding", "").lower())
     code = _TYPES.get(fields.get("type", "").lower())
     for name, value in (("encoding", encoding), ("type", code)):
         if value is None:
             raise VolprepError("VP1102", path=path, what=f"{name} {fields.get(name, '(none)')[:40]!r}")
-    dtype = np.dtype(code)
-    if dtype.itemsize > 1 and encoding != "ascii":
+    number = np.dtype(code)
+    if number.itemsize > 1 and encoding != "ascii":
         order = fields.get("endian", "").lower()
         if order not in {"little", "big"}:
             raise VolprepError("VP1100", path=path, error=Said("its byte order (endian) is not given as little or big"))
-        dtype = dtype.newbyteorder("<" if order == "little" else ">")
+        number = number.newbyteorder("<" if order == "little" else ">")
+    dtype = number if colours is None else colour_type(path, number, colours)
     file, start = path, end_bytes
     if "data file" in fields:
         if re.search(r"%\d*d", fields["data file"]):
@@ -284,7 +313,7 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, in
         return VoxelFile(file, dtype, shape_zyx, start, open_unbuffered(file))
     if skip == -1 or (skip and encoding == "ascii"):
         raise VolprepError("VP1102", path=path, what=f"byte skip {skip} with encoding {encoding}")
-    stream, most = _packed(file, start, str(encoding), dtype)
+    stream, most = _packed(file, start, str(encoding), number)
     check_declared(file, voxel_bytes, skip, 0, most)
     return VoxelFile(file, dtype, shape_zyx, skip, stream)
 

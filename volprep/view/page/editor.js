@@ -47,6 +47,12 @@ export function functionEditor(stage, manifest, place, changed) {
     const picture = stage.renderer.program;
     const joint = [manifest.together, manifest.segments].find((each) => each?.name === picture);
     const together = joint ? joint.transfers : null;
+    if (isColour(manifest, picture)) {
+      const most = of(manifest, joint.transfers[3]).points.at(-1)?.extinction_per_mm;
+      const said = `Each voxel has its own colour. Its extinction is up to ${number(most)} per mm.`;
+      place.replaceChildren(make("p", { className: "hint" }, said));
+      return;
+    }
     const names = together ?? [picture];
     place.replaceChildren(...names.map((/** @type {string} */ name) => one(name, together !== null)));
   };
@@ -103,6 +109,13 @@ export function functionEditor(stage, manifest, place, changed) {
       };
     },
   };
+}
+
+/** Whether a picture is that of a volume in colour. @param {any} manifest @param {string} picture */
+export function isColour(manifest, picture) {
+  return manifest.programs.some(
+    (/** @type {any} */ each) => each.transfer === picture && each.classification === "colour",
+  );
 }
 
 /** The function of a name, and its channel. @param {any} manifest @param {string} name */

@@ -1,5 +1,6 @@
 /** Choices of the picture: function, level, step, background. */
 import { byId, make } from "./dom.js";
+import { isColour } from "./editor.js";
 import { bytes, number, voxels } from "./numbers.js";
 import { showProblem } from "./problems.js";
 
@@ -19,13 +20,7 @@ export function lookControls(stage, manifest, changed) {
   const [transfer, level, step] = ["transfer", "level", "step"].map(byId);
   transfer.replaceChildren(
     ...renderer.programs.map(({ name, together }) =>
-      make(
-        "option",
-        { value: name },
-        together
-          ? `${name} (${name === manifest.segments?.name ? "the scan with its segments" : "all channels together"})`
-          : named(manifest, name),
-      ),
+      make("option", { value: name }, together ? `${name} (${joined(manifest, name)})` : named(manifest, name)),
     ),
   );
   transfer.value = renderer.program;
@@ -97,6 +92,12 @@ export function backgroundControl() {
     byId("picture").setAttribute("background", BACKGROUNDS[background.value]);
     byId("frame").classList.toggle("white", background.value === "white");
   });
+}
+
+/** What a picture of several transfer functions shows. @param {any} manifest @param {string} name */
+function joined(manifest, name) {
+  if (name === manifest.segments?.name) return "the scan with its segments";
+  return isColour(manifest, name) ? "each voxel in its own" : "all channels together";
 }
 
 /** A transfer function by name, with its channel where there are several. @param {any} manifest @param {string} name */

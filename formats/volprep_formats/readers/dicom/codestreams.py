@@ -14,7 +14,7 @@ _JP2_SIGNATURE = b"\0\0\0\x0cjP  \r\n\x87\n"
 _LARGEST_JP2_HEADER = 4096
 # Start of frame: C0 to CF without tables (C4), extensions (C8) and arithmetic conditioning (CC); F7 is JPEG-LS.
 _FRAMES = frozenset((*range(0xC0, 0xD0), 0xF7)) - {0xC4, 0xC8, 0xCC}
-_INTERVAL, _ENTROPY_CODED = 0xDD, 0xDA
+_INTERVAL, _ENTROPY_CODED, _JFIF, _ADOBE = 0xDD, 0xDA, 0xE0, 0xEE
 
 MOST_TILES = 65535
 """Largest number of tiles in JPEG 2000."""
@@ -37,6 +37,8 @@ class Declared:
     """Only JPEG 2000 can declare signed values."""
     tiles: int = 1
     """Number of tiles of JPEG 2000; above the limit if the tile size is invalid."""
+    unit_yx: tuple[int, int] = (1, 1)
+    """Largest sampling factors of JPEG: rows and columns of blocks, or of pixels, that are coded together."""
 
 
 @dataclass(frozen=True)
@@ -76,12 +78,29 @@ def scan_of(data: bytes) -> JpegScan | None:
     return None
 
 
+def jpeg_transform(data: bytes) -> bool | None:
+    """Return whether the markers of JPEG data say luminance and differences, or colours; None if they say neither.
+
+    Source: ITU-T T.872, 6.5.3 (Adobe's marker) and T.871 (JFIF, whose colours are luminance and differences).
+    """
+    has_jfif = False
+    for marker, at, length in _segments(data):
+        if marker == _ADOBE and length >= 14 and data[at + 4 : at + 9] == b"Adobe":
+            return data[at + 15] != 0
+        has_jfif |= marker == _JFIF and data[at + 4 : at + 9] == b"JFIF\0"
+        if marker in {*_FRAMES, _ENTROPY_CODED}:
+            break
+    return True if has_jfif else None
+
+
 def _jpeg(data: bytes) -> Declared | None:
     for marker, at, length in _segments(data):
         if marker in _FRAMES and length >= 8:
             precision, rows, columns, components = struct.unpack_from(">BHHB", data, at + 4)
             coding = _CODINGS.get(marker, "another process of JPEG")
-            return Declared(coding, rows, columns, components, precision, signed=False)
+            factors = data[at + 11 : at + 2 + length : 3]
+            unit = max(1, 1, *(each & 15 for each in factors)), max(1, 1, *(each >> 4 for each in factors))
+            return Declared(coding, rows, columns, components, precision, signed=False, unit_yx=unit)
         if marker == _ENTROPY_CODED:
             return None
     return None

@@ -6,6 +6,7 @@ Source: DICOM PS3.5, 8.2 and annexes A and G.
 import re
 import struct
 from collections.abc import Callable, Container, Iterator
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +21,13 @@ from volprep_formats.readers.dicom.codecs import (
     NAMES,
     RLE,
 )
-from volprep_formats.readers.dicom.codestreams import MOST_TILES, Coding, Declared, declared
+from volprep_formats.readers.dicom.codestreams import MOST_TILES, Coding, Declared, declared, jpeg_transform
+from volprep_formats.readers.dicom.colours import picture_of
 from volprep_formats.readers.dicom.header import EncodedPixels
 from volprep_formats.readers.dicom.jpeg_ends import with_other_bits
 from volprep_formats.readers.dicom.pixels import masked, stored_range, wrong_length
 from volprep_formats.readers.dicom.value import undecodable, value_of
+from volprep_formats.source import ColourChannel
 
 _ITEM, _SEQUENCE_END = 0xFFFE_E000, 0xFFFE_E0DD
 # OpenJPEG, the greediest, takes 12 bytes and 0.2 µs for each pixel.
@@ -46,19 +49,21 @@ _LOSSLESS_JPEG = frozenset(("1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"))
 
 def decode_request(pixels: EncodedPixels) -> WorkerRequest:
     """Ask for `decode_compressed` in a worker process."""
-    count = pixels.rows * pixels.columns
+    count, samples = pixels.rows * pixels.columns, _samples(pixels)
+    wanted = pixels.grey
+    item = np.dtype(wanted.dtype).itemsize if isinstance(wanted, ColourChannel) else pixels.bits_allocated // 8
     return WorkerRequest(
         function=decode_compressed,
         argument=pixels,
         path=pixels.path,
-        result_bytes=count * pixels.bits_allocated // 8,
-        memory_bytes=_MEMORY_BYTES + _MEMORY_BYTES_PER_PIXEL * count,
-        seconds=_SECONDS + _SECONDS_PER_PIXEL * count,
+        result_bytes=count * item,
+        memory_bytes=_MEMORY_BYTES + _MEMORY_BYTES_PER_PIXEL * samples * count,
+        seconds=_SECONDS + _SECONDS_PER_PIXEL * samples * count,
     )
 
 
 def decode_compressed(pixels: EncodedPixels) -> NDArray[np.generic]:
-    """Stored values of the whole picture as [y, x]: integers of 8, 16 or 32 bits.
+    """Stored values of the whole picture as [y, x]: integers of 8, 16 or 32 bits. Colours become what is wanted.
 
     Raises VolprepError VP1003 when the file cannot be read, VP1031 when it has become shorter, VP1039 when the data
     cannot be decoded, VP1046 to VP1049 when they declare another size, are cut off, are of another kind, or hold values
@@ -67,15 +72,30 @@ def decode_compressed(pixels: EncodedPixels) -> NDArray[np.generic]:
     try:
         frame = b"".join(_fragments(value_of(pixels), is_bare=pixels.is_bare))
         if DECODERS[pixels.transfer_syntax] == RLE:
-            return masked(_run_lengths(pixels, frame), pixels)
+            values = _run_lengths(pixels, frame)
+            return picture_of(pixels, values, is_ybr=pixels.is_ybr) if pixels.colours else masked(values, pixels)
         said = _checked(pixels, frame)
-        return _fitted(pixels, said, _decoded(pixels, said, frame))
+        values = _fitted(pixels, said, _decoded(pixels, said, frame))
+        return picture_of(pixels, values, is_ybr=_is_ybr(pixels, frame)) if pixels.colours else values
     except OSError as error:
         raise VolprepError("VP1003", path=pixels.path, error=error.strerror or error) from error
     except (VolprepError, MemoryError):
         raise
     except Exception as error:  # decoders let any error through on damaged bytes
         raise undecodable(pixels, error) from error
+
+
+def _samples(pixels: EncodedPixels) -> int:
+    return 3 if pixels.colours else 1
+
+
+def _is_ybr(pixels: EncodedPixels, frame: bytes) -> bool:
+    """Whether decoded components are luminance and differences.
+
+    JPEG data may say it, and are right where the header says something else: writers copy old headers.
+    """
+    transform = jpeg_transform(frame) if DECODERS[pixels.transfer_syntax] == JPEG else None
+    return pixels.is_ybr if transform is None else transform
 
 
 def _fragments(value: bytes | bytearray, *, is_bare: bool) -> Iterator[bytes]:
@@ -109,7 +129,7 @@ def _checked(pixels: EncodedPixels, frame: bytes) -> Declared:
     if said.coding != wanted:
         name = NAMES[pixels.transfer_syntax]
         raise VolprepError("VP1048", path=pixels.path, syntax=name, wanted=wanted, actual=said.coding)
-    if (said.rows, said.columns, said.components) != (pixels.rows, pixels.columns, 1):
+    if (said.rows, said.columns, said.components) != (pixels.rows, pixels.columns, _samples(pixels)):
         raise VolprepError(
             "VP1046",
             path=pixels.path,
@@ -141,14 +161,17 @@ def _decoded(pixels: EncodedPixels, said: Declared, frame: bytes) -> NDArray[np.
 
     decoder = DECODERS[pixels.transfer_syntax]
     if decoder == JPEG:
-        values = _whole_jpeg(pixels, said, frame, imagecodecs.jpeg8_decode)
+        # Components as they are coded: a decoder would guess what they are.
+        coded = "RGB" if pixels.colours else None
+        decode = partial(imagecodecs.jpeg8_decode, colorspace=coded, outcolorspace=coded)
+        values = _whole_jpeg(pixels, said, frame, decode)
     elif decoder == JPEG_LS:
         if not frame.rstrip(b"\0").endswith(b"\xff\xd9"):
             raise VolprepError("VP1047", path=pixels.path)
         values = imagecodecs.jpegls_decode(frame)
     else:
         values = imagecodecs.jpeg2k_decode(frame, numthreads=1)
-    if values.shape != (pixels.rows, pixels.columns):
+    if values.shape != (pixels.rows, pixels.columns, *((3,) if pixels.colours else ())):
         msg = "another shape than the data say"
         raise ValueError(msg)
     return values
@@ -198,10 +221,11 @@ def _fitted(pixels: EncodedPixels, said: Declared, values: NDArray[np.generic]) 
 
 
 def _run_lengths(pixels: EncodedPixels, frame: bytes) -> NDArray[np.generic]:
-    """Undo run lengths: one segment for each byte of a value, the highest first (PS3.5, annex G)."""
+    """Undo run lengths: one segment for each byte of each component, the highest first (PS3.5, annex G)."""
     import imagecodecs  # noqa: PLC0415 - a worker alone needs it
 
-    planes, count = pixels.bits_allocated // 8, pixels.rows * pixels.columns
+    parts, count = pixels.bits_allocated // 8, pixels.rows * pixels.columns
+    planes = parts * _samples(pixels)
     segments, *offsets = _RLE_HEADER.unpack_from(frame)
     begins = offsets[:segments] if segments <= len(offsets) else []
     if len(begins) != planes or begins[0] != _RLE_HEADER.size or begins != sorted(begins) or begins[-1] > len(frame):
@@ -215,6 +239,8 @@ def _run_lengths(pixels: EncodedPixels, frame: bytes) -> NDArray[np.generic]:
         plane = imagecodecs.packbits_decode(frame[begin:end])
         if len(plane) != count:
             raise wrong_length(pixels, len(plane) * planes)
-        result[:, planes - 1 - k] = np.frombuffer(plane, np.uint8)
+        sample, part = divmod(k, parts)
+        result[:, sample * parts + parts - 1 - part] = np.frombuffer(plane, np.uint8)
     kind = "i" if pixels.signed else "u"
-    return result.view(f"<{kind}{planes}").reshape(pixels.rows, pixels.columns)
+    shape = (pixels.rows, pixels.columns, *((3,) if pixels.colours else ()))
+    return result.view(f"<{kind}{parts}").reshape(shape)

@@ -19,7 +19,7 @@ def frame_of_reference(spec: SourceSpec, progress: Progress) -> str:
     path = spec.place(Path("/"))
     if spec.format not in {"auto", "dicom"} or not _is_dicom(path):
         return ""
-    images = choose_series(scan(path, progress), spec.series).images
+    images = choose_series(scan(path, progress), spec.series, in_colour=spec.colour is not None).images
     return next((image.frame_of_reference for image in images if image.frame_of_reference), "")
 
 

@@ -25,6 +25,7 @@ from volprep_formats.readers.dicom.fields import (
     variant_text,
 )
 from volprep_formats.readers.dicom.header import EncodedPixels, SliceImage, pixel_spacing, unit_of
+from volprep_formats.readers.dicom.pixels import picture_bytes
 
 _MOST_FRAMES = 2**20
 _GROUP_OF_VARIANT = {
@@ -66,7 +67,9 @@ def frame_count(data: Dataset) -> int | None:
 
 def frame_slices(image: SliceImage, data: Dataset, element: PixelElement, frames: int) -> tuple[SliceImage, ...]:
     """Slices of the multi-frame image that `image` is as a whole; the image itself, with its problem, if it has one."""
-    if image.problem is not None or image.pixels is None:
+    # Each frame keeps the problem that it is in colour, which the scene may solve.
+    is_colour = image.problem is not None and image.problem.code == "VP1035"
+    if image.pixels is None or (image.problem is not None and not is_colour):
         return (replace(image, pixels=None),)
     groups = sequence(data, "PerFrameFunctionalGroupsSequence")
     if frames and not groups and image.modality == "RTDOSE":
@@ -162,7 +165,7 @@ def _frame_pixels(pixels: EncodedPixels, element: PixelElement, frames: int) -> 
             replace(pixels, offset_bytes=start, size_bytes=end - start, is_bare=True)
             for start, end in _fragments(pixels, element, frames)
         ]
-    size = pixels.rows * pixels.columns * pixels.bits_allocated // 8
+    size = picture_bytes(pixels)
     if pixels.size_bytes not in {frames * size, frames * size + frames * size % 2}:
         expected, actual = f"{frames * size} bytes", f"{pixels.size_bytes} bytes"
         raise VolprepError("VP1045", path=pixels.path, frames=frames, expected=expected, actual=actual)

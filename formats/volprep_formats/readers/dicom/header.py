@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.readers.dicom.codecs import EXPLICIT, IMPLICIT
+from volprep_formats.readers.dicom.codecs import DECODERS, EXPLICIT, IMPLICIT
 from volprep_formats.readers.dicom.element import PixelElement
 from volprep_formats.readers.dicom.fields import (
     LARGEST_NUMBER,
@@ -22,7 +22,7 @@ from volprep_formats.readers.dicom.fields import (
     raw_value,
     variant_text,
 )
-from volprep_formats.source import GreyOf
+from volprep_formats.source import ColourChannel, GreyOf
 
 MAX_SLICE_PIXELS = 2**28
 """Larger declared slices (16384²) are refused before anything is allocated."""
@@ -35,10 +35,14 @@ _MODALITIES = frozenset(
 )
 _GREY = frozenset(("MONOCHROME1", "MONOCHROME2"))
 _COLOURS = frozenset(("PALETTE COLOR", "RGB", "YBR_FULL", "YBR_FULL_422", "YBR_PARTIAL_420", "YBR_ICT", "YBR_RCT"))
+_YBR = frozenset(("YBR_FULL", "YBR_FULL_422"))
+"""Colours as luminance and two differences, PS3.3, C.7.6.3.1.2."""
+_OF_JPEG_2000 = frozenset(("YBR_ICT", "YBR_RCT"))
+"""Colours that JPEG 2000 transforms, and its decoder transforms back."""
 _UNITS = {"HU": "HU", "BQML": "Bq/ml"}
 
 
-Colours = Literal["", "pixels", "planes"]
+Colours = Literal["", "pixels", "planes", "pairs"]
 
 
 @dataclass(frozen=True)
@@ -62,10 +66,12 @@ class EncodedPixels:
     is_bare: bool = False
     """The items of one frame of an encapsulated value, without its table and delimiter."""
     colours: Colours = ""
-    """For pictures in colour, which are made grey: whether red, green and blue of a pixel follow each other, or planes
-    of one colour do."""
-    grey: GreyOf = "luminance"
-    """How the colours are converted to grey."""
+    """For pictures in colour: whether the three components of a pixel follow each other, or planes of one component do,
+    or two luminances and the colour differences that two pixels share."""
+    is_ybr: bool = False
+    """For pictures in colour: whether the header says that the components are luminance and two colour differences."""
+    grey: GreyOf | ColourChannel = "luminance"
+    """What the colours become: grey, or a channel of a volume in colour."""
     tile: tuple[int, int, int, int] | None = None
     """First row, first column, rows and columns of the slice within the picture; None if it is the whole picture."""
 
@@ -223,7 +229,7 @@ def _pixels(fields: Fields, transfer_syntax: str, element: PixelElement) -> Enco
     photometric = fields.text("PhotometricInterpretation").upper()
     colours: Colours = ""
     if fields.count("SamplesPerPixel", 1, 4) != 1 or photometric in _COLOURS:
-        colours = _plain_colours(fields, transfer_syntax, is_float=element.is_float)
+        colours = _stored_colours(fields, transfer_syntax, is_float=element.is_float)
         if not colours:
             _refuse_colours(fields)
     elif photometric not in _GREY:
@@ -258,19 +264,27 @@ def _pixels(fields: Fields, transfer_syntax: str, element: PixelElement) -> Enco
         is_float=element.is_float,
         inverted=photometric == "MONOCHROME1",
         colours=colours,
+        is_ybr=photometric in _YBR,
         has_words=element.has_words,
         offset_bytes=element.offset_bytes,
         size_bytes=element.size_bytes,
     )
 
 
-def _plain_colours(fields: Fields, transfer_syntax: str, *, is_float: bool) -> Colours:
-    """Colour layout of a picture that can become grey: whole bytes or words, uncompressed; else empty."""
-    bits = fields.number("BitsAllocated")
-    said = (fields.text("PhotometricInterpretation").upper(), fields.number("SamplesPerPixel"), is_float)
+def _stored_colours(fields: Fields, transfer_syntax: str, *, is_float: bool) -> Colours:
+    """Layout of colours that can be read: three components of whole bytes or words; empty for others."""
+    bits, photometric = fields.number("BitsAllocated"), fields.text("PhotometricInterpretation").upper()
     whole = bits in {8.0, 16.0} and fields.number("BitsStored") == bits and fields.number("PixelRepresentation") == 0
+    if is_float or not whole or fields.number("SamplesPerPixel") != 3.0 or (photometric in _YBR and bits != 8.0):
+        return ""
+    if transfer_syntax in DECODERS:
+        return "pixels" if photometric in {"RGB", *_YBR, *_OF_JPEG_2000} else ""
     order = fields.number("PlanarConfiguration")
-    if said != ("RGB", 3.0, False) or not whole or transfer_syntax not in {IMPLICIT, EXPLICIT} or order not in {0, 1}:
+    if transfer_syntax not in {IMPLICIT, EXPLICIT} or order not in {0, 1}:
+        return ""
+    if photometric == "YBR_FULL_422":
+        return "pairs" if (fields.number("Columns") or 0.0) % 2 == 0 and not order else ""
+    if photometric not in {"RGB", "YBR_FULL"}:
         return ""
     return "planes" if order else "pixels"
 

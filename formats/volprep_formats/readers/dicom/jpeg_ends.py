@@ -46,8 +46,11 @@ def _markers(frame: bytes, start: int) -> list[int]:
 
 
 def _expected_restarts(said: Declared, interval: int) -> int:
-    """Number of restart markers in a picture of one component whose units are pixels or 8×8 blocks."""
+    """Number of restart markers in a picture of one scan, whose units are pixels or 8×8 blocks or several of them."""
     if not interval:
         return 0
-    units = said.rows * said.columns if said.coding == "lossless" else -(-said.rows // 8) * -(-said.columns // 8)
+    side = 1 if said.coding == "lossless" else 8
+    # A component alone is coded block by block, whatever its factors.
+    y, x = (side * each if said.components > 1 else side for each in said.unit_yx)
+    units = -(-said.rows // y) * -(-said.columns // x)
     return -(-units // interval) - 1

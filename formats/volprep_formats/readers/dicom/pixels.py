@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom.codecs import DECODERS, EXPLICIT, IMPLICIT, NAMES, PACKAGE, is_installed
+from volprep_formats.readers.dicom.colours import components_of, picture_of
 from volprep_formats.readers.dicom.header import EncodedPixels
 from volprep_formats.readers.dicom.inflate import DEFLATED, inflate_into
 from volprep_formats.readers.dicom.value import undecodable, value_of
-from volprep_formats.readers.grey import grey_of
 
 _BIG_ENDIAN = "1.2.840.10008.1.2.2"
 _LITTLE_ENDIAN = frozenset((IMPLICIT, EXPLICIT))
@@ -33,7 +33,8 @@ def check_decodable(pixels: EncodedPixels) -> None:
 
 def picture_bytes(pixels: EncodedPixels) -> int:
     """Length of the picture where it is not compressed; a pad byte makes that of the whole value even."""
-    return pixels.rows * pixels.columns * (3 if pixels.colours else 1) * pixels.bits_allocated // 8
+    samples = {"": 1, "pairs": 2}.get(pixels.colours, 3)
+    return pixels.rows * pixels.columns * samples * pixels.bits_allocated // 8
 
 
 def wrong_length(pixels: EncodedPixels, actual: int) -> VolprepError:
@@ -152,7 +153,7 @@ def _native(pixels: EncodedPixels, data: bytes | bytearray) -> tuple[NDArray[np.
     kind = "f" if pixels.is_float else "i" if pixels.signed else "u"
     count = pixels.rows * pixels.columns
     if pixels.colours:
-        return _grey(pixels, data), False
+        return picture_of(pixels, components_of(pixels, data), is_ybr=pixels.is_ybr), False
     if pixels.bits_allocated == 8 and order == ">" and pixels.has_words:
         # Bytes are packed in words, so the second of each pair comes first.
         words = np.frombuffer(data, dtype=">u2", count=(count + 1) // 2)
@@ -162,15 +163,6 @@ def _native(pixels: EncodedPixels, data: bytes | bytearray) -> tuple[NDArray[np.
     native = values.reshape(pixels.rows, pixels.columns).astype(values.dtype.newbyteorder("="), copy=False)
     kept = masked(native, pixels)
     return kept, _has_more(native, kept, pixels)
-
-
-def _grey(pixels: EncodedPixels, data: bytes | bytearray) -> NDArray[np.generic]:
-    """Convert a colour picture to grey; header.py accepts only whole little-endian bytes and words."""
-    count = 3 * pixels.rows * pixels.columns
-    values = np.frombuffer(data, dtype=f"<u{pixels.bits_allocated // 8}", count=count)
-    if pixels.colours == "planes":
-        return grey_of(np.moveaxis(values.reshape(3, pixels.rows, pixels.columns), 0, -1), pixels.grey)
-    return grey_of(values.reshape(pixels.rows, pixels.columns, 3), pixels.grey)
 
 
 def _check_decoder(pixels: EncodedPixels) -> None:

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.progress import Progress
+from volprep_formats.readers.colour import colour_remarks, of_colour
 from volprep_formats.readers.dicom.geometry import Stack, stack_images
 from volprep_formats.readers.dicom.header import EncodedPixels, SliceImage, ValueTable
 from volprep_formats.readers.dicom.pixels import (
@@ -33,7 +34,7 @@ from volprep_formats.readers.dicom.pixels import (
 from volprep_formats.readers.dicom.scan import Scan, Series, choose_series, scan
 from volprep_formats.readers.dicom.value_table import looked_up, table_range
 from volprep_formats.readers.grey import grey_remark
-from volprep_formats.source import GreyOf, RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
+from volprep_formats.source import ColourChannel, GreyOf, RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
 
 if TYPE_CHECKING:
     from volprep_formats.isolation import Workers
@@ -89,7 +90,9 @@ class DicomSource:
         Raises VolprepError VP1003, VP1031, VP1039, VP1040 or VP1046 to VP1049 when a file is damaged, VP1270 to VP1273
         when its decoder goes wrong.
         """
-        slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
+        wanted = self._slices[0].pixels.grey
+        dtype = wanted.dtype if isinstance(wanted, ColourChannel) else self._info.stored_type
+        slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype)
         plain = [z for z in range(z0, z1) if self._slices[z].is_plain(slab.dtype)]
 
         def read_part(first: int) -> None:
@@ -188,13 +191,20 @@ def _open(
     spec: SourceSpec, path: Path, progress: Progress, repair: Collection[RepairKind]
 ) -> tuple[DicomSource, SlicePlaces | None]:
     scanned = scan(path, progress)
-    series = choose_series(scanned, spec.series)
-    readable = series if spec.rgb is None else _with_colours(series, spec.rgb)
+    series = choose_series(scanned, spec.series, in_colour=spec.colour is not None)
+    wanted = spec.colour or spec.rgb
+    readable = series if wanted is None else _with_colours(series, wanted)
     stack = stack_series(readable, repair, spec.volume, by_number=spec.volumes_by == "number")
     images = [readable.images[i] for i in stack.order]
     pixels = [image.pixels for image in images if image.pixels is not None]
     first = images[0]
     one_rescale = len({(image.slope, image.intercept) for image in images}) == 1
+    if spec.colour is not None:
+        remarks = (*stack.remarks, *_remarks(images, one_rescale=True), *_left_out(scanned, series))
+        info = SourceInfo(
+            format="dicom", grid=stack.grid, stored_type="uint8", modality=first.modality, remarks=remarks
+        )
+        return DicomSource(of_colour(info), [_Slice(each, None, None, 1.0, 0.0) for each in pixels]), stack.places
     info = SourceInfo(
         format="dicom",
         grid=stack.grid,
@@ -246,17 +256,33 @@ def _check_frame_of_reference(images: Sequence[SliceImage]) -> None:
         raise VolprepError("VP1051", folder=folder, count=len(firsts), first=first, other=second)
 
 
-def _with_colours(series: Series, grey: GreyOf) -> Series:
-    """Return the same series without problems about colours that can be converted to grey."""
+def _with_colours(series: Series, grey: GreyOf | ColourChannel) -> Series:
+    """Return the same series without problems about colours that can be converted to grey, or kept.
+
+    Raises VP1290 for pictures without colours, or with some that are not read, where they are to be kept.
+    """
     images = []
     for image in series.images:
         if image.pixels is None or not image.pixels.colours:
+            if isinstance(grey, ColourChannel):
+                _check_no_other_problem(image)
             images.append(image)
             continue
+        if isinstance(grey, ColourChannel) and (image.slope, image.intercept) != (1.0, 0.0):
+            raise VolprepError("VP1290", path=image.path, problem=Said("its colours are rescaled (RescaleSlope)"))
         forgiven = image.problem is not None and image.problem.code == "VP1035"
         pixels = replace(image.pixels, grey=grey)
         images.append(replace(image, pixels=pixels, problem=None if forgiven else image.problem))
     return replace(series, images=tuple(images))
+
+
+def _check_no_other_problem(image: SliceImage) -> None:
+    """Raise VP1290 for a picture without colours that can be kept, unless something else is wrong with it."""
+    if image.problem is None:
+        raise VolprepError("VP1290", path=image.path, problem=Said("its pixels are grey"))
+    if image.problem.code == "VP1035":
+        problem = f"its colours ({image.problem.fields['kind']}, or their compression) are not read"
+        raise VolprepError("VP1290", path=image.path, problem=problem)
 
 
 def _convert(source: _Slice, picture: NDArray[np.generic], target: NDArray[np.generic]) -> None:
@@ -316,8 +342,7 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
         )
     if any(not p.is_float and p.high_bit != p.bits_stored - 1 for p in pixels):
         remarks.append("HighBit is not BitsStored - 1: the stored bits were moved down, and those below them dropped")
-    if coloured := [p for p in pixels if p.colours]:
-        remarks.append(grey_remark(coloured[0].grey))
+    remarks += _of_colours(pixels)
     if any(not p.is_float and p.bits_stored > _FLOAT32_BITS for p in pixels):
         remarks.append("integers of more than 24 bits are read as 32-bit floating point; those beyond 2^24 are rounded")
     if any(p.is_float and p.bits_allocated > 32 for p in pixels):
@@ -329,6 +354,14 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
     if any(image.has_burned_in_text for image in images):
         remarks.append("warning: the series says that text is burned into its pixels; it may name the patient")
     return remarks
+
+
+def _of_colours(pixels: Sequence[EncodedPixels]) -> list[str]:
+    """Return the remark about what became of colours, if there are any."""
+    wanted = next((each.grey for each in pixels if each.colours), None)
+    if isinstance(wanted, ColourChannel):
+        return colour_remarks(wanted, has_alpha=False, is_linear=False)
+    return [] if wanted is None else [grey_remark(wanted)]
 
 
 def _missing(series: Series) -> list[str]:

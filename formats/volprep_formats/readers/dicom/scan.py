@@ -31,12 +31,11 @@ class Series:
         """Number of files that hold them."""
         return len({image.path for image in self.images})
 
-    @property
-    def is_volume(self) -> bool:
-        """Whether this can be the volume that a user means: grey, no localiser, more than a few slices."""
+    def is_volume(self, *, in_colour: bool) -> bool:
+        """Whether this can be the volume that a user means: no localiser, more than a few slices, grey or not."""
         is_colour = any(i.problem is not None and i.problem.code == "VP1035" for i in self.images)
         is_localiser = any(i.is_localiser for i in self.images)
-        return not is_colour and not is_localiser and len(self.images) >= _FEWEST_SLICES
+        return is_colour == in_colour and not is_localiser and len(self.images) >= _FEWEST_SLICES
 
     def __str__(self) -> str:
         first = self.images[0]
@@ -85,8 +84,10 @@ def scan(path: Path, progress: Progress) -> Scan:
     return Scan(path, found, tuple(damaged), len(files) - len(damaged) - sum(s.files for s in found))
 
 
-def choose_series(scanned: Scan, wanted: str | None) -> Series:
+def choose_series(scanned: Scan, wanted: str | None, *, in_colour: bool = False) -> Series:
     """Return the series whose UID is, or ends with, `wanted`; without it, the only one that can be meant.
+
+    That is one in colour if `in_colour`, and grey if not.
 
     Raises the error of the first damaged file, and VolprepError VP1030 (no images), VP1033 (several could be meant) or
     VP1034 (`wanted` fits none or several).
@@ -111,7 +112,7 @@ def choose_series(scanned: Scan, wanted: str | None) -> Series:
                 )
             raise VolprepError("VP1034", path=scanned.path, wanted=wanted, fits=fits, found=_listed(scanned.series))
         return fitting[0]
-    volumes = [s for s in scanned.series if s.is_volume]
+    volumes = [s for s in scanned.series if s.is_volume(in_colour=in_colour)]
     if len(volumes) == 1:
         return volumes[0]
     if len(scanned.series) == 1:

@@ -47,6 +47,7 @@ class _Multiscale(_Said):
 
 class _Channel(_Said):
     label: str = ""
+    color: str = ""
 
 
 class _Rendering(_Said):
@@ -85,6 +86,8 @@ class Picture:
     """Whether the spatial axes have a unit."""
     channels: tuple[str, ...]
     """Labels of channels, as far as there are any."""
+    shown_in: tuple[str, ...]
+    """Colours that channels are shown in, as six hexadecimal digits or ""."""
 
 
 def picture_of(path: Path, attributes: dict[str, Any]) -> Picture | None:
@@ -111,7 +114,8 @@ def picture_of(path: Path, attributes: dict[str, Any]) -> Picture | None:
         for axis, kind in zip(scales.axes, axes, strict=True)
     )
     names = tuple(channel.label for channel in image.omero.channels)
-    return Picture(tuple(levels), axes, lengths, all(units), names)
+    colours = tuple(channel.color.removeprefix("#")[:6].lower() for channel in image.omero.channels)
+    return Picture(tuple(levels), axes, lengths, all(units), names, colours)
 
 
 def series_of(attributes: dict[str, Any]) -> bool:

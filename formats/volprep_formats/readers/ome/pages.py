@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import WorkerRequest
-from volprep_formats.readers.colour import COLOUR_TYPE, channel_of_colours
+from volprep_formats.readers.colour import channel_of_colours
 from volprep_formats.readers.ome.tiff_chain import count_pages, description_of
 from volprep_formats.readers.pictures.file import (
     MAX_PAGES,
@@ -72,7 +72,7 @@ class Pages:
     @property
     def dtype(self) -> str:
         """Type of the values."""
-        return self.page.dtype if self.colour is None else COLOUR_TYPE
+        return self.page.dtype if self.colour is None else self.colour.dtype
 
 
 def description_in(path: Path) -> bytes:
@@ -162,7 +162,7 @@ def _decode(pages: Pages) -> NDArray[np.generic]:
         return result
 
 
-def _coloured(path: Path, wanted: ColourChannel, values: NDArray[np.generic]) -> NDArray[np.uint16]:
+def _coloured(path: Path, wanted: ColourChannel, values: NDArray[np.generic]) -> NDArray[np.generic]:
     """Return a channel of a volume in colour; a fourth sample is alpha, which colours are not multiplied by."""
     alpha = values[..., 3] if values.shape[-1] == 4 else None
     return channel_of_colours(path, wanted, values if alpha is None else values[..., :3], alpha)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
-from volprep_formats.readers.colour import COLOUR_TYPE, colour_remarks, of_colour
+from volprep_formats.readers.colour import colour_remarks, of_colour
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of, mm_per_unit
 from volprep_formats.readers.ome.metadata import (
@@ -53,6 +53,8 @@ class OmeTiffSource(DecodedSource):
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x]. Raises VP1165 (damaged) and VP1270 to VP1273."""
         slab = self._slices.read(self._workers, z0, z1)
+        if self._slices.colour is not None:
+            return slab
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return slab.astype(self._info.stored_type, copy=False)
 
@@ -91,7 +93,7 @@ class _Slices:
     def read(self, pool: Workers, z0: int, z1: int) -> NDArray[np.generic]:
         """Slices in the type of the file, or of a channel of a volume in colour."""
         page = self.page
-        slab = np.empty((z1 - z0, page.rows, page.columns), page.dtype if self.colour is None else COLOUR_TYPE)
+        slab = np.empty((z1 - z0, page.rows, page.columns), page.dtype if self.colour is None else self.colour.dtype)
         parts = list(self.places.parts(z0, z1, pages_at_once(page.rows, page.columns)))
 
         def place(index: int, values: NDArray[np.generic]) -> None:

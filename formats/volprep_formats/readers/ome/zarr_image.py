@@ -18,6 +18,8 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.installation import require_extra
 from volprep_formats.isolation import WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
+from volprep_formats.readers.colour import channel_of_colours, colour_remarks, of_colour
+from volprep_formats.readers.colour_voxels import colour_type
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of
 from volprep_formats.readers.ome.ngff import Picture, ResolutionLevel, picture_of, series_of
@@ -35,7 +37,7 @@ from volprep_formats.readers.ome.zarr_array import (
     text_request,
 )
 from volprep_formats.readers.voxel_source import stored_type_of
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.source import ColourChannel, SourceInfo, SourceSpec
 
 _MOST_SERIES, _MOST_CHANNELS, _MOST_TIMES = 1000, 2**16, 2**20
 _PART_BYTES, _ROW_BYTES = 2**22, 2**25
@@ -45,6 +47,7 @@ _MOST_MISSING = 0.25
 """Largest share of missing chunks that is read with a remark. Writers leave out chunks that hold only the fill value,
 such as the corners around the scanned region, so some may be missing. If the shape is a third too large, a quarter of
 the chunks is missing."""
+_RGB = ("ff0000", "00ff00", "0000ff")
 _KEPT_BYTES = 2**28
 """Rows of chunks up to this size are decoded once, however thin the slabs are that are asked for."""
 
@@ -59,6 +62,13 @@ class _Volume:
     """Axis of the array that is z, y and x; without z, y and x alone."""
     fixed: dict[int, int]
     """Index along each of the other axes."""
+    components: int | None = None
+    """Axis of the array along which the colours of a voxel lie, which come last; None for one value in each voxel."""
+
+    @property
+    def tail(self) -> tuple[int, ...]:
+        """Shape of what is in a voxel."""
+        return () if self.components is None else (self.facts.shape[self.components],)
 
     @property
     def shape_zyx(self) -> tuple[int, int, int]:
@@ -73,10 +83,14 @@ class _Volume:
         return z, y, x
 
     def part(self, *box_zyx: Range) -> PartRequest:
-        """Ask for a box; z is left out where the array has none."""
+        """Ask for a box, with all components; z is left out where the array has none."""
         ranges = {axis: (index, index + 1) for axis, index in self.fixed.items()}
         ranges |= dict(zip(self.axes, box_zyx[-len(self.axes) :], strict=True))
-        return PartRequest(self.array, self.facts, tuple(ranges[axis] for axis in sorted(ranges)), self.axes)
+        axes = self.axes
+        if self.components is not None:
+            ranges[self.components] = (0, self.tail[0])
+            axes = (*axes, self.components)
+        return PartRequest(self.array, self.facts, tuple(ranges[axis] for axis in sorted(ranges)), axes)
 
 
 class _Slabs:
@@ -89,11 +103,12 @@ class _Slabs:
 
     def read(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Slices in the type of the array."""
-        depth, ny, nx = self._volume.shape_zyx
-        slab = np.empty((z1 - z0, ny, nx), self._volume.facts.dtype)
-        row_bytes = self._volume.chunk_zyx[0] * ny * nx * slab.itemsize
+        depth, *plane = (*self._volume.shape_zyx, *self._volume.tail)
+        slab = np.empty((z1 - z0, *plane), self._volume.facts.dtype)
+        slice_bytes = math.prod(plane) * slab.itemsize
+        row_bytes = self._volume.chunk_zyx[0] * slice_bytes
         thickness = self._volume.chunk_zyx[0] * max(1, _ROW_BYTES // row_bytes)
-        is_kept = min(thickness, depth) * ny * nx * slab.itemsize <= _KEPT_BYTES
+        is_kept = min(thickness, depth) * slice_bytes <= _KEPT_BYTES
         for first in range(z0 - z0 % thickness, z1, thickness):
             start, stop = max(z0, first), min(z1, first + thickness)
             target = slab[start - z0 : stop - z0]
@@ -101,7 +116,7 @@ class _Slabs:
                 self._decode(start, target)
                 continue
             if self._row is None or self._row[0] != first:
-                kept = np.empty((min(thickness, depth - first), ny, nx), slab.dtype)
+                kept = np.empty((min(thickness, depth - first), *plane), slab.dtype)
                 self._decode(first, kept)
                 self._row = (first, kept)
             target[...] = self._row[1][start - first : stop - first]
@@ -109,9 +124,9 @@ class _Slabs:
 
     def _decode(self, z0: int, target: NDArray[np.generic]) -> None:
         """Fill `target` from slice z0 on, in parts of whole chunks, one or more per core."""
-        part_bytes = target.itemsize
+        part_bytes = target.itemsize * math.prod(self._volume.tail)
         starts: list[list[Range]] = []
-        for length, chunk in reversed(list(zip(target.shape, self._volume.chunk_zyx, strict=True))):
+        for length, chunk in reversed(list(zip(target.shape[:3], self._volume.chunk_zyx, strict=True))):
             step = min(length, chunk)
             step = min(length, step * max(1, _PART_BYTES // (part_bytes * step)))
             part_bytes *= step
@@ -125,15 +140,43 @@ class _Slabs:
         self._workers.run([part_request(self._volume.part((z0 + a, z0 + b), y, x)) for (a, b), y, x in boxes], place)
 
 
+@dataclass(frozen=True)
+class _Colours:
+    """A channel of a volume in colour, made of several channels of the file."""
+
+    path: Path
+    wanted: ColourChannel
+    order: tuple[int, ...]
+    """Channels that hold red, green and blue."""
+    has_alpha: bool
+    """Whether a fourth one holds alpha."""
+
+    def channel(self, slab: NDArray[np.generic]) -> NDArray[np.generic]:
+        """Return the channel [z, y, x] of components [z, y, x, component]."""
+        alpha = slab[..., 3] if self.has_alpha else None
+        return channel_of_colours(self.path, self.wanted, slab[..., list(self.order)], alpha)
+
+    def remarks(self, facts: ArrayFacts) -> list[str]:
+        """Return the remark about how the colours are read."""
+        is_linear = np.dtype(facts.dtype).kind == "f"
+        return colour_remarks(self.wanted, has_alpha=self.has_alpha, is_linear=is_linear)
+
+
 class OmeZarrSource(DecodedSource):
     """Chunks of an array, decoded slab by slab in worker processes."""
 
-    def __init__(self, info: SourceInfo, slabs: _Slabs) -> None:
+    def __init__(self, info: SourceInfo, slabs: _Slabs, colours: _Colours | None = None) -> None:
         super().__init__(info)
         self._slabs = slabs
+        self._colours = colours
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Values of slices z0 to z1 - 1 as [z, y, x]. Raises VP1220 (damaged), VP1226 and VP1270 to VP1273."""
+        """Values of slices z0 to z1 - 1 as [z, y, x].
+
+        Raises VP1220 (damaged), VP1226, VP1270 to VP1273 and VP1290 (numbers that are no colours).
+        """
+        if self._colours is not None:
+            return self._colours.channel(self._slabs.read(z0, z1))
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return self._slabs.read(z0, z1).astype(self._info.stored_type, copy=False)
 
@@ -142,8 +185,8 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
     """Open the channel, time point, level and image that are chosen, or the only ones; the finest level.
 
     Raises VolprepError VP1220 (not sound), VP1221 and VP1222 (choice), VP1224 (not read), VP1225 (too large), VP1226
-    (leads out of the store), VP1227 (no distance), VP1260 (chunks missing), VP1270 to VP1273, or VP7005 (zarr is not
-    installed).
+    (leads out of the store), VP1227 (no distance), VP1260 (chunks missing), VP1270 to VP1273, VP1290 (no colours), or
+    VP7005 (zarr is not installed).
     """
     require_extra("zarr")
     with workers() as pool:
@@ -155,7 +198,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
         if len(facts.shape) != len(picture.axes):
             error = f"its array has {len(facts.shape)} axes, its metadata {len(picture.axes)}"
             raise VolprepError("VP1220", path=path, error=error)
-        volume = _Volume(array, facts, _space_axes(picture), _fixed(path, picture, facts, spec))
+        colours = None if spec.colour is None else _colours_of(path, picture, facts, spec.colour)
+        volume = _Volume(
+            array, facts, _space_axes(picture), *_fixed(path, picture, facts, spec, in_colour=colours is not None)
+        )
         _check_chunks(path, volume)
         missing = _check_missing(path, pool, volume, is_accepted=spec.missing == "fill")
         grid, remarks = grid_of(path, volume.shape_zyx, *_lengths_mm_zyx(picture, level))
@@ -163,6 +209,12 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
         if not picture.has_units:
             remarks.append("the file does not say its unit of length; millimetres are taken")
         slabs = _Slabs(volume, pool)
+        if colours is not None:
+            colours.channel(slabs.read(0, 1))
+            info = SourceInfo(
+                format="ome-zarr", grid=grid, stored_type="uint8", remarks=(*remarks, *colours.remarks(facts))
+            )
+            return OmeZarrSource(of_colour(info), slabs, colours)
         depth = volume.shape_zyx[0]
         stored_type, lost = stored_type_of(facts.dtype, depth, lambda z: slabs.read(z, z + 1), progress)
         info = SourceInfo(format="ome-zarr", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))
@@ -252,15 +304,38 @@ def _channels(path: Path, picture: Picture, facts: ArrayFacts) -> list[str]:
     return names + [""] * (count - len(names))
 
 
-def _fixed(path: Path, picture: Picture, facts: ArrayFacts, spec: SourceSpec) -> dict[int, int]:
-    """Index along the axes of channels and time points."""
-    channel = chosen(path, "channel", "channel", _channels(path, picture, facts), spec.channel)
+def _colours_of(path: Path, picture: Picture, facts: ArrayFacts, wanted: ColourChannel) -> _Colours:
+    """Find red, green, blue and alpha among the channels.
+
+    Raises VP1290 where there are not 3 or 4, or where they are shown in other colours.
+    """
+    count = len(_channels(path, picture, facts))
+    colour_type(path, np.dtype(facts.dtype), count)
+    shown_in = picture.shown_in[:3]
+    if not any(shown_in):
+        return _Colours(path, wanted, (0, 1, 2), has_alpha=count == 4)
+    if sorted(shown_in) != sorted(_RGB):
+        found = ", ".join(f"#{each[:6]}" for each in shown_in)
+        raise VolprepError(
+            "VP1290", path=path, problem=f"its channels are shown in {found}, not in red, green and blue"
+        )
+    return _Colours(path, wanted, tuple(shown_in.index(each) for each in _RGB), has_alpha=count == 4)
+
+
+def _fixed(
+    path: Path, picture: Picture, facts: ArrayFacts, spec: SourceSpec, *, in_colour: bool
+) -> tuple[dict[int, int], int | None]:
+    """Index along the axes of channels and time points; and the axis of colours, if they are all wanted."""
+    channel = None
+    if not in_colour:
+        channel = chosen(path, "channel", "channel", _channels(path, picture, facts), spec.channel)
     times = facts.shape[picture.axes.index("t")] if "t" in picture.axes else 1
     if times > _MOST_TIMES:
         raise VolprepError("VP1225", path=path, size=f"{times} time points", limit=str(_MOST_TIMES))
     time = chosen(path, "volume", "time point", [""] * times, spec.volume)
-    wanted = {"c": channel, "t": time}
-    return {axis: wanted[name] for axis, name in enumerate(picture.axes) if name in wanted}
+    wanted = {"t": time} if channel is None else {"c": channel, "t": time}
+    fixed = {axis: wanted[name] for axis, name in enumerate(picture.axes) if name in wanted}
+    return fixed, picture.axes.index("c") if in_colour else None
 
 
 def _lengths_mm_zyx(picture: Picture, level: ResolutionLevel) -> tuple[list[float | None], list[float]]:

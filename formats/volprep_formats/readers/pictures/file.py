@@ -20,7 +20,7 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.isolation import WorkerRequest, Workers
 from volprep_formats.path_text import unicode_path
 from volprep_formats.progress import Progress
-from volprep_formats.readers.colour import COLOUR_TYPE, channel_of_colours, colour_remarks
+from volprep_formats.readers.colour import channel_of_colours, colour_remarks
 from volprep_formats.readers.grey import grey_of, grey_remark
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of
@@ -115,9 +115,9 @@ class DecodeRequest:
     """How colours become one value; None refuses colour pictures."""
 
     @property
-    def stored_type(self) -> StoredType:
+    def dtype(self) -> np.dtype[np.generic]:
         """Type of the values."""
-        return COLOUR_TYPE if isinstance(self.grey, ColourChannel) else self.page.stored_type
+        return np.dtype(self.grey.dtype if isinstance(self.grey, ColourChannel) else self.page.stored_type)
 
 
 def read_headers(pool: Workers, files: Sequence[Path], progress: Progress) -> list[tuple[Page, ...]]:
@@ -172,7 +172,7 @@ def decode_request(part: DecodeRequest) -> WorkerRequest:
         _decode,
         part,
         part.path,
-        values * _BITS[part.stored_type] // 8,
+        values * part.dtype.itemsize,
         MEMORY_BYTES + MEMORY_BYTES_PER_PIXEL * decoded,
         SECONDS + SECONDS_PER_PIXEL * decoded * (part.last - part.first),
     )
@@ -311,7 +311,7 @@ def _decode_pages(part: DecodeRequest) -> NDArray[np.generic]:
     picture = opened(part.path)
     page = part.page
     height = part.row1 - part.row0
-    result = np.empty((part.last - part.first, height, part.columns), part.stored_type)
+    result = np.empty((part.last - part.first, height, part.columns), part.dtype)
     for index in range(part.first, part.last):
         if not picture.seek_subimage(index, 0) or _page(part.path, picture.spec()).kind != page.kind:
             raise unsound(part.path, f"page {index} has changed")

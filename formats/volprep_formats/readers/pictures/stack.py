@@ -52,7 +52,8 @@ class StackSource(DecodedSource):
 
         Raises VolprepError VP1164 (colour), VP1165 (damaged) and VP1270 to VP1273 (its decoder goes wrong).
         """
-        slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
+        dtype = self._grey.dtype if isinstance(self._grey, ColourChannel) else self._info.stored_type
+        slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype)
         wanted = list(self._parts(z0, z1))
 
         def place(index: int, pages: NDArray[np.generic]) -> None:

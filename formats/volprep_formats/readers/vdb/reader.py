@@ -1,4 +1,4 @@
-"""OpenVDB files (.vdb): one grid of floats or doubles, dense within the bounding box of its active voxels.
+"""OpenVDB files (.vdb): one grid of floats, doubles or colours (vec3s), dense in the bounding box of its active voxels.
 
 Inactive voxels are read with their value, the background's or a tile's. OpenVDB gives its world neither a unit nor a
 place in a patient: its units are taken as millimetres and its x, y and z as left, back and up (LPS), and a remark
@@ -22,6 +22,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.isolation import Function, WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.colour import channel_of_colours, colour_remarks, of_colour
 from volprep_formats.readers.vdb.tree import (
     GridEntry,
     SlabRequest,
@@ -30,11 +31,13 @@ from volprep_formats.readers.vdb.tree import (
     Xyz,
     list_grids,
     read_slab,
+    read_vectors,
     tree_facts,
 )
-from volprep_formats.source import SourceInfo, SourceSpec
+from volprep_formats.source import ColourChannel, SourceInfo, SourceSpec
 
 _SCALARS = frozenset(("float", "double"))
+_COLOURS = frozenset(("vec3s",))
 # 8 GB as floats. Two active voxels far apart make any box, so the size of the file says nothing about it.
 _MOST_VOXELS = 2**31
 # The masks of a node are never compressed: the smallest file of a node is 1/34 of its size in memory, at 32³ values of
@@ -99,15 +102,28 @@ class VdbSource:
 
         Raises VolprepError VP1200 or VP1270 to VP1273.
         """
+        return self._voxels(read_slab, (), z0, z1)
+
+    def read_vectors(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Return slices of a grid of vectors as [z, y, x, 3]. Raises what `read_slab` raises."""
+        return self._voxels(read_vectors, (3,), z0, z1)
+
+    def _voxels(self, read: Function, value: tuple[int, ...], z0: int, z1: int) -> NDArray[np.generic]:
+        """Return slices of values of the shape `value`."""
         _, ny, nx = self._info.grid.shape_zyx
-        slab = np.empty((z1 - z0, ny, nx), dtype=np.float32)
-        step = max(1, _SLAB_BYTES // (4 * ny * nx))
+        slab = np.empty((z1 - z0, ny, nx, *value), dtype=np.float32)
+        slice_bytes = 4 * ny * nx * prod(value)
+        step = max(1, _SLAB_BYTES // slice_bytes)
         x, y, z = self._first_xyz
         for start in range(z0, z1, step):
             stop = min(start + step, z1)
             request = SlabRequest(self._tree, (x, y, z + start), (stop - start, ny, nx))
-            slab[start - z0 : stop - z0] = self._worker.run(read_slab, request, 4 * (stop - start) * ny * nx)
+            slab[start - z0 : stop - z0] = self._worker.run(read, request, (stop - start) * slice_bytes)
         return slab
+
+    def keep(self, opened: ExitStack) -> None:
+        """Take what is to be closed with the source."""
+        self._opened = opened
 
     def __enter__(self) -> Self:
         """Return the source itself."""
@@ -118,15 +134,46 @@ class VdbSource:
         self._opened.close()
 
 
-def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VdbSource:
-    """Open the grid that `spec.grid` names, or the only one of floats or doubles.
+class VdbColours:
+    """One channel of a grid of colours, which are linear light."""
 
-    Raises VolprepError VP1200 to VP1205, VP1270 to VP1273, VP2020 (sheared) or VP2021 (unusable transform).
+    def __init__(self, source: VdbSource, path: Path, wanted: ColourChannel) -> None:
+        """Read the first slice. Raises what `read_slab` raises."""
+        self._source = source
+        self._path = path
+        self._wanted = wanted
+        remarks = (*source.info.remarks, *colour_remarks(wanted, has_alpha=False, is_linear=True))
+        self._info = of_colour(source.info.model_copy(update={"remarks": remarks}))
+        self.read_slab(0, 1)
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry."""
+        return self._info
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Return slices z0 to z1 - 1 as [z, y, x]. Raises VP1200, VP1270 to VP1273 and VP1290."""
+        return channel_of_colours(self._path, self._wanted, self._source.read_vectors(z0, z1), None)
+
+    def __enter__(self) -> Self:
+        """Return the source itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Let the worker go."""
+        self._source.__exit__(*exception)
+
+
+def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VdbSource | VdbColours:
+    """Open the grid that `spec.grid` names, or the only one of floats or doubles; or the one of colours.
+
+    Raises VolprepError VP1200 to VP1205, VP1270 to VP1273, VP1290, VP2020 (sheared) or VP2021 (unusable transform).
     """
     with ExitStack() as opened:
         worker = _Worker(opened.enter_context(workers()), path, path.stat().st_size)
         entries = [GridEntry(**fields) for fields in worker.run_json(list_grids, path)]
-        index = _chosen(path, spec.grid, entries)
+        kinds = _SCALARS if spec.colour is None else _COLOURS
+        index = _chosen(path, spec.grid, entries, kinds)
         tree = TreeRequest(path, index, next(_tokens))
         facts = TreeFacts(**worker.run_json(tree_facts, tree))
         name = entries[index].name
@@ -141,21 +188,27 @@ def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VdbSource:
             level_set=entries[index].grid_class == _LEVEL_SET,
             remarks=_remarks(entries[index], facts, len(entries)),
         )
-        return VdbSource(info, worker, tree, first_xyz, opened.pop_all())
+        source = VdbSource(info, worker, tree, first_xyz, opened)
+        found = source if spec.colour is None else VdbColours(source, path, spec.colour)
+        source.keep(opened.pop_all())
+        return found
 
 
-def _chosen(path: Path, wanted: str | None, entries: list[GridEntry]) -> int:
-    """Index of the grid that is meant."""
+def _chosen(path: Path, wanted: str | None, entries: list[GridEntry], kinds: frozenset[str]) -> int:
+    """Index of the grid that is meant, of values of these kinds."""
     fits = [
         index
         for index, entry in enumerate(entries)
-        if (entry.name == wanted if wanted is not None else entry.value_type in _SCALARS)
+        if (entry.name == wanted if wanted is not None else entry.value_type in kinds)
     ]
     if len(fits) != 1:
         found = Lines(_described(entry) for entry in entries[:20])
         raise VolprepError("VP1202", path=path, count=len(entries), found=found or " none")
     entry = entries[fits[0]]
-    if entry.value_type not in _SCALARS:
+    if entry.value_type not in kinds and kinds == _COLOURS:
+        problem = f"the voxels of the grid {entry.name[:60]!r} are of type {entry.value_type[:60]}, not vec3s"
+        raise VolprepError("VP1290", path=path, problem=problem)
+    if entry.value_type not in kinds:
         raise VolprepError("VP1203", path=path, grid=entry.name[:60], kind=entry.value_type[:60])
     return fits[0]
 

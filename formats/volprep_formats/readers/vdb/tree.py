@@ -104,6 +104,13 @@ def read_slab(request: SlabRequest) -> Float32Array:
     return slab
 
 
+def read_vectors(request: SlabRequest) -> Float32Array:
+    """Vectors [z, y, x, 3], active or not. Raises VolprepError VP1200 or VP1201."""
+    slab = np.empty((*request.shape_zyx, 3), dtype=np.float32)
+    _tree(request.tree).copy_vectors(request.first_xyz, slab)
+    return slab
+
+
 def openvdb(path: Path) -> ModuleType:
     """Return the binding of OpenVDB. Raises VolprepError VP1201 when volprep was built without it."""
     try:

@@ -16,6 +16,7 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.unpacking import ForwardStream, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import VoxelFile
@@ -53,10 +54,10 @@ _LAST = frozenset(("LOOKUP_TABLE", "COLOR_SCALARS", _ARRAY))
 Lines = list[list[str]]
 
 
-def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
-    """Open one volume of numbers.
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
+    """Open one volume of numbers, or of colours.
 
-    Raises VolprepError VP1003, VP1007, VP1008, VP1140 to VP1142 or VP2021.
+    Raises VolprepError VP1003, VP1007, VP1008, VP1140 to VP1142, VP1290 or VP2021.
     """
     is_text, lines, data_bytes = _header(path)
     sizes = parse_integers(_field(lines, "DIMENSIONS") or [], 1, LONGEST_AXIS)
@@ -71,8 +72,14 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     if min(spacing) <= 0:
         raise VolprepError("VP2021", path=path, which="field SPACING")
     grid = grid_from_affine(path, "field SPACING or ORIGIN", shape_zyx, np.diag(spacing), np.array(origin))
-    voxels = _voxels(path, lines, data_bytes, shape_zyx, is_text=is_text)
-    return source_of(HeaderFacts("vtk", grid, (UNPLACED,)), voxels, progress)
+    facts = HeaderFacts("vtk", grid, (UNPLACED,))
+    components = _components(path, lines)
+    if spec.colour is not None:
+        voxels = _voxels(path, lines, data_bytes, shape_zyx, components, is_text=is_text)
+        return ColourVoxels(facts, voxels, spec.colour, most_bytes_after=None)
+    if components != 1:
+        raise VolprepError("VP1141", path=path, problem=f"{components} components at each point")
+    return source_of(facts, _voxels(path, lines, data_bytes, shape_zyx, is_text=is_text), progress)
 
 
 def _header(path: Path) -> tuple[bool, Lines, int]:
@@ -122,18 +129,28 @@ def _field(lines: Lines, key: str) -> list[str] | None:
     return next((words[1:] for words in lines if words[0] == key), None)
 
 
-def _dtype(path: Path, lines: Lines, *, is_text: bool) -> np.dtype[np.generic]:
-    """Type of the scalars. VTK writes bytes as colours of one component."""
+def _scalars(path: Path, lines: Lines) -> list[str]:
+    """Words of the line SCALARS, name, type and components, or the same of the first array of a FIELD."""
+    array = _field(lines, _ARRAY)
+    if array is None:
+        return _field(lines, "SCALARS") or []
+    if len(array) != 4 or array[2:3] != _field(lines, "POINT_DATA"):
+        raise VolprepError("VP1142", path=path, what=f"the array {' '.join(array)[:60]!r} as the first of a FIELD")
+    return [array[0], array[3], array[1]]
+
+
+def _components(path: Path, lines: Lines) -> int:
     colour = _field(lines, "COLOR_SCALARS")
-    words = _field(lines, "SCALARS") or []
-    if (array := _field(lines, _ARRAY)) is not None:
-        points = _field(lines, "POINT_DATA")
-        if len(array) != 4 or array[2:3] != points:
-            raise VolprepError("VP1142", path=path, what=f"the array {' '.join(array)[:60]!r} as the first of a FIELD")
-        words = [array[0], array[3], array[1]]
-    components = colour[1:2] if colour is not None else words[2:3]
-    if components not in ([], ["1"]):
-        raise VolprepError("VP1141", path=path, problem=f"{components[0][:20]} components at each point")
+    words = colour[1:2] if colour is not None else _scalars(path, lines)[2:3]
+    count = parse_integers(words or ["1"], 1, LONGEST_AXIS)
+    if count is None:
+        raise VolprepError("VP1141", path=path, problem=f"{words[0][:20]} components at each point")
+    return count[0]
+
+
+def _dtype(path: Path, lines: Lines, *, is_text: bool) -> np.dtype[np.generic]:
+    """Type of the scalars. VTK writes bytes as colours."""
+    colour, words = _field(lines, "COLOR_SCALARS"), _scalars(path, lines)
     if colour is not None and len(colour) == 2:
         return np.dtype(np.uint8)
     if len(words) not in {2, 3} or words[1].lower() not in _TYPES:
@@ -142,17 +159,26 @@ def _dtype(path: Path, lines: Lines, *, is_text: bool) -> np.dtype[np.generic]:
     return np.dtype(code if is_text else ">" + code)
 
 
-def _voxels(path: Path, lines: Lines, data_bytes: int, shape_zyx: tuple[int, int, int], *, is_text: bool) -> VoxelFile:
-    """Voxels from byte `data_bytes`; other arrays may follow them."""
-    dtype = _dtype(path, lines, is_text=is_text)
-    count, size = prod(shape_zyx), path.stat().st_size
+def _voxels(
+    path: Path,
+    lines: Lines,
+    data_bytes: int,
+    shape_zyx: tuple[int, int, int],
+    colours: int | None = None,
+    *,
+    is_text: bool,
+) -> VoxelFile:
+    """Voxels of `colours` components each, or of one, from byte `data_bytes`; other arrays may follow them."""
+    number = _dtype(path, lines, is_text=is_text)
+    dtype = number if colours is None else colour_type(path, number, colours)
+    count, size = prod(shape_zyx) * (colours or 1), path.stat().st_size
     if not is_text:
-        check_declared(path, count * dtype.itemsize, data_bytes, 0, size)
+        check_declared(path, count * number.itemsize, data_bytes, 0, size)
         return VoxelFile(path, dtype, shape_zyx, data_bytes, open_unbuffered(path))
-    check_declared(path, count * dtype.itemsize, 0, 0, most_text_bytes(size - data_bytes, dtype))
+    check_declared(path, count * number.itemsize, 0, 0, most_text_bytes(size - data_bytes, number))
     if lines[-1][0] == "COLOR_SCALARS":
         return VoxelFile(path, dtype, shape_zyx, 0, ForwardStream(lambda: _shades(path, data_bytes, count)))
-    stream = ForwardStream(lambda: numbers_from_text(path, data_bytes, dtype, count=count))
+    stream = ForwardStream(lambda: numbers_from_text(path, data_bytes, number, count=count))
     return VoxelFile(path, dtype, shape_zyx, 0, stream)
 
 

@@ -21,6 +21,7 @@ from volprep_formats.diagnostics import Said, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
+from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflate, most_text_bytes, numbers_from_text
@@ -43,16 +44,21 @@ _TYPES = {
 }
 
 
-def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
-    """Open one volume of numbers.
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
+    """Open one volume of numbers, or of colours.
 
-    Raises VolprepError VP1003, VP1005, VP1007, VP1008, VP1140 to VP1142, VP2020 (sheared) or VP2021.
+    Raises VolprepError VP1003, VP1005, VP1007, VP1008, VP1140 to VP1142, VP1290, VP2020 (sheared) or VP2021.
     """
     document = parse_image(path)
     grid = _grid(path, document)
     array = _scalars(path, document)
-    voxels = _voxels(path, document, array, grid.shape_zyx)
-    return source_of(HeaderFacts("vti", grid, (UNPLACED,)), voxels, progress)
+    components = _components(path, array)
+    facts = HeaderFacts("vti", grid, (UNPLACED,))
+    if spec.colour is not None:
+        return ColourVoxels(facts, _voxels(path, document, array, grid.shape_zyx, components), spec.colour)
+    if components != 1:
+        raise VolprepError("VP1141", path=path, problem=f"{components} components at each point")
+    return source_of(facts, _voxels(path, document, array, grid.shape_zyx), progress)
 
 
 def _grid(path: Path, document: Document) -> Grid:
@@ -102,29 +108,38 @@ def _scalars(path: Path, document: Document) -> Array:
     if active is not None and names.count(active) != 1:
         count = names.count(active)
         raise VolprepError("VP1141", path=path, problem=f"scalars {active[:40]!r}, and {count} such arrays ({listed})")
-    array = document.arrays[0 if active is None else names.index(active)]
-    components = array.attributes.get("NumberOfComponents", "1")
-    if components.strip() != "1":
-        raise VolprepError("VP1141", path=path, problem=f"{components[:20]} components at each point")
-    return array
+    return document.arrays[0 if active is None else names.index(active)]
 
 
-def _voxels(path: Path, document: Document, array: Array, shape_zyx: tuple[int, int, int]) -> VoxelFile:
-    """Voxels of an array; all sizes that it declares are checked against the file's."""
+def _components(path: Path, array: Array) -> int:
+    text = array.attributes.get("NumberOfComponents", "1")
+    count = parse_integers(text.split(), 1, LONGEST_AXIS)
+    if count is None or len(count) != 1:
+        raise VolprepError("VP1141", path=path, problem=f"{text[:20]} components at each point")
+    return count[0]
+
+
+def _voxels(
+    path: Path, document: Document, array: Array, shape_zyx: tuple[int, int, int], colours: int | None = None
+) -> VoxelFile:
+    """Voxels of an array, of `colours` components each, or of one.
+
+    All sizes that it declares are checked against the file's.
+    """
     kind = array.attributes.get("type", "")
     order = {"LittleEndian": "<", "BigEndian": ">"}.get(document.root.get("byte_order", ""))
     if kind not in _TYPES or order is None:
         problem = f"type {kind[:40]!r} and byte order {document.root.get('byte_order', '')[:40]!r}"
         raise VolprepError("VP1142", path=path, what=problem)
-    dtype = np.dtype(order + _TYPES[kind])
+    number = np.dtype(("=" if array.attributes.get("format") == "ascii" else order) + _TYPES[kind])
+    dtype = number if colours is None else colour_type(path, number, colours)
     voxel_bytes = prod(shape_zyx) * dtype.itemsize
     form = array.attributes.get("format", "")
     if form == "ascii":
-        native = np.dtype(_TYPES[kind])
         start, end = _content(path, array)
-        check_declared(path, voxel_bytes, 0, 0, most_text_bytes(end - start, native))
-        stream = ForwardStream(lambda: numbers_from_text(path, start, native, end))
-        return VoxelFile(path, native, shape_zyx, 0, stream)
+        check_declared(path, voxel_bytes, 0, 0, most_text_bytes(end - start, number))
+        stream = ForwardStream(lambda: numbers_from_text(path, start, number, end))
+        return VoxelFile(path, dtype, shape_zyx, 0, stream)
     part = _part(path, document, array, form)
     width = {"UInt32": 4, "UInt64": 8}.get(document.root.get("header_type", "UInt32"))
     compressor = document.root.get("compressor", "")

@@ -103,6 +103,9 @@ class _Handlers:
                 document.points = attributes
             case ["VTKFile", "ImageData", "Piece", "PointData", "DataArray"]:
                 document.arrays.append(Array(attributes, position))
+            case ["VTKFile", "ImageData", "Piece", "PointData", "DataArray", "InformationKey"]:
+                # VTK writes facts about an array, as its range of lengths, after the numbers.
+                document.arrays[-1].end_bytes = document.arrays[-1].end_bytes or position
             case ["VTKFile", "ImageData", "Piece", "CellData", "DataArray"]:
                 document.cell_arrays += 1
             case ["VTKFile", "AppendedData"]:
@@ -111,5 +114,6 @@ class _Handlers:
 
     def _end(self, _name: str) -> None:
         if self._open[-2:] == ["PointData", "DataArray"] and self._document.arrays:
-            self._document.arrays[-1].end_bytes = self._parser.CurrentByteIndex
+            array = self._document.arrays[-1]
+            array.end_bytes = array.end_bytes or self._parser.CurrentByteIndex
         self._open.pop()
