@@ -79,7 +79,9 @@ def compositing(
             "sampled": "compositing/cubic:sampled",
         }
         if segments:
-            slots |= {part: f"{glsl}:{name}_placed" for part, name in (("compositing_start", "start"), ("sample", "sample"))}
+            slots |= {
+                part: f"{glsl}:{name}_placed" for part, name in (("compositing_start", "start"), ("sample", "sample"))
+            }
     if program.compositing == "mida":
         return Feature(slots, _intensity_words(manifest, function), offers)
     if render.opacity_cutoff is None or not ends_early or not walk.loops:

@@ -1,8 +1,9 @@
 """The picture of a scan with segments where a ray shows one value: a maximum or a first hit, in float64.
 
 1. Voxels of hidden labels count as less than any other: a sixteenth of the range of stored values below the least one.
-   The value of a ray, and its place, are those of `volprep.truth.projection` and `volprep.truth.surface` in the field of
-   these voxels. Of maxima that differ by at most 1/512 of the range the first counts. A maximum more than halfway below the least value is not shown.
+   The value of a ray, and its place, are those of `volprep.truth.projection` and `volprep.truth.surface` in the field
+   of these voxels. Of maxima that differ by at most 1/512 of the range the first counts. A maximum more than halfway
+   below the least value is not shown.
 2. The look of the place comes from the shown labels of the eight voxels around it. With *mixed* borders extinction, and
    colour times extinction, are the means of what their looks make of the value, by the trilinear weights of their
    voxels. With *crisp* borders the look of the label with the greatest weight counts; of
@@ -48,8 +49,8 @@ def labelled_value_picture(  # noqa: PLR0917 - as labelled_picture
 ) -> OraclePicture:
     """Draw one value of each ray through a scan with segments, with a bound on the error of each pixel.
 
-    `window` has the least and the greatest physical value that the package stores. Isovalue and reference length are those of the looks, which agree.
-    Other arguments and errors as in `labelled_picture`.
+    `window` has the least and the greatest physical value that the package stores. Isovalue and reference length are
+    those of the looks, which agree. Other arguments and errors as in `labelled_picture`.
     """
     looks = [look for look in labelled.looks if look is not None]
     picture = OraclePicture(rgba=np.zeros((*shape_hw, 4)), bound=np.zeros(shape_hw))
@@ -89,9 +90,7 @@ def _hits(  # noqa: PLR0917 - the field, then the view
         if look.isovalue is None:
             msg = "a first hit needs an isovalue"
             raise ValueError(msg)
-        return surface_hits(
-            field, grid, 1.0, 0.0, look.isovalue, box_from_clip, shape_hw, solid=True, normals=normals
-        )
+        return surface_hits(field, grid, 1.0, 0.0, look.isovalue, box_from_clip, shape_hw, solid=True, normals=normals)
     t_mm = np.empty(shape_hw)
     value, error = projected_values("maximum", field, grid, 1.0, 0.0, box_from_clip, shape_hw, t_mm, tie)
     nothing = np.zeros(shape_hw)

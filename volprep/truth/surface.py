@@ -124,9 +124,7 @@ def surface_picture(  # noqa: PLR0917 - as surface_hits
     return picture
 
 
-def light_hits(
-    picture: OraclePicture, hits: Hits, grid: Grid, box_from_clip: Float64Array, normals: Normals
-) -> None:
+def light_hits(picture: OraclePicture, hits: Hits, grid: Grid, box_from_clip: Float64Array, normals: Normals) -> None:
     """Light the picture of hits, and add to its bound what their uncertainty does to it."""
     shape_hw = hits.value.shape
     along = directions(box_from_clip, shape_hw)

@@ -23,7 +23,7 @@ HIDDEN_BELOW = 1 / 16
 SAME = 1 / 512
 """Values of a ray that differ by at most this part of the range are one maximum: the labels of the first place count.
 Weights of labels there that differ by at most this are equal: the smallest label counts. Rounding would choose one."""
-COMPOSITED: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front")) | OF_ONE_VALUE
+COMPOSITED: frozenset[CompositingName] = OF_ONE_VALUE | {"emission-absorption", "back-to-front"}
 """Compositings of programs that draw segments."""
 SAMPLED: frozenset[Sampling] = frozenset(("texture3d", "mosaic", "bricks"))
 """Layouts of the scan that these programs can sample."""
