@@ -14,8 +14,8 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     require(projection == "maximum" || projection == "average", "projection must be maximum or average");
     require(bound.shape(0) == value.shape(0) && bound.shape(1) == value.shape(1),
             "value and bound must have the same height and width");
-    require(!t_mm.has_value() || (projection == "maximum" && t_mm->shape(0) == value.shape(0) &&
-                                  t_mm->shape(1) == value.shape(1)),
+    require(!t_mm.has_value() ||
+                (projection == "maximum" && t_mm->shape(0) == value.shape(0) && t_mm->shape(1) == value.shape(1)),
             "t_mm belongs to a maximum, and must have the height and width of value");
     const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     const OracleProjection picture{view_of(value, box_from_clip), value.data(), bound.data(),
