@@ -5991,7 +5991,9 @@ static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg
             next = 0;
     VOLPKG__RULE(program->sampling != VOLPKG_SAMPLING_SUBVOLUMES &&
                      (program->compositing == VOLPKG_COMPOSITING_EMISSION_ABSORPTION ||
-                      program->compositing == VOLPKG_COMPOSITING_BACK_TO_FRONT),
+                      program->compositing == VOLPKG_COMPOSITING_BACK_TO_FRONT ||
+                      program->compositing == VOLPKG_COMPOSITING_MAXIMUM ||
+                      program->compositing == VOLPKG_COMPOSITING_FIRST_HIT),
                  program->name, "it draws segments in a way that no package has");
     VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE || program->normals_from != VOLPKG_NORMALS_FROM_VOLUME,
                  program->name, "it lights segments with the normals of values, which know no labels");

@@ -32,7 +32,9 @@ export async function valueProgram(renderer, kind, main) {
   const modern = fragment.startsWith("#version 300 es");
   // The output of the vertex shader is not used.
   const alone = before.replace(/^(?:varying|in) (?=\w+ \w+;$)/gm, "");
-  const text = `${alone}${main}${DIGITS.replace("PICTURE", modern ? "picture" : "gl_FragColor")}`;
+  // With voxels of hidden segments left out, the value that is drawn is another than the scan's.
+  const own = /\bfloat scan_value\(vec3/.test(before) ? main.replace("stored_value", "scan_value") : main;
+  const text = `${alone}${own}${DIGITS.replace("PICTURE", modern ? "picture" : "gl_FragColor")}`;
   const texts = { name: `${name} ${kind}`, vertex: modern ? VERTEX : WHOLE, fragment: text };
   return device.linked(texts.name, async () => texts);
 }

@@ -214,7 +214,7 @@ def test_wishes_that_cannot_be_are_refused(folder, change, code):
     assert raised.value.code == code
 
 
-@pytest.mark.parametrize("render", [{"compositing": "maximum"}, {"technique": "view-slices-as-published"}])
+@pytest.mark.parametrize("render", [{"compositing": "average"}, {"technique": "view-slices-as-published"}])
 def test_what_segments_do_not_go_with_is_refused(folder, render):
     scene = scene_of(folder, border="mixed")
     scene = scene.model_copy(update={"render": scene.render.model_copy(update=render)})

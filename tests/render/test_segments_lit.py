@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
+import nibabel
 import numpy as np
 import pytest
-from segment_scan import built, drawn, truth, write_segments
+from segment_scan import AFFINE, TINTS, built, drawn, truth, write_segments
 
 from volprep.report.validate import validate
 from volprep_formats.diagnostics import VolprepError
@@ -65,6 +66,27 @@ def test_dividing_a_lit_label_changes_nothing(folder):
     divided = built(folder, "divided", change=LIT, style=styles, outside_opacity=0.1)
     one = built(folder, "one", change=LIT, style=styles, outside_opacity=0.1, source=str(folder / "joined.nii"))
     assert np.abs(drawn(divided) - drawn(one)).max() < 1e-6
+
+
+@pytest.mark.parametrize("change", [LIT, PLACED], ids=["headlight", "phong"])
+def test_lit_labels_permuted_with_their_table_change_nothing(folder, change):
+    numbers = {1: 200, 2: 3, 3: 1, 200: 2}
+    labels = nibabel.load(folder / "labels.nii").get_fdata().astype(np.int16)
+    permuted = np.select([labels == number for number in numbers], list(numbers.values()), 0).astype(np.int16)
+    nibabel.save(nibabel.Nifti1Image(permuted, AFFINE), folder / "permuted.nii")
+    styles = [{"labels": [number], "tint": tint, "visible": number != 2} for number, tint in TINTS.items()]
+    renamed = [{**style, "labels": [numbers[style["labels"][0]]]} for style in styles]
+    name = change["render"]["lighting"]
+    source = {"outside_opacity": 0.3, "change": change}
+    first = built(folder, f"first-{name}", style=styles, **source)
+    other = built(folder, f"permuted-{name}", style=renamed, source=str(folder / "permuted.nii"), **source)
+    assert first.manifest.segments.sha256 != other.manifest.segments.sha256
+    assert np.abs(drawn(first) - drawn(other)).max() < 1e-6
+
+
+def test_hiding_everything_lit_leaves_nothing(folder):
+    package = built(folder, "nothing", change=LIT, style=[{"visible": False}], outside_opacity=0.0)
+    assert not drawn(package).any()
 
 
 def test_a_lit_mosaic_of_labels_draws_what_a_3d_texture_does(folder, lit):

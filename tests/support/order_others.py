@@ -34,6 +34,7 @@ from volprep_formats.progress import Silent
 from volprep_formats.textures.gl_formats import SRGB
 
 NOMINAL_VOXELS = 0.0625
+_ONE_HIDDEN = "[[segments.style]]\nlabels = [1]\nvisible = false\n"
 EMISSION_ABSORPTION = COMPOSITINGS["emission-absorption"]
 
 
@@ -132,20 +133,25 @@ def _colour(profile: str) -> Callable[[Path], Falling]:
     return falling
 
 
-def _segments(border: str, profile: str, lighting: str = "none") -> Callable[[Path], Falling]:
+def _segments(border: str, lighting: str = "none", compositing: str = "") -> Callable[[Path], Falling]:
     def falling(folder: Path) -> Falling:
         more = f'border = "{border}"\n[render]\nlighting = "{lighting}"\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
         folder.mkdir(parents=True, exist_ok=True)
-        build(load_request(segments_scene(profile, more)(folder)), folder / "segments.volpkg", Silent())
+        path = segments_scene("gles3", more)(folder)
+        if compositing:
+            text = path.read_text().replace("[render]", f'[render]\ncompositing = "{compositing}"')
+            surface = "isovalue = 150.0\npoints" if compositing == "first-hit" else "points"
+            path.write_text(text.replace("points", surface).replace("[render]", f"{_ONE_HIDDEN}[render]"))
+        build(load_request(path), folder / "segments.volpkg", Silent())
         package = Package.open(folder / "segments.volpkg")
         labels = held_labels(package.manifest.textures, 0, package.read_bytes)
         subject = LabelledSubject(package, level_volume(package, 0), PIXELS, labels, package.manifest.segments)
         subject.cameras = standard_views(package.manifest.levels[0].grid, "perspective")
         truth = subject.on_table("segments", "anterior-left", 0).rgba
         box_from_clip, shape_hw = camera(package), (PIXELS, PIXELS)
-        # Pictures of OpenGL ES 2.0 have 8 bits.
-        steps_mm, target = (BYTES_STEPS_MM, "rgba8") if profile.startswith("gles2") else (STEPS_MM, "rgba32f")
-        with Renderer(package, level=0, transfer="segments", target=target) as renderer:
+        # One value of a ray is exact for steps of up to a voxel.
+        steps_mm = STEPS_MM[2:] if compositing else STEPS_MM
+        with Renderer(package, level=0, transfer="segments", target="rgba32f") as renderer:
             errors = [rmse(renderer.render(box_from_clip, shape_hw, step), truth) for step in steps_mm]
         return Falling(steps_mm, errors)
 
@@ -192,11 +198,13 @@ OTHERS = (
     # Segments are split at the faces of voxels: steps of up to a voxel are exact but for rounding.
     Other("labels, texture3d", "steps", 0.0, _labels("texture3d")),
     Other("labels, mosaic", "steps", 0.0, _labels("mosaic")),
-    Other("segments, mixed, texture3d", "steps", 2.0, _segments("mixed", "gles3")),
-    Other("segments, crisp, texture3d", "steps", 1.0, _segments("crisp", "gles3"), 0.5),
+    Other("segments, mixed, texture3d", "steps", 2.0, _segments("mixed")),
+    Other("segments, crisp, texture3d", "steps", 1.0, _segments("crisp"), 0.5),
     # Normals jump where a cell between voxels of several labels ends.
-    Other("segments, mixed, headlight, texture3d", "steps", 1.0, _segments("mixed", "gles3", "headlight"), 0.5),
-    Other("segments, crisp, headlight, texture3d", "steps", 1.0, _segments("crisp", "gles3", "headlight"), 0.5),
+    Other("segments, mixed, headlight, texture3d", "steps", 1.0, _segments("mixed", "headlight"), 0.5),
+    Other("segments, crisp, headlight, texture3d", "steps", 1.0, _segments("crisp", "headlight"), 0.5),
+    Other("segments, mixed, maximum, texture3d", "steps", 0.0, _segments("mixed", compositing="maximum")),
+    Other("segments, mixed, first-hit, texture3d", "steps", 0.0, _segments("mixed", compositing="first-hit")),
     Other("two channels, packed, texture3d", "steps", 2.0, _together("gles3", "packed")),
     Other("two channels, apart, texture3d", "steps", 2.0, _together("gles3", "apart")),
     Other("two channels, mosaic", "steps", 2.0, _together("gles2-2048", "auto"), 0.5),

@@ -809,7 +809,7 @@ def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: flo
         If an array has another type or order.
     """
 
-def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], projection: str, value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], projection: str, value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], t_mm: numpy.typing.NDArray[numpy.float64] | None = None, tie: float = 0.0, threads: int = 0) -> None:
     """
     Write one physical value for each pixel's ray and a bound on its error.
 
@@ -828,6 +828,9 @@ def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float,
         "maximum" or "average".
     value, bound
         float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
+    t_mm, tie
+        float64 [height, width], written: of a maximum, its distance from the near plane; of those that differ by at most
+        `tie` that of the first.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 

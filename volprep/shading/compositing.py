@@ -12,6 +12,20 @@ SURFACES: frozenset[CompositingName] = frozenset(("first-hit", "isosurface"))
 CELL_BY_CELL: frozenset[CompositingName] = frozenset(("maximum", "minimum"))
 """Rays go from one face of a cell between eight voxels to the next, and know the field in between."""
 _SAMPLE = "start + stride * i"
+_SHOWN: dict[CompositingName, dict[str, str]] = {
+    "maximum": {"SHOWN": "classify(greatest)", "HAS_GREATEST": "count > 0.0"},
+    "first-hit": {"SHOWN": "classify(shown_value)"},
+}
+"""Colour and extinction of the only value of a ray."""
+_PLACED: dict[CompositingName, dict[str, str]] = {
+    "maximum": {
+        "SHOWN": "classify_at(start + stride * greatest_at, greatest)",
+        # Nearer to the least value than to what hidden voxels count as.
+        "HAS_GREATEST": "count > 0.0 && greatest > 0.5 * HIDDEN",
+    },
+    "first-hit": {"SHOWN": "classify_at(hit, shown_value)"},
+}
+"""The same where it depends on the place: on the labels around it."""
 _GOING = {"ray": " && transmittance >= least_transmittance", "surface": " && passed <= 0.0"}
 """How long a loop goes on, where rays may end early, and where they end at a surface: until what `stop` says."""
 _SIDES: dict[CompositingName, str] = {
@@ -25,9 +39,13 @@ def compositing(
     manifest: Manifest, program: ProgramDesign, render: RenderSettings, walk: Walk, *, ends_early: bool
 ) -> Feature:
     """Return the parts of a compositing: the file of its name, with three sections for rays that may end early."""
-    function = next((each for each in manifest.transfer_functions if each.name == program.transfer), None)
+    segments = manifest.segments if manifest.segments and manifest.segments.name == program.transfer else None
+    # The transfer functions of segments have one isovalue and one reference length.
+    name = segments.transfers[0] if segments else program.transfer
+    function = next((each for each in manifest.transfer_functions if each.name == name), None)
     reference_mm = literal(1.0 if function is None else function.reference_mm)
-    offers = {"REFERENCE_MM": reference_mm, "LIT_AT": _SAMPLE, "SIDE": ""}
+    shown = _PLACED if segments else _SHOWN
+    offers = {"REFERENCE_MM": reference_mm, "LIT_AT": _SAMPLE, "SIDE": "", **shown.get(program.compositing, {})}
     glsl = walk.compositing or f"compositing/{program.compositing.replace('-', '_')}"
     slots: dict[str, Slot] = {
         "about": f"{glsl}:about",
@@ -36,13 +54,13 @@ def compositing(
         "picture": f"{glsl}:picture",
     }
     if program.compositing in SURFACES:
-        # Only light asks for the place of a surface, not just its segment.
-        is_lit = program.lighting != "none"
+        # Only light and labels ask for the place of a surface, not just its segment.
+        is_placed = program.lighting != "none" or segments is not None
         slots |= {
             "stop": f"{glsl}:stop",
             "touch": "compositing/refinement:touch",
-            "refinement": "compositing/refinement:between" if is_lit else None,
-            "hit": f"{glsl}:hit" if is_lit else None,
+            "refinement": "compositing/refinement:between" if is_placed else None,
+            "hit": f"{glsl}:hit" if is_placed else None,
             "classification_start": "compositing/refinement:start",
             "restart": "compositing/refinement:restart",
         }
@@ -60,6 +78,10 @@ def compositing(
             "cubic": "compositing/cubic:greatest",
             "sampled": "compositing/cubic:sampled",
         }
+        if segments:
+            slots |= {
+                part: f"{glsl}:{name}_placed" for part, name in (("compositing_start", "start"), ("sample", "sample"))
+            }
     if program.compositing == "mida":
         return Feature(slots, _intensity_words(manifest, function), offers)
     if render.opacity_cutoff is None or not ends_early or not walk.loops:

@@ -129,6 +129,8 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
     offered = {
         "LAST": "count",
         "NEAR": "stored_value",
+        # Its name where the classification gives a stored_value of its own.
+        "STORED": "stored_value",
         # The front of a segment is a value, unless the classification needs more of it.
         "FRONT": "float",
         "FRONT_AT": "stored_value",

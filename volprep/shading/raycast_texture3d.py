@@ -41,7 +41,7 @@ def sampling_apart(transfers: Sequence[str], *, mipmaps: bool) -> Feature:
 def _texture(suffix: str, component: str | None, *, mipmaps: bool) -> Instance:
     words = {
         "OF": suffix,
-        "FUNCTION": "vec4 voxel_texel" if component is None else "float stored_value",
+        "FUNCTION": "vec4 voxel_texel" if component is None else "float ${STORED}",
         "COMPONENT": "" if component is None else f".{component}",
         "LOD": "u_mipmap" if mipmaps else "0.0",
     }

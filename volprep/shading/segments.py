@@ -2,11 +2,15 @@
 
 Labels are read with one fetch where all eight voxels around a sample have one label, with eight elsewhere.
 
-Mesa's software driver runs both sides of every branch, so that each sample takes 3.2 times as long as one of the scan
-alone. Of that, the seven other labels take 0.8, their eight looks and sums 0.9, a second table of a style 0.2. Loops
-that end early take longer than what they leave out. Eight fetches from one table of values and labels, in place of
-styles and looks, would take 2.1 in all; with four labels in each texel 1.95, and with all eight in two texels, which is
-four bytes a voxel, 1.75 (a cube of 96³ voxels, 192² pixels, lookup tables; tests/benchmarks/bench_segments.py).
+With a maximum or a first hit a ray shows one value. The program then reads the scan without its hidden voxels.
+
+Mesa's software driver runs both sides of every branch, so that each sample takes 3.3 times as long as one of the scan
+alone: eight labels with their weights alone make 1.96, eight looks, two styles and sums the rest. Tried and not faster
+or no better in quality (a cube of 96³ voxels, 192² to 768² pixels, lookup tables; tests/benchmarks/bench_segments.py):
+loops over corners with one turn where a cell has one label 4.3 to 5.2; runs of such cells in a loop of their own 6.8 to
+8.1; one table of values and labels in place of styles and looks 2.8 with nearest entries, 5.5 with linear ones;
+constant offsets of fetches 3.3. Without the flag in the labels it would be 2.85; with all eight labels in two texels,
+which is four bytes a voxel, 1.75.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,12 +23,19 @@ from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.parts.segments.record import Segments, table_shape
+from volprep_formats.package.parts.segments.record import (
+    HIDDEN_BELOW,
+    OF_ONE_VALUE,
+    SAME,
+    Segments,
+    table_shape,
+)
 from volprep_formats.package.parts.segments.texels import FLAG_BITS
 from volprep_formats.package.program import ProgramDesign, Sampler
 from volprep_formats.package.texture import Texture
 
 _PART = "classification/segments"
+_VALUES = "classification/segments_values"
 _BYTES = {False: "({texel}).{low} * 255.0", True: "dot(({texel}).{low}{high}, vec2(255.0, 65280.0))"}
 """A texel as a number, by whether labels have two bytes."""
 
@@ -51,20 +62,28 @@ def drawn_with_segments(
         "FLAG": literal(2 ** FLAG_BITS[segments.wide]),
         "ENTRY": _entry(len(segments.labels)),
     }
+    slots: dict[str, Slot] = {
+        "channels": tuple(classify),
+        "labels": f"{_PART}:labels",
+        "around": f"{_PART}:around",
+        **labels.slots,
+        **_styles(segments),
+    }
+    if program.compositing in OF_ONE_VALUE:
+        slots |= {"classification": _VALUES, "shown": f"{_VALUES}:{segments.border}", "value_near": None}
+        slots["weight"] = f"{_VALUES}:weight" if segments.border == "crisp" else None
+        # Gradients are those of the values that are shown.
+        offers = {"STORED": "scan_value", "NEAR": "stored_value", "OF": "", "HIDDEN": literal(-HIDDEN_BELOW)}
+        offers["SAME"] = literal(SAME)
+        offers["OF_POSITION"] = "" if program.sampling != "texture3d" else words["OF_VOXELS"]
+    else:
+        slots |= {"classification": _PART, "classification_start": None, **_lit(segments, is_lit=is_lit)}
+        offers = {"MEDIUM": "classify_segments(start + stride * i)"}
+        offers |= {"BORDER": " + border_slope()"} if is_lit else {}
     classified = Feature(
-        slots={
-            "classification": _PART,
-            "classification_start": None,
-            "channels": tuple(classify),
-            **labels.slots,
-            **_styles(segments),
-            **_lit(segments, is_lit=is_lit),
-        },
+        slots=slots,
         words=words,
-        offers={
-            "MEDIUM": "classify_segments(start + stride * i)",
-            **({"BORDER": " + border_slope()"} if is_lit else {}),
-        },
+        offers=offers,
         samplers=(*samplers, *labels.samplers, Sampler(name="u_segments", role="looks")),
     )
     return replace(sampling, samplers=volume), classified
@@ -134,7 +153,8 @@ def _styles(segments: Segments) -> dict[str, Slot]:
     for words in each[1:]:
         shown = f"max({shown}, medium{words['OF']}.a)"
     slots: dict[str, Slot] = {
-        "media": (*_instances("media", each), Instance(f"{_PART}:shown", {"SHOWN": shown})),
+        "media": _instances("media", each),
+        "shown": (Instance(f"{_PART}:shown", {"SHOWN": shown}),),
         "chosen": tuple(
             Instance(f"{_PART}:chosen", {"OF": words["OF"], "FIRST": literal(end - 0.5)})
             for words, end in zip(each[1:], ends, strict=False)

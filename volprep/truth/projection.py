@@ -101,10 +101,13 @@ def projected_values(  # noqa: PLR0917 - as projected_picture
     intercept: float,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
+    t_mm: Float64Array | None = None,
+    tie: float = 0.0,
 ) -> tuple[Float64Array, Float64Array]:
     """Return one physical value for each ray, NaN if it misses the box, and a bound on its error.
 
-    Both are [height, width]. Errors as in `projected_picture`.
+    Both are [height, width]. `t_mm` of a maximum is written: its distance from the near plane, of those that
+    differ by at most `tie` that of the first. Errors as in `projected_picture`.
     """
     require_field(volume, grid)
     sign = -1.0 if projection == "minimum" else 1.0
@@ -119,5 +122,7 @@ def projected_values(  # noqa: PLR0917 - as projected_picture
         "average" if projection == "average" else "maximum",
         value,
         error,
+        t_mm,
+        tie,
     )
     return sign * value, error

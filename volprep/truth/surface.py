@@ -120,6 +120,13 @@ def surface_picture(  # noqa: PLR0917 - as surface_hits
     hits = surface_hits(volume, grid, slope, intercept, isovalue, box_from_clip, shape_hw, solid=solid, normals=normals)
     rounding = np.where(np.isnan(hits.value) | (hits.value == isovalue), 0.0, _ROUNDING * np.abs(hits.value))
     picture = shown_picture(hits.value, rounding, transfer_function, transfer_function.reference_mm)
+    light_hits(picture, hits, grid, box_from_clip, normals)
+    return picture
+
+
+def light_hits(picture: OraclePicture, hits: Hits, grid: Grid, box_from_clip: Float64Array, normals: Normals) -> None:
+    """Light the picture of hits, and add to its bound what their uncertainty does to it."""
+    shape_hw = hits.value.shape
     along = directions(box_from_clip, shape_hw)
     if isinstance(normals, Lit) and normals.light is not None:
         at = near_ends(box_from_clip, shape_hw) + np.nan_to_num(hits.t_mm)[..., None] * along
@@ -131,7 +138,6 @@ def surface_picture(  # noqa: PLR0917 - as surface_hits
         picture.rgba[..., :3] *= light[..., None]
         picture.bound[...] += error
     picture.bound[np.isinf(hits.error_mm)] = 1.0
-    return picture
 
 
 def directions(box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> Float64Array:

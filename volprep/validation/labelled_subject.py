@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from volprep.truth.box import frequent_level
 from volprep.truth.decoded import Volume
 from volprep.truth.labelled import Labelled, labelled_picture, tinted
+from volprep.truth.labelled_values import labelled_value_picture
 from volprep.truth.oracle import OraclePicture
 from volprep.validation.same_field import part_of
 from volprep.validation.subject import Subject
@@ -124,6 +125,20 @@ class LabelledSubject(Subject):
             self._derived.border,
         )
         box_from_clip = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
+        quantization = self.package.manifest.quantization
+        if self.compositing in {"maximum", "first-hit"} and quantization is not None:
+            return labelled_value_picture(
+                "maximum" if self.compositing == "maximum" else "first-hit",
+                volume.stored,
+                volume.grid,
+                volume.slope,
+                volume.intercept,
+                quantization.window,
+                labelled,
+                box_from_clip,
+                self.shape_hw,
+                normals=volume.normals,
+            )
         return labelled_picture(
             volume.stored,
             volume.grid,

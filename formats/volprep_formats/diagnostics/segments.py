@@ -81,8 +81,9 @@ SCENE_ENTRIES: dict[str, Diagnostic] = {
     "VP3220": Diagnostic(
         ExitStatus.SCENE,
         "{path}: a scan with its segments is not drawn with {what}",
-        "Leave one of the two out of the scene. Segments are drawn with compositing emission-absorption or "
-        "back-to-front, without shadows, from 3D textures, mosaics or bricks.",
+        "Leave one of the two out of the scene. Segments are drawn with compositing emission-absorption, "
+        "back-to-front, maximum or first-hit, without shadows, from 3D textures, mosaics or bricks. For maximum and "
+        "first-hit their transfer functions must have the same isovalue and reference_mm.",
     ),
     "VP3221": Diagnostic(
         ExitStatus.SCENE,

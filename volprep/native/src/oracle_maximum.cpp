@@ -77,19 +77,31 @@ struct Maximum {
     double value = -kInfinity;
     double low = -kInfinity;
     double high = -kInfinity;
+    double t_mm = std::numeric_limits<double>::quiet_NaN();
+    double value_there = -kInfinity;  // at t_mm
 
-    void add(double found, double error) noexcept {
+    void add(double found, double at_mm, double error, double tie) noexcept {
+        if (found > value_there + tie) {
+            value_there = found;
+            t_mm = at_mm;
+        }
         value = std::max(value, found);
         low = std::max(low, found - error);
         high = std::max(high, found + error);
     }
 };
 
-double maximum_of(const oracle::CellPath& path) noexcept {
-    double inner[2];
-    const int count = oracle::extrema(path.value, inner);
-    double most = std::max(path.value.at(-1.0), path.value.at(1.0));
-    for (int i = 0; i < count; ++i) most = std::max(most, path.value.at(inner[i]));
+// The greatest value of a path, and its place from -1 to 1.
+double maximum_of(const oracle::CellPath& path, double& place) noexcept {
+    double places[4] = {-1.0};
+    const int count = oracle::extrema(path.value, places + 1);
+    places[count + 1] = 1.0;
+    double most = -kInfinity;
+    for (int i = 0; i < count + 2; ++i) {
+        const double value = path.value.at(places[i]);
+        if (value > most) place = places[i];
+        most = std::max(most, value);
+    }
     return std::clamp(path.base + most, path.low, path.high);
 }
 
@@ -97,7 +109,7 @@ double maximum_of(const oracle::CellPath& path) noexcept {
 // without it are left out as empty ones are.
 template <typename Voxel>
 Maximum find_maximum(const oracle::Field<Voxel>& field, const std::vector<Block>& blocks, const oracle::Ray& ray,
-                     oracle::Transfer& known) noexcept {
+                     oracle::Transfer& known, double tie) noexcept {
     Maximum maximum;
     oracle::RayWalk walk;
     if (!enter_box(walk, field, ray)) return maximum;
@@ -115,7 +127,9 @@ Maximum find_maximum(const oracle::Field<Voxel>& field, const std::vector<Block>
         known.empty_ranges.front().high = maximum.value - error;
         oracle::CellPath path;
         if (find_path(path, field, walk.axes, middle, half, walk.relative_error, known)) {
-            maximum.add(maximum_of(path), error);
+            double place = -1.0;
+            const double value = maximum_of(path, place);
+            maximum.add(value, walk.t_mm + 0.5 * (end - walk.t_mm) * (1.0 + place), error, tie);
         }
         walk.leave_cell(end);
     }
@@ -138,10 +152,11 @@ void render_maximum(const Voxel* voxels, const OracleVolume& volume, const Oracl
 #pragma omp for schedule(dynamic, 64)
         for (int64_t pixel = 0; pixel < pixels; ++pixel) {
             const oracle::Ray ray = oracle::pixel_ray(picture.view, pixel / width, pixel % width);
-            const Maximum found = find_maximum(field, blocks, ray, known);
+            const Maximum found = find_maximum(field, blocks, ray, known, picture.tie);
             const bool missed = found.value == -kInfinity;
             picture.value[pixel] = missed ? std::numeric_limits<double>::quiet_NaN() : found.value;
             picture.bound[pixel] = missed ? 0.0 : std::max(found.high - found.value, found.value - found.low);
+            if (picture.t_mm != nullptr) picture.t_mm[pixel] = found.t_mm;
         }
     }
 }

@@ -23,7 +23,7 @@ from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.parts.segments.record import COMPOSITED, Segments, table_shape
+from volprep_formats.package.parts.segments.record import COMPOSITED, OF_ONE_VALUE, Segments, table_shape
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import size_bytes
@@ -54,6 +54,9 @@ def with_segments(scene: Scene, channels: int) -> Scene:
         update["pyramid"] = scene.pyramid.model_copy(update={"filter": "box"})
     if scene.lighting.normals == "volume":
         update["lighting"] = scene.lighting.model_copy(update={"normals": "central"})
+    if scene.render.compositing == "maximum":
+        # The greatest value wins even if its style hides it, so that no style can leave a part of the scan out.
+        update |= {"crop": "none", "skip": scene.skip.model_copy(update={"kind": "none"})}
     return scene.model_copy(update=update)
 
 
@@ -75,6 +78,9 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None
     yield f"compositing {render.compositing}", render.compositing not in COMPOSITED
     yield f"classification {render.classification}", render.classification not in _CLASSIFICATIONS
+    if render.compositing in OF_ONE_VALUE:
+        yield "transfer functions of several isovalues", len({each.isovalue for each in scene.transfer}) > 1
+        yield "transfer functions of several reference_mm", len({each.reference_mm for each in scene.transfer}) > 1
     shadows = scene.lighting.shadows
     yield f"lighting.shadows {shadows}", render.lighting != "none" and shadows != "none"
     yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none"

@@ -7,8 +7,10 @@ namespace volprep {
 
 struct OracleProjection {
     OracleView view;
-    double* value;  // [height, width], physical; NaN where the ray misses the box
-    double* bound;  // [height, width], of the value; 0 where the ray misses the box
+    double* value;           // [height, width], physical; NaN where the ray misses the box
+    double* bound;           // [height, width], of the value; 0 where the ray misses the box
+    double* t_mm = nullptr;  // [height, width], of a maximum: its distance from the near plane
+    double tie = 0.0;  // values that differ by at most this are equal for t_mm, which is that of the first of them
 };
 
 // For each pixel the greatest physical value along the part of its ray that lies in the box (src/oracle_maximum.cpp).

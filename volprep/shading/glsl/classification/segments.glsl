@@ -2,13 +2,45 @@
 //: first; the highest bit says that the cell which begins at the voxel has several labels. u_segments, RGBA8, NEAREST,
 //: a texel for each label: rgb the square root of the tint, linear, a the opacity factor, 0 if hidden. Slots: channels
 //: gives classify_0, classify_1, ..., one for each style; texels declares u_labels; media classifies a value in every
-//: style, shown is the largest extinction of them; chosen is the style of a label; borders is section mixed or crisp.
+//: style, shown is the largest extinction of them; chosen is the style of a label; borders is section mixed or crisp;
+//: labels and around are the sections of these names, which segments_values.glsl uses too.
 //: Where it is lit, border_slope gives the normal of borders; VOXEL and POSITION_PER_MM come from the sampling.
 //: Words: CODE, the texel at `at` as a number; FLAG; PLACE, the position `at` in voxels; OF_VOXELS, how `at` is made
 //: from a position in voxels; ENTRY, the place of a label in u_segments.
 //#part channels
 
 //#part texels
+//#part labels
+
+//#part lit_segments
+// Colour and extinction at a place of the volume.
+vec4 classify_segments(vec3 at) {
+  //#part no_border
+  float stored = stored_value(at);
+  //#part media
+  //#part shown
+  if (shown == 0.0) {
+    return vec4(0.0);
+  }
+  vec3 place = $PLACE - 0.5;
+  vec3 voxel = floor(place);
+  vec3 low = (voxel + 0.5)$OF_VOXELS;
+  float label = label_code(low);
+  if (label < FLAG - 0.5) {
+    vec4 medium = medium_0;
+    //#part chosen
+    return medium * look_of(label);
+  }
+  //#part around
+  //#part border
+  //#part borders
+}
+
+//#part border_slope
+//#section texture3d
+// The labels as a 3D texture.
+uniform highp sampler3D u_labels;
+//#section labels
 // Labels of voxels. From FLAG on the cell, up to the next voxel along each axis, has several labels.
 const float FLAG = $FLAG;
 float label_code(vec3 at) {
@@ -25,52 +57,21 @@ vec4 look_of(float label) {
   vec4 look = $TEXTURE_2D(u_segments, $ENTRY);
   return vec4(look.rgb * look.rgb, look.a);
 }
-
-//#part lit_segments
-// Colour and extinction at a place of the volume.
-vec4 classify_segments(vec3 at) {
-  //#part no_border
-  float stored = stored_value(at);
-  //#part media
-  if (shown == 0.0) {
-    return vec4(0.0);
-  }
-  vec3 place = $PLACE - 0.5;
-  vec3 voxel = floor(place);
-  vec3 low = (voxel + 0.5)$OF_VOXELS;
-  float label = label_code(low);
-  if (label < FLAG - 0.5) {
-    vec4 medium = medium_0;
-    //#part chosen
-    return medium * look_of(label);
-  }
-  // Labels of the eight voxels around it, and their trilinear weights.
-  vec3 high = (voxel + 1.5)$OF_VOXELS;
-  vec4 labels_near = vec4(
-    label_of(low),
-    label_of(vec3(high.x, low.yz)),
-    label_of(vec3(low.x, high.y, low.z)),
-    label_of(vec3(high.xy, low.z))
-  );
-  vec4 labels_far = vec4(
-    label_of(vec3(low.xy, high.z)),
-    label_of(vec3(high.x, low.y, high.z)),
-    label_of(vec3(low.x, high.yz)),
-    label_of(high)
-  );
-  vec3 share = place - voxel;
-  vec2 along_x = vec2(1.0 - share.x, share.x);
-  vec4 across = vec4(along_x * (1.0 - share.y), along_x * share.y);
-  vec4 weights_near = across * (1.0 - share.z);
-  vec4 weights_far = across * share.z;
-  //#part border
-  //#part borders
-}
-
-//#part border_slope
-//#section texture3d
-// The labels as a 3D texture.
-uniform highp sampler3D u_labels;
+//#section around
+// Labels of the eight voxels around it, and their trilinear weights.
+vec3 high = (voxel + 1.5)$OF_VOXELS;
+vec4 labels_near = vec4(
+  label_of(low), label_of(vec3(high.x, low.yz)), label_of(vec3(low.x, high.y, low.z)), label_of(vec3(high.xy, low.z))
+);
+vec4 labels_far = vec4(
+  label_of(vec3(low.xy, high.z)), label_of(vec3(high.x, low.y, high.z)), label_of(vec3(low.x, high.yz)), label_of(high)
+);
+vec3 share = place - voxel;
+vec2 along_x = vec2(1.0 - share.x, share.x);
+vec2 along_y = vec2(1.0 - share.y, share.y);
+vec4 across = along_x.xyxy * along_y.xxyy;
+vec4 weights_near = across * (1.0 - share.z);
+vec4 weights_far = across * share.z;
 //#section media
 vec4 medium$OF = classify$OF(stored);
 //#section shown

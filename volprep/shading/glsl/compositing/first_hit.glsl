@@ -1,6 +1,6 @@
 //: The first place where the value is ISOVALUE or more. Sections: about; start, before the loop; sample, in it, the
 //: segment whose middle is i; stop, where the ray ends; picture. Of a segment both ends are sampled; `front` is the
-//: value at its first one, from refinement.glsl. Slots: touch; and, where it is lit, refinement; hit, the section hit;
+//: value at its first one, from refinement.glsl. Slots: touch; and, where its place counts, refinement; hit, the section hit;
 //: light, which changes the colour of `medium` at the place `hit`.
 //#section about
 // The first place on the pixel's ray where the value is ISOVALUE or more, as the transfer function shows the value
@@ -36,7 +36,8 @@ $PICTURE = vec4(0.0);
 if (passed > 0.0) {
   //#part hit
   // Only where the box cuts a solid is the value at the segment's front more than ISOVALUE.
-  vec4 medium = classify(max(stored_value(start + stride * (passed - 0.5)), ISOVALUE));
+  float shown_value = max(stored_value(start + stride * (passed - 0.5)), ISOVALUE);
+  vec4 medium = $SHOWN;
   //#part light
   float opacity = 1.0 - exp(-medium.a * REFERENCE_MM);
   $PICTURE = vec4(medium.rgb * opacity, opacity);

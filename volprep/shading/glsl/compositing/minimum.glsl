@@ -12,7 +12,7 @@ const float REFERENCE_MM = $REFERENCE_MM;
 float least = 1.0;
 //#section sample
 //#part sampled
-least = min(least, -greatest_of_cubic(-values));
+least = min(least, -greatest_of_cubic(-values).x);
 //#section picture
 vec4 medium = classify(least);
 // A ray that misses the box has no least value.

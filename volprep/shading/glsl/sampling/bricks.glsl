@@ -9,7 +9,7 @@ const vec3 CELLS = $CELLS;
 const vec3 LAST_BRICK = $LAST_BRICK;
 const vec3 PITCH = $PITCH;
 const vec3 POOL = $POOL;
-float stored_value(vec3 at) {
+float $STORED(vec3 at) {
   vec3 voxel = clamp(at - 0.5, vec3(0.0), LAST_VOXEL);
   vec3 brick = min(floor(voxel / CELLS), LAST_BRICK);
   vec4 entry = texelFetch(u_bricks, ivec3(brick), 0);

@@ -1,6 +1,6 @@
 //: A mosaic with four consecutive slices in a texel (RGBA): five fetches for four samples, on average.
 const float LAST_SLICE = $LAST_SLICE;
-float stored_value(vec3 at) {
+float $STORED(vec3 at) {
   float slice = clamp(at.z - 0.5, 0.0, LAST_SLICE);
   float tile = floor(slice / 4.0);
   float channel = slice - tile * 4.0;

@@ -1,7 +1,7 @@
 //: A mosaic with three slices and the one after them in a texel (RGBA): one fetch for each sample.
 const float LAST_SLICE = $LAST_SLICE;
 const float LAST_TILE = $LAST_TILE;
-float stored_value(vec3 at) {
+float $STORED(vec3 at) {
   float slice = clamp(at.z - 0.5, 0.0, LAST_SLICE);
   // The last slice may be the fourth of its tile, and the first of none.
   float tile = min(floor(slice / 3.0), LAST_TILE);

@@ -7,7 +7,7 @@ float slice_value(float slice, vec2 at) {
   //#part planar_unit
   return dot(tile_texel(tile, at), max(1.0 - abs(vec4(0.0, 1.0, 2.0, 3.0) - channel), 0.0));
 }
-float stored_value(vec3 at) {
+float $STORED(vec3 at) {
   float slice = clamp(at.z - 0.5, 0.0, LAST_SLICE);
   float lower = floor(slice);
   // At the last slice the one above it has weight 0.

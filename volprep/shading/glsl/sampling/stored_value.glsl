@@ -1,4 +1,4 @@
 //: The only value of a voxel that is drawn.
-float stored_value(vec3 at) {
+float $STORED(vec3 at) {
   return voxel_texel(at).$COMPONENT;
 }

@@ -16,7 +16,14 @@ LARGEST_SMALL_LABEL = 127
 """Largest label of textures with one byte for each voxel; the eighth bit is a flag."""
 LARGEST_LABEL = 2**15 - 1
 """Largest label of textures with two bytes for each voxel."""
-COMPOSITED: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
+OF_ONE_VALUE: frozenset[CompositingName] = frozenset(("maximum", "first-hit"))
+"""Compositings that show one value of a ray."""
+HIDDEN_BELOW = 1 / 16
+"""How far hidden voxels are below the least stored value for them, as part of the range of stored values."""
+SAME = 1 / 512
+"""Values of a ray that differ by at most this part of the range are one maximum: the labels of the first place count.
+Weights of labels there that differ by at most this are equal: the smallest label counts. Rounding would choose one."""
+COMPOSITED: frozenset[CompositingName] = OF_ONE_VALUE | {"emission-absorption", "back-to-front"}
 """Compositings of programs that draw segments."""
 SAMPLED: frozenset[Sampling] = frozenset(("texture3d", "mosaic", "bricks"))
 """Layouts of the scan that these programs can sample."""
