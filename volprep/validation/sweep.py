@@ -44,6 +44,8 @@ _SLOW_MS = 10.0
 """Timed pictures have a quarter, or a sixteenth, of the pixels if a nominal draw in them still takes longer than this.
 A driver that draws with the processor takes 2.5 to 4 times as long for four times the pixels, and timing it in a
 quarter of them was a tenth of a validation. A GPU takes less, and would be timed at its overhead."""
+_LEAST_TIMED = 64
+"""Width and height below which pictures are not made smaller for timing."""
 
 TimedStep = tuple[int, float]
 """Level, and step over the nominal one."""
@@ -143,9 +145,9 @@ class _Sweeper:
 
     def _timed_hw(self, finest: Renderer) -> tuple[int, int]:
         """Return the size of pictures to time: that of the report, or a smaller one for a slow driver."""
-        height, width = self.small.shape_hw
-        for part in (2, 1):
-            shape_hw = (-(-height // part), -(-width // part))
+        pixels = self.small.shape_hw[0]
+        for size in dict.fromkeys((max(-(-pixels // 2), min(pixels, _LEAST_TIMED)), pixels)):
+            shape_hw = (size, size)
             # The first draw is not counted: it compiles, and pages in.
             if finest.time_ms(self._box_from_clip, shape_hw, repeats=1) > _SLOW_MS:
                 return shape_hw
