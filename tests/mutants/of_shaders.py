@@ -61,6 +61,15 @@ OF_SHADERS = (
         ("tests/render/test_pictures.py",),
     ),
     Mutant(
+        "border-term",
+        "lit borders of segments have no slope of the visible extinction",
+        f"{_GLSL}/classification/segments.glsl",
+        "border_taps = highest > lowest ? 27.0 : 0.0;",
+        "border_taps = 0.0;",
+        "segments",
+        ("tests/render/test_segments_lit.py",),
+    ),
+    Mutant(
         "front-to-back",
         "light is not dimmed by matter in front of it",
         f"{_GLSL}/compositing/emission_absorption.glsl",

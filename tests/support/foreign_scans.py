@@ -159,6 +159,25 @@ points = [
     return _scene(folder, "minimum", 'path = "scan.npy"\narray = { spacing_mm_zyx = [1.0, 1.2, 0.8] }', more, points)
 
 
+def segments(folder: Path) -> Path:
+    """A lit scan with two segments, which the headlight sees by the borders of the visible extinction."""
+    values = blobs(4)
+    affine = np.diag([-1.0, -1.0, 1.2, 1.0])
+    nibabel.save(nibabel.Nifti1Image(np.rint(values * 900 + 50).astype(np.int16).T, affine), folder / "scan.nii")
+    labels = np.where(values > 0.35, 2, np.where(values > 0.1, 1, 0)).astype(np.uint8)
+    nibabel.save(nibabel.Nifti1Image(labels.T, affine), folder / "labels.nii")
+    style = '[[segments.style]]\nlabels = [{}]\ntint = "{}"\nopacity = {}\n'
+    styles = style.format(1, "#20c0ff", 0.1) + style.format(2, "#ff8040", 1.0)
+    more = f'{_RENDER}lighting = "headlight"\n[segments]\nsource = "labels.nii"\noutside_opacity = 0.0\n{styles}'
+    points = """
+points = [
+    { value = 0.0, colour = "#c0c0c0", extinction_per_mm = 0.25 },
+    { value = 1000.0, colour = "#ffffff", extinction_per_mm = 0.3 },
+]
+"""
+    return _scene(folder, "segments", 'path = "scan.nii"', more, points)
+
+
 SCENES: dict[str, Callable[[Path], Path]] = {
-    each.__name__: each for each in (nifti, dicom, maximum, surface, opaque, mida, minimum)
+    each.__name__: each for each in (nifti, dicom, maximum, surface, opaque, mida, minimum, segments)
 }

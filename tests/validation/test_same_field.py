@@ -8,7 +8,7 @@ import pytest
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume
 from volprep.truth.lit import Lit, ShaderSlopes
-from volprep.validation.same_field import camera_of_pixels, changed_voxels, part_of, pixels_around
+from volprep.validation.same_field import camera_of_every, camera_of_pixels, changed_voxels, part_of, pixels_around
 from volprep_formats.grid import Grid
 from volprep_formats.package.program import Light
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -91,6 +91,13 @@ def test_the_camera_of_some_pixels_has_their_rays() -> None:
     part = camera_of_pixels(matrix, (40, 30), slice(10, 16), slice(3, 8))
     whole = matrix @ [(2 * 7 + 1) / 30 - 1, 1 - (2 * 12 + 1) / 40, 0.3, 1.0]
     np.testing.assert_allclose(part @ [(2 * 4 + 1) / 5 - 1, 1 - (2 * 2 + 1) / 6, 0.3, 1.0], whole, rtol=1e-12)
+
+
+def test_the_camera_of_every_second_pixel_has_their_rays() -> None:
+    matrix = standard_views(GRID, "perspective")["anterior-left"].box_from_clip(GRID, aspect=0.75)
+    sparse = camera_of_every(matrix, (40, 31), 2)
+    whole = matrix @ [(2 * 14 + 1) / 31 - 1, 1 - (2 * 12 + 1) / 40, 0.3, 1.0]
+    np.testing.assert_allclose(sparse @ [(2 * 7 + 1) / 16 - 1, 1 - (2 * 6 + 1) / 20, 0.3, 1.0], whole, rtol=1e-12)
 
 
 HEADLIGHT = Lit(ShaderSlopes("central", 0.1))

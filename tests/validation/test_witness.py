@@ -195,6 +195,12 @@ def test_a_second_reading_names_light_that_was_computed_once() -> None:
         list(second_reading._pictures(asked, {}, None, {}))
 
 
+def test_a_second_reading_names_segments() -> None:
+    asked = Statement(SimpleNamespace(subject=None), SimpleNamespace(transfer="segments"), None)
+    with pytest.raises(CannotWitnessError, match="it has segments"):
+        list(second_reading._pictures(asked, {"segments": {"name": "segments"}}, None, {}))
+
+
 def test_a_preset_that_is_like_another_is_read_with_its_points(tmp_path) -> None:
     (tmp_path / "scene.toml").write_text('[source]\npath = "x"\n[[transfer]]\npreset = "ct-bone-photograph"\n')
     presets = Path(str(files("volprep.scene.presets")))

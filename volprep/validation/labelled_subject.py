@@ -63,10 +63,12 @@ class LabelledSubject(Subject):
         functions = {name: self.function(name) for name in self._styles(transfer)}
         return self._with(self.scan, self._labels, looks(self._derived), functions, view)
 
-    def on_data_beside(self, truth: OraclePicture, transfer: str, view: str, level: int) -> OraclePicture:
+    def on_data_beside(
+        self, truth: OraclePicture, transfer: str, view: str, level: int, *, sparse: bool = False
+    ) -> OraclePicture:
         """Return what `on_data` draws; the truth is of no use, because many rays meet changed voxels."""
         del truth
-        return self.on_data(transfer, view, level)
+        return (self.sparse if sparse else self).on_data(transfer, view, level)
 
     def _on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
         names = self._styles(transfer)
@@ -124,7 +126,7 @@ class LabelledSubject(Subject):
             tuple(tinted(style, look[:3], look[3]) if look[3] > 0.0 else None for style, look in pairs),
             self._derived.border,
         )
-        box_from_clip = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
+        box_from_clip, shape_hw = self._rays(self.cameras[view], volume.grid)
         quantization = self.package.manifest.quantization
         if self.compositing in {"maximum", "first-hit"} and quantization is not None:
             return labelled_value_picture(
@@ -136,7 +138,7 @@ class LabelledSubject(Subject):
                 quantization.window,
                 labelled,
                 box_from_clip,
-                self.shape_hw,
+                shape_hw,
                 normals=volume.normals,
             )
         return labelled_picture(
@@ -146,6 +148,6 @@ class LabelledSubject(Subject):
             volume.intercept,
             labelled,
             box_from_clip,
-            self.shape_hw,
+            shape_hw,
             normals=volume.normals,
         )

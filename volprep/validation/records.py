@@ -76,9 +76,11 @@ class ViewResult(Record):
     seen: SeenNumbers
     """The visible error, which the tolerance limits."""
     data: ErrorNumbers
-    """Oracle on the package's data against truth: the error of level and quantisation."""
+    """Oracle on the package's data against truth: the error of level and quantisation. In every second row and column
+    of a large picture, except in the view of the sweep."""
     drawing: ErrorNumbers
-    """Rendering against the oracle on the package's data: lookup table, quadrature and arithmetic."""
+    """Rendering against the oracle on the package's data: lookup table, quadrature and arithmetic. In the pixels of
+    `data`."""
     truth_bound: NonNegative
     """Largest bound of the oracle on its own error over all pixels, for truth and for the package's data."""
     pictures: ViewPictures
@@ -171,8 +173,8 @@ class Sweep(Record):
     view: str
     """View that was drawn."""
     timed_size: Count
-    """Width and height of the pictures that were timed: those of the report, or a quarter of their pixels where the
-    driver is slow."""
+    """Width and height of the pictures that were timed: those of the report, or a quarter or a sixteenth of their
+    pixels where the driver is slow."""
     float_target: Target | None
     """Target of the quadrature numbers; null if they were not measured."""
     points: tuple[SweepPoint, ...]

@@ -90,6 +90,21 @@ def camera_of_pixels(
     return moved
 
 
+def camera_of_every(box_from_clip: Float64Array, shape_hw: tuple[int, int], apart: int) -> Float64Array:
+    """Return the camera whose pixels are those of another one in every row and column divisible by `apart`."""
+    part = np.eye(4)
+    for axis, (count, sign) in enumerate(zip(shape_hw[::-1], (1.0, -1.0), strict=True)):
+        covered = every(count, apart) * apart
+        part[axis, axis], part[axis, 3] = covered / count, sign * ((covered - apart + 1) / count - 1.0)
+    moved: Float64Array = box_from_clip @ part
+    return moved
+
+
+def every(count: int, apart: int) -> int:
+    """Return how many of the numbers below `count` are divisible by `apart`."""
+    return -(-count // apart)
+
+
 def _between(places: Float64Array, count: int) -> slice:
     # A pixel more on each side: rounding must leave none out.
     first, last = int(np.floor(places.min())) - 1, int(np.ceil(places.max())) + 1

@@ -16,9 +16,17 @@ from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.truth.seen import seen_error
 from volprep.validation.records import ErrorNumbers
-from volprep.validation.same_field import camera_of_pixels, changed_voxels, pixels_around, reach_of
+from volprep.validation.same_field import (
+    camera_of_every,
+    camera_of_pixels,
+    changed_voxels,
+    every,
+    pixels_around,
+    reach_of,
+)
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.program import CompositingName, Program
 from volprep_formats.package.reader import Package
@@ -59,6 +67,7 @@ class Subject:
         self._truths: dict[tuple[str, str], OraclePicture] | None = None
         self._on_coarse: dict[tuple[str, str, int], OraclePicture] = {}
         self._changed_voxels: dict[str, NDArray[np.intp] | None] = {}
+        self._apart = 1
 
     @cached_property
     def small(self) -> "Subject":
@@ -71,6 +80,14 @@ class Subject:
         small.shape_hw = (min(pixels, max(-(-pixels // 2), _LEAST_SMALL)),) * 2
         small._truths, small._on_coarse = {}, {}
         return small
+
+    @cached_property
+    def sparse(self) -> "Subject":
+        """The same subject, of whose pictures every second row and column is drawn if at least 128 of them are left."""
+        sparse = copy(self)
+        sparse._apart = 2 if self.shape_hw[0] >= 2 * _LEAST_SMALL else 1
+        sparse._on_coarse = {}
+        return sparse
 
     def has_baked_light(self, transfer: str) -> bool:
         """Return whether light that was computed once lights a transfer function."""
@@ -122,11 +139,18 @@ class Subject:
     def _truth(self, transfer: str, view: str) -> OraclePicture:
         return self._draw([(part.scan, part.function(name)) for name, part in self._parts(transfer)], view)
 
-    def on_data_beside(self, truth: OraclePicture, transfer: str, view: str, level: int) -> OraclePicture:
-        """Return the picture of `on_data`, given the truth of this view: only rays that differ are drawn."""
+    def on_data_beside(
+        self, truth: OraclePicture, transfer: str, view: str, level: int, *, sparse: bool = False
+    ) -> OraclePicture:
+        """Return the picture of `on_data`, given the truth of this view: only rays that differ are drawn.
+
+        If most may differ, a `sparse` picture has a quarter of them.
+        """
         voxels = self._changed(transfer, level)
-        if self.is_classified or voxels is None:
-            return truth if self.is_classified else self.on_data(transfer, view, level)
+        if self.is_classified:
+            return truth
+        if voxels is None:
+            return (self.sparse if sparse else self).on_data(transfer, view, level)
         picture = OraclePicture(truth.rgba.copy(), truth.bound.copy())
         volume = self.level(level)
         camera = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
@@ -236,7 +260,13 @@ class Subject:
         return self._pictured([(volume, self.function(transfer))], box_from_clip, shape_hw)
 
     def _seen(self, media: Sequence[tuple[Volume, TransferFunction]], camera: Camera) -> OraclePicture:
-        return self._pictured(media, camera.box_from_clip(media[0][0].grid, aspect=1.0), self.shape_hw)
+        return self._pictured(media, *self._rays(camera, media[0][0].grid))
+
+    def _rays(self, camera: Camera, grid: Grid) -> tuple[Float64Array, tuple[int, int]]:
+        """Return the camera in the box of a grid, and height and width of its pictures."""
+        height, width = self.shape_hw
+        matrix = camera_of_every(camera.box_from_clip(grid, aspect=1.0), self.shape_hw, self._apart)
+        return matrix, (every(height, self._apart), every(width, self._apart))
 
     def _pictured(
         self,

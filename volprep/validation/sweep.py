@@ -41,9 +41,11 @@ _LEAST_RATIO = 0.5
 _LONG_MS = 100.0
 """Steps finer than half of the nominal one are not timed where one draw takes this long: they are too slow to use."""
 _SLOW_MS = 10.0
-"""A driver that takes longer for a nominal draw in a quarter of the pixels is timed in these. One that draws with the
-processor takes 2.5 to 3 times as long for four times the pixels, and timing it was a sixth of a validation (two heads).
-A GPU takes less, and would be timed at its overhead."""
+"""Timed pictures have a quarter, or a sixteenth, of the pixels if a nominal draw in them still takes longer than this.
+A driver that draws with the processor takes 2.5 to 4 times as long for four times the pixels, and timing it in a
+quarter of them was a tenth of a validation. A GPU takes less, and would be timed at its overhead."""
+_LEAST_TIMED = 64
+"""Width and height below which pictures are not made smaller for timing."""
 
 TimedStep = tuple[int, float]
 """Level, and step over the nominal one."""
@@ -142,11 +144,14 @@ class _Sweeper:
         return shape_hw[0], of_steps, {key: time for key, time in found.items() if not isinstance(key, tuple)}
 
     def _timed_hw(self, finest: Renderer) -> tuple[int, int]:
-        """Return the size of pictures to time: that of the report, or that of the small ones for a slow driver."""
-        small_hw = self.small.shape_hw
-        # The first draw is not counted: it compiles, and pages in.
-        small_ms = finest.time_ms(self._box_from_clip, small_hw, repeats=1)
-        return small_hw if small_ms > _SLOW_MS else self._subject.shape_hw
+        """Return the size of pictures to time: that of the report, or a smaller one for a slow driver."""
+        pixels = self.small.shape_hw[0]
+        for size in dict.fromkeys((max(-(-pixels // 2), min(pixels, _LEAST_TIMED)), pixels)):
+            shape_hw = (size, size)
+            # The first draw is not counted: it compiles, and pages in.
+            if finest.time_ms(self._box_from_clip, shape_hw, repeats=1) > _SLOW_MS:
+                return shape_hw
+        return self._subject.shape_hw
 
     def _open(self, stack: ExitStack, level: int) -> Renderer:
         return stack.enter_context(self._renderer(self._subject.package, level, "rgba8"))

@@ -98,34 +98,6 @@ void gather_crisp(Beam& beam, const LabelledScene<Voxel>& scene, const LabelledC
     }
 }
 
-template <typename Voxel>
-Beam gather_labelled_ray(const LabelledScene<Voxel>& scene, const oracle::Ray& ray, double tolerance,
-                         Work& work) noexcept {
-    Beam beam;
-    oracle::RayWalk walk;
-    if (!enter_box(walk, scene.field, ray)) return beam;
-    const RayLimits limits{tolerance, walk.to_mm - walk.t_mm, walk.position_error_mm, scene.colour_max};
-    while (walk.inside() && !beam.stopped) {
-        if (scene.empty_blocks[static_cast<std::size_t>(walk.block())] != 0) {
-            walk.leave_block(walk.block_end_mm());
-            continue;
-        }
-        const double next = walk.cell_end_mm();
-        LabelledCell cell{walk.axes, {}, {}, next - walk.t_mm, walk.relative_error};
-        for (int axis = 0; axis < 3; ++axis) {
-            walk.axes[axis].inside(walk.t_mm, next, cell.middle[axis], cell.half[axis]);
-        }
-        const Meeting meeting = meet(scene, walk.axes);
-        if (scene.labels.crisp) {
-            gather_crisp(beam, scene, cell, meeting, limits, work);
-        } else {
-            gather_mixture(beam, scene, cell, meeting, limits, work);
-        }
-        walk.leave_cell(next);
-    }
-    return beam;
-}
-
 }  // namespace
 
 template <typename Voxel>
@@ -133,7 +105,15 @@ void render_oracle_labels(const Voxel* voxels, const OracleVolume& volume, const
                           const OraclePicture& picture, int threads) noexcept {
     const LabelledScene<Voxel> scene = oracle::prepare(voxels, volume, labels, nullptr, threads);
     oracle::draw_beams<Work>(picture, scene.colour_max, threads, [&](const oracle::Ray& ray, Work& work) {
-        return gather_labelled_ray(scene, ray, tolerance, work);
+        const auto gather = [&](Beam& beam, const LabelledCell& cell, const RayLimits& limits) {
+            const Meeting meeting = meet(scene, cell.axes);
+            if (scene.labels.crisp) {
+                gather_crisp(beam, scene, cell, meeting, limits, work);
+            } else {
+                gather_mixture(beam, scene, cell, meeting, limits, work);
+            }
+        };
+        return gather_labelled_ray(scene, ray, tolerance, gather);
     });
 }
 

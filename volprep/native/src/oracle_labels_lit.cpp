@@ -85,7 +85,6 @@ struct LitCell {
     const OracleLabelsLight& light;
     const LabelledCell& cell;
     const oracle::Ray& ray;
-    double t_mm;  // where it begins
     const oracle::CellPath& path;
     const Meeting& meeting;
     const oracle::CellNormals& normals;  // of the values
@@ -93,13 +92,12 @@ struct LitCell {
     Surroundings around;
 
     LitCell(const LabelledScene<Voxel>& scene_, const OracleLabelsLight& light_, const LabelledCell& cell_,
-            const oracle::Ray& ray_, double t_mm_, const oracle::CellPath& path_, const Meeting& meeting_,
+            const oracle::Ray& ray_, const oracle::CellPath& path_, const Meeting& meeting_,
             const oracle::CellNormals& normals_) noexcept
         : scene(scene_),
           light(light_),
           cell(cell_),
           ray(ray_),
-          t_mm(t_mm_),
           path(path_),
           meeting(meeting_),
           normals(normals_),
@@ -179,7 +177,7 @@ struct LitCell {
         }
     }
     void place(double y, double out[3]) const noexcept {
-        const double at_mm = t_mm + 0.5 * cell.length_mm * (1.0 + y);
+        const double at_mm = cell.t_mm + 0.5 * cell.length_mm * (1.0 + y);
         for (int axis = 0; axis < 3; ++axis) out[axis] = ray.origin_mm[axis] + at_mm * ray.direction[axis];
     }
     Sample lit(double y) const noexcept {
@@ -291,15 +289,14 @@ void refine_cell(Beam& beam, const LitCell<Voxel>& lit, const RayLimits& limits,
 
 template <typename Voxel>
 void gather_cell_of(Beam& beam, const LabelledScene<Voxel>& scene, const OracleLabelsLight& light,
-                    const LabelledCell& cell, const oracle::Ray& ray, double t_mm, const RayLimits& limits,
-                    Work& work) {
+                    const LabelledCell& cell, const oracle::Ray& ray, const RayLimits& limits, Work& work) {
     const Meeting meeting = oracle::meet(scene, cell.axes);
     oracle::CellPath path;
     const oracle::Transfer all{};
     if (!path_of(path, scene, cell, all)) return;
     oracle::CellNormals normals{};
     const bool has_normals = cell_normals(normals, scene.field, cell.axes, cell.middle, cell.half, cell.relative_error);
-    const LitCell<Voxel> lit(scene, light, cell, ray, t_mm, path, meeting, normals);
+    const LitCell<Voxel> lit(scene, light, cell, ray, path, meeting, normals);
     bool shows = false;
     for (int i = 0; i < meeting.count; ++i) {
         const int32_t look = lit.look(i);
@@ -316,29 +313,6 @@ void gather_cell_of(Beam& beam, const LabelledScene<Voxel>& scene, const OracleL
     gather_cell(beam, path, scene.transfers[static_cast<std::size_t>(lit.look(0))], limits, work.cuts.cuts);
 }
 
-template <typename Voxel>
-Beam gather_lit_ray(const LabelledScene<Voxel>& scene, const OracleLabelsLight& light, const oracle::Ray& ray,
-                    double tolerance, Work& work) {
-    Beam beam;
-    oracle::RayWalk walk;
-    if (!enter_box(walk, scene.field, ray)) return beam;
-    const RayLimits limits{tolerance, walk.to_mm - walk.t_mm, walk.position_error_mm, scene.colour_max};
-    while (walk.inside() && !beam.stopped) {
-        if (scene.empty_blocks[static_cast<std::size_t>(walk.block())] != 0) {
-            walk.leave_block(walk.block_end_mm());
-            continue;
-        }
-        const double next = walk.cell_end_mm();
-        LabelledCell cell{walk.axes, {}, {}, next - walk.t_mm, walk.relative_error};
-        for (int axis = 0; axis < 3; ++axis) {
-            walk.axes[axis].inside(walk.t_mm, next, cell.middle[axis], cell.half[axis]);
-        }
-        if (next > walk.t_mm) gather_cell_of(beam, scene, light, cell, ray, walk.t_mm, limits, work);
-        walk.leave_cell(next);
-    }
-    return beam;
-}
-
 }  // namespace
 
 template <typename Voxel>
@@ -348,7 +322,10 @@ void render_oracle_labels_lit(const Voxel* voxels, const OracleVolume& volume, c
     const oracle::Normals normals = oracle::normals_of(volume.normals);
     const LabelledScene<Voxel> scene = oracle::prepare(voxels, volume, labels, &normals, threads);
     oracle::draw_beams<Work>(picture, scene.colour_max, threads, [&](const oracle::Ray& ray, Work& work) {
-        return gather_lit_ray(scene, light, ray, tolerance, work);
+        const auto gather = [&](Beam& beam, const LabelledCell& cell, const RayLimits& limits) {
+            gather_cell_of(beam, scene, light, cell, ray, limits, work);
+        };
+        return gather_labelled_ray(scene, ray, tolerance, gather);
     });
 }
 

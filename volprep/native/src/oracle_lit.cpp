@@ -6,13 +6,15 @@
 //
 //   integral of c L dA = c(1) M + c' N,   M = integral of L dA,   N = integral of (v(y) - v(1)) L dA,   c' = dc/dv.
 //
-// No closed form: Gauss's rule. Cut at the zeros of n . d, at most three, the integrands are analytic as long as |n|^2,
-// a polynomial p of degree 6, is nowhere 0: so they are on a disc |y| <= R where p(0) is more than the sum of the other
-// |p_k| R^k. Bounds of extinction, exp(-T), n . d, 1 / |n| and v on the disc bound the integrands on the Bernstein
-// ellipse in it, and |error| <= 64/15 M r^-2n / (1 - r^-2) as in oracle_beam.cpp: a rule of n points is of order 2n in
-// the length of the piece. The smallest rule that keeps the piece's share of the tolerance is taken; where none does,
-// or |n| may pass 0.01, the piece is cut in two. Around a place where it does pass, cutting ends when all light of the
-// rest, which may be lit or not, is below a sixteenth of the share.
+// No closed form: Gauss's rule. Cut at the zeros of n . d, at most three, the integrands are analytic as long as n . n
+// is nowhere 0. With a = n(0), write n = a + s a / |a| + w, where w is perpendicular to a; s and w are polynomials
+// without a constant. On a disc |y| <= R, |n . n| is at least (|a| - S)^2 - W^2, where S and W are the sums of |s_k|
+// R^k and |w_k| R^k; and at least p(0) minus the sum of the other |p_k| R^k, where p is n . n, of degree 6. Bounds of
+// extinction, exp(-T), n . d, 1 / |n| and v on the disc bound the integrands on the Bernstein ellipse in it, and
+// |error| <= 64/15 M r^-2n / (1 - r^-2) as in oracle_beam.cpp: a rule of n points is of order 2n in the length of the
+// piece. The smallest rule that keeps the piece's share of the tolerance is taken; where none does, or |n| may pass
+// 0.01, the piece is cut in two. Around a place where it does pass, cutting ends when all light of the rest, which may
+// be lit or not, is below a sixteenth of the share.
 #include <array>
 #include <limits>
 
@@ -30,20 +32,36 @@ constexpr double kLeastSquare = kLeastLength * kLeastLength;
 constexpr double kTurns = 9.0;
 constexpr double kLeafShare = 1.0 / 16.0;
 
-// Normals along a piece: n . d, a cubic, and |n|^2.
+// Normals along a piece: n . d, a cubic, |n|^2, and how n changes along n(0) and across.
 struct Shade {
     Cubic along{0.0, 0.0, 0.0, 0.0};
     std::array<double, 7> square{};
+    double middle = 0.0;             // |n(0)|
+    std::array<double, 3> longer{};  // |s_k|, k = 1 to 3
+    std::array<double, 3> aside{};   // |w_k|
 
     explicit Shade(const Piece& piece) noexcept {
+        double c[4][3];
         for (int axis = 0; axis < 3; ++axis) {
             const Cubic n = piece.normals->axes[axis].between(piece.from, piece.to);
             const double d = piece.normals->direction[axis];
             along = {along.c0 + d * n.c0, along.c1 + d * n.c1, along.c2 + d * n.c2, along.c3 + d * n.c3};
-            const double c[4] = {n.c0, n.c1, n.c2, n.c3};
-            for (std::size_t i = 0; i < 4; ++i) {
-                for (std::size_t j = 0; j < 4; ++j) square[i + j] += c[i] * c[j];
-            }
+            c[0][axis] = n.c0;
+            c[1][axis] = n.c1;
+            c[2][axis] = n.c2;
+            c[3][axis] = n.c3;
+        }
+        for (std::size_t i = 0; i < 4; ++i) {
+            square[2 * i] += dot(c[i], c[i]);
+            for (std::size_t j = i + 1; j < 4; ++j) square[i + j] += 2.0 * dot(c[i], c[j]);
+        }
+        middle = std::sqrt(square[0]);
+        for (std::size_t k = 0; k < 3 && middle > 0.0; ++k) {
+            const double rise = dot(c[k + 1], c[0]) / middle;
+            double across[3];
+            for (int axis = 0; axis < 3; ++axis) across[axis] = c[k + 1][axis] - rise * c[0][axis] / middle;
+            longer[k] = std::fabs(rise);
+            aside[k] = std::sqrt(dot(across, across));
         }
     }
     // How far |n|^2 may be from that at 0, on the disc |y| <= radius.
@@ -52,8 +70,18 @@ struct Shade {
         for (std::size_t k = 6; k > 0; --k) sum = radius * (std::fabs(square[k]) + sum);
         return sum;
     }
+    // The least |n . n(0)| / |n(0)| on the disc, or a little less.
+    double ahead(double radius) const noexcept { return middle - sum_of(longer, radius); }
+    // The least |n . n| on the disc, or a little less; not positive where it may be 0.
+    double least_square(double radius) const noexcept {
+        const double near = ahead(radius);
+        const double apart = sum_of(aside, radius);
+        const double by_direction = near > 0.0 ? near * near - apart * apart : 0.0;
+        return std::max(square[0] - spread(radius), by_direction);
+    }
     bool is_nowhere() const noexcept { return square[0] + spread(1.0) <= kLeastSquare; }
-    bool is_everywhere() const noexcept { return square[0] - spread(1.0) > kLeastSquare; }
+    // For real y what is perpendicular to n(0) makes n longer only.
+    bool is_everywhere() const noexcept { return ahead(1.0) > kLeastLength || square[0] - spread(1.0) > kLeastSquare; }
     double at(double y) const noexcept {
         double sum = 0.0;
         for (std::size_t k = 7; k > 0; --k) sum = y * sum + square[k - 1];
@@ -61,11 +89,17 @@ struct Shade {
     }
     // The largest |n . d| / |n| on the disc |y| <= radius; infinite where |n| may be 0.
     double bound(double radius) const noexcept {
-        const double least = square[0] - spread(radius);
+        const double least = least_square(radius);
         if (!(least > 0.0)) return std::numeric_limits<double>::infinity();
         return (std::fabs(along.c0) +
                 radius * (std::fabs(along.c1) + radius * (std::fabs(along.c2) + radius * std::fabs(along.c3)))) /
                std::sqrt(least);
+    }
+
+  private:
+    static double dot(const double a[3], const double b[3]) noexcept { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+    static double sum_of(const std::array<double, 3>& terms, double radius) noexcept {
+        return radius * (terms[0] + radius * (terms[1] + radius * terms[2]));
     }
 };
 
@@ -74,28 +108,36 @@ struct Choice {
     double error;  // of the light
 };
 
+// exp(x), or a little more: an exponential for each ellipse was a fifth of a lit picture.
+double growth_bound(double x) noexcept {
+    if (x > 1.0) return std::exp(x);
+    return x > 0.0 ? 1.0 + x + x * x : 1.0 / (1.0 - x + 0.5 * x * x);
+}
+
 // The smallest rule whose error is within `allowed`; null if no rule is.
 Choice choose_rule(const Piece& piece, const Extinction& extinction, const Shade& shade, const RayLimits& limits,
                    double allowed) {
-    std::array<double, kEllipseBounds.size()> scales;
-    for (std::size_t i = 0; i < kEllipseBounds.size(); ++i) {
-        const double radius = kEllipseBounds[i].radius;
+    Choice choice{nullptr, 0.0};
+    std::size_t rules = kRules.size();
+    // From the smallest ellipse on: where one is too large, all that are larger are.
+    for (std::size_t i = kEllipseBounds.size(); i > 0; --i) {
+        const EllipseBounds& ellipse = kEllipseBounds[i - 1];
+        const double radius = ellipse.radius;
         const double spread = extinction.spread(radius);
-        scales[i] = std::numeric_limits<double>::infinity();
-        if (spread > kWidest) continue;
+        if (spread > kWidest) break;
+        const double shine = shade.bound(radius);
+        if (std::isinf(shine)) break;
         const double rate =
-            extinction.half_length * extinction.largest(radius) * std::exp(spread - extinction.depth_at_0());
+            extinction.half_length * extinction.largest(radius) * growth_bound(spread - extinction.depth_at_0());
         const double colour =
             limits.colour_max + piece.segment->colour_steepness * piece.value.slope_bound(radius) * (radius + 1.0);
-        scales[i] = rate * colour * shade.bound(radius);
-    }
-    for (std::size_t k = 0; k < kRules.size(); ++k) {
-        for (std::size_t i = 0; i < kEllipseBounds.size(); ++i) {
-            const double error = scales[i] * kEllipseBounds[i].series[k];
-            if (error <= allowed) return {&kRules[k], error};
+        const double scale = rate * colour * shine;
+        while (rules > 0 && scale * ellipse.series[rules - 1] <= allowed) {
+            --rules;
+            choice = {&kRules[rules], scale * ellipse.series[rules]};
         }
     }
-    return {nullptr, 0.0};
+    return choice;
 }
 
 // Adds a piece with known M and N, up to an error of its light.
@@ -133,51 +175,57 @@ void integrate(Beam& beam, const Piece& piece, const Extinction& extinction, con
     add(beam, piece, extinction, shade, limits, m, n, choice.error);
 }
 
-double share_of(const Beam& beam, const Piece& piece, const RayLimits& limits, double alpha) {
-    // Half of the tolerance is for quadrature: a quarter shared by opacity, a quarter by length.
-    return 0.25 * limits.tolerance * (alpha + piece.length_mm / (limits.length_mm * beam.transmittance));
+double share_of(const Beam& beam, const Piece& piece, const RayLimits& limits, double depth) {
+    // Half of the tolerance is for quadrature: a quarter shared by opacity, which is never less than depth / (1 +
+    // depth), a quarter by length.
+    const double opacity = depth / (1.0 + depth);
+    return 0.25 * limits.tolerance * (opacity + piece.length_mm / (limits.length_mm * beam.transmittance));
 }
 
+void gather_part(Beam& beam, const Piece& piece, const RayLimits& limits, double leaf, int cuts);
+
 // A piece on which n . d does not change its sign. `leaf` is what may be lost where |n| passes the least length.
-void gather_side(Beam& beam, const Piece& piece, const RayLimits& limits, double leaf, int cuts) {
-    if (beam.stopped || !(piece.length_mm > 0.0)) return;
-    const Shade shade(piece);
+void gather_side(Beam& beam, const Piece& piece, const Extinction& extinction, const Shade& shade,
+                 const RayLimits& limits, double leaf, int cuts) {
     if (shade.is_nowhere()) {
         Piece plain = piece;
         plain.normals = nullptr;
         gather(beam, plain, limits);
         return;
     }
-    const Extinction extinction(piece);
     const double depth = extinction.depth();
-    const double alpha = 1.0 - std::exp(-depth);
     double place = 0.0;
     if (depth > kStiff && cuts < kDeepestCut) {
         place = place_of_depth_one(extinction);
     } else {
         if (shade.is_everywhere()) {
-            const Choice choice = choose_rule(piece, extinction, shade, limits, share_of(beam, piece, limits, alpha));
+            const Choice choice = choose_rule(piece, extinction, shade, limits, share_of(beam, piece, limits, depth));
             if (choice.rule != nullptr) {
                 integrate(beam, piece, extinction, shade, limits, choice);
                 return;
             }
         }
-        const double all = limits.colour_max * alpha;
-        if (all <= leaf || cuts >= kDeepestCut) {
-            add(beam, piece, extinction, shade, limits, 0.5 * alpha, 0.0, all);
+        if (limits.colour_max * depth <= leaf || cuts >= kDeepestCut) {
+            const double alpha = 1.0 - std::exp(-depth);
+            add(beam, piece, extinction, shade, limits, 0.5 * alpha, 0.0, limits.colour_max * alpha);
             return;
         }
     }
-    gather_side(beam, piece.part(-1.0, place), limits, leaf, cuts + 1);
-    gather_side(beam, piece.part(place, 1.0), limits, leaf, cuts + 1);
+    gather_part(beam, piece.part(-1.0, place), limits, leaf, cuts + 1);
+    gather_part(beam, piece.part(place, 1.0), limits, leaf, cuts + 1);
+}
+
+void gather_part(Beam& beam, const Piece& piece, const RayLimits& limits, double leaf, int cuts) {
+    if (beam.stopped || !(piece.length_mm > 0.0)) return;
+    gather_side(beam, piece, Extinction(piece), Shade(piece), limits, leaf, cuts);
 }
 
 }  // namespace
 
 void gather_lit(Beam& beam, const Piece& piece, const RayLimits& limits) noexcept {
     const Extinction extinction(piece);
-    const double leaf = kLeafShare * share_of(beam, piece, limits, 1.0 - std::exp(-extinction.depth()));
     const Shade shade(piece);
+    const double leaf = kLeafShare * share_of(beam, piece, limits, extinction.depth());
     double ends[4] = {-1.0, 1.0, 1.0, 1.0};
     const int count = extrema(shade.along, ends + 1);
     ends[count + 1] = 1.0;
@@ -185,10 +233,14 @@ void gather_lit(Beam& beam, const Piece& piece, const RayLimits& limits) noexcep
     for (int i = 0; i <= count; ++i) {
         if ((shade.along.at(ends[i]) < 0.0) == (shade.along.at(ends[i + 1]) < 0.0)) continue;
         const double zero = crossing(shade.along, ends[i], ends[i + 1], 0.0);
-        gather_side(beam, piece.part(place, zero), limits, leaf, 0);
+        gather_part(beam, piece.part(place, zero), limits, leaf, 0);
         place = zero;
     }
-    gather_side(beam, piece.part(place, 1.0), limits, leaf, 0);
+    if (place == -1.0) {
+        gather_side(beam, piece, extinction, shade, limits, leaf, 0);
+    } else {
+        gather_part(beam, piece.part(place, 1.0), limits, leaf, 0);
+    }
 }
 
 }  // namespace volprep::oracle

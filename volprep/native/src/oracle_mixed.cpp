@@ -6,8 +6,8 @@
 // the integral of E exp(-T), for which Gauss's rule is used.
 //
 // Its error, as in oracle_sum.cpp: with T0 = T(0) and W(r) a bound of |T - T0| on the Bernstein ellipse r, the terms
-// (T - T0)^j E with 7 j + 9 <= 2n - 1 are integrated exactly by n points: the first one by 6 and 8 points. With m the
-// number of these terms, the remainder is at most M = max |E| exp(W - T0) W^m / m! on the ellipse, and
+// (T - T0)^j E with 7 j + 9 <= 2n - 1 are integrated exactly by n points: the first one by 6 and 8, three by 12. With m
+// the number of these terms, the remainder is at most M = max |E| exp(W - T0) W^m / m! on the ellipse, and
 // |error| <= h 64/15 M r^-2n / (1 - r^-2).
 //
 // Rounding, as there. A share w_i tau_i / tau is a quotient of polynomials of degree 6, whose derivative has at most 11
@@ -20,6 +20,7 @@
 #include "volprep/oracle/extinction.hpp"
 #include "volprep/oracle/gauss.hpp"
 #include "volprep/oracle/mixed.hpp"
+#include "volprep/oracle/mixture.hpp"
 
 namespace volprep::oracle {
 
@@ -28,7 +29,7 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRuns = 12.0;  // in which a share rises or falls
 constexpr int kDegree = 9;
-constexpr std::array<int, kRules.size()> kExactTerms{0, 0, 0, 1, 1};  // of a rule of kRules
+constexpr std::array<int, kRules.size()> kExactTerms{0, 0, 0, 1, 1, 3};  // of a rule of kRules
 
 using Media = std::vector<MixedMedium>;
 
@@ -167,10 +168,6 @@ void integrate(double light[3], const GaussRule& rule, const Mixture& mixture) {
     });
 }
 
-double difference(const double a[3], const double b[3]) {
-    return std::max({std::fabs(a[0] - b[0]), std::fabs(a[1] - b[1]), std::fabs(a[2] - b[2])});
-}
-
 // How the colour of a mixture behaves on a piece.
 struct Colours {
     double span = 0.0;       // between any colours of any looks, also of looks that the ray may still be in
@@ -214,14 +211,6 @@ struct Colours {
     }
 };
 
-// Error of a piece from rounding, and from jumps at uncertain places.
-struct Doubt {
-    double before = 0.0;  // of the optical depth, in front of the piece
-    double depth = 0.0;   // of the optical depth of the piece
-    double share = 0.0;   // of the mixture
-    double value = 0.0;   // of the colours
-};
-
 Doubt doubt_of(const Media& media, const Mixture& mixture, double alpha, const RayLimits& limits) {
     const double length_mm = 2.0 * mixture.half_length;
     Doubt doubt;
@@ -252,29 +241,10 @@ void add(Beam& beam, const Media& media, const Mixture& mixture, const RayLimits
     const double through = std::exp(-mixture.depth());
     const Colours colours(media, mixture);
     const Doubt doubt = doubt_of(media, mixture, 1.0 - through, limits);
-    for (int channel = 0; channel < 3; ++channel) {
-        beam.colour[channel] += beam.transmittance * std::max(0.0, light[channel]);
-    }
-    double first[3];
-    double last[3];
-    // Where an end has no extinction, its colour is any of the span.
-    const bool has_first = mixture.colour_at(-1.0, first);
-    const bool has_last = mixture.colour_at(1.0, last);
-    const double open = (has_first ? 0.0 : colours.span) + (has_last ? 0.0 : colours.span);
-    for (int channel = 0; channel < 3; ++channel) {
-        const double any = std::max(0.0, mixture.looks.front().colours[channel].at(1.0));
-        if (!has_first) first[channel] = any;
-        if (!has_last) last[channel] = any;
-    }
-    beam.depth_error += doubt.before;
-    beam.colour_error += beam.transmittance_error() * difference(first, beam.last_colour);
-    beam.depth_error += doubt.depth;
-    beam.colour_error += beam.transmittance_error() * (colours.variation + open) +
-                         beam.transmittance * (light_error + doubt.value + colours.span * doubt.share +
-                                               64.0 * kEpsilon * (limits.colour_max + colours.span));
-    std::copy_n(last, 3, beam.last_colour);
-    beam.transmittance *= through;
-    beam.stopped = beam.transmittance * limits.colour_max <= 0.25 * limits.tolerance;
+    add_mixture(
+        beam, limits, through, doubt, {colours.span, colours.variation, 64.0}, light, light_error,
+        [&](double y, double colour[3]) { return mixture.colour_at(y, colour); },
+        [&](int channel) { return std::max(0.0, mixture.looks.front().colours[channel].at(1.0)); });
 }
 
 void gather_cut(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, int cuts);

@@ -22,6 +22,7 @@
 
 #include "volprep/oracle/extinction.hpp"
 #include "volprep/oracle/gauss.hpp"
+#include "volprep/oracle/mixture.hpp"
 #include "volprep/oracle/sum.hpp"
 
 namespace volprep::oracle {
@@ -33,8 +34,8 @@ constexpr double kRuns = 5.0;  // in which a weight rises or falls
 constexpr Segment kIdentity{0.0, 0.0, 1.0, {}, {}, 0.0, false};
 
 // Terms (T - T0)^j E that a rule of kRules integrates exactly, and their number's factorial.
-constexpr std::array<int, kRules.size()> kExactTerms{0, 0, 1, 2, 3};
-constexpr std::array<double, kRules.size()> kFactorials{1.0, 1.0, 1.0, 2.0, 6.0};
+constexpr std::array<int, kRules.size()> kExactTerms{0, 0, 1, 2, 3, 5};
+constexpr std::array<double, kRules.size()> kFactorials{1.0, 1.0, 1.0, 2.0, 6.0, 120.0};
 
 using Media = std::vector<SumMedium>;
 
@@ -128,10 +129,6 @@ bool mixed_colour(const Media& media, double y, double colour[3]) {
     return total > 0.0;
 }
 
-double difference(const double a[3], const double b[3]) {
-    return std::max({std::fabs(a[0] - b[0]), std::fabs(a[1] - b[1]), std::fabs(a[2] - b[2])});
-}
-
 struct Range {
     double low;
     double high;
@@ -184,13 +181,6 @@ struct Mixture {
 };
 
 // Error of one medium on a piece from rounding, and from jumps at uncertain places.
-struct Doubt {
-    double before = 0.0;  // of the optical depth, in front of the piece
-    double depth = 0.0;   // of the optical depth of the piece
-    double weight = 0.0;  // of the mixture
-    double value = 0.0;   // of the colours
-};
-
 Doubt doubt_of(const Media& media, double length_mm, double alpha, const RayLimits& limits) {
     Doubt doubt;
     double all = 0.0;
@@ -201,14 +191,14 @@ Doubt doubt_of(const Media& media, double length_mm, double alpha, const RayLimi
                                 std::fabs(medium.segment->extinction_slope) * medium.value_error * length_mm;
         // All media of a piece share its ends: an error there does not change the mixture.
         doubt.depth += 2.0 * limits.position_error_mm * own + rounding + 4.0 * kEpsilon;
-        doubt.weight += rounding;
+        doubt.share += rounding;
         doubt.value += medium.segment->colour_steepness * medium.value_error * alpha;
         if (medium.front != nullptr) {
             const double front = medium.front->extinction;
             doubt.before += 2.0 * front * length_mm;
             doubt.depth += std::fabs(medium.segment->extinction - front) * length_mm;
             // Before the jump the other media give light; behind it the mixture is unchanged.
-            doubt.weight += (front + (all - own)) * length_mm;
+            doubt.share += (front + (all - own)) * length_mm;
         }
     }
     return doubt;
@@ -220,29 +210,10 @@ void add(Beam& beam, const Media& media, const Extinction& extinction, const Ray
     const double through = std::exp(-extinction.depth());
     const Mixture mixture(media);
     const Doubt doubt = doubt_of(media, 2.0 * extinction.half_length, 1.0 - through, limits);
-    for (int channel = 0; channel < 3; ++channel) {
-        beam.colour[channel] += beam.transmittance * std::max(0.0, light[channel]);
-    }
-    double first[3];
-    double last[3];
-    // Where an end has no extinction, its colour is any of the span.
-    const bool has_first = mixed_colour(media, -1.0, first);
-    const bool has_last = mixed_colour(media, 1.0, last);
-    const double open = (has_first ? 0.0 : mixture.span) + (has_last ? 0.0 : mixture.span);
-    for (int channel = 0; channel < 3; ++channel) {
-        const double any = colour_of(media.front(), channel).at(1.0);
-        if (!has_first) first[channel] = any;
-        if (!has_last) last[channel] = any;
-    }
-    beam.depth_error += doubt.before;
-    beam.colour_error += beam.transmittance_error() * difference(first, beam.last_colour);
-    beam.depth_error += doubt.depth;
-    beam.colour_error += beam.transmittance_error() * (mixture.variation + open) +
-                         beam.transmittance * (light_error + doubt.value + mixture.span * doubt.weight +
-                                               32.0 * kEpsilon * (limits.colour_max + mixture.span));
-    std::copy_n(last, 3, beam.last_colour);
-    beam.transmittance *= through;
-    beam.stopped = beam.transmittance * limits.colour_max <= 0.25 * limits.tolerance;
+    add_mixture(
+        beam, limits, through, doubt, {mixture.span, mixture.variation, 32.0}, light, light_error,
+        [&](double y, double colour[3]) { return mixed_colour(media, y, colour); },
+        [&](int channel) { return colour_of(media.front(), channel).at(1.0); });
 }
 
 void gather_cut(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, int cuts);

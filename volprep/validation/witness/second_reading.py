@@ -163,6 +163,8 @@ def _normals(package: Path, texture: Json, channel: Json, scan: WitnessedScan) -
 def _pictures(
     asked: Statement, manifest: Json, scene: WitnessedScene, scans: Mapping[str, WitnessedScan]
 ) -> Iterator[WitnessCheck]:
+    if (manifest.get("segments") or {}).get("name") == asked.program.transfer:
+        raise CannotWitnessError("it has segments, which the NumPy integrator does not have")
     if asked.bench.subject.has_baked_light(asked.program.transfer):
         raise CannotWitnessError(
             "its light was computed once, which the NumPy integrator does not have; path tracing of the scan judges it"

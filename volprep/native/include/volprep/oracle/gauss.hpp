@@ -10,11 +10,11 @@ struct GaussRule {
     int count;
     int exact_terms;        // m + 1 in oracle_beam.cpp
     double next_factorial;  // (m + 1)!
-    std::array<double, 4> nodes;
-    std::array<double, 4> weights;
+    std::array<double, 6> nodes;
+    std::array<double, 6> weights;
 };
 
-inline constexpr std::array<GaussRule, 5> kRules{{
+inline constexpr std::array<GaussRule, 6> kRules{{
     {2, 1, 1.0, {0.57735026918962573}, {1.0}},
     {3, 1, 1.0, {0.0, 0.7745966692414834}, {0.88888888888888884, 0.55555555555555569}},
     {4, 2, 2.0, {0.33998104358485626, 0.86113631159405257}, {0.65214515486254643, 0.34785484513745357}},
@@ -28,6 +28,13 @@ inline constexpr std::array<GaussRule, 5> kRules{{
      24.0,
      {0.18343464249564978, 0.52553240991632899, 0.79666647741362673, 0.96028985649753618},
      {0.36268378337836166, 0.31370664587788688, 0.22238103445337443, 0.10122853629037706}},
+    {12,
+     6,
+     720.0,
+     {0.12523340851146892, 0.36783149899818019, 0.58731795428661745, 0.76990267419430469, 0.90411725637047486,
+      0.98156063424671925},
+     {0.24914704581340279, 0.23349253653835481, 0.20316742672306592, 0.16007832854334623, 0.10693932599531843,
+      0.047175336386511827}},
 }};
 
 // Terms of the bounds that depend on the ellipse alone, precomputed: choosing a rule was mostly divisions.

@@ -47,6 +47,7 @@ struct LabelledCell {
     const AxisWalk* axes;
     double middle[3];
     double half[3];
+    double t_mm;  // where on the ray it begins
     double length_mm;
     double relative_error;
 };
@@ -171,6 +172,29 @@ LabelledScene<Voxel> prepare(const Voxel* voxels, const OracleVolume& volume, co
     }
     scene.empty_blocks = find_hidden_blocks(scene, voxels, threads);
     return scene;
+}
+
+// Gathers the light along the whole ray: gather(beam, cell, limits) for each cell that may show something, in order.
+template <typename Voxel, typename Gather>
+Beam gather_labelled_ray(const LabelledScene<Voxel>& scene, const Ray& ray, double tolerance, const Gather& gather) {
+    Beam beam;
+    RayWalk walk;
+    if (!enter_box(walk, scene.field, ray)) return beam;
+    const RayLimits limits{tolerance, walk.to_mm - walk.t_mm, walk.position_error_mm, scene.colour_max};
+    while (walk.inside() && !beam.stopped) {
+        if (scene.empty_blocks[static_cast<std::size_t>(walk.block())] != 0) {
+            walk.leave_block(walk.block_end_mm());
+            continue;
+        }
+        const double next = walk.cell_end_mm();
+        LabelledCell cell{walk.axes, {}, {}, walk.t_mm, next - walk.t_mm, walk.relative_error};
+        for (int axis = 0; axis < 3; ++axis) {
+            walk.axes[axis].inside(walk.t_mm, next, cell.middle[axis], cell.half[axis]);
+        }
+        if (cell.length_mm > 0.0) gather(beam, cell, limits);
+        walk.leave_cell(next);
+    }
+    return beam;
 }
 
 }  // namespace volprep::oracle

@@ -69,17 +69,37 @@ inline double slope_along(const Neighbours& around, const Normals& normals, int 
     return sum * (one_sided ? 2.0 : 1.0) / spacing_mm;
 }
 
-// The slope along an axis as a shader takes it from samples one voxel apart: beyond the last voxel is the last voxel,
-// so that a difference there is half as long as one inside, or 0 where it looks forward.
-inline double shader_slope(const Neighbours& around, const Normals& normals, int axis, double spacing_mm) noexcept {
-    const auto value = [&](int along) {
-        return axis == 0 ? around.at(along, 1, 1) : axis == 1 ? around.at(1, along, 1) : around.at(1, 1, along);
-    };
-    const double difference = normals.forward ? value(2) - value(1) : 0.5 * (value(2) - value(0));
-    return difference * normals.slope_scale / spacing_mm;
+// Slopes of the eight voxels around a cell as a shader takes them from samples one voxel apart: beyond the last voxel
+// is the last voxel, so that a difference there is half as long as one inside, or 0 where it looks forward. `index_xyz`
+// has the lower and the upper voxel along each axis.
+template <typename Voxel>
+void corner_slopes(const Voxel* voxels, Shape3 shape, const double spacing_mm[3], const Normals& normals,
+                   const int64_t index_xyz[3][2], double corners[3][8]) noexcept {
+    const int64_t counts[3] = {shape.x, shape.y, shape.z};
+    const int64_t strides[3] = {1, shape.x, shape.slice()};
+    int64_t back[3][2];
+    int64_t ahead[3][2];
+    for (int axis = 0; axis < 3; ++axis) {
+        for (int side = 0; side < 2; ++side) {
+            const int64_t index = index_xyz[axis][side];
+            back[axis][side] = normals.forward || index == 0 ? 0 : strides[axis];
+            ahead[axis][side] = index == counts[axis] - 1 ? 0 : strides[axis];
+        }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        const double scale = (normals.forward ? 1.0 : 0.5) * normals.slope_scale / spacing_mm[axis];
+        for (int i = 0; i < 8; ++i) {
+            const Voxel* here = voxels + index_xyz[0][i & 1] + index_xyz[1][i >> 1 & 1] * strides[1] +
+                                index_xyz[2][i >> 2] * strides[2];
+            const int side = i >> axis & 1;
+            corners[axis][i] = scale * (static_cast<double>(here[ahead[axis][side]]) -
+                                        static_cast<double>(*(here - back[axis][side])));
+        }
+    }
 }
 
-// The normal of a voxel: a unit vector, or as it is given; 0 where there is no gradient.
+// The normal of a voxel, where slopes are not those of a shader: a unit vector, or as it is given; 0 where there is no
+// gradient.
 template <typename Voxel>
 void voxel_normal(const Voxel* voxels, Shape3 shape, const double spacing_mm[3], const Normals& normals,
                   const int64_t index_xyz[3], double out[3]) noexcept {
@@ -89,10 +109,6 @@ void voxel_normal(const Voxel* voxels, Shape3 shape, const double spacing_mm[3],
         return;
     }
     const Neighbours around(voxels, shape, index_xyz);
-    if (normals.slope_scale != 0.0) {
-        for (int axis = 0; axis < 3; ++axis) out[axis] = shader_slope(around, normals, axis, spacing_mm[axis]);
-        return;
-    }
     const int64_t counts[3] = {shape.x, shape.y, shape.z};
     double largest = 0.0;
     for (int axis = 0; axis < 3; ++axis) {

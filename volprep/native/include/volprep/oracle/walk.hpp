@@ -203,20 +203,24 @@ bool enter_box(RayWalk& walk, const Field<Voxel>& field, const Ray& ray) noexcep
 template <typename Voxel>
 bool cell_normals(CellNormals& normals, const Field<Voxel>& field, const AxisWalk axes[3], const double middle[3],
                   const double half[3], double relative_error) noexcept {
+    int64_t index_xyz[3][2];
+    for (int axis = 0; axis < 3; ++axis) {
+        index_xyz[axis][0] = std::max<int64_t>(axes[axis].cell, 0);
+        index_xyz[axis][1] = std::min<int64_t>(axes[axis].cell + 1, axes[axis].last);
+    }
     double corners[3][8];
-    bool found = false;
-    for (int i = 0; i < 8; ++i) {
-        int64_t index_xyz[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            index_xyz[axis] = std::clamp<int64_t>(axes[axis].cell + (i >> axis & 1), 0, axes[axis].last);
-        }
-        double vector[3];
-        voxel_normal(field.voxels, field.shape, field.spacing_mm, *field.normals, index_xyz, vector);
-        for (int axis = 0; axis < 3; ++axis) {
-            corners[axis][i] = vector[axis];
-            found = found || vector[axis] != 0.0;
+    if (field.normals->slope_scale != 0.0) {
+        corner_slopes(field.voxels, field.shape, field.spacing_mm, *field.normals, index_xyz, corners);
+    } else {
+        for (int i = 0; i < 8; ++i) {
+            const int64_t at[3] = {index_xyz[0][i & 1], index_xyz[1][i >> 1 & 1], index_xyz[2][i >> 2]};
+            double vector[3];
+            voxel_normal(field.voxels, field.shape, field.spacing_mm, *field.normals, at, vector);
+            for (int axis = 0; axis < 3; ++axis) corners[axis][i] = vector[axis];
         }
     }
+    bool found = false;
+    for (const auto& along : corners) found = found || std::any_of(along, along + 8, [](double v) { return v != 0.0; });
     for (int axis = 0; axis < 3; ++axis) normals.axes[axis] = cell_cubic(corners[axis], middle, half);
     normals.error = 2.0 * relative_error;
     return found;
