@@ -712,15 +712,18 @@ typedef struct volpkg_normals {
 
 /* Light that multiplies the colour of each sample. It is the same for all levels. At a place p in box millimetres the
    texture is read at p * `texture_from_box_per_mm_xyz`, with linear filters. With r and g the first two components, and
-   s the share, the light is `largest` * (r + s * (g - r)). The share rises from 0 at the first to 1 at the second of
-   `stored_values`, of the normalised stored value at the sample; it is constant outside. */
+   s the share, the light is `largest` * (r + s * (g - r)) - `subtracted`, and not below 0. The share rises from 0 at
+   the first to 1 at the second of `stored_values`, of the normalised stored value at the sample; it is constant
+   outside. */
 typedef struct volpkg_baked_light {
     /* The light around the volume, and how it travels. */
     volpkg_light_model model;
     /* Texture coordinates for each box millimetre. */
     double texture_from_box_per_mm_xyz[3];
-    /* Light of a component that is 1. */
+    /* Light of a component that is 1, before `subtracted`. */
     double largest;
+    /* Minus the light of a component that is 0. */
+    double subtracted;
     /* Normalised stored values where the share is 0 and 1, ascending. */
     double stored_values[2];
     /* Number of positions where light was computed; the texture is fitted to them. */
@@ -3201,6 +3204,7 @@ static const volpkg__field volpkg__stored_light_fields[] = {
     {"texture_from_box_per_mm_xyz", &volpkg__real_x3, offsetof(volpkg_baked_light, texture_from_box_per_mm_xyz),
      VOLPKG__NEEDED, 0, NULL},
     {"largest", &volpkg__real_above_0, offsetof(volpkg_baked_light, largest), VOLPKG__NEEDED, 0, NULL},
+    {"subtracted", &volpkg__real_from_0, offsetof(volpkg_baked_light, subtracted), 0, 0.0, NULL},
     {"stored_values", &volpkg__real_x2, offsetof(volpkg_baked_light, stored_values), VOLPKG__NEEDED, 0, NULL},
     {"samples", &volpkg__long_from_0, offsetof(volpkg_baked_light, samples), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from volprep.parts.light import solve
+from volprep.parts.light.codes import coded
 from volprep.parts.light.lit import lit_volume
 from volprep.plan.decisions import LightChoice
 from volprep.plan.records import CropPlan
@@ -108,7 +109,7 @@ def texels(grid: Grid, factor: int) -> int:
 def _errors(lit: LitVolume, progress: Progress) -> Error:
     """Return the mean squares over seen pixels of pictures of one function; 0 if nothing is seen."""
     fields = solve.solve_fields(lit, [_COARSER * _FACTORS[0], *_FACTORS], _BATCHES * solve.BATCH, progress)
-    ways = (None, *(_baked(field, lit.grid) for field in fields[1:]))
+    ways = (None, *(baked_field(coded(field).decoded(field), lit.grid) for field in fields[1:]))
     cameras = [standard_views(lit.grid)[name].box_from_clip(lit.grid, aspect=1.0) for name in _VIEWS]
     traced = [traced_picture(lit, camera, (_PIXELS, _PIXELS), _PATHS) for camera in cameras]
     sums = np.zeros(len(ways))
@@ -121,7 +122,8 @@ def _errors(lit: LitVolume, progress: Progress) -> Error:
     return sums
 
 
-def _baked(field: solve.LightField, grid: Grid) -> BakedField:
+def baked_field(field: solve.LightField, grid: Grid) -> BakedField:
+    """Return a field in the box of a grid, for the oracles."""
     x, y, z = grid.corner_mm_xyz.tolist()
     return BakedField(np.ascontiguousarray(field.texels), field.curve, field.nodes_per_mm_xyz, (x, y, z))
 
