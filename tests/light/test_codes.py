@@ -24,5 +24,16 @@ def test_ends_of_a_field_come_back_within_half_a_code(low, high) -> None:
     assert codes.subtracted == pytest.approx(max(-ends.min(), 0.0), abs=0.02)
 
 
+@pytest.mark.parametrize(("low", "high"), [(0.0, 0.3), (-2.0, 3.0), (0.1, 200.0)])
+def test_a_light_of_1_is_a_code_where_functions_are_edited(low, high) -> None:
+    field = field_of(np.random.default_rng(28).uniform(low, high, (5, 7, 3, 2)))
+    codes = coded(field, holds_one=True)
+    one = (1.0 + codes.subtracted) / codes.largest * 255.0
+    assert one == pytest.approx(round(one), abs=1e-9)
+    assert 1 <= one <= 255
+    found = codes.decoded(field).texels[..., 0]
+    assert np.abs(found.sum(-1) - field.texels[..., 0].sum(-1)).max() < 0.6 * codes.largest / 255
+
+
 def test_light_that_is_nowhere_below_0_is_not_moved() -> None:
     assert coded(field_of(np.full((2, 2, 2, 2), 0.5))).subtracted == 0.0

@@ -20,6 +20,7 @@ SCANS = {
     "fly": ("qim_microct/fly_150x256x256.tif", (2, 3, 3)),
 }
 """Place of each scan in the data for tests, and which voxels are taken along z, y and x: every so many."""
+_TILTED = {"CT"}
 KINDS = ("soft", "hard")
 _AIR, _MOST = 0.02, 0.995
 """Quantiles of values that count as the least and the most."""
@@ -29,7 +30,7 @@ _COLOUR = (0.9, 0.9, 0.9)
 def read(data: Path, name: str) -> tuple[np.ndarray, Grid]:
     """Return the voxels [z, y, x] of a scan, and their grid."""
     path, every = SCANS[name]
-    found = read_scan(data / path)
+    found = read_scan(data / path, repair=("tilt",)) if name in _TILTED else read_scan(data / path)
     z, y, x = every
     voxels = np.ascontiguousarray(found.stored[::z, ::y, ::x])
     spacing = tuple(n * h for n, h in zip(every, found.grid.spacing_mm_zyx, strict=True))

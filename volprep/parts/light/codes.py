@@ -35,13 +35,17 @@ class LightCodes(NamedTuple):
         return replace(field, texels=texels)
 
 
-def coded(field: LightField) -> LightCodes:
-    """Return the codes of a field of one channel."""
+def coded(field: LightField, *, holds_one: bool = False) -> LightCodes:
+    """Return the codes of a field of one channel. With `holds_one` the light 1 is one of the codes."""
     first, second = field.texels[..., 0, 0], field.texels[..., 1, 0]
     ends = np.stack([first, first + second], axis=-1)
     lit = ends[ends != 0.0]
     low, high = np.quantile(lit, [_RARE, 1.0 - _RARE]).tolist() if lit.size else (0.0, 1.0)
     subtracted = max(-low, 0.0)
     largest = high + subtracted if high + subtracted > 0.0 else 1.0
+    if holds_one:
+        one = 1.0 + subtracted
+        # Where a step of the codes is more than 1, the nearest code has to do.
+        largest = 255.0 * one / (int(255.0 * one / max(largest, one)) or 255.0 * one / largest)
     texels: UInt8Array = np.rint(np.clip((ends + subtracted) / largest, 0.0, 1.0) * 255.0).astype(np.uint8)
     return LightCodes(texels, largest, subtracted)

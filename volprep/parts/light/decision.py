@@ -41,7 +41,6 @@ def require_light(scene: Scene, profile: DeviceProfile) -> None:
         f"compositing {render.compositing}": render.compositing in _COMPOSITINGS,
         f"classification {render.classification}": render.classification in _CLASSIFICATIONS,
         f"textures.compression {scene.textures.compression}": scene.textures.compression == "none",
-        "editable transfer functions": not scene.editable,
         "[together]": scene.together is None,
         "[grid]": scene.grid is None,
         "[bricks]": scene.bricks is None,
@@ -89,6 +88,7 @@ def plan_light(
             )
             for function in functions
         ),
+        editable=scene.editable,
     )
 
 

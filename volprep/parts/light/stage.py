@@ -35,7 +35,7 @@ def _texture(
     draft: Draft, plan: ChannelPlan, light: LightPlan, wanted: LightTexturePlan, progress: Progress
 ) -> Texture:
     field = solve_field(_lit(draft, plan, light, wanted.transfer), light.factor, light.samples, progress)
-    codes = coded(field)
+    codes = coded(field, holds_one=light.editable)
     content = (ktx2.header(KTX2_FORMAT[FORMAT], light.shape_zyx, 3), bytes_of(codes.texels))
     draft.write(wanted.file, "texture", iter(content))
     low, high = plan.quantize.window
