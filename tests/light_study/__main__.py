@@ -11,13 +11,15 @@ import os
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from tests.light_study.subjects import SCANS, subjects
 from volprep.parts.light.codes import coded
+from volprep.parts.light.decision import sample_count
+from volprep.parts.light.lit import behind_a_cut
 from volprep.parts.light.solve import BATCH, LightField, solve_fields
 from volprep.parts.light.trial import baked_field
 from volprep.truth.camera import standard_views
@@ -70,20 +72,13 @@ def stored(field: LightField, grid: Grid) -> BakedField:
     return baked_field(coded(field).decoded(field), grid)
 
 
-def behind_a_cut(lit: LitVolume) -> LitVolume:
-    """Return the half behind the middle plane as seen from the front: what is cut away is not there."""
-    y0 = lit.grid.shape_zyx[1] // 2
-    step = np.array(lit.grid.direction) @ [0.0, y0 * lit.grid.spacing_mm_zyx[1], 0.0]
-    voxels = np.ascontiguousarray(lit.volume[:, y0:])
-    grid = Grid.of(voxels.shape, lit.grid.spacing_mm_zyx, np.array(lit.grid.origin_mm_xyz) + step, lit.grid.direction)
-    return replace(lit, volume=voxels, grid=grid)
-
-
 def row(name: str, kind: str, lit: LitVolume, asked: argparse.Namespace) -> str:
     """Measure one scan with one function; return a line of the table."""
     truth = traced(lit, VIEWS, asked.pixels, asked.paths)
     start = time.process_time()
-    quarter, half = solve_fields(lit, _FACTORS, asked.batches * BATCH, Silent())[2:]
+    z, y, x = (-(-n // _FACTORS[-1]) for n in lit.grid.shape_zyx)
+    count = asked.batches * BATCH if asked.batches else sample_count((z, y, x))
+    quarter, half = solve_fields(lit, _FACTORS, count, Silent())[2:]
     seconds = time.process_time() - start
     cut = traced(behind_a_cut(lit), VIEWS[:1], asked.pixels, asked.paths)
     shape = "×".join(map(str, lit.grid.shape_zyx[::-1]))
@@ -105,7 +100,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=os.environ.get("VOLPREP_TEST_DATA"), help="the data for tests")
     parser.add_argument("--pixels", type=int, default=64)
     parser.add_argument("--paths", type=int, default=256)
-    parser.add_argument("--batches", type=int, default=4, help="of samples")
+    parser.add_argument("--batches", type=int, help="of samples; as many as a build makes if absent")
     asked = parser.parse_args()
     head = "| scan | function | unlit | 1/4 | 1/2 | 1/2, floats | cut, unlit | cut, 1/2 | processor s |\n" + "|---" * 9
     sys.stdout.write(f"{head}|\n")
