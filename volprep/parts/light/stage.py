@@ -22,6 +22,7 @@ from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
+
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return (plan.grid, plan.crop, plan.quantize, *plan.transfer_functions, *present(plan.part(LightPlan)))
 
