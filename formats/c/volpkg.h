@@ -8210,7 +8210,8 @@ static void volpkg__edit_light(const volpkg_package* p, const volpkg_texture* t,
         if (volpkg__is(p->textures.at[i].name, t->name))
             memcpy(texels, p->textures.at[i].texels, (size_t)t->texel_bytes);
     for (i = 0; i < count; ++i)
-        if (volpkg__is(edits[i].transfer, t->transfer)) memset(texels, code < 255 ? (int)code : 255, (size_t)t->texel_bytes);
+        if (volpkg__is(edits[i].transfer, t->transfer))
+            memset(texels, code < 255 ? (int)code : 255, (size_t)t->texel_bytes);
 }
 
 volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
