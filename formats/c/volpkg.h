@@ -712,15 +712,18 @@ typedef struct volpkg_normals {
 
 /* Light that multiplies the colour of each sample. It is the same for all levels. At a place p in box millimetres the
    texture is read at p * `texture_from_box_per_mm_xyz`, with linear filters. With r and g the first two components, and
-   s the share, the light is `largest` * (r + s * (g - r)). The share rises from 0 at the first to 1 at the second of
-   `stored_values`, of the normalised stored value at the sample; it is constant outside. */
+   s the share, the light is `largest` * (r + s * (g - r)) - `subtracted`, and not below 0. The share rises from 0 at
+   the first to 1 at the second of `stored_values`, of the normalised stored value at the sample; it is constant
+   outside. */
 typedef struct volpkg_baked_light {
     /* The light around the volume, and how it travels. */
     volpkg_light_model model;
     /* Texture coordinates for each box millimetre. */
     double texture_from_box_per_mm_xyz[3];
-    /* Light of a component that is 1. */
+    /* Light of a component that is 1, before `subtracted`. */
     double largest;
+    /* Minus the light of a component that is 0. */
+    double subtracted;
     /* Normalised stored values where the share is 0 and 1, ascending. */
     double stored_values[2];
     /* Number of positions where light was computed; the texture is fitted to them. */
@@ -1598,15 +1601,16 @@ typedef struct volpkg_edit {
 } volpkg_edit;
 
 /*
- * Bytes of memory that volpkg_edit_drawing needs, 0 if the package is not editable. A few hundred kilobytes: it is the
- * app's, aligned as malloc does, and must stay as long as the drawing.
+ * Bytes of memory that volpkg_edit_drawing needs, 0 if the package is not editable. A few hundred kilobytes, and those
+ * of precomputed light: it is the app's, aligned as malloc does, and must stay as long as the drawing.
  */
 size_t volpkg_edit_bytes(const volpkg_drawing* drawing);
 
 /*
  * Draw with edited transfer functions (SPEC.md section 19): compute the tables and the skip table of the drawing again
- * in `room`, and let their textures point there. Upload the textures of the roles VOLPKG_ROLE_TRANSFER and
- * VOLPKG_ROLE_SKIP again; nothing else changes. Give all edits that hold each time, also for other functions of
+ * in `room`, and let their textures point there. Light that was computed for another function becomes 1 everywhere.
+ * Upload the textures of the roles VOLPKG_ROLE_TRANSFER, VOLPKG_ROLE_SKIP and VOLPKG_ROLE_LIGHT again; nothing else
+ * changes. Give all edits that hold each time, also for other functions of
  * the same picture; with none, the tables are the package's own. A chosen drawing must be edited again. Fails with
  * VOLPKG_NOT_EDITABLE, VOLPKG_POINTS for points that are no transfer function, and VOLPKG_SMALL_ARENA.
  */
@@ -3201,6 +3205,7 @@ static const volpkg__field volpkg__stored_light_fields[] = {
     {"texture_from_box_per_mm_xyz", &volpkg__real_x3, offsetof(volpkg_baked_light, texture_from_box_per_mm_xyz),
      VOLPKG__NEEDED, 0, NULL},
     {"largest", &volpkg__real_above_0, offsetof(volpkg_baked_light, largest), VOLPKG__NEEDED, 0, NULL},
+    {"subtracted", &volpkg__real_from_0, offsetof(volpkg_baked_light, subtracted), 0, 0.0, NULL},
     {"stored_values", &volpkg__real_x2, offsetof(volpkg_baked_light, stored_values), VOLPKG__NEEDED, 0, NULL},
     {"samples", &volpkg__long_from_0, offsetof(volpkg_baked_light, samples), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
@@ -7756,7 +7761,12 @@ static size_t volpkg__block_count(const volpkg_skip_table* skip) {
     return skip ? (size_t)skip->blocks_zyx[0] * (size_t)skip->blocks_zyx[1] * (size_t)skip->blocks_zyx[2] : 0;
 }
 
-/* Divide the room: texels of each table that changes, then scratch. Returns the bytes that it takes. */
+/* Whether an edit of a transfer function changes the texels of a texture. */
+static int volpkg__follows_edits(const volpkg_texture* t) {
+    return t->role == VOLPKG_ROLE_TRANSFER || t->role == VOLPKG_ROLE_SKIP || t->role == VOLPKG_ROLE_LIGHT;
+}
+
+/* Divide the room: texels of each texture that changes, then scratch. Returns the bytes that it takes. */
 static size_t volpkg__divide(const volpkg_drawing* d, unsigned char* room, void* texels[VOLPKG_MAX_UNITS],
                              volpkg__workspace* s) {
     size_t used = 0, entries = VOLPKG__BINS, blocks = volpkg__block_count(d->skip), row = 4 * sizeof(double);
@@ -7764,7 +7774,7 @@ static size_t volpkg__divide(const volpkg_drawing* d, unsigned char* room, void*
     for (i = 0; i < d->units; ++i) {
         const volpkg_texture* t = &d->textures[i];
         texels[i] = NULL;
-        if (t->role != VOLPKG_ROLE_TRANSFER && t->role != VOLPKG_ROLE_SKIP) continue;
+        if (!volpkg__follows_edits(t)) continue;
         texels[i] = volpkg__take_room(room, &used, (size_t)t->texel_bytes);
         if (t->role == VOLPKG_ROLE_TRANSFER && (size_t)t->shape_zyx[2] > entries) entries = (size_t)t->shape_zyx[2];
     }
@@ -8158,6 +8168,7 @@ static int volpkg__is_editable(const volpkg_texture* t) {
     int bytes = t->gl.type == 0x1401;
     int known = bytes || t->gl.type == 0x1403 || t->gl.type == 0x140B || t->gl.type == 0x8D61;
     if (t->mosaic && (t->mosaic->padding_yx[0] || t->mosaic->padding_yx[1])) return 0;
+    if (t->role == VOLPKG_ROLE_LIGHT) return bytes && t->light != NULL && t->texel_bytes == 2 * texels;
     if (t->role != VOLPKG_ROLE_TRANSFER) return known && t->texel_bytes == texels * (bytes ? 1 : 2);
     return known && t->gl.type != 0x1403 && t->shape_zyx[2] > 1 && t->texel_bytes == texels * (bytes ? 4 : 8) &&
            texels == t->shape_zyx[2] && (!bytes || t->max_extinction_per_mm > 0);
@@ -8192,6 +8203,19 @@ static volpkg_code volpkg__check_edits(const volpkg_package* p, const volpkg_edi
     return VOLPKG_OK;
 }
 
+/* A light of 1 everywhere if the function that light was computed for is edited, else the package's own. */
+static void volpkg__edit_light(const volpkg_package* p, const volpkg_texture* t, const volpkg_edit* edits,
+                               int32_t count, unsigned char* texels) {
+    double code = floor(255 * (1 + t->light->subtracted) / t->light->largest + 0.5);
+    int32_t i;
+    for (i = 0; i < p->textures.count; ++i)
+        if (volpkg__is(p->textures.at[i].name, t->name))
+            memcpy(texels, p->textures.at[i].texels, (size_t)t->texel_bytes);
+    for (i = 0; i < count; ++i)
+        if (volpkg__is(edits[i].transfer, t->transfer))
+            memset(texels, code < 255 ? (int)code : 255, (size_t)t->texel_bytes);
+}
+
 volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
                                 size_t bytes, volpkg_error* error) {
     const volpkg_package* p = drawing->package;
@@ -8211,8 +8235,12 @@ volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edit
         const volpkg_channel* channel;
         const volpkg_edit* edit = NULL;
         int32_t owner = volpkg__owner(p, name);
-        if ((t->role == VOLPKG_ROLE_TRANSFER || t->role == VOLPKG_ROLE_SKIP) && !volpkg__is_editable(t))
+        if (volpkg__follows_edits(t) && !volpkg__is_editable(t))
             return volpkg__fail(error, VOLPKG_NOT_EDITABLE, t->name, "its texels are of another kind", NAN, NAN);
+        if (t->role == VOLPKG_ROLE_LIGHT) {
+            volpkg__edit_light(p, t, edits, count, (unsigned char*)texels[unit]);
+            t->texels = texels[unit];
+        }
         if (t->role != VOLPKG_ROLE_TRANSFER) continue;
         if (owner < 0 || p->channels.at[owner].quantization == NULL)
             return volpkg__fail(error, VOLPKG_NOT_EDITABLE, name, "no channel has this transfer function", NAN, NAN);

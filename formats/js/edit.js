@@ -110,8 +110,15 @@ export async function edited(pack, choice, edits, signal) {
     return choice;
   for (const [i, { role }] of program.samplers.entries()) {
     if (role === "skip") texels[textures[i].name] = await skipTexels(pack, textures[i], seen, signal);
+    if (role === "light") texels[textures[i].name] = noLight(textures[i]);
   }
   return { ...choice, texels };
+}
+
+/** Texels of a light of 1 everywhere: the stored light is of another function. @param {Texture} texture */
+function noLight({ shape_zyx: [z, y, x], light }) {
+  const { largest = 1, subtracted = 0 } = light ?? {};
+  return new Uint8Array(2 * x * y * z).fill(Math.min(Math.round((255 * (1 + subtracted)) / largest), 255));
 }
 
 /** @param {Package} pack @param {Texture} texture @param {AbortSignal} signal the texels of a small texture */

@@ -44,8 +44,10 @@ export function fidelityOf(renderer, measured) {
   );
   const found = nearest ?? stated;
   const judged = nearest ? nearest.step_mm : renderer.packageStep;
+  const isBaked = drawn.choice.program.samplers.some(({ role }) => role === "light");
   const differs = [
     changed.edited && "the transfer function was edited",
+    changed.edited && isBaked && "light: of another function, so that it is left out",
     changed.cut && "a part is cut away",
     changed.lit && "the light was moved",
     scale < 1 && "fewer pixels are drawn while the camera moves",

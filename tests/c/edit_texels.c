@@ -13,7 +13,7 @@ static void print(const volpkg_drawing* drawing) {
     int64_t at;
     for (unit = 0; unit < drawing->units; ++unit) {
         const volpkg_texture* t = &drawing->textures[unit];
-        if (t->role != VOLPKG_ROLE_TRANSFER && t->role != VOLPKG_ROLE_SKIP) continue;
+        if (t->role != VOLPKG_ROLE_TRANSFER && t->role != VOLPKG_ROLE_SKIP && t->role != VOLPKG_ROLE_LIGHT) continue;
         printf("%s ", t->name);
         for (at = 0; at < t->texel_bytes; ++at) printf("%02x", ((const unsigned char*)t->texels)[at]);
         printf("\n");

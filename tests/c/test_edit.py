@@ -69,6 +69,7 @@ SCENES = {
     "pyramid": ((SKIP, f'{SKIP}\nkind = "pyramid"\nblock = 2'),),
     "euclidean": ((SKIP, f'{SKIP}\nkind = "euclidean"\nblock = 2'),),
     "mosaic": (('profile = "gles3"', 'profile = "gles2-2048"'), (SKIP, f"{SKIP}\nblock = 2")),
+    "baked light": ((SKIP, f'{SKIP}\nblock = 2\n[lighting]\nbaked = "shadow"\nlight_mm = [40.0, -60.0, 50.0]'),),
     "maximum": ((SKIP, f'{SKIP}\nblock = 2\n[render]\ncompositing = "maximum"'),),
 }
 

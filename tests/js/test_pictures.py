@@ -96,7 +96,7 @@ def test_the_pieces_around_a_point_are_drawn(browser, server, scene_package) -> 
         assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
 
 
-@pytest.mark.parametrize("name", ["editable", "editable mosaic"])
+@pytest.mark.parametrize("name", ["editable", "editable mosaic", "editable, baked light"])
 def test_an_edited_transfer_function_is_drawn_on_every_level(browser, server, scene_package, name) -> None:
     package = scene_package(name)
     matrices = box_from_clip_of(package)

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from volprep.parts.light import solve
+from volprep.parts.light import decision, solve
 from volprep.parts.light.trial import choice
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
@@ -62,10 +62,10 @@ def bowl(tmp_path_factory):
 
 def test_a_package_with_baked_light_is_proved_against_path_tracing(bowl) -> None:
     package, report = bowl
-    print("LIGHT", report.programs[0].light, [i.reason for i in package.manifest.plan if "light" in i.name])
     assert report.verdict.passed
     item = next(each for each in package.manifest.plan if each.name == "baked light")
     assert "from path tracing at half the resolution" in item.reason
+    assert "for a volume that is cut through its middle" in item.reason
     light = report.programs[0].light
     assert light.pixels > 100
     assert 0.0 < light.rmse < light.rmse_below < 0.02
@@ -132,6 +132,25 @@ def test_a_thin_veil_has_no_light_and_the_plan_says_so(tmp_path) -> None:
     assert "hardly change" in item.reason
     assert not any(each.role == "light" for each in manifest.textures)
     assert not any(each.baked for each in manifest.programs)
+
+
+@pytest.mark.parametrize("more", ["[bricks]\nsize = 4", "[proxy]\nblock = 2"], ids=["bricks", "meshes"])
+def test_bricks_and_meshes_have_the_same_light(tmp_path, monkeypatch, more) -> None:
+    monkeypatch.setattr(solve, "BATCH", 1 << 13)
+    monkeypatch.setattr(decision, "_LEAST_SAMPLES", 1 << 13)
+    monkeypatch.setattr(decision, "_SAMPLES_PER_TEXEL", 16)
+    lighting = "light_mm = [-20.0, -30.0, 40.0]\nresolution = 2"
+    pictures = []
+    for name, each in (("plain", ""), ("other", more)):
+        (tmp_path / name).mkdir()
+        path = scene_of(tmp_path / name, baked="shadow", lighting=lighting, more=each)
+        build(load_request(path), path.parent / "p.volpkg", Silent())
+        package = Package.open(path.parent / "p.volpkg")
+        camera = standard_views(package.manifest.grid)["superior"].box_from_clip(package.manifest.grid, 1.0)
+        with Renderer(package) as renderer:
+            pictures.append(np.array(renderer.render(camera, (32, 32)), np.float64))
+    assert pictures[0][..., :3].max() > 0.3
+    np.testing.assert_allclose(pictures[1], pictures[0], atol=2.1 / 255)
 
 
 @pytest.mark.parametrize(

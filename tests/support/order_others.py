@@ -8,6 +8,7 @@ import numpy as np
 from channel_scene import write_channel_scene
 from colour_scene import waves, write_colour_scene, write_pictures
 from order_bench import BYTES_STEPS_MM, PIXELS, STEPS_MM, Falling, rmse
+from order_light import by_cell
 from order_scans import TRANSFER, built, camera, field, grid_of
 from slice_packages import slice_package
 from web_scenes import segments_scene
@@ -210,6 +211,7 @@ OTHERS = (
     Other("two channels, mosaic", "steps", 2.0, _together("gles2-2048", "auto"), 0.5),
     Other("colour, texture3d", "steps", 2.0, _colour("gles3")),
     Other("colour, mosaic", "steps", 2.0, _colour("gles2-2048")),
+    Other("baked light", "cells of its field", 2.0, by_cell),
     Other("stacks of slices, along their axis", "grids", 2.0, _stacks("superior"), 0.5),
     Other("stacks of slices, oblique", "grids", 1.0, _stacks("anterior-left")),
     Other("stacks of slices in two layers, along their axis", "grids", 2.0, _stacks("superior", 2), 0.5),

@@ -62,6 +62,13 @@ def _one(table: str, profile: str = "gles3") -> Callable[[Path], Path]:
     return write
 
 
+def _edited_light(folder: Path) -> Path:
+    """The phantom with its first transfer function only, editable, in the shadow of itself."""
+    scene = _one('[lighting]\nbaked = "shadow"\nresolution = 4\nlight_mm = [20.0, -30.0, 40.0]\n')(folder)
+    scene.write_text(f"editable = true\n{scene.read_text()}")
+    return scene
+
+
 def _compressed(form: str, profile: str = "gles3") -> Callable[[Path], Path]:
     """A volume that is smooth enough for every compressed form."""
 
@@ -218,6 +225,7 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "mida": _one('[render]\ncompositing = "mida"\n'),
     "pieces": _phantom('[grid]\nsize = 12\nlayout = "both"\n'),
     "editable": _phantom(_SKIP.format("distance"), before="editable = true"),
+    "editable, baked light": _edited_light,
     "editable mosaic": _phantom(_SKIP.format("octants"), "gles2-2048", before="editable = true"),
 }
 OTHERS = {

@@ -121,6 +121,8 @@ class LightPlan(Record):
     """Approximate number of places where light is computed."""
     textures: tuple[LightTexturePlan, ...]
     """One for each transfer function."""
+    editable: bool
+    """Whether a code stands for a light of 1: an app fills the texture with it after an edit of the function."""
 
 
 class SliceTexturePlan(Record):

@@ -25,7 +25,7 @@ def with_baked_light(classification: Feature, lighting: Feature | None, texture:
         msg = f"texture {texture.name} holds no light"
         raise ValueError(msg)
     low, high = light.stored_values
-    other = lighting or Feature({})
+    other, whole = lighting or Feature({}), "LARGEST_LIGHT * part"
     slots: dict[str, Slot] = {
         **other.slots,
         **{name: (Instance(part), *_instances(other.slots.get(name))) for name, part in _SLOTS.items()},
@@ -33,6 +33,7 @@ def with_baked_light(classification: Feature, lighting: Feature | None, texture:
     words = {
         "LIGHT_FROM_BOX": literal(*light.texture_from_box_per_mm_xyz),
         "LARGEST_LIGHT": literal(light.largest),
+        "LIGHT_OF": f"max({whole} - {literal(light.subtracted)}, 0.0)" if light.subtracted > 0.0 else whole,
         "SHARE_SCALE": literal(1.0 / (high - low)),
         "SHARE_OFFSET": literal(-low / (high - low)),
     }

@@ -137,7 +137,7 @@ def baked_fields(package: Package) -> dict[str, BakedField]:
 
 def _baked_field(package: Package, texture: Texture, light: StoredLight) -> BakedField:
     codes = ktx2.decode(package.read_bytes(texture.file), texture.file).data.reshape(*texture.shape_zyx, 2)
-    ends = light.largest * codes.astype(np.float64) / 255.0
+    ends = light.largest * codes.astype(np.float64) / 255.0 - light.subtracted
     texels = np.stack([ends[..., 0], ends[..., 1] - ends[..., 0]], axis=-1)[..., None]
     quantization = _quantization(package)
     scale = quantization.slope * _largest_code(quantization)

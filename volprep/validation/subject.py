@@ -211,8 +211,10 @@ class Subject:
         return self._draw([(volume, part.function(name)) for volume, (name, part) in parts], view)
 
     def of_function(self, function: TransferFunction, view: str) -> OraclePicture:
-        """Draw the scan at full precision with another transfer function."""
-        return self._draw([(self.scan, function)], view)
+        """Draw the scan at full precision with another transfer function, without precomputed light."""
+        # Light is found by the name of its function.
+        other = function.model_copy(update={"name": f"{function.name}, edited"})
+        return self._draw([(self.scan, other)], view)
 
     def of_volume(self, volume: Volume, transfer: str, camera: Camera) -> OraclePicture:
         """Draw any volume from any camera with the control points of the transfer function."""

@@ -6,9 +6,9 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3240": Diagnostic(
         ExitStatus.SCENE,
         'lighting.baked = "{baked}" does not go with {what}',
-        "Leave out one of the two. Light that is computed once goes with 3D textures, ray casting (also with technique "
-        "two-pass or slabs), the compositings emission-absorption and back-to-front, and the classifications lookup, "
-        "palette and control-points.",
+        "Leave out one of the two. Light that is computed once goes with 3D textures and bricks, ray casting (also "
+        "with technique two-pass or slabs), the compositings emission-absorption and back-to-front, and the "
+        "classifications lookup, palette and control-points.",
     ),
     "VP3241": Diagnostic(
         ExitStatus.SCENE,

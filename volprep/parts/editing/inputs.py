@@ -23,6 +23,7 @@ from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.editing.record import decode_histogram
+from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
@@ -53,6 +54,8 @@ def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) 
         if texture.role == "skip":
             entries = entry_table(entry_extinctions(table, texels[table.name][0]), _window(package), function)
             texels[texture.name] = _skip_texels(package, texture, compositing.visible(entries))
+        if texture.light is not None:
+            texels[texture.name] = _no_light(texture, texture.light)
     return replace(inputs, texels={**inputs.texels, **texels})
 
 
@@ -102,6 +105,12 @@ def _skip_texels(package: Package, texture: Texture, extinction_per_mm: Float64A
         return entries
     strips = list(pack_mosaic(lambda z0, z1: entries[z0:z1], texture.mosaic))
     return np.concatenate(strips).reshape(texture.shape_zyx)
+
+
+def _no_light(texture: Texture, light: StoredLight) -> Texels:
+    """Return texels of a light of 1 everywhere: the light of the package is of another function."""
+    code = min(round(255.0 * (1.0 + light.subtracted) / light.largest), 255)
+    return np.full((*texture.shape_zyx, 2), code, np.uint8)
 
 
 def _threshold(skipping: Skipping, grid: Grid) -> float:

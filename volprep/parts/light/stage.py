@@ -1,21 +1,18 @@
 """Light is computed once for each transfer function, and stored as one small 3D texture of two numbers.
 
-A texel holds the light where the share is 0, and the light where it is 1 (volprep/parts/light/solve.py): neither is
-negative, and both are at most `largest`, so that one byte each is enough.
+A texel holds the light where the share is 0, and the light where it is 1 (volprep/parts/light/codes.py).
 """
 
-import numpy as np
-
+from volprep.parts.light.codes import coded
 from volprep.parts.light.decision import FORMAT
 from volprep.parts.light.lit import lit_volume
-from volprep.parts.light.solve import LightField, solve_field
+from volprep.parts.light.solve import solve_field
 from volprep.parts.stage import Shapes, Stage, Work, any_channel, present, required
 from volprep.parts.work import source_info, source_volume
 from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import bytes_of
 from volprep.truth.path_traced import LitVolume
-from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.storage.draft import Draft
@@ -24,9 +21,6 @@ from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
-
-_RARE = 1e-4
-"""Part of the texels that may be brighter than the brightest code: a few outliers would cost all others precision."""
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
@@ -42,8 +36,8 @@ def _texture(
     draft: Draft, plan: ChannelPlan, light: LightPlan, wanted: LightTexturePlan, progress: Progress
 ) -> Texture:
     field = solve_field(_lit(draft, plan, light, wanted.transfer), light.factor, light.samples, progress)
-    texels, largest = coded(field)
-    content = (ktx2.header(KTX2_FORMAT[FORMAT], light.shape_zyx, 3), bytes_of(texels))
+    codes = coded(field, holds_one=light.editable)
+    content = (ktx2.header(KTX2_FORMAT[FORMAT], light.shape_zyx, 3), bytes_of(codes.texels))
     draft.write(wanted.file, "texture", iter(content))
     low, high = plan.quantize.window
     first, last = ((float(value) - low) / (high - low) for value in field.curve[0])
@@ -58,7 +52,8 @@ def _texture(
         light=StoredLight(
             model=light.model,
             texture_from_box_per_mm_xyz=(x, y, z),
-            largest=largest,
+            largest=codes.largest,
+            subtracted=codes.subtracted,
             stored_values=(first, last),
             samples=field.samples,
         ),
@@ -69,16 +64,6 @@ def _lit(draft: Draft, plan: ChannelPlan, light: LightPlan, transfer: str) -> Li
     info, source = source_info(draft.manifest, plan.channel), source_volume(draft, plan.channel)
     function = next(each for each in plan.transfer_functions if each.name == transfer)
     return lit_volume(source, info, plan.crop, plan.grid, function, light.model)
-
-
-def coded(field: LightField) -> tuple[UInt8Array, float]:
-    """Return the texels [z, y, x, 2] of a field of one channel, and the light of a component that is 1."""
-    first, second = field.texels[..., 0, 0], field.texels[..., 1, 0]
-    ends = np.maximum(np.stack([first, first + second], axis=-1), 0.0)
-    lit = ends[ends > 0.0]
-    largest = float(np.quantile(lit, 1.0 - _RARE)) if lit.size else 1.0
-    texels: UInt8Array = np.rint(np.minimum(ends / largest, 1.0) * 255.0).astype(np.uint8)
-    return texels, largest
 
 
 def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:

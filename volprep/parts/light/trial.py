@@ -6,17 +6,19 @@ of the samples.
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from volprep.parts.light import solve
-from volprep.parts.light.lit import lit_volume
+from volprep.parts.light.codes import coded
+from volprep.parts.light.lit import behind_a_cut, lit_volume
 from volprep.plan.decisions import LightChoice
 from volprep.plan.records import CropPlan
 from volprep.scan.slabs import RawVolume
 from volprep.scene.scene import Scene
-from volprep.truth.camera import standard_views
+from volprep.truth.camera import Camera, standard_views, view_from
 from volprep.truth.lit import BakedField
 from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_picture
 from volprep.truth.refined import refined_picture
@@ -44,7 +46,8 @@ _PATHS = 128
 _PICTURE_TOLERANCE = 1e-3
 
 Error = Float64Array
-"""[3]: mean square over seen pixels without the light, with a quarter of the resolution, and with half of it."""
+"""[3]: mean square over seen pixels without the light, with a quarter of the resolution, and with half of it. Trials
+add a fourth: half of the resolution, for the half of the volume behind a cut."""
 
 
 def light_model(scene: Scene) -> LightModel | None:
@@ -80,8 +83,11 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
     if model is None:
         return None
     lit = [lit_volume(volume, info, crop, grid, function, model) for function in functions]
-    errors = np.sqrt(np.max([_errors(each, progress) for each in lit], axis=0))
-    return choice(errors, scene.tolerance.rmse, scene.lighting.resolution, texels(grid, 2))
+    *errors, cut = np.sqrt(np.max([_errors(each, progress) for each in lit], axis=0)).tolist()
+    found = choice(np.array(errors), scene.tolerance.rmse, scene.lighting.resolution, texels(grid, 2))
+    if found.factor is None:
+        return found
+    return replace(found, reason=f"{found.reason}; {cut:.2g} for a volume that is cut through its middle")
 
 
 def choice(errors: Error, tolerance: float, wanted: Literal["auto", 2, 4], half_texels: int) -> LightChoice:
@@ -108,8 +114,22 @@ def texels(grid: Grid, factor: int) -> int:
 def _errors(lit: LitVolume, progress: Progress) -> Error:
     """Return the mean squares over seen pixels of pictures of one function; 0 if nothing is seen."""
     fields = solve.solve_fields(lit, [_COARSER * _FACTORS[0], *_FACTORS], _BATCHES * solve.BATCH, progress)
-    ways = (None, *(_baked(field, lit.grid) for field in fields[1:]))
-    cameras = [standard_views(lit.grid)[name].box_from_clip(lit.grid, aspect=1.0) for name in _VIEWS]
+    ways = (None, *(baked_field(coded(field).decoded(field), lit.grid) for field in fields[1:]))
+    views = standard_views(lit.grid)
+    half = behind_a_cut(lit)
+    cut = _squares(half, ways[-1:], [_facing_the_cut(half.grid)])
+    return np.concatenate([_squares(lit, ways, [views[name] for name in _VIEWS]), cut])
+
+
+def _facing_the_cut(grid: Grid) -> Camera:
+    extent_xyz = np.array(grid.extent_mm_zyx[::-1])
+    x, y, z = (np.array(grid.world_from_box) @ [*(extent_xyz * [0.5, -1.0, 0.5]), 1.0])[:3].tolist()
+    return view_from(grid, (x, y, z))
+
+
+def _squares(lit: LitVolume, ways: Sequence[BakedField | None], views: Sequence[Camera]) -> Float64Array:
+    """Return the mean square over seen pixels for each way to light a volume; 0 if nothing is seen."""
+    cameras = [view.box_from_clip(lit.grid, aspect=1.0) for view in views]
     traced = [traced_picture(lit, camera, (_PIXELS, _PIXELS), _PATHS) for camera in cameras]
     sums = np.zeros(len(ways))
     for row, way in enumerate(ways):
@@ -121,7 +141,8 @@ def _errors(lit: LitVolume, progress: Progress) -> Error:
     return sums
 
 
-def _baked(field: solve.LightField, grid: Grid) -> BakedField:
+def baked_field(field: solve.LightField, grid: Grid) -> BakedField:
+    """Return a field in the box of a grid, for the oracles."""
     x, y, z = grid.corner_mm_xyz.tolist()
     return BakedField(np.ascontiguousarray(field.texels), field.curve, field.nodes_per_mm_xyz, (x, y, z))
 

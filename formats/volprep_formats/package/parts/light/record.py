@@ -14,9 +14,9 @@ class StoredLight(Record):
     """Light that multiplies the colour of each sample. It is the same for all levels.
 
     At a place p in box millimetres the texture is read at p · `texture_from_box_per_mm_xyz`, with linear filters. With
-    r and g the first two components, and s the share, the light is `largest` · (r + s · (g - r)). The share rises from
-    0 at the first to 1 at the second of `stored_values`, of the normalised stored value at the sample; it is constant
-    outside.
+    r and g the first two components, and s the share, the light is `largest` · (r + s · (g - r)) - `subtracted`, and
+    not below 0. The share rises from 0 at the first to 1 at the second of `stored_values`, of the normalised stored
+    value at the sample; it is constant outside.
     """
 
     model: LightModel
@@ -24,7 +24,9 @@ class StoredLight(Record):
     texture_from_box_per_mm_xyz: Vector
     """Texture coordinates for each box millimetre."""
     largest: Annotated[float, Field(gt=0.0)]
-    """Light of a component that is 1."""
+    """Light of a component that is 1, before `subtracted`."""
+    subtracted: Annotated[float, Field(ge=0.0)] = 0.0
+    """Minus the light of a component that is 0."""
     stored_values: tuple[float, float]
     """Normalised stored values where the share is 0 and 1, ascending."""
     samples: Total

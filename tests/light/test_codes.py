@@ -1,0 +1,39 @@
+"""Bytes of a field of light."""
+
+import numpy as np
+import pytest
+
+from volprep.parts.light.codes import coded
+from volprep.parts.light.solve import LightField
+
+
+def field_of(ends: np.ndarray) -> LightField:
+    first, second = ends[..., 0], ends[..., 1] - ends[..., 0]
+    texels = np.stack([first, second], axis=-1)[..., None].astype(np.float32)
+    return LightField(texels, np.array([[0.0, 1.0], [0.0, 1.0]]), (1.0, 1.0, 1.0), 1, 1.0, 0.0)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.1, 0.9), (-2.0, 3.0), (-0.9, -0.1), (0.0, 0.0)])
+def test_ends_of_a_field_come_back_within_half_a_code(low, high) -> None:
+    ends = np.random.default_rng(28).uniform(low, high, (5, 7, 3, 2))
+    field = field_of(ends)
+    codes = coded(field)
+    found = codes.decoded(field).texels[..., 0]
+    # The rarest ends, one in ten thousand, may be cut off: with so few, they lie within a code of the outermost.
+    assert np.abs(np.stack([found[..., 0], found.sum(-1)], -1) - ends).max() < 0.6 * codes.largest / 255 + 1e-6
+    assert codes.subtracted == pytest.approx(max(-ends.min(), 0.0), abs=0.02)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 0.3), (-2.0, 3.0), (0.1, 200.0)])
+def test_a_light_of_1_is_a_code_where_functions_are_edited(low, high) -> None:
+    field = field_of(np.random.default_rng(28).uniform(low, high, (5, 7, 3, 2)))
+    codes = coded(field, holds_one=True)
+    one = (1.0 + codes.subtracted) / codes.largest * 255.0
+    assert one == pytest.approx(round(one), abs=1e-9)
+    assert 1 <= one <= 255
+    found = codes.decoded(field).texels[..., 0]
+    assert np.abs(found.sum(-1) - field.texels[..., 0].sum(-1)).max() < 0.6 * codes.largest / 255
+
+
+def test_light_that_is_nowhere_below_0_is_not_moved() -> None:
+    assert coded(field_of(np.full((2, 2, 2, 2), 0.5))).subtracted == 0.0

@@ -1,0 +1,113 @@
+"""`python -m tests.light_study` measures light that is computed once against path tracing, on thinned scans.
+
+It prints a table in Markdown: decibels over seen pixels beyond the noise of the paths, three views, with the field at
+half and at a quarter of the grid. "Floats" is the field before it has codes of 8 bits, so that the difference is what
+the bits cost. "Cut" is the middle plane through the volume: the half behind it is lit with the light of the whole, and
+compared with path tracing of the half alone.
+"""
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tests.light_study.subjects import SCANS, subjects
+from volprep.parts.light.codes import coded
+from volprep.parts.light.decision import sample_count
+from volprep.parts.light.lit import behind_a_cut
+from volprep.parts.light.solve import BATCH, LightField, solve_fields
+from volprep.parts.light.trial import baked_field
+from volprep.truth.camera import standard_views
+from volprep.truth.lit import BakedField
+from volprep.truth.path_traced import LitVolume, TracedPicture, squares_beyond_noise, traced_picture
+from volprep.truth.refined import refined_picture
+from volprep_formats.arrays import Float64Array
+from volprep_formats.grid import Grid
+from volprep_formats.progress import Silent
+
+VIEWS = ("anterior", "anterior-left", "superior")
+TOLERANCE = 1e-3
+_FACTORS = (16, 8, 4, 2)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A volume, and its path-traced pictures of some views."""
+
+    lit: LitVolume
+    cameras: list[Float64Array]
+    pictures: list[TracedPicture]
+
+    def decibels(self, baked: BakedField | None) -> float:
+        """Return decibels over seen pixels beyond the noise."""
+        squares = [
+            squares_beyond_noise(drawn(self.lit, camera, truth.rgba.shape[0], baked), truth)
+            for camera, truth in zip(self.cameras, self.pictures, strict=True)
+        ]
+        return float(-10 * np.log10(max(float(np.concatenate(squares).mean()), 1e-8)))
+
+
+def traced(lit: LitVolume, views: Sequence[str], pixels: int, paths: int) -> Truth:
+    """Path trace the views of a volume."""
+    cameras = [standard_views(lit.grid)[name].box_from_clip(lit.grid, 1.0) for name in views]
+    return Truth(lit, cameras, [traced_picture(lit, camera, (pixels, pixels), paths) for camera in cameras])
+
+
+def drawn(lit: LitVolume, camera: Float64Array, pixels: int, baked: BakedField | None) -> Float64Array:
+    """Draw a view with a field of light, or unlit."""
+    shape = (pixels, pixels)
+    function = lit.transfer_function
+    return refined_picture(
+        lit.volume, lit.grid, lit.slope, lit.intercept, function, camera, shape, TOLERANCE, baked=baked
+    ).rgba
+
+
+def stored(field: LightField, grid: Grid) -> BakedField:
+    """Return a field as a package stores it."""
+    return baked_field(coded(field).decoded(field), grid)
+
+
+def row(name: str, kind: str, lit: LitVolume, asked: argparse.Namespace) -> str:
+    """Measure one scan with one function; return a line of the table."""
+    truth = traced(lit, VIEWS, asked.pixels, asked.paths)
+    start = time.process_time()
+    z, y, x = (-(-n // _FACTORS[-1]) for n in lit.grid.shape_zyx)
+    count = asked.batches * BATCH if asked.batches else sample_count((z, y, x))
+    quarter, half = solve_fields(lit, _FACTORS, count, Silent())[2:]
+    seconds = time.process_time() - start
+    cut = traced(behind_a_cut(lit), VIEWS[:1], asked.pixels, asked.paths)
+    shape = "×".join(map(str, lit.grid.shape_zyx[::-1]))
+    numbers = [
+        truth.decibels(None),
+        truth.decibels(stored(quarter, lit.grid)),
+        truth.decibels(stored(half, lit.grid)),
+        truth.decibels(baked_field(half, lit.grid)),
+        cut.decibels(None),
+        cut.decibels(stored(half, lit.grid)),
+    ]
+    return f"| {name}, {shape} | {kind} | {' | '.join(f'{each:.1f}' for each in numbers)} | {seconds:.0f} |"
+
+
+def main() -> None:
+    """Measure the scans that are asked for."""
+    parser = argparse.ArgumentParser(prog="python -m tests.light_study", description=__doc__)
+    parser.add_argument("scans", nargs="*", metavar="SCAN", help=f"of {', '.join(SCANS)}; all if absent")
+    parser.add_argument("--data", type=Path, default=os.environ.get("VOLPREP_TEST_DATA"), help="the data for tests")
+    parser.add_argument("--pixels", type=int, default=64)
+    parser.add_argument("--paths", type=int, default=256)
+    parser.add_argument("--batches", type=int, help="of samples; as many as a build makes if absent")
+    asked = parser.parse_args()
+    head = "| scan | function | unlit | 1/4 | 1/2 | 1/2, floats | cut, unlit | cut, 1/2 | processor s |\n" + "|---" * 9
+    sys.stdout.write(f"{head}|\n")
+    for name, kind, lit in subjects(asked.data, asked.scans or list(SCANS)):
+        sys.stdout.write(row(name, kind, lit, asked) + "\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

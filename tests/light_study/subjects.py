@@ -1,0 +1,63 @@
+"""What is studied: real scans, thinned, each with a soft and with a hard transfer function."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from volprep.library.scans import read_scan
+from volprep.truth.path_traced import LitVolume
+from volprep_formats.grid import Grid
+from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+
+SCANS = {
+    "head": ("nifti_ch2/ch2.nii.gz", (2, 2, 2)),
+    "head MR": ("mr_t1_studyforrest/dicoms", (4, 4, 4)),
+    "CT": ("ct_phantom_tilt-18.5/S2010", (1, 6, 6)),
+    "engine": ("engine_pair/png_stack", (2, 2, 2)),
+    "shell": ("qim_microct/shell_225x128x128.tif", (2, 2, 2)),
+    "fly": ("qim_microct/fly_150x256x256.tif", (2, 3, 3)),
+}
+"""Place of each scan in the data for tests, and which voxels are taken along z, y and x: every so many."""
+_TILTED = {"CT"}
+KINDS = ("soft", "hard")
+_AIR, _MOST = 0.02, 0.995
+"""Quantiles of values that count as the least and the most."""
+_COLOUR = (0.9, 0.9, 0.9)
+
+
+def read(data: Path, name: str) -> tuple[np.ndarray, Grid]:
+    """Return the voxels [z, y, x] of a scan, and their grid."""
+    path, every = SCANS[name]
+    found = read_scan(data / path, repair=("tilt",)) if name in _TILTED else read_scan(data / path)
+    z, y, x = every
+    voxels = np.ascontiguousarray(found.stored[::z, ::y, ::x])
+    spacing = tuple(n * h for n, h in zip(every, found.grid.spacing_mm_zyx, strict=True))
+    return voxels, Grid.of(voxels.shape, spacing)
+
+
+def subjects(data: Path, names: list[str]) -> Iterator[tuple[str, str, LitVolume]]:
+    """Return the name of each scan and of the kind of function, and the scan under a white sky with scattering."""
+    for name in names:
+        voxels, grid = read(data, name)
+        for kind in KINDS:
+            lit = LitVolume(voxels, grid, 1.0, 0.0, function(voxels, grid, kind), LightModel(kind="scattering"))
+            yield name, kind, lit
+
+
+def function(voxels: np.ndarray, grid: Grid, kind: str) -> TransferFunction:
+    """Return a function with an albedo of 0.9.
+
+    Soft: up to 0.6 per voxel, over all values. Hard: 4 per voxel behind a step, so that half a voxel is opaque.
+    """
+    low, high = np.quantile(voxels, [_AIR, _MOST]).tolist()
+    voxel_mm = min(grid.spacing_mm_zyx)
+    starts, ends, most = (0.2, 1.0, 0.6) if kind == "soft" else (0.35, 0.37, 4.0)
+    return TransferFunction(
+        name=kind,
+        points=tuple(
+            TransferPoint(value=low + part * (high - low), colour=_COLOUR, extinction_per_mm=extinction)
+            for part, extinction in ((starts, 0.0), (ends, most / voxel_mm))
+        ),
+    )

@@ -1,0 +1,51 @@
+"""Store a field of light as bytes: its two ends, the light where the share is 0 and where it is 1.
+
+The light of seen places lies between the ends of a node, or a little outside; the ends themselves may lie far outside,
+also below 0, where few seen places have the values of an end: there the line through the light of the others counts. So
+codes cover the range of the ends and not that of the light. With ends cut off at 0, pictures of an opaque head came
+within 29.8 dB of path tracing at half of its resolution and 23.1 dB at a quarter, where the field itself has 31.0 and
+29.6 dB.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from volprep.parts.light.solve import LightField
+from volprep_formats.arrays import UInt8Array
+
+_RARE = 1e-4
+"""Part of the ends that may lie above the largest code, and part below the smallest: a few outliers would cost all
+others precision."""
+
+
+class LightCodes(NamedTuple):
+    """Codes of a field of one channel: an end is code / 255 · largest - subtracted."""
+
+    texels: UInt8Array
+    """[z, y, x, 2]"""
+    largest: float
+    subtracted: float
+
+    def decoded(self, field: LightField) -> LightField:
+        """Return the field that these codes of `field` stand for."""
+        ends = self.texels.astype(np.float32) * np.float32(self.largest / 255.0) - np.float32(self.subtracted)
+        texels = np.stack([ends[..., 0], ends[..., 1] - ends[..., 0]], axis=-1)[..., None]
+        return replace(field, texels=texels)
+
+
+def coded(field: LightField, *, holds_one: bool = False) -> LightCodes:
+    """Return the codes of a field of one channel. With `holds_one` the light 1 is one of the codes."""
+    first, second = field.texels[..., 0, 0], field.texels[..., 1, 0]
+    ends = np.stack([first, first + second], axis=-1)
+    lit = ends[ends != 0.0]
+    low, high = np.quantile(lit, [_RARE, 1.0 - _RARE]).tolist() if lit.size else (0.0, 1.0)
+    subtracted = max(-low, 0.0)
+    largest = high + subtracted if high + subtracted > 0.0 else 1.0
+    if holds_one:
+        one = 1.0 + subtracted
+        # Where a step of the codes is more than 1, the nearest code has to do.
+        largest = 255.0 * one / (int(255.0 * one / max(largest, one)) or 255.0 * one / largest)
+    texels: UInt8Array = np.rint(np.clip((ends + subtracted) / largest, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return LightCodes(texels, largest, subtracted)
