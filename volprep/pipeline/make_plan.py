@@ -87,6 +87,7 @@ def make_plan(
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
     require_light_outside(scene, grid)
     values = [scan.valued(profile) for scan in scans]
+    scans = [scan.with_rays(crop, grid, profile) for scan in scans]
     classified = None
     if wanted == "auto":
         classified = _classification(scans, values, profile, kinds, grid)
@@ -152,7 +153,7 @@ def _classification(
 ) -> ClassificationChoice:
     """Choose how values become colours; all channels have the same way."""
     rays = [
-        ScanRays(scan.info, scan.measured, scan.functions, found, grid)
+        ScanRays(scan.info, scan.measured, scan.functions, found, grid, scan.finest)
         for scan, found in zip(scans, values, strict=True)
     ]
     return choose_classification(scans[0].scene, profile, kinds, rays)
