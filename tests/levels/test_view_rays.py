@@ -47,7 +47,7 @@ def long_body() -> np.ndarray:
     z, y, x = np.indices((44, 28, 28)) - np.array([21.5, 13.5, 13.5])[:, None, None, None]
     inside = 1.0 - np.sqrt((z / 21) ** 2 + (y / 11) ** 2 + (x / 11) ** 2)
     values = 80 + 110 * np.clip(inside * 3 + 0.3, -0.7, 1)
-    rough = np.random.default_rng(3).normal(scale=45.0, size=values.shape)
+    rough = np.random.default_rng(3).normal(scale=60.0, size=values.shape)
     values += np.where(z > 14, rough * (inside > -0.1), 0.0)
     return np.rint(np.clip(values, 0, 255)).astype(np.uint8)
 

@@ -28,6 +28,7 @@ from volprep.plan.functions import describe_functions
 from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan, CropPlan, LevelPlan, Shared
 from volprep.scan.segments.record import FoundSegments
+from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
@@ -56,19 +57,21 @@ class ChannelScan:
     """The source itself, where it has been imported; compression is decided on it."""
     segments: FoundSegments | None = None
     """Segments of the scan; None if the scene wants none."""
+    voxels: RawVolume | None = None
+    """Stored values of the source, if known; the step of level 0 is measured along rays through them."""
     finest: Sequence[PatchRays] = ()
-    """Rays of views through level 0, where the step is measured and the source has been imported."""
+    """These rays."""
 
     def with_rays(self, crop: CropPlan, grid: Grid, profile: DeviceProfile) -> "ChannelScan":
         """Return the same with rays through the part of the source that is level 0, if they are needed."""
-        if self.whole is None or not profile.has_shaders or not has_error_of_steps(self.scene):
+        if self.voxels is None or not profile.has_shaders or not has_error_of_steps(self.scene):
             return self
         if self.scene.render.step_voxels != "auto" and self.scene.render.classification != "auto":
             return self
         shown = COMPOSITINGS[self.scene.render.compositing].visible_table
         seen = shown_blocks(self.measured.blocks, [shown(Table.exact(each)) for each in self.functions])
         is_lit = self.scene.render.lighting != "none"
-        rays = view_rays(self.whole.volume, self.info, self.measured, seen, crop, grid, lit=is_lit)
+        rays = view_rays(self.voxels, self.info, self.measured, seen, crop, grid, lit=is_lit)
         return replace(self, finest=rays)
 
     def valued(self, profile: DeviceProfile) -> ValueChoice:
