@@ -76,12 +76,17 @@ class LevelSteps:
         if not bench.sees:
             return None
         voxel_mm = min(self.scan.spacing_mm_zyx(factors))
-        allowed = self.tolerance
+        allowed, part = self.tolerance, "a quarter of the tolerance"
         if off > allowed.rmse:
             rmse = min(off, self.tolerance.rmse / STEP_SHARE)
             maximum = min(1.0, self.tolerance.maximum / STEP_SHARE)
             allowed = allowed.model_copy(update={"rmse": rmse, "maximum": maximum})
-        voxels, reason, _ = longest_step(bench, voxel_mm, allowed, self.compositing.step_voxels, _MARGIN)
+            part = (
+                "a quarter of the level's own error"
+                if rmse == off
+                else "the tolerance, for the level itself is far off"
+            )
+        voxels, reason, _ = longest_step(bench, voxel_mm, allowed, self.compositing.step_voxels, _MARGIN, part)
         return MeasuredStep(step_mm=voxels * voxel_mm, reason=f"{in_voxels(voxels)}: on the level as it is, {reason}")
 
     def _rays(self, codes: RawVolume, factors: Factors) -> list[PatchRays]:
