@@ -100,7 +100,7 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
         found.append(view_rays(InMemory.of(stored), info, measured, seen, crop, grid, lit=True))
     assert len(found[0]) > 16
     along_z = found[0][2].values
-    assert along_z.shape[0] == 36 * FINE * 2
+    assert along_z.shape[0] == 36 * 2 * (2 * FINE)
     means = along_z.reshape(36, -1, along_z.shape[1]).mean(axis=1)
     assert np.abs(np.corrcoef(means.mean(axis=1), codes[4:40, 2:26, 6:22].mean(axis=(1, 2)))[0, 1]) > 0.9
     for one, other in zip(*found, strict=True):
