@@ -101,13 +101,15 @@ def test_a_level_that_is_off_itself_takes_longer_steps(scan, level) -> None:
     steps, codes = steps_of(scan), InMemory.of(level)
     exact, rough = (steps.measured(codes, FACTORS, (), off) for off in (0.0, 0.3))
     assert rough.step_mm > exact.step_mm
+    assert "a quarter of the tolerance" in exact.reason
+    assert "far off" in rough.reason
 
 
 def test_no_level_is_drawn_beyond_the_tolerance_however_far_it_is_from_level_0(scan, level) -> None:
     steps, codes = steps_of(scan), InMemory.of(level)
     wrong, useless = (steps.measured(codes, FACTORS, (), off) for off in (TOLERANCE.rmse / STEP_SHARE, 0.9))
     assert useless.step_mm == wrong.step_mm
-    assert f"a quarter of the tolerance (RMSE {TOLERANCE.rmse:.2g}" in useless.reason
+    assert f"the tolerance, for the level itself is far off (RMSE {TOLERANCE.rmse:.2g}" in useless.reason
 
 
 def disc() -> LevelInput:

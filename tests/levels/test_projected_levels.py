@@ -59,12 +59,22 @@ def chosen(tmp_path, voxels, compositing, functions=(), filters=()):
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("compositing", sorted(MIDDLE))
 def test_a_sharp_vessel_is_kept_by_extrema_and_noise_by_means(tmp_path, compositing) -> None:
-    assert chosen(tmp_path, vessels(), compositing)[0].filter == compositing
-    assert chosen(tmp_path, noise(), compositing)[0].filter == "box"
+    both = ("box", compositing)
+    assert chosen(tmp_path, vessels(), compositing, filters=both)[0].filter == compositing
+    assert chosen(tmp_path, noise(), compositing, filters=both)[0].filter == "box"
+
+
+def test_between_means_and_maxima_vessels_have_about_their_light(tmp_path) -> None:
+    """Means lose them, and maxima make them thicker than they are."""
+    choice, _ = chosen(tmp_path, vessels(), "maximum")
+    tried = {trial.filter: trial for trial in choice.trials}
+    assert choice.filter in {"appearance", "raised"}
+    assert tried[choice.filter].seen_rmse < 0.8 * min(tried["box"].seen_rmse, tried["maximum"].seen_rmse)
+    assert 0.6 < tried[choice.filter].kept_light < 1.4
 
 
 def test_every_trial_is_recorded_and_only_the_chosen_level_is_kept(tmp_path) -> None:
-    choice, codes = chosen(tmp_path, vessels(), "maximum")
+    choice, codes = chosen(tmp_path, vessels(), "maximum", filters=("box", "maximum"))
     box, maximum = choice.trials
     assert (box.filter, maximum.filter) == ("box", "maximum")
     assert maximum.seen_rmse < 0.9 * box.seen_rmse
@@ -79,9 +89,10 @@ def test_no_transfer_function_may_pay_for_another(tmp_path) -> None:
     """Vessels beside noise: one function is above the noise and wants maxima, the other is better off with means."""
     both = np.maximum(vessels(), noise() // 2)
     above, within = steep("maximum", "above"), steep("maximum", "within", middle=70.0)
-    assert chosen(tmp_path, both, "maximum", (above,))[0].filter == "maximum"
-    assert chosen(tmp_path, both, "maximum", (within,))[0].filter == "box"
-    assert chosen(tmp_path, both, "maximum", (above, within))[0].filter == "box"
+    two = ("box", "maximum")
+    assert chosen(tmp_path, both, "maximum", (above,), two)[0].filter == "maximum"
+    assert chosen(tmp_path, both, "maximum", (within,), two)[0].filter == "box"
+    assert chosen(tmp_path, both, "maximum", (above, within), two)[0].filter == "box"
 
 
 def test_a_filter_that_the_scene_names_is_measured_along_the_same_rays(tmp_path) -> None:

@@ -2,7 +2,7 @@
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from rich.console import Console
@@ -29,8 +29,12 @@ def main() -> None:
     rows: list[StudyRow] = []
     pictures: list[StudyPicture] = []
     steps: list[PromiseRow] = []
-    for subject in _subjects(asked.size, phantoms_only=asked.phantoms):
-        if asked.only and not any(text in subject.name for text in asked.only):
+
+    def is_wanted(name: str) -> bool:
+        return not asked.only or any(text in name for text in asked.only)
+
+    for subject in _subjects(asked.size, is_wanted, phantoms_only=asked.phantoms):
+        if not is_wanted(subject.name):
             continue
         found = list(measure(subject, asked.levels, asked.pixels, thorough=asked.thorough))
         rows += [row for row, _ in found]
@@ -48,11 +52,11 @@ def main() -> None:
     console.print(f"{asked.output / 'index.html'}")
 
 
-def _subjects(size: int, *, phantoms_only: bool) -> Iterator[Subject]:
+def _subjects(size: int, is_wanted: Callable[[str], bool], *, phantoms_only: bool) -> Iterator[Subject]:
     yield from phantom_subjects(size)
     data = os.environ.get("VOLPREP_TEST_DATA")
     if data and not phantoms_only:
-        yield from scan_subjects(Path(data))
+        yield from scan_subjects(Path(data), is_wanted)
 
 
 def _table(rows: list[StudyRow]) -> Table:

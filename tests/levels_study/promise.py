@@ -4,6 +4,8 @@ The truth is the oracle on what the package holds of the level, with the table t
 error of the step, and of the renderer's arithmetic. It counts over seen pixels, and the worst view counts.
 """
 
+import math
+import re
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -12,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from tests.levels_study.subjects import Subject
-from volprep.parts.programs.step_bench import STEP_SHARE
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
@@ -41,7 +42,7 @@ class PromiseRow:
     rmse: float
     """Root mean square over seen pixels and channels of the worst view."""
     limit: float
-    """What the plan has promised: a quarter of the tolerance."""
+    """What the plan has promised: a quarter of the tolerance, or of the error of a coarser level that is beyond it."""
     reason: str
     """What the plan says."""
 
@@ -77,8 +78,14 @@ def promises(subject: Subject, pixels: int) -> Iterator[PromiseRow]:
                     if seen.any():
                         worst = max(worst, float(np.sqrt(np.mean((drawn - truth)[seen] ** 2))))
             step_voxels = manifest.render.step_of(level.index) / min(level.grid.spacing_mm_zyx)
-            limit = STEP_SHARE * manifest.render.tolerance.rmse
-            yield PromiseRow(subject.name, level.index, step_voxels, worst, limit, reasons[level.index])
+            reason = reasons[level.index]
+            yield PromiseRow(subject.name, level.index, step_voxels, worst, _promised(reason), reason)
+
+
+def _promised(reason: str) -> float:
+    """Return the error that the plan allows a step; infinity if it says that no step keeps it."""
+    found = re.search(r"within [^(]*\(RMSE ([0-9.e-]+),", reason)
+    return math.inf if found is None else float(found[1])
 
 
 def _built(subject: Subject, folder: Path) -> Package:

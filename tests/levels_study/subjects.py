@@ -1,7 +1,7 @@
 """What is studied: phantoms, and the scans of the benchmark of levels, as codes with their transfer functions."""
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,9 +49,14 @@ def phantom_subjects(size: int) -> Iterator[Subject]:
             yield Subject(f"{eight.name}, 16 bits", codes, eight.grid, eight.window, eight.function)
 
 
-def scan_subjects(data: Path) -> Iterator[Subject]:
-    """Return the scans below `data` with each of their transfer functions, quantized as a build does it."""
-    for name in SCENES:
+def scan_subjects(data: Path, is_wanted: Callable[[str], bool]) -> Iterator[Subject]:
+    """Return the scans below `data` with each of their transfer functions, quantized as a build does it.
+
+    Scans of which no subject is wanted by name are not read.
+    """
+    for name, (_, functions) in SCENES.items():
+        if not any(is_wanted(f"{name}, {function}") for function in functions):
+            continue
         with tempfile.TemporaryDirectory() as folder:
             request = request_of(name, data, Path(folder))
             draft = import_draft(prepare(request), Path(folder) / "draft", Silent()).draft

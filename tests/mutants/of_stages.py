@@ -28,7 +28,7 @@ OF_STAGES = (
         "maximum-of-means",
         "levels of a maximum are made with the mean",
         "volprep/compositing/maximum.py",
-        'level_filters=("box", "maximum")',
+        'level_filters=("box", "maximum", "appearance", "raised")',
         'level_filters=("box",)',
         "maximum",
         ("tests/build/test_maximum.py",),

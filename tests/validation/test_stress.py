@@ -197,6 +197,28 @@ def test_where_planes_decide_the_limit_falls_with_the_step_and_no_step_is_compar
     assert drawing.passed == (not beyond)
 
 
+@pytest.mark.parametrize(
+    ("steps", "beyond"), [((0.03, 0.03, 0.032, 0.032), ()), ((0.03, 0.03, 0.04, 0.05), (0.5, 0.25))]
+)
+def test_where_planes_decide_an_error_that_ray_casting_has_at_every_step_is_allowed(steps, beyond) -> None:
+    """The wall with tables of bytes, whose entries are wider than the wall."""
+    points, of_rays = (
+        [StressPoint(step_ratio=ratio, rmse=rmse, draw_ms=1.0) for ratio, rmse in zip(STEP_RATIOS, each, strict=True)]
+        for each in (steps, (0.0328, 0.0308, 0.0308, 0.0308))
+    )
+    drawing = StressDrawing(
+        classification="lookup",
+        total=errors(0.01),
+        limit=Tolerance(rmse=0.05, maximum=1.0),
+        common_planes=True,
+        laws=(),
+        points=points,
+        of_rays=of_rays,
+        picture=None,
+    )
+    assert drawing.steps_beyond == beyond
+
+
 def test_a_scan_without_a_true_picture_must_be_refused(tmp_path):
     report = tried(tmp_path, "no-number", "infinity")
     assert [result.refused for result in report.results] == ["VP1090", "VP1090"]

@@ -25,7 +25,7 @@ def _projected(segments: Segments) -> Float64Array:
 MAXIMUM = projection(
     "maximum",
     classifications=frozenset(("lookup", "control-points")),
-    level_filters=("box", "maximum"),
+    level_filters=("box", "maximum", "appearance", "raised"),
     every_value=False,
     visible=_visible,
     projected=_projected,

@@ -1,12 +1,17 @@
 """The main job: a scene becomes a sealed package. It gets its name only when it is complete."""
 
 import fcntl
+import math
 import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.records import LevelChoice
 from volprep.pipeline.drafts import require_sound
 from volprep.pipeline.import_draft import import_draft
@@ -20,7 +25,7 @@ from volprep.plan.device_files import require_same_scan
 from volprep.plan.device_records import DeviceRecord
 from volprep.plan.records import Plan
 from volprep.scan.import_segments import find_segments
-from volprep.scan.statistics import Measured, measure
+from volprep.scan.statistics import measure
 from volprep.scene.channels import SceneChannel
 from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.request import Request
@@ -32,7 +37,9 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.publish import check_target, publish
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
-from volprep_formats.source import SourceInfo
+
+_MOST_KEPT = 128_000_000
+"""Bytes of a scan that is kept in memory while it is planned without being imported."""
 
 
 def build(request: Request, target: Path, progress: Progress) -> Manifest:
@@ -84,13 +91,15 @@ def _origin(prepared: Prepared, scene: Scene, plan: Plan, made: tuple[LevelChoic
 def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceRecord] | None = None) -> Plan:
     """Return the plan of a scene without building anything: one pass over the source. Raises the errors of `build`.
 
+    Of a scan of more than 128 MB the steps are an estimate, along rays through parts of it: a build may choose others.
+
     With a measurement of a `device`, and its file, also VP7037 if that is of another scan or profile.
     """
     prepared, read = _read(request, progress)
     if device is not None:
-        sources = {channel.name: measured.sha256 for channel, _, measured in read}
+        sources = {channel.name: each.measured.sha256 for channel, each in read}
         require_same_scan(*device, prepared.profile.name, sources)
-    scanned = [Scanned(info, measured) for _, info, measured in read]
+    scanned = [each for _, each in read]
     scene = prepared.scene
     if prepared.first_look:
         found = scanned[0].measured
@@ -105,10 +114,10 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
 def scan_digests(request: Request, progress: Progress) -> dict[str, str]:
     """Return the digest of each channel's scan, by the name of the channel, as a manifest has it."""
     _, read = _read(request, progress)
-    return {channel.name: measured.sha256 for channel, _, measured in read}
+    return {channel.name: each.measured.sha256 for channel, each in read}
 
 
-def _read(request: Request, progress: Progress) -> tuple[Prepared, list[tuple[SceneChannel, SourceInfo, Measured]]]:
+def _read(request: Request, progress: Progress) -> tuple[Prepared, list[tuple[SceneChannel, Scanned]]]:
     prepared = prepare(request)
     try:
         return prepared, _measured(prepared, progress)
@@ -117,8 +126,17 @@ def _read(request: Request, progress: Progress) -> tuple[Prepared, list[tuple[Sc
         return prepared, _measured(prepared, progress)
 
 
-def _measured(prepared: Prepared, progress: Progress) -> list[tuple[SceneChannel, SourceInfo, Measured]]:
-    return [(channel, info, measure(source, progress)) for channel, info, source in prepared.sources(progress)]
+def _measured(prepared: Prepared, progress: Progress) -> list[tuple[SceneChannel, Scanned]]:
+    found = []
+    for channel, info, source in prepared.sources(progress):
+        size = math.prod(info.grid.shape_zyx) * np.dtype(info.stored_type).itemsize
+        if size > _MOST_KEPT:
+            found.append((channel, Scanned(info, measure(source, progress))))
+            continue
+        slabs: list[NDArray[np.generic]] = []
+        measured = measure(source, progress, keep=slabs.append)
+        found.append((channel, Scanned(info, measured, voxels=InMemory.of(np.concatenate(slabs)))))
+    return found
 
 
 @contextmanager

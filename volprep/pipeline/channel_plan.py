@@ -1,20 +1,25 @@
 """The plan of one channel: first its own decisions, then the ones that depend on the settings of all channels."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.case import Case
 from volprep.parts.classification.decision import StepLengths, choose_tables, require_isovalues
 from volprep.parts.compression.decision import choose_form
 from volprep.parts.compression.whole import WholeSource
 from volprep.parts.layout.decision import lay_out
+from volprep.parts.levels.view_rays import view_rays
 from volprep.parts.light.trial import try_light
 from volprep.parts.part import Decided, LaidOut
 from volprep.parts.programs.decision import ray_casters
 from volprep.parts.programs.early_end import EarlyEnd, behind_cutoff, cutoff_of, light_cost
-from volprep.parts.programs.step import choose_steps, layers_of
+from volprep.parts.programs.patch_rays import PatchRays
+from volprep.parts.programs.step import choose_steps, has_error_of_steps, layers_of
 from volprep.parts.registry import PARTS
+from volprep.parts.skip.occupancy import shown_blocks
 from volprep.parts.slices.decision import SlicesChoice, describe_slices, plan_of_slices
 from volprep.parts.values.decision import choose_values
 from volprep.parts.values.items import describe_codes
@@ -23,6 +28,7 @@ from volprep.plan.functions import describe_functions
 from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan, CropPlan, LevelPlan, Shared
 from volprep.scan.segments.record import FoundSegments
+from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
@@ -51,6 +57,22 @@ class ChannelScan:
     """The source itself, where it has been imported; compression is decided on it."""
     segments: FoundSegments | None = None
     """Segments of the scan; None if the scene wants none."""
+    voxels: RawVolume | None = None
+    """Stored values of the source, if known; the step of level 0 is measured along rays through them."""
+    finest: Sequence[PatchRays] = ()
+    """These rays."""
+
+    def with_rays(self, crop: CropPlan, grid: Grid, profile: DeviceProfile) -> "ChannelScan":
+        """Return the same with rays through the part of the source that is level 0, if they are needed."""
+        if self.voxels is None or not profile.has_shaders or not has_error_of_steps(self.scene):
+            return self
+        if self.scene.render.step_voxels != "auto" and self.scene.render.classification != "auto":
+            return self
+        shown = COMPOSITINGS[self.scene.render.compositing].visible_table
+        seen = shown_blocks(self.measured.blocks, [shown(Table.exact(each)) for each in self.functions])
+        is_lit = self.scene.render.lighting != "none"
+        rays = view_rays(self.voxels, self.info, self.measured, seen, crop, grid, lit=is_lit)
+        return replace(self, finest=rays)
 
     def valued(self, profile: DeviceProfile) -> ValueChoice:
         """Choose its codes.
@@ -134,6 +156,7 @@ def begin(scan: ChannelScan, values: ValueChoice, profile: DeviceProfile, crop: 
         levels=layout.levels,
         in_pieces=_in_pieces(channel),
         layers=layers_of(scan.scene.render.technique, profile),
+        finest=scan.finest,
     )
     return _Volume(channel, compression, steps)
 

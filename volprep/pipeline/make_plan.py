@@ -38,6 +38,7 @@ from volprep.plan.item_kinds import FIRST_LOOK
 from volprep.plan.item_kinds import PREVIEW as PREVIEW_KIND
 from volprep.plan.records import PREVIEW, ChannelPlan, CropPlan, Plan, Shared
 from volprep.scan.segments.record import FoundSegments
+from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.scene import Scene
@@ -68,6 +69,8 @@ class Scanned:
     """Measurements of the source."""
     whole: WholeSource | None = None
     """The source itself, where it has been imported. Without it compression is decided by a sample of it."""
+    voxels: RawVolume | None = None
+    """Its stored values, if known; without them the step of level 0 is decided by a sample."""
 
 
 def make_plan(
@@ -87,6 +90,7 @@ def make_plan(
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
     require_light_outside(scene, grid)
     values = [scan.valued(profile) for scan in scans]
+    scans = [scan.with_rays(crop, grid, profile) for scan in scans]
     classified = None
     if wanted == "auto":
         classified = _classification(scans, values, profile, kinds, grid)
@@ -152,7 +156,7 @@ def _classification(
 ) -> ClassificationChoice:
     """Choose how values become colours; all channels have the same way."""
     rays = [
-        ScanRays(scan.info, scan.measured, scan.functions, found, grid)
+        ScanRays(scan.info, scan.measured, scan.functions, found, grid, scan.finest)
         for scan, found in zip(scans, values, strict=True)
     ]
     return choose_classification(scans[0].scene, profile, kinds, rays)
@@ -174,7 +178,9 @@ def _channel_scans(scene: Scene, scanned: Sequence[Scanned], segments: FoundSegm
         own = scene.with_source(channel.spec).with_transfer(channel.transfer)
         require_distinct_labels(own)
         functions = used_functions(own, segments, resolved_functions(own, found.info, found.measured))
-        scans.append(ChannelScan(channel.name, own, found.info, found.measured, functions, found.whole, segments))
+        scans.append(
+            ChannelScan(channel.name, own, found.info, found.measured, functions, found.whole, segments, found.voxels)
+        )
     return scans
 
 

@@ -42,6 +42,7 @@ def plan_draft(
             channel.source.info,
             found,
             WholeSource(volume, channel.source.info, channel.source.sha256, progress, forms),
+            volume,
         )
         for channel, found, volume in zip(channels, measured, volumes, strict=True)
     ]

@@ -4,7 +4,7 @@ import hashlib
 import json
 import os
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -130,13 +130,17 @@ def source_slabs(source: VolumeSource, gauge: Gauge, progress: Progress) -> Iter
             progress.advance(len(slab))
 
 
-def measure(source: VolumeSource, progress: Progress) -> Measured:
-    """Measure a whole source. Raises the errors of the reader, and VP1090 for NaN or infinite voxels."""
+def measure(
+    source: VolumeSource, progress: Progress, *, keep: Callable[[NDArray[np.generic]], object] | None = None
+) -> Measured:
+    """Measure a whole source; `keep` gets its slabs. Raises the errors of the reader, VP1090 for NaN or infinity."""
     gauge = Gauge(source.info)
     progress.start("measure", source.info.grid.shape_zyx[0])
     digest = hashlib.sha256()
     for slab in source_slabs(source, gauge, progress):
         digest.update(bytes_of(slab))
+        if keep is not None:
+            keep(slab)
     return gauge.result(digest.hexdigest())
 
 

@@ -93,7 +93,7 @@ def measure_stress(
                 with _built(case, classification, profile, trials) as subject:
                     truths = {view: subject.truth(TRANSFER, view).rgba for view in VIEWS}
                     found = _draw(case, classification, subject, truths, folder, fainter)
-                    others += varied_drawings(case, classification, subject, truths, trials)
+                    others += varied_drawings(case, classification, subject, truths, trials, found.drawing)
                 drawn[case.name, classification] = found
         except VolprepError as error:
             if error.status not in {ExitStatus.SOURCE, ExitStatus.SCENE}:

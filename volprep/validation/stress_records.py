@@ -63,6 +63,10 @@ class StressDrawing(Record):
     """Error against run time, coarsest step first, in a target of 8 bits; none of a coarse level."""
     precise_points: tuple[StressPoint, ...] = ()
     """The same in a target of floats, where a program blends layers: these are judged."""
+    of_rays: tuple[StressPoint, ...] = ()
+    """Where `common_planes` holds: the points of ray casting with the same classification. A lookup table whose entries
+    are wider than the feature leaves an error that planes add to, and that no step makes smaller; on the wall with
+    tables of bytes it is 0.031. So a step may have as much as ray casting has."""
     picture: str | None
     """File of the oblique view over black, side by side: truth, rendering, difference; null without a picture."""
 
@@ -100,12 +104,15 @@ class StressDrawing(Record):
         """Steps, no longer than the nominal one, whose error is beyond the limit."""
         if self.limit is None:
             return ()
-        rmse = self.limit.rmse
-        return tuple(
-            each.step_ratio
-            for each in self.judged_points
-            if each.step_ratio <= 1.0 and each.rmse > (rmse * each.step_ratio if self.common_planes else rmse)
-        )
+        steps = (each for each in self.judged_points if each.step_ratio <= 1.0)
+        return tuple(each.step_ratio for each in steps if each.rmse > self._limit_of(each.step_ratio, self.limit.rmse))
+
+    def _limit_of(self, step_ratio: float, nominal: float) -> float:
+        """Return the largest error of a step, if that of the nominal step is `nominal`."""
+        if not self.common_planes:
+            return nominal
+        of_rays = max((each.rmse for each in self.of_rays if each.step_ratio == step_ratio), default=0.0)
+        return max(nominal * step_ratio, min(nominal, _WORSE * of_rays + _ROUNDING))
 
     @property
     def problems(self) -> tuple[str, ...]:

@@ -29,20 +29,25 @@ from volprep_formats.package.reader import Package
 _HALF_FLOATS = {"mediump": in_half_floats, "mediump-coordinates": with_half_coordinates}
 
 
-def varied_drawings(
+def varied_drawings(  # noqa: PLR0917 - the case, its truth, and what is varied
     case: StressCase,
     classification: ClassificationName,
     subject: Subject,
     truths: Mapping[str, FloatArray],
     trials: Trials,
+    first: StressDrawing,
 ) -> Iterator[StressDrawing]:
-    """Draw the case of `subject` with all techniques, levels and precisions that are asked for, each varied alone."""
+    """Draw the case of `subject` with all techniques, levels and precisions that are asked for, each varied alone.
+
+    `first` is the drawing of which nothing is varied.
+    """
     (program,) = (each for each in subject.programs if each.transfer == TRANSFER)
     for technique in trials.techniques if case.techniques else ():
         way = Way(technique=technique, classification=classification, sampling=program.sampling)
         if technique != program.technique and way.is_possible:
             package = in_way(subject.package, program, way, subject.render)
-            yield _technique(case, way, subject, truths, package)
+            drawing = _technique(case, way, subject, truths, package)
+            yield drawing.model_copy(update={"of_rays": first.points if drawing.common_planes else ()})
     for level in subject.levels(program)[1:]:
         yield _level(case, classification, subject, level)
     for precision in trials.precisions:

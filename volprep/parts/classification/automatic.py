@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.programs.patch_rays import PatchRays
-from volprep.parts.programs.step import has_error_of_steps, layers_of, source_rays
+from volprep.parts.programs.step import MARGIN_OF_VIEWS, has_error_of_steps, layers_of, source_rays
 from volprep.parts.programs.step_bench import LongestStep, StepBench, in_voxels, longest_step
 from volprep.plan.decisions import ValueChoice
 from volprep.plan.probe import PictureDifference
@@ -58,6 +58,8 @@ class ScanRays:
     """Its codes, and the length of its lookup tables."""
     grid: Grid
     """Grid of level 0."""
+    finest: Sequence[PatchRays] = ()
+    """Rays of views through level 0, if the whole source is known."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,7 @@ def choose_classification(
         # A level whose table was fitted has 0.6 to 0.8 times the error of one with the common function (GUIDE).
         kinds = [kind for kind in kinds if kind != "control-points"]
     voxel_mm = min(scan.grid.spacing_mm_zyx)
-    rays = source_rays(scene, scan.info, scan.measured, scan.grid)
+    rays = scan.finest or [source_rays(scene, scan.info, scan.measured, scan.grid)]
     benches = {kind: _bench(kind, scene, profile, scan, rays) for kind in kinds}
     if not benches[kinds[0]].sees:
         return ClassificationChoice(kinds[0], "no ray of a sample sees anything, so that nothing was measured")
@@ -109,7 +111,8 @@ def choose_classification(
     if step != "auto":
         return _most_exact(benches, costs, step, voxel_mm)
     usual = COMPOSITINGS[scene.render.compositing].step_voxels
-    steps = {kind: longest_step(bench, voxel_mm, scene.tolerance, usual) for kind, bench in benches.items()}
+    margin = MARGIN_OF_VIEWS if scan.finest else 1.0
+    steps = {kind: longest_step(bench, voxel_mm, scene.tolerance, usual, margin) for kind, bench in benches.items()}
     if not any(found.keeps for found in steps.values()):
         return _most_exact(benches, costs, steps[kinds[0]].voxels, voxel_mm)
     return _fastest(benches, costs, steps, voxel_mm)
@@ -136,14 +139,14 @@ def _unmeasured(scene: Scene, profile: DeviceProfile, kinds: Sequence[Classifica
 
 
 def _bench(
-    kind: ClassificationName, scene: Scene, profile: DeviceProfile, scan: ScanRays, rays: PatchRays
+    kind: ClassificationName, scene: Scene, profile: DeviceProfile, scan: ScanRays, rays: Sequence[PatchRays]
 ) -> StepBench:
     exact = [Table.exact(each) for each in scan.functions]
     window, entries = scan.values.quantize.window, scan.values.entries
     return StepBench(
         COMPOSITINGS[scene.render.compositing],
         exact,
-        [rays],
+        rays,
         is_segments=kind == "preintegrated",
         layers=layers_of(scene.render.technique, profile),
         drawn=[each.resampled(window, entries) for each in exact] if kind == "lookup" else (),

@@ -4,7 +4,6 @@ Rays are pieces of equal length through places that are seen, some of them along
 picture meet the voxels in step. Random rays rarely meet a thin vessel, and missing it would not count as an error.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -13,13 +12,11 @@ import numpy as np
 from volprep.compositing import Compositing
 from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.level_input import Factors, LevelInput
-from volprep.parts.levels.rays import RaySegments, sample_sets
 from volprep.parts.levels.records import AdaptedTable, MeasuredStep
-from volprep.parts.levels.rendered_rays import beside, cosines
-from volprep.parts.programs.patch_rays import FINE, PatchRays
+from volprep.parts.levels.view_rays import ViewGroup, cut, sampled
+from volprep.parts.programs.patch_rays import PatchRays
 from volprep.parts.programs.step_bench import STEP_SHARE, StepBench, in_voxels, longest_step
 from volprep.scan.slabs import RawVolume
-from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.parts.normals.record import LEAST_SLOPE
@@ -79,41 +76,28 @@ class LevelSteps:
         if not bench.sees:
             return None
         voxel_mm = min(self.scan.spacing_mm_zyx(factors))
-        allowed = self.tolerance
+        allowed, part = self.tolerance, "a quarter of the tolerance"
         if off > allowed.rmse:
             rmse = min(off, self.tolerance.rmse / STEP_SHARE)
             maximum = min(1.0, self.tolerance.maximum / STEP_SHARE)
             allowed = allowed.model_copy(update={"rmse": rmse, "maximum": maximum})
-        voxels, reason, _ = longest_step(bench, voxel_mm, allowed, self.compositing.step_voxels, _MARGIN)
+            part = (
+                "a quarter of the level's own error"
+                if rmse == off
+                else "the tolerance, for the level itself is far off"
+            )
+        voxels, reason, _ = longest_step(bench, voxel_mm, allowed, self.compositing.step_voxels, _MARGIN, part)
         return MeasuredStep(step_mm=voxels * voxel_mm, reason=f"{in_voxels(voxels)}: on the level as it is, {reason}")
 
     def _rays(self, codes: RawVolume, factors: Factors) -> list[PatchRays]:
         """Sample the level along pieces of rays through visible voxels: one record for each length that rays have."""
         spacing_mm_zyx = self.scan.spacing_mm_zyx(factors)
         groups = list(self._groups(factors, _MOST_VOXELS * min(spacing_mm_zyx)))
-        if not groups:
-            return []
-        lines = RaySegments.joined([group for _, group in groups])
-        others = beside(lines, spacing_mm_zyx) if self.lit else []
-        samples, *around = sample_sets(codes, spacing_mm_zyx, [lines, *others], per_voxel=FINE)
-        low, high = self.window
-        values = low + samples.values.astype(np.float64) * samples.scale * (high - low)
-        least_per_mm = LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx)
-        shown = cosines(lines, samples, around, spacing_mm_zyx, least_per_mm) if around else None
-        rays: list[PatchRays] = []
-        begin = 0
-        for view, group in groups:
-            count = len(group.lengths_mm)
-            first, end = (int(samples.offsets[ray]) for ray in (begin, begin + count))
-            views = tuple(slice(0, count if number == view else 0) for number in range(4))
-            step_mm = float(group.lengths_mm[0]) * count / (end - first)
-            headlight = None if shown is None else _by_ray(shown[first:end], count)
-            rays.append(PatchRays(_by_ray(values[first:end], count), step_mm, views, headlight))
-            begin += count
-        return rays
+        least_per_mm = LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx) if self.lit else None
+        return sampled(codes, spacing_mm_zyx, groups, self.window, least_per_mm)
 
-    def _groups(self, factors: Factors, most_mm: float) -> Iterator[tuple[int, RaySegments]]:
-        """Yield pieces of rays of one length each, with the number of their view: oblique, along x, y, z."""
+    def _groups(self, factors: Factors, most_mm: float) -> Iterator[ViewGroup]:
+        """Yield pieces of rays of one length each. Views are: oblique ones together, along x, y, z."""
         blocks, aside = self.scan.looks.seen_blocks, float(max(factors)) / 2
         for view, axis in enumerate((None, 0, 1, 2)):
             count = _OBLIQUE if axis is None else _ALONG_AXIS
@@ -122,21 +106,5 @@ class LevelSteps:
             for chosen in np.array_split(order, _LENGTHS if axis is None else 1):
                 if len(chosen):
                     group = lines.taken(chosen)
-                    yield view, _cut(group, float(min(group.lengths_mm[0] * (1.0 - 1e-9), most_mm)))
-
-
-def _by_ray(values: Float64Array, rays: int) -> Float64Array:
-    """Return the values of so many rays of one length as [sample, ray]."""
-    return np.ascontiguousarray(values.reshape(rays, -1).T)
-
-
-def _cut(lines: RaySegments, length_mm: float) -> RaySegments:
-    """Return pieces of this length, begun where a voxel or so of chance says; shorter rays are dropped."""
-    kept = np.flatnonzero(lines.lengths_mm >= length_mm)
-    longer = lines.taken(kept)
-    share = np.random.default_rng(_SEED).random(len(kept))
-    aside_mm = share * (longer.lengths_mm - length_mm)
-    # A third begins where rays enter the box, as the rays of pictures do.
-    aside_mm[::3] = 0.0
-    starts = longer.starts_mm_xyz + aside_mm[:, None] * longer.directions_xyz
-    return RaySegments(starts, longer.directions_xyz, np.full(len(kept), math.nextafter(length_mm, 0.0)))
+                    length_mm = float(min(group.lengths_mm[0] * (1.0 - 1e-9), most_mm))
+                    yield ViewGroup(view, cut(group, length_mm, _SEED))

@@ -100,7 +100,7 @@ class RayLight:
             spent = seconds + time.perf_counter() - began
             adapted = self._trial(name, transfer, level, table)
             trials.append(adapted.model_copy(update={"table": "adapted", "seconds": spent}))
-            if histogram is not None or _badness(adapted) < (1 - _LEAST_GAIN) * _badness(plain):
+            if histogram is not None or badness(adapted) < (1 - _LEAST_GAIN) * badness(plain):
                 tables.append(AdaptedTable(transfer=transfer, entries=_rows(table)))
         return tuple(tables), trials
 
@@ -135,14 +135,14 @@ def score(trials: Sequence[Trial], units: Sequence[Trial], *, editable: bool) ->
 
     Where users edit transfer functions the table of the histogram is the one that counts.
     """
-    of_unit = {trial.transfer: _badness(trial) for trial in units if trial.table == "common"}
+    of_unit = {trial.transfer: badness(trial) for trial in units if trial.table == "common"}
     counted = [trial for trial in trials if trial.table == "adapted"] if editable else trials
-    best = {name: min(_badness(trial) for trial in counted if trial.transfer == name) for name in of_unit}
+    best = {name: min(badness(trial) for trial in counted if trial.transfer == name) for name in of_unit}
     # A level without any error is as good as can be, whatever the unit.
     return float(np.mean([best[name] / unit if unit > 0 else best[name] for name, unit in of_unit.items()]))
 
 
-def _badness(trial: Trial) -> float:
+def badness(trial: Trial) -> float:
     """Return the error along aimed rays, times 1 and the size of the logarithm of kept light.
 
     Half of the light and twice the light count the same. A level that has lost nearly everything is bad enough at 5 %.

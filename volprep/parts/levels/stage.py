@@ -191,9 +191,11 @@ def _candidates(level: LevelPlan, plan: ChannelPlan) -> tuple[LevelFilter, ...]:
         return (level.filter,)
     if plan.is_classified:
         return CLASSIFIED_CANDIDATES
+    is_edited = plan.part(EditingPlan) is not None
     if _is_projected(plan):
-        return COMPOSITINGS[plan.shared.compositing].level_filters
-    candidates = CANDIDATES if plan.part(EditingPlan) is None else FREE_CANDIDATES
+        filters = COMPOSITINGS[plan.shared.compositing].level_filters
+        return tuple(name for name in filters if not (is_edited and name in BY_LOOKS))
+    candidates = FREE_CANDIDATES if is_edited else CANDIDATES
     left_out = {"refined"} if level.refine == "none" else set()
     if are_kept(level.factors_zyx):
         left_out |= _NEVER_FAR_DOWN

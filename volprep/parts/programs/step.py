@@ -1,7 +1,8 @@
 """How far apart the samples of a ray are, for each level: as far as the error is a small part of the tolerance.
 
-Measured on rays through patches of the source (`patch_rays`); coarser levels use box means of the patches. Steps of
-coarser levels are measured again when these are made, on the level itself with its own table
+Level 0 is measured on rays of many views through the source (`parts/levels/view_rays.py`). Where only a sample of the
+source is known, and for coarser levels, rays run through patches of it (`patch_rays`), or through their box means.
+Steps of coarser levels are measured again when these are made, on the level itself with its own table
 (`parts/levels/level_steps.py`).
 """
 
@@ -34,6 +35,8 @@ LONGEST_AT_BORDERS: dict[Border, float] = {"mixed": 1.0, "crisp": 0.5}
 """Longest step in voxels where segments meet: the rays that measure steps have no labels. A crisp border is drawn
 within half a step of its place."""
 
+MARGIN_OF_VIEWS = 0.8
+"""Part of the promise that the rays of views may take: the worst of 17 pictures had up to 1.3 times their error."""
 _LONGEST_IN_COLOUR = 0.5
 """Longest step in voxels of a volume in colour. Steps are measured on one channel: a stack of 20 × 36 × 32 voxels with
 an opaque border was 0.0058 off with the step of 1 voxel that was chosen, and 0.0018 with half of it."""
@@ -49,10 +52,12 @@ def choose_steps(
     levels: Sequence[LevelPlan],
     in_pieces: Sequence[LevelPlan] = (),
     layers: PassTarget | None = None,
+    finest: Sequence[PatchRays] = (),
 ) -> tuple[StepChoice, ...]:
     """Choose the step of each level of a channel; `grid` is that of level 0, a part of the source's.
 
-    `in_pieces` are levels that the package holds in sub-volumes only. `layers` is the result of `layers_of`.
+    `in_pieces` are levels that the package holds in sub-volumes only. `layers` is the result of `layers_of`. `finest`
+    are rays of views through level 0, if the whole source is known.
     """
     wanted = scene.render.step_voxels
     technique = TECHNIQUES[scene.render.technique]
@@ -73,15 +78,19 @@ def choose_steps(
         elif scene.editable:
             voxels, reason = usual, "users may edit the functions that it would be measured with"
         else:
-            rays = source_rays(scene, info, measured, grid, level.factors_zyx)
+            of_views = finest if level.index == 0 else ()
+            rays = of_views or [source_rays(scene, info, measured, grid, level.factors_zyx)]
             bench = StepBench(
                 COMPOSITINGS[scene.render.compositing],
                 [Table.exact(each) for each in functions],
-                [rays],
+                rays,
                 is_segments=scene.render.classification == "preintegrated",
                 layers=layers,
             )
-            voxels, reason, _ = longest_step(bench, voxel_mm, scene.tolerance, usual)
+            margin = MARGIN_OF_VIEWS if of_views else 1.0
+            voxels, reason, _ = longest_step(bench, voxel_mm, scene.tolerance, usual, margin)
+            if level.index == 0 and not of_views:
+                reason = f"{reason}; an estimate along rays through parts of the scan, all of which a build measures"
             if scene.segments is not None and voxels > LONGEST_AT_BORDERS[scene.segments.border]:
                 voxels = LONGEST_AT_BORDERS[scene.segments.border]
                 reason = f"borders of segments, {scene.segments.border}, need samples as close as that"

@@ -51,10 +51,15 @@ class LongestStep(NamedTuple):
     """Whether it was measured, and keeps the promise."""
 
 
-def longest_step(
-    bench: "StepBench", voxel_mm: float, tolerance: Tolerance, usual: float, margin: float = 1.0
+def longest_step(  # noqa: PLR0917 - what is measured, and what is allowed
+    bench: "StepBench",
+    voxel_mm: float,
+    tolerance: Tolerance,
+    usual: float,
+    margin: float = 1.0,
+    part: str = "a quarter of the tolerance",
 ) -> LongestStep:
-    """Return the longest step whose error is within its part of the tolerance.
+    """Return the longest step whose error is within its part of the tolerance, which `part` names for people.
 
     If no step is, it is the finest, or the best one of layers, because each layer is rounded.
 
@@ -65,7 +70,7 @@ def longest_step(
         reason = "as usual: no ray of a sample sees anything, so that nothing was measured"
         return LongestStep(usual, reason, keeps=False)
     limit = PictureDifference(STEP_SHARE * tolerance.rmse, STEP_SHARE * tolerance.maximum)
-    part = f"a quarter of the tolerance ({limit.text})"
+    part = f"{part} ({limit.text})"
     tried: dict[float, PictureDifference] = {}
     beyond = ""
     for voxels in _VOXELS:

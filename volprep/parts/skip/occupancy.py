@@ -9,6 +9,7 @@ between its two ends, which a block's range holds too where both ends lie in the
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,12 @@ from numpy.typing import NDArray
 from volprep.scan.block_ranges import BlockRanges
 from volprep.transfer.preclassified import medium_of_texels
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table
 
 Occupied = NDArray[np.bool_]
+
+_ENTRIES = 4096
+"""Entries of tables of functions that are not looked up."""
 
 
 def occupied_blocks(ranges: BlockRanges, extinction_per_mm: Float64Array, threshold_per_mm: float = 0.0) -> Occupied:
@@ -46,6 +51,19 @@ def occupied_blocks(ranges: BlockRanges, extinction_per_mm: Float64Array, thresh
         low, high = (_normalised(ends[z]) * (entries - 1) for ends in (ranges.low, ranges.high))
         occupied[z] = seen[_last(high, entries) + 1] > seen[_first(low, entries)]
     return occupied
+
+
+def shown_blocks(ranges: BlockRanges, visible: Sequence[Table]) -> Occupied:
+    """Say of each block of physical values whether one of these transfer functions may show something in it."""
+    low, high = float(ranges.low.min()), float(ranges.high.max())
+    width = (high - low) or 1.0
+    shares = ((ends.astype(np.float64) - low) / width for ends in (ranges.low, ranges.high))
+    least, most = (np.clip(share, 0.0, 1.0).astype(np.float32) for share in shares)
+    shown: Occupied = np.zeros(ranges.shape_zyx, np.bool_)
+    for table in visible:
+        entries = table.resampled((low, low + width), _ENTRIES).extinction_per_mm
+        shown |= occupied_blocks(BlockRanges(least, most, ranges.block), entries)
+    return shown
 
 
 def opaque_blocks(ranges: BlockRanges, reference_mm: float, threshold_per_mm: float = 0.0) -> Occupied:
