@@ -20,6 +20,7 @@ from volprep_formats.package.program import TechniqueName
 from volprep_formats.package.reader import Package
 
 from .bench import Bench, View
+from .panels import panels
 from .progress import BUDGET_S, FRAMES, Progress, budget_s_of, dssim, finishing, progress, seconds_of_equal_frames
 from .record import Cell, Paper, PaperCurves, PaperPicture, PaperPictures, PaperTable
 from .tile_sizes import Sized, about_sizes, by_sizes, size_parts
@@ -32,7 +33,7 @@ _LEVELS = '[pyramid]\ncoarsest_longest_axis = 32\nfilter = "box"\n'
 """The coarse ones are the low resolution."""
 _CAMERAS = ("superior", "anterior-left")
 _SIZES_SHARE = 2
-"""So many times fewer pixels along each axis for the tiles in several sizes: single pixels are many draws."""
+"""So many times fewer pixels along each axis for the tiles in several sizes: single pixels are many frames."""
 _PUBLISHED: dict[Order, str] = {
     "classic": "Classic RC",
     "slabs": "FBSlabs",
@@ -54,7 +55,8 @@ def measure(bench: Bench) -> Paper:
         found |= {(volume.name, order): [*_runs(bench, volume, order, budgets_s)] for order in orders}
     names = [volume.name for volume in volumes]
     more = [] if bench.quick else [scan("shell")]
-    changes = [_change(bench, volume, orders) for volume in (*volumes, *more)]
+    changed = [*volumes, *more]
+    changes = [_change(bench, volume, orders) for volume in changed]
     sizes = [each for volume in volumes for each in _sizes(bench, volume)]
     figure9, figure10, figure13 = size_parts(sizes, names, _sizes_hw(bench))
     return Paper(
@@ -69,6 +71,11 @@ def measure(bench: Bench) -> Paper:
             figure10,
             changes[0].figure11,
             *(change.figure12 for change in changes),
+            panels(
+                "Figure 12 in one: DSSIM against the final picture over time, all orders",
+                {volume.name: change.figure12 for volume, change in zip(changed, changes, strict=True)},
+                "Seconds, and DSSIM on a scale that is logarithmic above 0.0001 and linear below.",
+            ),
             figure13,
         ),
         _finding(found, names, orders, [change.figure12 for change in changes]) + about_sizes(sizes),
@@ -237,6 +244,22 @@ def _rises(figures12: list[PaperCurves], order: Order) -> str:
     return f"{_PUBLISHED[order]}: no frame" if worst <= 1e-5 else f"{_PUBLISHED[order]}: a frame by up to {worst:.4f}"
 
 
+def _first_at_half(figures12: list[PaperCurves]) -> str:
+    """Say which progressive order is the first at half of the first DSSIM, of each scan, and when the others are."""
+    told = []
+    for figure in figures12:
+        times = {
+            line.label: next(seconds for seconds, value in line.points if value <= line.points[0][1] / 2)
+            for line in figure.lines
+            if line.label != _PUBLISHED[_CLASSIC]
+        }
+        order = sorted(times, key=lambda label: times[label])
+        others = ", ".join(f"{label} {times[label] / times[order[0]]:.1f} times" for label in order[1:])
+        scan = figure.title.rpartition("over time, ")[2].removesuffix(" voxels")
+        told.append(f"{scan}, {order[0]} after {times[order[0]]:.3g} s ({others} as late)")
+    return "; ".join(told)
+
+
 def _detail(picture: Float32Array, final: Float32Array) -> tuple[slice, slice]:
     """Return the square of a third of the width of which most nearly half is finished and shows something."""
     side = final.shape[1] // 3
@@ -277,6 +300,7 @@ def _finding(found: _Found, names: list[str], orders: tuple[Order, ...], figures
         f"they take, as against the classic form here: {slower}. The longest frame of the classic form takes "
         f"{longest(_CLASSIC):.3g} milliseconds, that of the others: {worst}. {tiles} Slabs lose early ray termination "
         f"from slab to slab, and look at no skip table. A tenth of the first DSSIM is reached by: {'; '.join(early)}. "
+        f"At equal DSSIM, half of the first one, the first progressive form is: {_first_at_half(figures12)}. "
         f"Farther from the last frame than the one before, by DSSIM, in figure 12 of {len(figures12)} scans: "
         f"{'; '.join(_rises(figures12, each) for each in progressive)}. "
         "The errors of the whole pictures are those of ray casting: no order changes what a pixel shows in the end, "
