@@ -5,13 +5,15 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 from tests.papers.__main__ import PAPERS
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
+from volprep_cli.main import command_line
 
 TABLE = Path(__file__).parents[2] / "docs" / "PAPERS.md"
-POINTS = '[{ value = 0.2, colour = "#fff", extinction_per_mm = 1.0 }]'
+POINTS = '[{ value = 0.2, colour = "#ffffff", extinction_per_mm = 1.0 }]'
 REST = 'name = "a"\nsource.path = "scan.nrrd"\n'
 LIGHT = "lighting.light_mm = [0.0, 0.0, 1.0]\n"
 LIT = 'render.lighting = "phong"\n'
@@ -35,13 +37,10 @@ def test_each_row_has_a_command_or_a_key(command) -> None:
         assert command.partition("=")[2] in PAPERS
         return
     if command.startswith("volprep "):
-        from typer.main import get_command
-
-        from volprep_cli.main import app
-
-        verb = get_command(app).commands[command.split()[1]]
-        options = {option for each in verb.params for option in each.opts}
-        assert {word for word in command.split() if word.startswith("-")} <= options
+        words = command.split()
+        program = get_command(command_line(words[1:]))
+        options = {option for each in program.commands[words[1]].params for option in each.opts}
+        assert {word for word in words if word.startswith("-")} <= options
         return
     transfer = "" if command.startswith("transfer") else f'transfer = [{{ name = "a", points = {POINTS} }}]\n'
     light = LIGHT if "lighting" in command and "baked" not in command else ""
