@@ -1,4 +1,4 @@
-"""Díaz-García, Brunet, Navazo and Vázquez 2018: progressive ray casting (table 1, figures 7 to 13).
+"""Díaz-García, Brunet, Navazo and Vázquez 2018: progressive ray casting (table 1, figures 4, 6, 7 to 17).
 
 Every order in which volprep.render.progressive finishes a picture is measured; a new one appears by itself.
 """
@@ -11,7 +11,7 @@ from typing import get_args
 
 import numpy as np
 
-from volprep.render.progressive import Order
+from volprep.render.progressive import Order, ShownFrame
 from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
 from volprep.truth.camera import standard_views
@@ -32,6 +32,8 @@ _ZOOMS = (1.0, 1.7)
 _LEVELS = '[pyramid]\ncoarsest_longest_axis = 32\nfilter = "box"\n'
 """The coarse ones are the low resolution."""
 _CAMERAS = ("superior", "anterior-left")
+_TRANSITION = 3
+"""A picture's frames are shown at the ends of so many parts."""
 _SIZES_SHARE = 2
 """So many times fewer pixels along each axis for the tiles in several sizes: single pixels are many frames."""
 _PUBLISHED: dict[Order, str] = {
@@ -77,6 +79,7 @@ def measure(bench: Bench) -> Paper:
                 "Seconds, and DSSIM on a scale that is logarithmic above 0.0001 and linear below.",
             ),
             figure13,
+            *(change.transition for change in changes),
         ),
         _finding(found, names, orders, [change.figure12 for change in changes]) + about_sizes(sizes),
     )
@@ -196,10 +199,12 @@ class _Change:
     """A detail on the way."""
     figure12: PaperCurves
     """How far each frame is from the last one."""
+    transition: PaperPictures
+    """Frames of each order, from the first to the last."""
 
 
 def _change(bench: Bench, volume: Volume, orders: tuple[Order, ...]) -> _Change:
-    lines, shown = [], {}
+    lines, shown, transition = [], {}, []
     budget_s = [*_budgets_s(bench, volume)][-1]
     for order in orders:
         package = _package(bench, volume, order)
@@ -211,6 +216,8 @@ def _change(bench: Bench, volume: Volume, orders: tuple[Order, ...]) -> _Change:
         times = np.cumsum([0.0, *(frame.ms for frame in frames[1:])]) / 1000
         values = [dssim(frame.picture, final) for frame in frames]
         lines.append(Line(_PUBLISHED[order], tuple(zip(times.tolist(), values, strict=True))))
+        if order != _CLASSIC:
+            transition += [*_transition(order, frames, times.tolist())]
         half = min(range(len(frames)), key=lambda number: abs(values[number] - values[0] / 2))
         shown[order] = frames[half].picture, values[half]
     rows, columns = _detail(shown["tiles"][0], final)
@@ -233,7 +240,22 @@ def _change(bench: Bench, volume: Volume, orders: tuple[Order, ...]) -> _Change:
             "All but the classic one begin with a coarse level in a quarter of the pixels along each axis, filtered. "
             "Behind a slab this level is drawn with steps four times as long, and counted in the time of the frame.",
         ),
+        PaperPictures(
+            f"Figures 4, 6 and 14 to 17: from the low resolution to the final picture, {volume.name} voxels",
+            tuple(transition),
+            "Of each order four frames, half as large along each axis as they were drawn.",
+        ),
     )
+
+
+def _transition(order: Order, shown: list[ShownFrame], times_s: list[float]) -> Iterator[PaperPicture]:
+    """Give four frames of a picture, the first and the last one among them."""
+    numbers = dict.fromkeys(round(third * (len(shown) - 1) / _TRANSITION) for third in range(_TRANSITION + 1))
+    for number in numbers:
+        picture = shown[number].picture
+        height, width = (size // 2 * 2 for size in picture.shape[:2])
+        small = picture[:height, :width].reshape(height // 2, 2, width // 2, 2, 4).mean(axis=(1, 3), dtype=np.float32)
+        yield PaperPicture.of(f"{_PUBLISHED[order]}, {times_s[number]:.3g} s", small)
 
 
 def _rises(figures12: list[PaperCurves], order: Order) -> str:
