@@ -142,8 +142,13 @@ export class Stage {
   }
 
   async #finish() {
-    this.#finisher = new (await import("./finisher.js")).Finisher(this.renderer);
-    this.redraw();
+    try {
+      const { Finisher } = await import("./finisher.js");
+      this.#finisher ??= new Finisher(this.renderer);
+      this.redraw();
+    } catch (error) {
+      this.#onError(error);
+    }
   }
 
   /** Frees everything on the GPU, and the context with it. */
