@@ -34,6 +34,8 @@ FEWER = 4
 """Factor of the low resolution: it divides the number of pixels along both axes, and multiplies the step."""
 REFINEMENTS = 16
 """Parts of the pixels of `random` and `structured`."""
+_MOST_FRAMES = 64
+"""Of a picture that is finished by tiles: what a frame takes beside its tiles is more than smaller shares of them."""
 _DRAWN = np.float32(0.5)
 """Number of the pixels of a part that is drawn alone."""
 _LEAST = 1e-12
@@ -257,17 +259,19 @@ def _by_tiles(  # noqa: PLR0917 - the arguments of `frames`, and the first frame
     low = first.picture
     shape_hw = low.shape[0], low.shape[1]
     tiles = tile_order(renderer, box_from_clip, shape_hw, step_mm)
-    until = tiles.until
+    until, least = tiles.until, max(1, len(tiles.until) // _MOST_FRAMES)
     # The whole picture has so many times the samples of the small one: a guess that is rather too slow than too fast.
     ms_of_cost, done, spent = first.ms * FEWER**3 / until[-1], 0, 0.0
     while done < len(until):
         affordable = spent + budget_s * 1000 / max(ms_of_cost, _LEAST)
-        stop = max(done + 1, int(np.searchsorted(until, affordable, side="right")))
+        stop = min(len(until), max(done + least, int(np.searchsorted(until, affordable, side="right"))))
         draw_tiles(renderer, box_from_clip, step_mm, tiles.pixels(done, stop))
         ms = watch.lap_ms()
         finished = tiles.pixels(0, stop)
         yield ShownFrame(np.where(finished[..., None], renderer.drawn(shape_hw), low), float(finished.mean()), ms)
-        ms_of_cost = ms / (until[stop - 1] - spent)
+        found = ms / (until[stop - 1] - spent)
+        # In the first frame the driver may compile shaders.
+        ms_of_cost = found if done else min(found, ms_of_cost)
         done, spent = stop, float(until[stop - 1])
         watch.start()
 
