@@ -29,11 +29,11 @@ PAPERS: dict[str, Callable[[Bench], Paper]] = {
 }
 _SHEET = "contact-sheet"
 _SECONDS = {
-    "noguera": (206, 8),
-    "moser-weiskopf": (21, 5),
-    "thesis": (687, 69),
-    "schultz-bailey": (909, 109),
-    "diaz-garcia": (204, 5),
+    "noguera": (30, 8),
+    "moser-weiskopf": (10, 4),
+    "thesis": (238, 69),
+    "schultz-bailey": (111, 20),
+    "diaz-garcia": (47, 7),
     _SHEET: (214, 58),
 }
 """Of each in full, and quick, on two quiet cores with llvmpipe: what is said of the time that is left."""
