@@ -49,7 +49,7 @@ export class VolumeViewer extends HTMLElement {
   /** @type {Tools | null} */
   #tools = null;
   #end = new AbortController();
-  #turning = 0;
+  #turning = new AbortController();
   #level = -1;
   /** Argument of the last `open`; undefined if it was the attribute `src`. @type {Parameters<typeof openPackage>[0] | null | undefined} */
   #given;
@@ -95,8 +95,7 @@ export class VolumeViewer extends HTMLElement {
 
   #close() {
     this.#end.abort();
-    cancelAnimationFrame(this.#turning);
-    this.#turning = 0;
+    this.#turning.abort();
     this.#tools?.remove();
     this.#stage?.dispose();
     this.package?.close();
@@ -180,9 +179,7 @@ export class VolumeViewer extends HTMLElement {
       if (value && !(numbers.length === 6 && isBox)) fail("it is not the corners of a box, six numbers from 0 to 1");
       else if (value || this.#level >= 0) this.#cut(numbers);
     } else if (name === "auto-rotate") {
-      const degrees = Number(value ?? 0);
-      if (Number.isFinite(degrees)) this.#rotate(degrees);
-      else fail("it is no number of degrees a second");
+      this.#rotate(value);
     } else this.#equip();
   }
 
@@ -196,19 +193,14 @@ export class VolumeViewer extends HTMLElement {
       .catch((error) => this.#fail(error));
   }
 
-  /** @param {number} degrees a second */
-  #rotate(degrees) {
-    cancelAnimationFrame(this.#turning);
-    // Who asks for less motion gets none that was not asked for.
-    if (!degrees || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
-    let last = performance.now();
-    const turn = (/** @type {number} */ now) => {
-      this.#stage?.orbit.turn(Math.min(now - last, 100) * degrees * (Math.PI / 180_000), 0);
-      this.#stage?.moving();
-      last = now;
-      this.#turning = requestAnimationFrame(turn);
-    };
-    this.#turning = requestAnimationFrame(turn);
+  /** Turns it, or ends that. @param {string | null} degrees a second */
+  async #rotate(degrees) {
+    this.#turning.abort();
+    if (!degrees) return;
+    const { signal } = (this.#turning = new AbortController());
+    const { rotate } = await import("./rotate.js");
+    if (this.#stage && !signal.aborted && !rotate(this.#stage, Number(degrees), signal))
+      this.#wrong("auto-rotate", "it is no number of degrees a second");
   }
 
   /** Shows tools, or takes them away. */

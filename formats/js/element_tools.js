@@ -87,6 +87,14 @@ export class Tools {
   }
 }
 
+/** What a canvas shows now, as a PNG file. @param {HTMLCanvasElement} canvas @returns {Promise<Blob>} */
+export function pngOf(canvas) {
+  return new Promise((resolve, reject) => {
+    const refused = new Error("the browser makes no PNG file of the picture");
+    canvas.toBlob((blob) => (blob ? resolve(blob) : reject(refused)));
+  });
+}
+
 /** @param {Stage} stage @param {(error: unknown) => void} fail */
 function functions({ renderer }, fail) {
   const select = document.createElement("select");

@@ -34,13 +34,15 @@ export class Finishing {
 
   /**
    * @param {Renderer} renderer
-   * @param {{boxFromClip: ArrayLike<number>, width: number, height: number, budgetMs: number}} how
+   * @param {{boxFromClip: ArrayLike<number>, width: number, height: number, budgetMs: number, over?: boolean}} how
+   *   over: the renderer's picture, which is a coarser one of the same view, stands in for the coarse one
    */
-  constructor(renderer, { boxFromClip, width, height, budgetMs }) {
+  constructor(renderer, { boxFromClip, width, height, budgetMs, over = false }) {
     this.#renderer = renderer;
     this.#boxFromClip = Array.from(boxFromClip);
     this.#size = [width, height];
     this.#budget = budgetMs;
+    this.#started = over;
     const { program } = renderer.inside?.drawn.choice ?? {};
     // Layers from the light and opacities that are cut have targets of their own, which hold whole pictures.
     const whole = program?.light_pass || program?.technique === "view-slices-as-published";
@@ -58,8 +60,7 @@ export class Finishing {
       // Later tiles may cost more: at most twice as many as before.
       const count = Math.max(1, Math.min(fits, 2 * this.#done));
       const next = this.#tiles.slice(this.#done, this.#done + count);
-      for (const tile of next) this.#draw(tile);
-      this.#done += next.length;
+      for (const tile of next) this.#draw(tile, ++this.#done === this.#tiles.length);
       this.#wait();
       this.#each = (performance.now() - start) / next.length;
     }
@@ -94,11 +95,11 @@ export class Finishing {
     this.#wait();
   }
 
-  /** @param {Tile} tile */
-  #draw(tile) {
+  /** With the last tile the picture is the renderer's own in full quality. @param {Tile} tile @param {boolean} last */
+  #draw(tile, last) {
     const [width, height] = this.#size;
     const { device } = /** @type {NonNullable<Renderer["inside"]>} */ (this.#renderer.inside);
-    const target = device.pictures.of().frame;
+    const target = last ? undefined : device.pictures.of().frame;
     const viewport = /** @type {const} */ ([0, 0, width, height]);
     this.#renderer.draw({ boxFromClip: this.#boxFromClip, viewport, target, part: tile, moving: false });
   }

@@ -43,9 +43,9 @@ export class Pace {
     return RUNGS[this.#rung];
   }
 
-  /** Whether a picture of full quality takes too long. */
+  /** Whether a picture of full quality takes too long; undefined before the first one was measured. */
   get slow() {
-    return this.#full > this.#budget;
+    return this.#full ? this.#full > this.#budget : undefined;
   }
 
   /** @param {boolean} moving */

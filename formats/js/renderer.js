@@ -57,9 +57,9 @@ export class Renderer extends RendererState {
     return this.#moving;
   }
 
-  /** Whether a picture in full took longer than `frameMs` when it was measured. */
+  /** Whether a picture in full takes longer than `frameMs`, as measured; before, whether its technique is made for that. */
   get slow() {
-    return this.#pace?.slow ?? false;
+    return this.#pace?.slow ?? /slabs|tiles/.test(this._levels.drawn?.choice.program.technique ?? "");
   }
 
   /** Starts loading; resolves when the coarsest available level can be drawn. */
@@ -218,7 +218,8 @@ export class Renderer extends RendererState {
     const { drawn, device } = this._levels;
     const { edits, cut, light } = this._changes;
     const changed = { edited: edits.size > 0, cut: cut !== null, lit: light !== null };
-    return drawn && device && { gl: this.#gl, pack: this.package, drawn, device, last: this.#last, changed };
+    const [gl, pack, options] = [this.#gl, this.package, this.#options];
+    return drawn && device && { gl, pack, options, drawn, device, last: this.#last, changed };
   }
 
   /** Frees everything on the GPU. */
@@ -229,7 +230,8 @@ export class Renderer extends RendererState {
 
   /** @param {boolean} moving @returns {Quality} */
   #quality(moving) {
-    return (moving && this.#pace?.quality) || { step: 1, scale: 1 };
+    if (!moving || this.#options.frameMs === Infinity) return { step: 1, scale: 1 };
+    return this.#pace?.quality ?? { step: 2, scale: 0.8 };
   }
 
   async #measure() {

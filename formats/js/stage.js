@@ -27,6 +27,8 @@ export class Stage {
   /** @type {number[]} */
   #background = [0, 0, 0];
   #observer = new ResizeObserver(() => this.redraw());
+  /** For slow pictures. @type {import("./finisher.js").Finisher | null} */
+  #finisher = null;
   /** Whether another user holds the renderer. */
   busy = false;
   /** Called when the renderer has something new to say: another level, another time. @type {() => void} */
@@ -81,7 +83,7 @@ export class Stage {
       this.#asked = 0;
       if (this.busy || !this.renderer) return;
       try {
-        this.draw();
+        this.draw(true);
       } catch (error) {
         this.#onError(error);
       }
@@ -112,26 +114,41 @@ export class Stage {
   }
 
   /** The picture as a PNG file, at full quality. @returns {Promise<Blob>} */
-  picture() {
+  async picture() {
+    const { pngOf } = await import("./element_tools.js");
     this.still();
     this.draw();
-    // Read in the same task: afterwards the browser may have cleared the canvas.
-    return new Promise((resolve, reject) => {
-      const refused = new Error("the browser makes no PNG file of the picture");
-      this.#canvas.toBlob((blob) => (blob ? resolve(blob) : reject(refused)));
-    });
+    // In the same task: afterwards the browser may have cleared the canvas.
+    return pngOf(this.#canvas);
   }
 
-  /** Draws now, as large as the canvas is on the page. */
-  draw() {
+  /** Draws now, as large as the canvas is on the page. @param {boolean} [inParts] whether a slow picture may come part by part */
+  draw(inParts = false) {
     const { clientWidth, clientHeight } = this.#canvas;
     if (!clientWidth || !clientHeight) return;
     const ratio = Math.min(window.devicePixelRatio || 1, MOST_PIXELS / Math.max(clientWidth, clientHeight));
     const [width, height] = [clientWidth, clientHeight].map((each) => Math.max(1, Math.round(each * ratio)));
     if (this.#canvas.width !== width || this.#canvas.height !== height) Object.assign(this.#canvas, { width, height });
-    this.renderer.draw({ boxFromClip: fitting(this.orbit, width / height) });
+    const view = { boxFromClip: fitting(this.orbit, width / height), width, height };
+    const { moving, slow } = this.renderer;
+    const inTurns = inParts && !moving && slow;
+    if (this.#finisher?.draw(view, inTurns)) this.redraw();
+    else if (!this.#finisher) {
+      this.renderer.draw({ ...view, moving: moving || inTurns });
+      if (inTurns) this.#finish();
+    }
     this.renderer.present({ background: this.#background });
     this.ondraw();
+  }
+
+  async #finish() {
+    try {
+      const { Finisher } = await import("./finisher.js");
+      this.#finisher ??= new Finisher(this.renderer);
+      this.redraw();
+    } catch (error) {
+      this.#onError(error);
+    }
   }
 
   /** Frees everything on the GPU, and the context with it. */

@@ -1,17 +1,22 @@
-"""`make papers`: measures the tables and curves of the papers again, and writes a page for each to out/papers."""
+"""`make papers`: measures the tables and curves of the papers again, and writes a page for each to out/papers.
+
+A run that was ended goes on when it is called again; with --again it begins anew.
+"""
 
 import argparse
-import tempfile
+import os
 import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from volprep.render.egl import context
 from volprep_formats.diagnostics import VolprepError
 
 from . import diaz_garcia, moser_weiskopf, noguera, schultz_bailey, thesis
 from .bench import Bench
 from .contact_sheet import write_contact_sheet
+from .kept import Kept
 from .page import write_page
 from .record import Paper
 
@@ -24,14 +29,14 @@ PAPERS: dict[str, Callable[[Bench], Paper]] = {
 }
 _SHEET = "contact-sheet"
 _SECONDS = {
-    "noguera": (206, 8),
-    "moser-weiskopf": (21, 5),
-    "thesis": (687, 69),
-    "schultz-bailey": (909, 109),
-    "diaz-garcia": (204, 5),
+    "noguera": (30, 8),
+    "moser-weiskopf": (10, 4),
+    "thesis": (238, 69),
+    "schultz-bailey": (111, 20),
+    "diaz-garcia": (47, 7),
     _SHEET: (214, 58),
 }
-"""Of each in full, and quick, on two cores with llvmpipe: how the time that is left is guessed."""
+"""Of each in full, and quick, on two quiet cores with llvmpipe: what is said of the time that is left."""
 
 
 def main() -> None:
@@ -41,6 +46,7 @@ def main() -> None:
         "papers", nargs="*", metavar="PAPER", help=f"some of {', '.join((*PAPERS, _SHEET))}; all if none"
     )
     parser.add_argument("--quick", action="store_true", help="fewer and smaller pictures: a minute for a paper")
+    parser.add_argument("--again", action="store_true", help="begin anew, though an earlier run was ended")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/papers"), help="folder of the pages")
     asked = parser.parse_args()
     unknown = set(asked.papers) - {*PAPERS, _SHEET}
@@ -48,46 +54,72 @@ def main() -> None:
         parser.error(f"no paper is named {', '.join(sorted(unknown))}")
     wanted = asked.papers or [*PAPERS, _SHEET]
     asked.output.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="volprep-") as folder:
-        missing = _measure(wanted, Bench(Path(folder), quick=asked.quick), asked.output)
+    driver = _driver()
+    kept = Kept(asked.output, "quick" if asked.quick else "full", driver)
+    if asked.again:
+        kept.forget()
+    bench = Bench(kept.folder, quick=asked.quick, driver=driver)
+    missing = _measure(wanted, bench, kept, asked.output)
     if missing:
         parser.exit(1, f"not measured: {', '.join(missing)}\n")
+    kept.close(wanted)
 
 
-def _measure(wanted: Sequence[str], bench: Bench, output: Path) -> list[str]:
+def _driver() -> str:
+    try:
+        with context("es3.0") as opened:
+            return str(opened.driver)
+    except VolprepError:
+        return ""
+
+
+def _measure(wanted: Sequence[str], bench: Bench, kept: Kept, output: Path) -> list[str]:
     """Measure one after the other, write each page at once, and return what could not be measured."""
     found: list[tuple[Paper, str]] = []
     missing = []
-    began = time.perf_counter()
     for number, name in enumerate(wanted):
-        took = time.perf_counter() - began
-        left = _minutes_left(wanted[:number], wanted[number:], took, quick=bench.quick)
-        minutes = f"{took / 60:.0f} min so far, about {left:.0f} min left"
-        print(f"{name}: {number + 1} of {len(wanted)}, {minutes}", flush=True)
+        left = sum(_SECONDS[each][bench.quick] for each in wanted[number:] if kept.result(each) is None) / 60
+        print(f"{name}: {number + 1} of {len(wanted)}, about {left:.0f} min left on two quiet cores", flush=True)
         try:
-            if name == _SHEET:
-                print(write_contact_sheet(bench, output), flush=True)
-                continue
-            found.append((PAPERS[name](bench), bench.driver))
+            paper, driver = _result(name, bench, kept, output)
         except VolprepError as error:
             missing.append(name)
             print(f"{name}: this driver does not do it: {error}", flush=True)
+            continue
         except Exception:  # noqa: BLE001 - the others go on
             missing.append(name)
             print(f"{name}: {traceback.format_exc()}", flush=True)
-        else:
-            # Those before have links to this one now.
-            for paper, driver in found:
-                others = [each for each, _ in found if each is not paper]
-                page = write_page(paper, others, output, driver, quick=bench.quick)
-            print(page, flush=True)
+            continue
+        if paper is None:
+            continue
+        found.append((paper, driver))
+        # Those before have links to this one now.
+        for each, drew in found:
+            page = write_page(each, [other for other, _ in found if other is not each], output, drew, quick=bench.quick)
+        print(page, flush=True)
     return missing
 
 
-def _minutes_left(done: Sequence[str], rest: Sequence[str], took_s: float, *, quick: bool) -> float:
-    """Guess how long the rest takes: as on another machine, by how much slower or faster this one has been so far."""
-    expected, ahead = (sum(_SECONDS[name][quick] for name in names) for names in (done, rest))
-    return ahead / 60 * (took_s / expected if expected else 1.0)
+def _result(name: str, bench: Bench, kept: Kept, output: Path) -> tuple[Paper | None, str]:
+    """Return the paper and its driver, as an earlier run has measured it or anew; of the contact sheet, no paper."""
+    before = kept.result(name)
+    if before is not None and (before[0] is not None or (output / f"{_SHEET}.png").exists()):
+        print(f"{name}: measured before that run was ended; --again measures it again", flush=True)
+        return before[0], before[1]
+    began, busy = time.perf_counter(), _busy_s()
+    if name == _SHEET:
+        print(write_contact_sheet(bench, output), flush=True)
+        result = None, bench.driver
+    else:
+        result = PAPERS[name](bench), bench.driver
+    kept.keep(name, result)
+    print(f"{name}: {time.perf_counter() - began:.0f} s, {_busy_s() - busy:.0f} s of processors", flush=True)
+    return result
+
+
+def _busy_s() -> float:
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
 
 
 if __name__ == "__main__":

@@ -65,10 +65,10 @@ class View:
 class Bench:
     """Makes packages and truths, and remembers them."""
 
-    def __init__(self, folder: Path, *, quick: bool) -> None:
+    def __init__(self, folder: Path, *, quick: bool, driver: str = "") -> None:
         """Keep files in `folder`; with `quick` each paper takes fewer and smaller pictures."""
         self.quick = quick
-        self.driver = ""
+        self.driver = driver
         self._folder = folder
         self._truths: dict[str, Float64Array] = {}
 
@@ -110,6 +110,9 @@ class Bench:
         function, light = manifest.transfer_functions[0], light_of_scan(manifest)
         compositing = COMPOSITINGS[manifest.programs[0].compositing if manifest.programs else "emission-absorption"]
         key = _digest(f"{volume.name} {function} {light} {compositing.name} {view}")
+        path = self._folder / f"truth-{key}.npy"
+        if key not in self._truths and path.exists():
+            self._truths[key] = np.load(path)
         if key not in self._truths:
             grid = volume.info.grid
             medium = Medium(volume.stored, volume.info.slope, volume.info.intercept, function)
@@ -117,6 +120,8 @@ class Bench:
             self._truths[key] = compositing.oracle(
                 [medium], grid, camera, view.small_hw, nearest=False, normals=light
             ).rgba
+            np.save(path.with_suffix(".part.npy"), self._truths[key])
+            path.with_suffix(".part.npy").rename(path)
         return self._truths[key]
 
     @contextmanager

@@ -1,4 +1,4 @@
-"""Díaz-García, Brunet, Navazo and Vázquez 2018: progressive ray casting (table 1, figures 7 to 13).
+"""Díaz-García, Brunet, Navazo and Vázquez 2018: progressive ray casting (table 1, figures 4, 6, 7 to 17).
 
 Every order in which volprep.render.progressive finishes a picture is measured; a new one appears by itself.
 """
@@ -11,7 +11,7 @@ from typing import get_args
 
 import numpy as np
 
-from volprep.render.progressive import Order
+from volprep.render.progressive import Order, ShownFrame
 from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
 from volprep.truth.camera import standard_views
@@ -20,6 +20,7 @@ from volprep_formats.package.program import TechniqueName
 from volprep_formats.package.reader import Package
 
 from .bench import Bench, View
+from .panels import panels
 from .progress import BUDGET_S, FRAMES, Progress, budget_s_of, dssim, finishing, progress, seconds_of_equal_frames
 from .record import Cell, Paper, PaperCurves, PaperPicture, PaperPictures, PaperTable
 from .tile_sizes import Sized, about_sizes, by_sizes, size_parts
@@ -31,8 +32,10 @@ _ZOOMS = (1.0, 1.7)
 _LEVELS = '[pyramid]\ncoarsest_longest_axis = 32\nfilter = "box"\n'
 """The coarse ones are the low resolution."""
 _CAMERAS = ("superior", "anterior-left")
+_TRANSITION = 3
+"""A picture's frames are shown at the ends of so many parts."""
 _SIZES_SHARE = 2
-"""So many times fewer pixels along each axis for the tiles in several sizes: single pixels are many draws."""
+"""So many times fewer pixels along each axis for the tiles in several sizes: single pixels are many frames."""
 _PUBLISHED: dict[Order, str] = {
     "classic": "Classic RC",
     "slabs": "FBSlabs",
@@ -54,7 +57,8 @@ def measure(bench: Bench) -> Paper:
         found |= {(volume.name, order): [*_runs(bench, volume, order, budgets_s)] for order in orders}
     names = [volume.name for volume in volumes]
     more = [] if bench.quick else [scan("shell")]
-    changes = [_change(bench, volume, orders) for volume in (*volumes, *more)]
+    changed = [*volumes, *more]
+    changes = [_change(bench, volume, orders) for volume in changed]
     sizes = [each for volume in volumes for each in _sizes(bench, volume)]
     figure9, figure10, figure13 = size_parts(sizes, names, _sizes_hw(bench))
     return Paper(
@@ -69,7 +73,13 @@ def measure(bench: Bench) -> Paper:
             figure10,
             changes[0].figure11,
             *(change.figure12 for change in changes),
+            panels(
+                "Figure 12 in one: DSSIM against the final picture over time, all orders",
+                {volume.name: change.figure12 for volume, change in zip(changed, changes, strict=True)},
+                "Seconds, and DSSIM on a scale that is logarithmic above 0.0001 and linear below.",
+            ),
             figure13,
+            *(change.transition for change in changes),
         ),
         _finding(found, names, orders, [change.figure12 for change in changes]) + about_sizes(sizes),
     )
@@ -189,10 +199,12 @@ class _Change:
     """A detail on the way."""
     figure12: PaperCurves
     """How far each frame is from the last one."""
+    transition: PaperPictures
+    """Frames of each order, from the first to the last."""
 
 
 def _change(bench: Bench, volume: Volume, orders: tuple[Order, ...]) -> _Change:
-    lines, shown = [], {}
+    lines, shown, transition = [], {}, []
     budget_s = [*_budgets_s(bench, volume)][-1]
     for order in orders:
         package = _package(bench, volume, order)
@@ -204,6 +216,8 @@ def _change(bench: Bench, volume: Volume, orders: tuple[Order, ...]) -> _Change:
         times = np.cumsum([0.0, *(frame.ms for frame in frames[1:])]) / 1000
         values = [dssim(frame.picture, final) for frame in frames]
         lines.append(Line(_PUBLISHED[order], tuple(zip(times.tolist(), values, strict=True))))
+        if order != _CLASSIC:
+            transition += [*_transition(order, frames, times.tolist())]
         half = min(range(len(frames)), key=lambda number: abs(values[number] - values[0] / 2))
         shown[order] = frames[half].picture, values[half]
     rows, columns = _detail(shown["tiles"][0], final)
@@ -226,7 +240,22 @@ def _change(bench: Bench, volume: Volume, orders: tuple[Order, ...]) -> _Change:
             "All but the classic one begin with a coarse level in a quarter of the pixels along each axis, filtered. "
             "Behind a slab this level is drawn with steps four times as long, and counted in the time of the frame.",
         ),
+        PaperPictures(
+            f"Figures 4, 6 and 14 to 17: from the low resolution to the final picture, {volume.name} voxels",
+            tuple(transition),
+            "Of each order four frames, half as large along each axis as they were drawn.",
+        ),
     )
+
+
+def _transition(order: Order, shown: list[ShownFrame], times_s: list[float]) -> Iterator[PaperPicture]:
+    """Give four frames of a picture, the first and the last one among them."""
+    numbers = dict.fromkeys(round(third * (len(shown) - 1) / _TRANSITION) for third in range(_TRANSITION + 1))
+    for number in numbers:
+        picture = shown[number].picture
+        height, width = (size // 2 * 2 for size in picture.shape[:2])
+        small = picture[:height, :width].reshape(height // 2, 2, width // 2, 2, 4).mean(axis=(1, 3), dtype=np.float32)
+        yield PaperPicture.of(f"{_PUBLISHED[order]}, {times_s[number]:.3g} s", small)
 
 
 def _rises(figures12: list[PaperCurves], order: Order) -> str:
@@ -235,6 +264,22 @@ def _rises(figures12: list[PaperCurves], order: Order) -> str:
     values = [[value for _, value in line.points] for line in lines]
     worst = max(max((b - a for a, b in pairwise(each)), default=0.0) for each in values)
     return f"{_PUBLISHED[order]}: no frame" if worst <= 1e-5 else f"{_PUBLISHED[order]}: a frame by up to {worst:.4f}"
+
+
+def _first_at_half(figures12: list[PaperCurves]) -> str:
+    """Say which progressive order is the first at half of the first DSSIM, of each scan, and when the others are."""
+    told = []
+    for figure in figures12:
+        times = {
+            line.label: next(seconds for seconds, value in line.points if value <= line.points[0][1] / 2)
+            for line in figure.lines
+            if line.label != _PUBLISHED[_CLASSIC]
+        }
+        order = sorted(times, key=lambda label: times[label])
+        others = ", ".join(f"{label} {times[label] / times[order[0]]:.1f} times" for label in order[1:])
+        scan = figure.title.rpartition("over time, ")[2].removesuffix(" voxels")
+        told.append(f"{scan}, {order[0]} after {times[order[0]]:.3g} s ({others} as late)")
+    return "; ".join(told)
 
 
 def _detail(picture: Float32Array, final: Float32Array) -> tuple[slice, slice]:
@@ -277,6 +322,7 @@ def _finding(found: _Found, names: list[str], orders: tuple[Order, ...], figures
         f"they take, as against the classic form here: {slower}. The longest frame of the classic form takes "
         f"{longest(_CLASSIC):.3g} milliseconds, that of the others: {worst}. {tiles} Slabs lose early ray termination "
         f"from slab to slab, and look at no skip table. A tenth of the first DSSIM is reached by: {'; '.join(early)}. "
+        f"At equal DSSIM, half of the first one, the first progressive form is: {_first_at_half(figures12)}. "
         f"Farther from the last frame than the one before, by DSSIM, in figure 12 of {len(figures12)} scans: "
         f"{'; '.join(_rises(figures12, each) for each in progressive)}. "
         "The errors of the whole pictures are those of ray casting: no order changes what a pixel shows in the end, "

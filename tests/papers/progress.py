@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tests.benchmarks.drawing_time import LEAST_MS, honest_clock
 from tests.benchmarks.waking import wake
-from volprep.render.progressive import Order, ShownFrame, coarse_level, frames, low_resolution, tile_parts
+from volprep.render.progressive import Order, ShownFrame, coarse_level, draw_tiles, frames, low_resolution, tile_order
 from volprep.render.renderer import Renderer
 from volprep.truth.metrics import picture_error
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -70,13 +70,13 @@ def seconds_of_equal_frames(renderer: Renderer, view: View) -> list[float]:
     """Finish a picture by as many tiles in each of 20 frames, those that cost least first; times add up."""
     camera = view.camera.box_from_clip(renderer.level.grid, view.aspect)
     step_mm = 0.5 * min(renderer.level.grid.spacing_mm_zyx)
-    tiles = [part for part, _ in tile_parts(renderer, camera, view.shape_hw, step_mm)]
+    tiles = tile_order(renderer, camera, view.shape_hw, step_mm)
     renderer.time_ms(camera, view.shape_hw, step_mm, repeats=1)
-    clock, per_frame = honest_clock(renderer.driver.renderer), -(-len(tiles) // EQUAL_FRAMES)
+    count = len(tiles.until)
+    clock, per_frame = honest_clock(renderer.driver.renderer), -(-count // EQUAL_FRAMES)
     began, seconds = clock(), []
-    for first in range(0, len(tiles), per_frame):
-        for part in tiles[first : first + per_frame]:
-            renderer.draw_part(camera, view.shape_hw, step_mm, part)
+    for first in range(0, count, per_frame):
+        draw_tiles(renderer, camera, step_mm, tiles.pixels(first, first + per_frame))
         renderer.finish()
         seconds.append(clock() - began)
     return seconds

@@ -73,7 +73,12 @@ class PaperPicture:
     @classmethod
     def of(cls, caption: str, picture: Float32Array) -> Self:
         """Return a rendered picture [H, W, 4] over black."""
-        return cls(caption, base64.b64encode(png_bytes(encoded(picture, "black"))).decode("ascii"))
+        return cls.of_png(caption, png_bytes(encoded(picture, "black")))
+
+    @classmethod
+    def of_png(cls, caption: str, png: bytes) -> Self:
+        """Return a PNG file."""
+        return cls(caption, base64.b64encode(png).decode("ascii"))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The mobile volume rendering thesis: tables 3 to 7, and what figures 16 and 21 show."""
+"""The mobile volume rendering thesis: tables 3 to 7, and what figures 16, 19 and 21 show."""
 
 import math
 import re
@@ -16,6 +16,7 @@ from volprep_formats.package.reader import Package
 
 from .bench import ALONE, Bench, View, techniques_of
 from .browsers import about_browsers, native_and_browser
+from .reading import about_refinement, about_ways, diagonal_step, figure19, mosaic_cell, ways_to_read
 from .record import Cell, Measured, Paper, PaperCurves, PaperTable
 from .savings import PLAIN, WAYS, Savings, savings
 from .volumes import Volume, scan
@@ -24,6 +25,7 @@ _STEPS = 512
 _QUALITY_STEPS = (64, 128, 256, 512)
 _RAYS: TechniqueName = "ray-casting"
 _SLICES: TechniqueName = "view-slices"
+_MOSAIC_SLICES: tuple[TechniqueName, ...] = ("axis-slices", "view-slices")
 _VIEW = "anterior-left"
 _PLAIN_RAYS = "opacity_cutoff = 1.0\n"
 _NO_SKIP = '[skip]\nkind = "none"\n'
@@ -55,6 +57,8 @@ def measure(bench: Bench) -> Paper:
     table3 = _table3(bench, volume, pixels, techniques)
     table4 = _table4(bench, volume, pixels, techniques)
     table5 = _table5(bench, volume, pixels)
+    ways = ways_to_read(bench, volume, pixels)
+    pictures19, table19 = figure19(bench, volume, pixels // 2)
     scans = {volume: "micro-ct"}
     if not bench.quick:
         scans |= {scan("ch2 head"): "mr-head", scan("MR head").reduced(2): "mr-head"}
@@ -71,10 +75,16 @@ def measure(bench: Bench) -> Paper:
             table5,
             *_table6(saved),
             _figure16(saved),
+            ways,
+            pictures19,
+            table19,
             *_figure21(bench, volume, 128 if bench.quick else 256),
             *([] if table7 is None else [table7]),
         ),
-        _finding(table3, table4, table5, saved, software=bench.software) + about_browsers(table7),
+        _finding(table3, table4, table5, saved, software=bench.software)
+        + about_ways(ways)
+        + about_refinement(table19)
+        + about_browsers(table7),
         () if table7 else ("Table 7, a browser against a native program: here is no Chromium with WebGL 2.",),
     )
 
@@ -95,12 +105,17 @@ def _table3(bench: Bench, volume: Volume, pixels: int, techniques: tuple[Techniq
                 found = bench.measured(renderer, package, drawn, view, step_mm)
             cells.append(replace(found, rmse=None) if which == "calculated" else found)
         rows.append((TECHNIQUES[technique].text, *cells))
+    for technique in _MOSAIC_SLICES:
+        drawn = [volume.resized((16, 16, 16)), volume]
+        cells = [mosaic_cell(bench, each, technique, pixels, "lookup", diagonal_step(each, _STEPS)) for each in drawn]
+        rows.append((f"{TECHNIQUES[technique].text}, in 2D textures", None, *cells))
     return PaperTable(
         f"Table 3: {_STEPS} steps through {volume.name} voxels, {pixels}² pixels",
         ("technique", "volume calculated", "small volume", "full volume"),
         tuple(rows),
         "Calculated: a sphere by arithmetic in place of the fetch. Small: 16³ voxels, as many samples. Rays and "
-        "slices run to their end. The thesis has slices through 2D textures; here all read a 3D texture.",
+        "slices run to their end. The thesis has slices through 2D textures: the last rows, which read a mosaic; the "
+        "others read a 3D texture.",
     )
 
 
@@ -130,6 +145,14 @@ def _table4(bench: Bench, volume: Volume, pixels: int, techniques: tuple[Techniq
             with bench.renderer(package) as renderer:
                 cells.append(bench.measured(renderer, package, volume, view))
         rows.append((TECHNIQUES[technique].text, *cells))
+    for technique in _MOSAIC_SLICES:
+        cells = [
+            mosaic_cell(bench, volume, technique, pixels, name, None)
+            if name in TECHNIQUES[technique].classifications
+            else "not possible"
+            for name in _CLASSIFICATIONS
+        ]
+        rows.append((f"{TECHNIQUES[technique].text}, in 2D textures", *cells))
     return PaperTable(
         f"Table 4: how values become colours, {volume.name} voxels, {pixels}² pixels",
         ("technique", *_CLASSIFICATIONS.values()),

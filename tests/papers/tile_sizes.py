@@ -63,7 +63,7 @@ def size_parts(sized: list[Sized], names: list[str], shape_hw: tuple[int, int]) 
         "Figure 9: seconds until a picture is complete, by size of tiles",
         ("pixels of a tile", *names),
         tuple((f"{size}×{size}", *(found[name, size].seconds for name in names)) for size in SIZES),
-        f"One view of {shape_hw[1]}×{shape_hw[0]} pixels; each tile is a draw of its own.",
+        f"One view of {shape_hw[1]}×{shape_hw[0]} pixels; the tiles of a frame are one draw.",
     )
     rows: list[tuple[Cell, ...]] = []
     for size in SIZES:
@@ -86,7 +86,7 @@ def size_parts(sized: list[Sized], names: list[str], shape_hw: tuple[int, int]) 
         "seconds",
         "DSSIM",
         tuple(lines),
-        "Smaller tiles take many times as long: figures 9 and 10 have them.",
+        "Figures 9 and 10 have the smaller ones, too.",
     )
 
 

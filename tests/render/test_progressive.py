@@ -8,7 +8,7 @@ from blobs import SHELLS, blobs
 from tiny_packages import ES2, ES3, tiny_package
 
 from volprep.render.choose import ray_caster_of
-from volprep.render.progressive import REFINEMENTS, frames, low_resolution, pixel_order, tile_parts
+from volprep.render.progressive import REFINEMENTS, frames, low_resolution, pixel_order, tile_order
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
 from volprep.scene.scene import ProxySettings
@@ -70,11 +70,12 @@ def test_tiles_beside_the_mesh_cost_nothing(tmp_path):
         if renderer.driver.version_number < (3, 1):
             pytest.skip("no compute shaders")
         seen = renderer.render(matrix, HW, STEP_MM)[::-1, :, 3] > 0
-        found = renderer.sorted_tiles(matrix, HW, STEP_MM)
+        found, costs = renderer.sorted_tiles(matrix, HW, STEP_MM)
     columns = -(-HW[1] // 8)
     shown = {int(row) * columns + int(column) for row, column in np.argwhere(seen) // 8}
     # A tile's cost is that of its middle: a few at the rim of what is seen may cost nothing.
-    dearest = set(found[-len(shown) :])
+    dearest = set(found[-len(shown) :].tolist())
+    assert costs[0] == 0
     assert len(shown & dearest) > 0.6 * len(shown)
     assert 0 < len(shown) < len(found) / 2
 
@@ -87,7 +88,7 @@ def test_tiles_come_in_the_order_of_what_they_cost_each_once(tmp_path, view):
     with Renderer(package) as renderer:
         if renderer.driver.version_number < (3, 1):
             pytest.skip("no compute shaders")
-        found = renderer.sorted_tiles(matrix, HW, STEP_MM)
+        found, costs = renderer.sorted_tiles(matrix, HW, STEP_MM)
     columns, rows = -(-HW[1] // 8), -(-HW[0] // 8)
     assert sorted(found) == [*range(columns * rows)]
     row, column = np.divmod(found, columns)
@@ -101,6 +102,7 @@ def test_tiles_come_in_the_order_of_what_they_cost_each_once(tmp_path, view):
     length *= np.linalg.norm(far - near, axis=1)
     # There are 256 groups of costs.
     assert (np.diff(length) > -np.linalg.norm(extent) / 255 - STEP_MM).all()
+    assert (np.diff(costs.astype(int)) >= 0).all()
     assert length[0] == 0.0
     assert length[-1] > 20.0
 
@@ -108,7 +110,7 @@ def test_tiles_come_in_the_order_of_what_they_cost_each_once(tmp_path, view):
 def test_a_frame_takes_no_longer_than_its_time_but_one_part(tmp_path):
     package = package_of(tmp_path / "p")
     with Renderer(package) as renderer:
-        tiles = [*tile_parts(renderer, camera(package), HW, STEP_MM)]
+        tiles = tile_order(renderer, camera(package), HW, STEP_MM).until
         assert len([*frames(renderer, "tiles", camera(package), HW, STEP_MM, budget_s=0.0)]) == 1 + len(tiles)
         assert len([*frames(renderer, "tiles", camera(package), HW, STEP_MM, budget_s=60.0)]) == 2
         assert len([*frames(renderer, "random", camera(package), HW, STEP_MM, budget_s=0.0)]) == 1 + REFINEMENTS

@@ -29,6 +29,9 @@ await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame
 const { stage } = window.volprep;
 stage.renderer.interacting(false);
 await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+// A slow picture comes part by part, and with its last part in full quality.
+while (stage.renderer.slow && stage.renderer.inside?.last?.quality.step !== 1)
+  await new Promise((resolve) => requestAnimationFrame(resolve));
 const { width, height, pixels } = stage.renderer.readPixels();
 let text = "";
 const bytes = new Uint8Array(pixels.buffer);

@@ -34,8 +34,12 @@ FEWER = 4
 """Factor of the low resolution: it divides the number of pixels along both axes, and multiplies the step."""
 REFINEMENTS = 16
 """Parts of the pixels of `random` and `structured`."""
-_DRAWS = 64
-"""Most draws of all tiles."""
+_MOST_FRAMES = 64
+"""Of a picture that is finished by tiles: what a frame takes beside its tiles is more than smaller shares of them."""
+_DRAWN = np.float32(0.5)
+"""Number of the pixels of a part that is drawn alone."""
+_LEAST = 1e-12
+"""Milliseconds of a cost where a clock with coarse steps sees none."""
 _GRID = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]])
 """Order of the pixels of 4×4: each is as far as possible from the earlier ones."""
 _SEED = 4
@@ -128,7 +132,8 @@ def frames(
         yield ShownFrame(renderer.drawn(shape_hw), 1.0, ms)
         return
     low = low_resolution(coarse, box_from_clip, shape_hw, step_mm)
-    yield ShownFrame(low, 0.0, watch.lap_ms())
+    first = ShownFrame(low, 0.0, watch.lap_ms())
+    yield first
     if order == "slabs":
         with ExitStack() as stack:
             if coarse is renderer:
@@ -138,7 +143,10 @@ def frames(
         return
     # Sorting tiles counts in their first frame.
     watch.start()
-    share = tile_order(renderer, box_from_clip, shape_hw, step_mm) if order == "tiles" else pixel_order(order, shape_hw)
+    if order == "tiles":
+        yield from _by_tiles(renderer, box_from_clip, step_mm, first, budget_s, watch)
+        return
+    share = pixel_order(order, shape_hw)
     with renderer.in_order(share):
         numbers = ((PicturePart(share=float(each)), share == each) for each in np.unique(share))
         yield from _by_parts(renderer, box_from_clip, step_mm, low, numbers, budget_s, watch)
@@ -187,7 +195,7 @@ def _by_slabs(  # noqa: PLR0917 - the arguments of `frames`
         watch.start()
 
 
-Part = tuple[PicturePart, NDArray[np.bool_] | tuple[slice, slice]]
+Part = tuple[PicturePart, NDArray[np.bool_]]
 """A part to draw, and its pixels in the picture."""
 
 
@@ -202,33 +210,70 @@ def pixel_order(order: Literal["random", "structured"], shape_hw: tuple[int, int
     return share
 
 
-def tile_order(
-    renderer: Renderer, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
-) -> Float32Array:
-    """Return a number from 0 to 1 for each pixel [H, W], the same for tiles that are drawn together, cheapest first.
+@dataclass(frozen=True)
+class TileOrder:
+    """The tiles of a picture, cheapest first."""
 
-    With a draw for each of 3600 tiles, two scans took 8.8 and 9.1 s with a software driver, in 64 draws 1.0 and 0.7 s;
-    unsorted, in one draw, 0.9 and 0.7 s.
+    place: NDArray[np.intp]
+    """Place of the tile of each pixel in this order, [H, W], row 0 on top."""
+    until: Float64Array
+    """For each tile the cost of all tiles up to it; its unit is arbitrary."""
+
+    def pixels(self, first: int, stop: int) -> NDArray[np.bool_]:
+        """Say of each pixel whether it belongs to these tiles."""
+        return (self.place >= first) & (self.place < stop)
+
+
+def tile_order(renderer: Renderer, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float) -> TileOrder:
+    """Sort the tiles of a picture by their cost."""
+    found, costs = renderer.sorted_tiles(box_from_clip, shape_hw, step_mm)
+    size = renderer.program.tiles.size if renderer.program.tiles else 1
+    place = np.empty(len(found), np.intp)
+    place[found] = np.arange(len(found))
+    rows, columns = np.indices(shape_hw) // size
+    # Tiles count from below.
+    place_of = place[rows * -(-shape_hw[1] // size) + columns][::-1]
+    # A tile without samples takes time, too.
+    return TileOrder(place_of, np.cumsum(costs + 1.0))
+
+
+def draw_tiles(renderer: Renderer, box_from_clip: Float64Array, step_mm: float, pixels: NDArray[np.bool_]) -> None:
+    """Draw these pixels of a picture in one draw."""
+    with renderer.in_order(np.where(pixels, _DRAWN, np.float32(0.0))):
+        renderer.draw_part(box_from_clip, pixels.shape, step_mm, PicturePart(share=float(_DRAWN)))
+
+
+def _by_tiles(  # noqa: PLR0917 - the arguments of `frames`, and the first frame
+    renderer: Renderer,
+    box_from_clip: Float64Array,
+    step_mm: float,
+    first: ShownFrame,
+    budget_s: float,
+    watch: _Watch,
+) -> Iterator[ShownFrame]:
+    """Draw tiles in one draw for each frame: as many as their costs allow, by the time of the frame before.
+
+    Of 3600 tiles on a software driver, a draw for each takes nine times as long as one for all, 64 draws 1.4 times.
+    Waiting within a frame, to see whether there is time for more, takes up to a fifth longer.
     """
-    parts = [*tile_parts(renderer, box_from_clip, shape_hw, step_mm)]
-    share = np.zeros(shape_hw, np.float32)
-    for number, (_, pixels) in enumerate(parts):
-        share[pixels] = number * min(_DRAWS, len(parts)) // len(parts) / _DRAWS
-    return share
-
-
-def tile_parts(
-    renderer: Renderer, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
-) -> Iterator[Part]:
-    """Return the tiles of a picture, cheapest first, each with its pixels."""
-    found = renderer.sorted_tiles(box_from_clip, shape_hw, step_mm)
-    size = renderer.program.tiles.size if renderer.program.tiles else 0
-    height, width = shape_hw
-    for tile in found:
-        row, column = divmod(tile, -(-width // size))
-        x, y = column * size, row * size
-        rectangle = x, y, min(size, width - x), min(size, height - y)
-        yield PicturePart(rectangle=rectangle), (slice(height - y - rectangle[3], height - y), slice(x, x + size))
+    low = first.picture
+    shape_hw = low.shape[0], low.shape[1]
+    tiles = tile_order(renderer, box_from_clip, shape_hw, step_mm)
+    until, least = tiles.until, max(1, len(tiles.until) // _MOST_FRAMES)
+    # The whole picture has so many times the samples of the small one: a guess that is rather too slow than too fast.
+    ms_of_cost, done, spent = first.ms * FEWER**3 / until[-1], 0, 0.0
+    while done < len(until):
+        affordable = spent + budget_s * 1000 / max(ms_of_cost, _LEAST)
+        stop = min(len(until), max(done + least, int(np.searchsorted(until, affordable, side="right"))))
+        draw_tiles(renderer, box_from_clip, step_mm, tiles.pixels(done, stop))
+        ms = watch.lap_ms()
+        finished = tiles.pixels(0, stop)
+        yield ShownFrame(np.where(finished[..., None], renderer.drawn(shape_hw), low), float(finished.mean()), ms)
+        found = ms / (until[stop - 1] - spent)
+        # In the first frame the driver may compile shaders.
+        ms_of_cost = found if done else min(found, ms_of_cost)
+        done, spent = stop, float(until[stop - 1])
+        watch.start()
 
 
 def _more(drawn: int, ms: float, budget_ms: float) -> int:

@@ -342,17 +342,19 @@ class Renderer:
         with self._gl.orders(self._target_of((height, width)), share):
             yield
 
-    def sorted_tiles(self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None) -> list[int]:
-        """Return the numbers of the tiles of a picture, cheapest first; tiles are numbered in rows from the lower left.
+    def sorted_tiles(
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float | None
+    ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+        """Return the numbers of the tiles of a picture, cheapest first, and their costs. Rows begin at the lower left.
 
-        In the order of their numbers without OpenGL ES 3.1.
+        In the order of their numbers without OpenGL ES 3.1, with equal costs.
         """
         tiles = self._program.tiles
         if tiles is None:
             raise VolprepError("VP5041", technique=self._program.technique)
         count = math.prod(-(-size // tiles.size) for size in shape_hw)
         if self.driver.version_number < (3, 1):
-            return [*range(count)]
+            return np.arange(count, dtype=np.uint32), np.zeros(count, np.uint32)
         height, width = shape_hw
         self._target_of(shape_hw)
         ready = self._ready_for(box_from_clip)
@@ -366,8 +368,8 @@ class Renderer:
             buffers = [stack.enter_context(self._gl.numbers(size)) for size in (count, tiles.groups, count)]
             for path, groups in zip(paths, (runs, 1, runs), strict=True):
                 self._gl.dispatch(self._sorter(path), bindings, buffers, groups)
-            found: list[int] = self._gl.read_numbers(buffers[2], count).tolist()
-        return found
+            groups_of, found = (self._gl.read_numbers(buffer, count) for buffer in (buffers[0], buffers[2]))
+        return found, groups_of[found]
 
     def _sorter(self, path: str) -> LinkedProgram:
         """Return a compute shader, linked once."""

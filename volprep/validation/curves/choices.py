@@ -46,7 +46,7 @@ _FILTERS = (
     "appearance",
 )
 _CUTOFFS = (0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.9995, 0.9999)
-_SIZES = (0.5, 1.0, 2.0)
+_SIZES = (0.5, 1.0, 2.0, 4.0)
 _SAMPLINGS: dict[Sampling, str] = {
     "texture3d": "3D texture",
     "mosaic": "mosaic",

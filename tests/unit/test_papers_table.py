@@ -1,0 +1,49 @@
+"""docs/PAPERS.md: every row names a command that exists, or a key that a scene may have."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from tests.papers.__main__ import PAPERS
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import Scene
+from volprep_cli.main import command_line
+
+TABLE = Path(__file__).parents[2] / "docs" / "PAPERS.md"
+POINTS = '[{ value = 0.2, colour = "#ffffff", extinction_per_mm = 1.0 }]'
+REST = 'name = "a"\nsource.path = "scan.nrrd"\n'
+LIGHT = "lighting.light_mm = [0.0, 0.0, 1.0]\n"
+LIT = 'render.lighting = "phong"\n'
+
+
+def rows() -> list[list[str]]:
+    found = [re.split(r"\s*\|\s*", line.strip("| ")) for line in TABLE.read_text(encoding="utf-8").splitlines()]
+    return [row for row in found if len(row) == 3 and row[0] not in {"what", "---"}]
+
+
+def test_every_paper_has_rows_and_each_says_whether_it_is_there() -> None:
+    text = TABLE.read_text(encoding="utf-8")
+    assert {f"make papers ARGS={name}" for name in PAPERS} <= set(re.findall(r"`(make [^`]*)`", text))
+    assert len(rows()) > 50
+    assert all(row[1][0] in "●○" for row in rows())
+
+
+@pytest.mark.parametrize("command", [row[2].strip("`") for row in rows()])
+def test_each_row_has_a_command_or_a_key(command) -> None:
+    if command.startswith("make papers ARGS="):
+        assert command.partition("=")[2] in PAPERS
+        return
+    if command.startswith("volprep "):
+        words = command.split()
+        program = get_command(command_line(words[1:]))
+        options = {option for each in program.commands[words[1]].params for option in each.opts}
+        assert {word for word in words if word.startswith("-")} <= options
+        return
+    transfer = "" if command.startswith("transfer") else f'transfer = [{{ name = "a", points = {POINTS} }}]\n'
+    light = LIGHT if "lighting" in command and "baked" not in command else ""
+    light += LIT if command.startswith("lighting.") and light else ""
+    scene = Scene.model_validate(tomllib.loads(f"{command}\n{light}{transfer}{REST}"))
+    load_profile(scene.profile, TABLE.parent)
