@@ -1,7 +1,8 @@
 """What the fetch of a mosaic's layout samples, without a package: its GLSL from a position to a stored value."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,14 +27,17 @@ def fetch_text(
 ) -> str:
     """The part of a fragment shader that samples a mosaic."""
     sampling = raycast_mosaic.sampling(layout, spacing_mm_zyx, between=between)
-    return declarations("sampling", sampling, "precision highp float;\nvarying vec4 v_near;\n")
+    # The nearest of four to a texel is a part of its own, which no segments use, so that its function has a fixed name.
+    named = between == "linear" or layout.slices == 1 or layout.slices_per_texel == 1
+    words = {"STORED": "stored_value"} if named else {}
+    return declarations("sampling", sampling, "precision highp float;\nvarying vec4 v_near;\n", words)
 
 
-def declarations(slot: str, feature: Feature, before: str = "") -> str:
+def declarations(slot: str, feature: Feature, before: str = "", words: Mapping[str, str] = MappingProxyType({})) -> str:
     """What a feature declares in one slot, behind the version of the language."""
     parts = feature.slots[slot]
     assert parts is not None
-    head, _, rest = compose(parts, "es100", feature.slots, feature.words).partition("\n")
+    head, _, rest = compose(parts, "es100", feature.slots, {**feature.words, **words}).partition("\n")
     return f"{head}\n{before}{rest}"
 
 

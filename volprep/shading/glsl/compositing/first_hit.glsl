@@ -1,7 +1,7 @@
 //: The first place where the value is ISOVALUE or more. Sections: about; start, before the loop; sample, in it, the
 //: segment whose middle is i; stop, where the ray ends; picture. Of a segment both ends are sampled; `front` is the
-//: value at its first one, from refinement.glsl. Slots: touch; and, where its place counts, refinement; hit, the section hit;
-//: light, which changes the colour of `medium` at the place `hit`.
+//: value at its first one, from refinement.glsl. Slots: touch; and, where its place counts, refinement; hit, the
+//: section hit; light, which changes the colour of `medium` at the place `hit`.
 //#section about
 // The first place on the pixel's ray where the value is ISOVALUE or more, as the transfer function shows the value
 // there, with the opacity of REFERENCE_MM. Gives premultiplied linear light.

@@ -1,6 +1,6 @@
 //: GLSL ES 3.00. In: u_light, RG8, 3D, CLAMP_TO_EDGE, LINEAR; stored, the normalised stored value at the sample.
-//: Constants: LIGHT_FROM_BOX, per millimetre; LARGEST_LIGHT; LIGHT_OF, of `part` of it; SHARE_SCALE and SHARE_OFFSET. Sections: start, before the
-//: loop; sample, in it, after `medium`.
+//: Constants: LIGHT_FROM_BOX, per millimetre; LARGEST_LIGHT; LIGHT_OF, of `part` of it; SHARE_SCALE and SHARE_OFFSET.
+//: Sections: start, before the loop; sample, in it, after `medium`.
 // Light that was computed once: two parts of LARGEST_LIGHT, where the share is 0 and where it is 1.
 uniform highp sampler3D u_light;
 const vec3 LIGHT_FROM_BOX = $LIGHT_FROM_BOX;
