@@ -157,6 +157,7 @@ def test_what_is_stored_and_unchanged_is_left_out_and_what_changed_or_is_gone_is
     assert record_of(out).shape_zyx == (14, 13, 15)
 
 
+@pytest.mark.long
 def test_a_store_that_is_busy_half_of_the_time_gets_all_packages(store, tmp_path) -> None:
     write_scans(tmp_path / "in", 2)
     upload(tmp_path / "in")

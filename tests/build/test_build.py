@@ -231,7 +231,7 @@ class TestWhatItDoesNotDoTwice:
         assert ("import" not in tasks.names) == is_kept
         assert contents(build_here(scene)) == made
 
-    @pytest.mark.long(keep=1)
+    @pytest.mark.long
     @pytest.mark.parametrize(
         ("old", "new", "expected"),
         [

@@ -357,6 +357,7 @@ def photographs(folder: Path, background: tuple[int, int, int]) -> Path:
     return folder / "photos.tif"
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("background", [(20, 40, 220), (250, 250, 250), (0, 0, 0)])
 def test_the_margin_of_photographs_without_a_scene_is_left_out(tmp_path: Path, background) -> None:
     scene = looked_at(photographs(tmp_path, background))

@@ -68,7 +68,7 @@ def volumes(package: Package):
     return [texture for texture in package.manifest.textures if texture.role == "volume"]
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("wish", WISHES[1:])
 def test_a_compressed_package_is_sound_and_names_its_encoder(packages: dict[str, Package], wish: str) -> None:
     package = packages[wish]

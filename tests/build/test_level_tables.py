@@ -76,7 +76,7 @@ def test_levels_are_made_by_what_is_nearest_and_the_plan_says_so(package) -> Non
     assert check(package.path) == []
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_a_level_is_drawn_with_its_own_table(package) -> None:
     level = package.manifest.levels[-1]
     volume = level_volume(package, level.index)
@@ -177,6 +177,7 @@ def test_a_pre_integrated_table_stands_for_the_function_that_it_was_made_of(prei
     assert np.abs(at - given).max() < given.max()
 
 
+@pytest.mark.long(keep=1)
 def test_seconds_stand_beside_the_package_and_not_in_it(package) -> None:
     origin = read_origin(package.path)
     assert origin is not None

@@ -123,6 +123,7 @@ def test_it_is_within_the_tolerance_and_exact_from_a_voxel_on(report) -> None:
     assert errors[4.0] > errors[2.0] > 1e-3
 
 
+@pytest.mark.long(keep=1)
 def test_the_oracle_of_the_package_is_the_maximum(report) -> None:
     """With emission and absorption the picture of the data would be another one by far: data and truth agree."""
     assert max(view.data.rmse for view in report.programs[0].views) < 0.004

@@ -142,6 +142,7 @@ class TestWhatItHolds:
         slack = 2000 + (0 if mosaic is None else np.prod(mosaic.texture_shape_yx))
         assert abs(texels(package.manifest) - texels(apart(package).manifest)) < slack
 
+    @pytest.mark.long(keep=1)
     def test_it_agrees_with_itself_and_each_file_is_of_one_item(self, package) -> None:
         assert check(package.path) == []
         planned = sorted(path for item in package.manifest.plan for path in item.files)

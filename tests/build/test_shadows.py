@@ -213,7 +213,7 @@ def test_a_preintegrated_table_throws_the_shadow_of_its_segments(tmp_path):
     assert rmse(drawn(package, matrix), truth_of(package, matrix).rgba) < 2 / 255
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("shadows", "render"),
     [

@@ -158,7 +158,7 @@ def in_process(monkeypatch, capsys):
     signal.signal(signal.SIGPIPE, pipe_handler)
 
 
-@pytest.mark.long(keep=8)
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.command or "nothing")
 def test_a_command_ends_with_its_status_and_says_why(place, case, in_process) -> None:
     status, stdout, stderr = in_process(place, case.command)

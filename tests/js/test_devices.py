@@ -56,7 +56,7 @@ def taken_away(said: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
         yield extension, {"without": [extension]}
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", SCENES)
 def test_without_each_thing_that_a_package_needs_there_is_a_right_picture_or_a_code(
     browser, server, scene_package, name

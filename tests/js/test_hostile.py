@@ -88,7 +88,7 @@ def test_damaged_zips_end_in_a_code_and_soon(zipped) -> None:
 LIARS = ["meshes on OpenGL ES 2", "shadow map", "half-angle slices", "slices as published", "two passes", "bricks"]
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", [*LIARS, "channels together in a mosaic", "pieces", "EAC", "editable"])
 def test_manifests_that_lie_end_in_a_code_or_a_picture(browser, server, scene_package, name) -> None:
     package = scene_package(name)

@@ -71,6 +71,7 @@ def timed(browser, folders, form: str, latency_s: float) -> dict:
         return browser.run(f"window.start = performance.now(); {OPEN} {TIMED}", f"/package/{form}")
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("form", LIMITS_MS)
 def test_a_far_server_is_waited_for_a_few_times_and_milliseconds(browser, folders, form) -> None:
     found, few, soon, quiet = [], False, False, 0
@@ -199,6 +200,7 @@ def test_progress_counts_the_bytes_of_all_files(browser, folders) -> None:
     assert totals[0] == totals[-1]
 
 
+@pytest.mark.long
 def test_a_signal_ends_everything(browser, folders) -> None:
     script = (
         OPEN

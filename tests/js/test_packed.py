@@ -178,6 +178,7 @@ def test_a_bare_import_map_finds_everything(browser, app, package) -> None:
     assert shown(browser, package, site) == ALL
 
 
+@pytest.mark.long
 def test_esbuild_bundles_it(browser, app, package) -> None:
     esbuild = npm_package("esbuild", "0.25.0") / "node_modules" / "esbuild" / "bin" / "esbuild"
     out = app.folder / "esbuild"

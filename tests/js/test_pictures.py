@@ -46,6 +46,7 @@ def test_all_nine_views_are_those_of_the_reference_renderer(browser, server, sce
             assert rmse(picture, reference) < TWO_STEPS
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["half-angle slices", "half-angle slices in perspective"])
 def test_no_rounding_of_corners_moves_the_rays_of_layers(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -57,7 +58,7 @@ def test_no_rounding_of_corners_moves_the_rays_of_layers(browser, server, scene_
     assert max(np.abs(picture - other).max() for picture, other in zip(found.pictures, wanted, strict=True)) < 1 / 255
 
 
-@pytest.mark.long(keep=8)
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("name", SCENES)
 def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -96,6 +97,7 @@ def test_the_pieces_around_a_point_are_drawn(browser, server, scene_package) -> 
         assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["editable", "editable mosaic", "editable, baked light"])
 def test_an_edited_transfer_function_is_drawn_on_every_level(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -165,6 +167,7 @@ def test_what_a_plane_cuts_away_throws_no_shadow(browser, server, scene_package,
 _ENDING = ["norm16, perspective", "mosaic of several textures", "slices across the view", "slabs"]
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", [*_ENDING, "shadow rays", "shadow map", "half-angle slices"])
 def test_rays_end_at_the_depth_of_what_is_opaque(browser, server, scene_package, name) -> None:
     package = scene_package(name)

@@ -119,6 +119,7 @@ def test_a_stripped_module_is_the_same_program(tmp_path) -> None:
         assert same(file.read_text()) == same(other.read_text()), file.name
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(
     ("script", "expected"),
     [

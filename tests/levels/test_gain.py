@@ -60,7 +60,7 @@ def gains(
     return found
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("factor", "least"), [(2, 0.45), (4, 0.55)])
 def test_thin_things_survive(tmp_path, factor, least) -> None:
     found = gains(tmp_path, thin_things(), GRID, [VEIL, SOLID], factor)

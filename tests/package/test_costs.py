@@ -34,6 +34,7 @@ def test_costs_are_what_the_renderer_uploads(made) -> None:
         assert cost.gpu_bytes >= 0.9 * cost.upload_bytes
 
 
+@pytest.mark.long(keep=2)
 def test_every_level_that_a_program_draws_has_one_cost(made) -> None:
     _, _, package = made
     manifest = package.manifest

@@ -94,6 +94,7 @@ def test_there_and_back_gives_the_same_bytes(built: Path, tmp_path: Path) -> Non
     assert again.path.read_bytes() == small.path.read_bytes()
 
 
+@pytest.mark.long
 def test_what_was_built_is_proved_as_it_travels(built: Path) -> None:
     # The origin beside the package is also that of its single file.
     small = zipped(built, built.with_name("p.volpkg.zip"), "zstd")

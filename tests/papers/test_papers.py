@@ -130,6 +130,7 @@ def test_frames_of_small_tiles_differ_less_and_the_last_frame_is_the_final_pictu
     assert details[1].png != details[-1].png
 
 
+@pytest.mark.long
 def test_a_browser_on_the_same_driver_draws_the_same_picture(ball, tmp_path):
     bench = Bench(tmp_path, quick=True)
     table = native_and_browser(bench, {ball: "micro-ct"}, 40)

@@ -5,7 +5,6 @@ from pathlib import Path
 import nibabel
 import numpy as np
 import pytest
-from long_runs import LONG
 from segment_scan import AFFINE, TINTS, built, drawn, write_segments
 
 from volprep.report.validate import validate
@@ -17,7 +16,7 @@ from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
-SLOW = pytest.mark.skipif(not LONG, reason="takes 20 processor seconds; set VOLPREP_LONG=1")
+SLOW = pytest.mark.long
 SOFT = [
     {"value": 0.0, "colour": "#808080", "extinction_per_mm": 0.5},
     {"value": 255.0, "colour": "#ffffff", "extinction_per_mm": 1.0},
@@ -51,6 +50,7 @@ def expected(package: Package, view: str = "anterior-left") -> np.ndarray:
     return subject.on_table("segments", view, 0).rgba
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("compositing", ["maximum", "first-hit"])
 @pytest.mark.parametrize(("border", "profile"), [("mixed", "gles3"), ("crisp", "gles2-2048")])
 def test_pictures_are_those_of_the_oracle(folder, compositing, border, profile):
@@ -73,6 +73,7 @@ def test_bricks_show_the_same_values(folder, compositing):
     assert np.abs(drawn(bricks) - drawn(plain)).max() < 1e-3
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("compositing", ["maximum", "first-hit"])
 def test_labels_that_look_alike_show_the_values_of_the_scan_alone(folder, compositing):
     styles = [{"transfer": "veil", "tint": "#ffffff"}]

@@ -211,6 +211,7 @@ def test_a_program_that_does_not_guard_its_main_part_is_not_run_again(tmp_path) 
     assert (done.stdout.splitlines(), done.stderr) == (["once", *["[[0.0, 3.0], [1.0, 4.0], [2.0, 5.0]]"] * 2], "")
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGKILL])
 def test_workers_end_with_their_parent(tmp_path, signal_number) -> None:
     mark = tmp_path / "began"

@@ -11,7 +11,7 @@ from phantom_scene import write_phantom_scene
 
 from volprep_formats.package.check import check
 
-KILLS = share_of(20)
+KILLS = share_of(20, 10)
 MOST_TRIES = 3 * KILLS
 """A build that goes on where another was killed, or on a machine that is less busy now, may end before its kill."""
 

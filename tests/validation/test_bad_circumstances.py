@@ -110,6 +110,7 @@ def test_a_report_that_cannot_be_written_is_told_before_anything_is_drawn(folder
     assert caught.value.status is ExitStatus.OUTPUT
 
 
+@pytest.mark.long
 def test_a_tolerance_that_nothing_can_meet_still_gives_a_plan_and_a_verdict(folder) -> None:
     scene = folder / "phantom.toml"
     scene.write_text(f"{scene.read_text()}\n[tolerance]\nrmse = 0.0\nmaximum = 0.0\n")

@@ -62,7 +62,7 @@ def _measured_before(others, monkeypatch) -> None:
     monkeypatch.setattr(of, "_measured", lambda *_: others)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.usefixtures("_measured_before")
 @pytest.mark.parametrize(
     ("change", "problem"),

@@ -331,7 +331,7 @@ def packages(tmp_path_factory) -> dict[str, Path]:
     return found
 
 
-@pytest.mark.long(keep=8)
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.kind}: {case.name}")
 def test_damage_with_the_right_digests_is_found_and_the_item_is_named(packages, tmp_path, case) -> None:
     package = Damaged(packages[case.kind], tmp_path)

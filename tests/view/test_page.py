@@ -74,6 +74,7 @@ def test_a_drag_a_key_and_the_wheel_turn_and_zoom_and_reset_takes_it_back(page) 
     assert np.array_equal(picture(page), first)
 
 
+@pytest.mark.long
 def test_two_fingers_move_and_zoom(page) -> None:
     turn_back(page)
     first = picture(page)
@@ -104,6 +105,7 @@ def test_the_error_of_the_step_and_level_is_that_of_the_report(page, phantom) ->
     page.run("const s = document.getElementById('step'); s.value = 0; s.dispatchEvent(new Event('input'))")
 
 
+@pytest.mark.long
 def test_another_transfer_function_and_a_cut_change_the_picture(page) -> None:
     turn_back(page)
     first = picture(page)

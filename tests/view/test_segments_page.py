@@ -43,6 +43,7 @@ def page(browser, package):
         yield browser
 
 
+@pytest.mark.long
 def test_the_mouse_names_the_segments_that_it_rests_on(page, package) -> None:
     titles = {each.name: each.title or each.name for each in package.manifest.segments.segments}
     seen: set[str] = set()
