@@ -87,7 +87,7 @@ export class Tools {
   }
 }
 
-/** What a canvas shows now, as a PNG file. @param {HTMLCanvasElement} canvas @returns {Promise<Blob>} */
+/** The picture of a canvas as a PNG file. @param {HTMLCanvasElement} canvas @returns {Promise<Blob>} */
 export function pngOf(canvas) {
   return new Promise((resolve, reject) => {
     const refused = new Error("the browser makes no PNG file of the picture");

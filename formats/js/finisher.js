@@ -1,14 +1,14 @@
 /**
- * Slow pictures of a canvas whose camera rests: each frame draws what it has time for, and a picture that is finished
- * is only shown again. Where a finer level has come, its parts replace the picture of the coarser one, so that no frame
- * is worse than the one before it.
+ * Finishes slow pictures while the camera of a canvas rests: each frame draws as much as its time allows, and a finished
+ * picture is shown again. The parts of a finer level replace the picture of the coarser one, so that no frame is worse
+ * than the frame before it.
  */
 import { Finishing } from "./finish.js";
 
 /** @typedef {import("./renderer.js").Renderer} Renderer */
 /** @typedef {{boxFromClip: ArrayLike<number>, width: number, height: number}} View */
 
-/** Unless the app says so. */
+/** Default time of a frame. */
 const FRAME_MS = 33;
 
 /** Finishes the pictures of one renderer. */
@@ -16,9 +16,9 @@ export class Finisher {
   #renderer;
   /** The picture that is being finished; null if the last one was drawn at once. @type {Finishing | null} */
   #finishing = null;
-  /** What the last picture shows. */
+  /** Contents of the last picture. */
   #shown = { view: "", program: "", level: -1, revision: -1 };
-  /** What the renderer says of the last picture: something else if another one was drawn meanwhile. @type {unknown} */
+  /** The renderer's token of the last picture: another value if another picture was drawn meanwhile. @type {unknown} */
   #last = null;
 
   /** @param {Renderer} renderer */

@@ -15,7 +15,7 @@ Extra = Literal["validate", "batch", "zarr", "convex"]
 
 @dataclass(frozen=True)
 class Needed:
-    """What an extra is for."""
+    """Use of an extra."""
 
     purpose: str
     """Subject of the message where it is missing."""

@@ -28,7 +28,7 @@ _CHANNELS = "VP1221"
 _SLICES, _PIXELS = 9, 512
 """Slices that are looked at, and rows and columns of each that are taken, about."""
 _DENSE_SHARE = 150.0
-"""Extinction of what is shown: 78 % are hidden after a hundredth of the diagonal, so that it looks solid."""
+"""Extinction of visible voxels: 78 % are hidden after a hundredth of the diagonal, so that it looks solid."""
 _MOST_MARGIN = 0.15
 """Distance of sRGB colours, from 0 to 1, up to which a pixel of the margin has the colour of the background."""
 _LEAST_SHARE = 0.5
@@ -99,7 +99,7 @@ def _read(
 
 
 def _look(pixels: _Pixels) -> tuple[str, dict[str, object]]:
-    """Return what was recognised, and the table [colour]."""
+    """Return the kind that was recognised, and the table [colour]."""
     dense_per_mm = _DENSE_SHARE / pixels.diagonal_mm
     if pixels.alpha is not None:
         return "whose alpha says what is seen", {"extinction": "alpha", "points": _ramp(0.0, 1.0, dense_per_mm)}
@@ -113,7 +113,7 @@ def _look(pixels: _Pixels) -> tuple[str, dict[str, object]]:
         return "without a margin of one colour", {"extinction": "luminance", "points": _ramp(0.05, 0.6, dense_per_mm)}
     code = "#" + "".join(f"{round(255 * part):02x}" for part in background.tolist())
     low = round(max(0.04, 1.5 * float(np.percentile(near, _NOISE))), 3)
-    # Between the background and the colours of what lies on it: pixels at outlines are a mixture of both.
+    # Between the colours of the background and of the object: pixels at outlines are a mixture of both.
     away = np.linalg.norm(pixels.colours - background, axis=-1) / math.sqrt(3.0)
     shown = away[away > low]
     usual = float(np.median(shown)) if shown.size else 0.0

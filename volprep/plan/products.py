@@ -122,7 +122,7 @@ class LightPlan(Record):
     textures: tuple[LightTexturePlan, ...]
     """One for each transfer function."""
     editable: bool
-    """Whether a code stands for a light of 1: an app fills the texture with it after an edit of the function."""
+    """Whether one code is a light of 1: an app fills the texture with it after an edit of the function."""
 
 
 class SliceTexturePlan(Record):

@@ -29,7 +29,7 @@ def is_one_source(specs: list[SourceSpec]) -> bool:
 
 @contextmanager
 def opened_colours(spec: SourceSpec, folder: Path, progress: Progress) -> Iterator[list["ColourPart"]]:
-    """Open the four channels of which `spec` is one. Decoded slabs are kept in a nameless file in `folder`.
+    """Open the four channels, given one of them as `spec`. Decoded slabs are kept in a nameless file in `folder`.
 
     Raises the errors of the reader.
     """

@@ -72,7 +72,7 @@ def drawn_with_segments(
     if program.compositing in OF_ONE_VALUE:
         slots |= {"classification": _VALUES, "shown": f"{_VALUES}:{segments.border}", "value_near": None}
         slots["weight"] = f"{_VALUES}:weight" if segments.border == "crisp" else None
-        # Gradients are those of the values that are shown.
+        # Gradients of the visible values.
         offers = {"STORED": "scan_value", "NEAR": "stored_value", "OF": "", "HIDDEN": literal(-HIDDEN_BELOW)}
         offers["SAME"] = literal(SAME)
         offers["OF_POSITION"] = "" if program.sampling != "texture3d" else words["OF_VOXELS"]

@@ -1,7 +1,7 @@
 """The picture of a scan with segments where a ray shows one value: a maximum or a first hit, in float64.
 
 1. Voxels of hidden labels count as less than any other: a sixteenth of the range of stored values below the least one.
-   The value of a ray, and its place, are those of `volprep.truth.projection` and `volprep.truth.surface` in the field
+   The value of a ray, and its place, follow `volprep.truth.projection` and `volprep.truth.surface` in the field
    of these voxels. Of maxima that differ by at most 1/512 of the range the first counts. A maximum more than halfway
    below the least value is not shown.
 2. The look of the place comes from the shown labels of the eight voxels around it. With *mixed* borders extinction, and

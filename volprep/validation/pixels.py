@@ -19,7 +19,7 @@ from volprep_formats.package.manifest import Tolerance
 Picture = NDArray[np.float32]
 _WIDENING: frozenset[LevelFilter] = frozenset({"maximum", "minimum"})
 """Filters that widen things by up to a voxel of the level. A thing that the volume cuts off becomes wider on its other
-side alone, which cannot be told from a shift: a level of maxima of a whole head, right to the byte, seemed to be
+side alone, which looks the same as a shift: a level of maxima of a whole head, right to the byte, seemed to be
 shifted by 0.47 voxels."""
 
 

@@ -173,7 +173,7 @@ class Sweep(Record):
     view: str
     """View that was drawn."""
     timed_size: Count
-    """Width and height of the pictures that were timed: those of the report, or a quarter or a sixteenth of their
+    """Width and height of the timed pictures: as in the report, or a quarter or a sixteenth of their
     pixels where the driver is slow."""
     float_target: Target | None
     """Target of the quadrature numbers; null if they were not measured."""

@@ -91,7 +91,7 @@ def camera_of_pixels(
 
 
 def camera_of_every(box_from_clip: Float64Array, shape_hw: tuple[int, int], apart: int) -> Float64Array:
-    """Return the camera whose pixels are those of another one in every row and column divisible by `apart`."""
+    """Return a camera with every `apart`-th row and column of the pixels of another one."""
     part = np.eye(4)
     for axis, (count, sign) in enumerate(zip(shape_hw[::-1], (1.0, -1.0), strict=True)):
         covered = every(count, apart) * apart

@@ -29,7 +29,7 @@ from volprep_formats.package.reader import Package
 _HALF_FLOATS = {"mediump": in_half_floats, "mediump-coordinates": with_half_coordinates}
 
 
-def varied_drawings(  # noqa: PLR0917 - the case, its truth, and what is varied
+def varied_drawings(  # noqa: PLR0917 - the case, its truth, and its variations
     case: StressCase,
     classification: ClassificationName,
     subject: Subject,
@@ -39,7 +39,7 @@ def varied_drawings(  # noqa: PLR0917 - the case, its truth, and what is varied
 ) -> Iterator[StressDrawing]:
     """Draw the case of `subject` with all techniques, levels and precisions that are asked for, each varied alone.
 
-    `first` is the drawing of which nothing is varied.
+    `first` is the drawing without variations.
     """
     (program,) = (each for each in subject.programs if each.transfer == TRANSFER)
     for technique in trials.techniques if case.techniques else ():

@@ -81,7 +81,7 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
 
 
 def open_levels(path: Path, level: int | None = None, channel: str | int | None = None) -> "OpenLevels":
-    """Prepare to open all levels that all channels have, finest first, or only `level`; or those of one channel.
+    """Prepare to open all levels that all channels have, finest first, or only `level`; or all of one channel.
 
     Raises what `open_level` raises. A draft has level 0 alone, the scan as it was imported: its other levels are codes,
     not values of the same type.

@@ -44,7 +44,7 @@ class VoxelSource:
             return self._in_file(z0, z1).astype(self._info.stored_type, copy=False)
 
     def _in_file(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Return slices in the type of the file, and check what follows the last one."""
+        """Return slices in the type of the file, and check the bytes after the last one."""
         slab = read_voxels(self._voxels, z0, z1)
         is_last = z1 == self._voxels.shape_zyx[0]
         # A packed stream says only at its end whether its checksum is right.

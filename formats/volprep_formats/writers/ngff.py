@@ -72,7 +72,7 @@ class WrittenLabel:
     value: int
     """The value."""
     name: str
-    """Name for people; empty if there is none."""
+    """Name for people, or an empty string."""
     rgba: tuple[int, int, int, int]
     """Colour as sRGB bytes, and opacity."""
 

@@ -11,7 +11,7 @@ they cancel within a pixel, while errors of maxima do not. Errors along rays tha
 too.
 
 Only filters whose error is clearly below that of means are possible, for each transfer function: the judge of `volprep
-validate` compares errors with those of box means. Of these, error and kept light decide, as in light.py.
+validate` compares errors with the errors of box means. Of these, error and kept light decide, as in light.py.
 """
 
 import math

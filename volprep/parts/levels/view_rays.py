@@ -1,9 +1,9 @@
-"""Rays of pictures through a whole scan: of all sides and some oblique views, aimed at what is seen.
+"""Rays of pictures through a whole scan, from all sides and some oblique views, aimed at visible blocks.
 
 A step keeps its promise if it does in the worst view, and one view may show little but the part of a scan that has the
 finest detail. On a shell from micro-CT rays through patches were off by 0.0021, the views from above by 0.0048, and
-these rays by 0.0047; over six scans the worst of 17 pictures had 0.6 to 1.3 times their error, and up to 2.5 times that
-of patches.
+these rays by 0.0047; over six scans the worst of 17 pictures had 0.6 to 1.3 times their error, and up to 2.5 times
+the error of rays through patches.
 """
 
 import math
@@ -25,11 +25,11 @@ from volprep_formats.package.parts.normals.record import LEAST_SLOPE
 from volprep_formats.source import SourceInfo
 
 _OBLIQUE = 10
-"""Views beside those of the six sides; their directions are spread evenly over the sphere."""
+"""Views in addition to the six sides; their directions are spread evenly over the sphere."""
 _MOST_RAYS, _FEWEST_RAYS = 150, 30
 """Of a view."""
 _PER_VOXEL = 2 * FINE
-"""Samples for each of the smallest edges of a voxel: with half as many the truth is so smooth that the finest steps
+"""Samples for each of the smallest edges of a voxel: with half of them the truth is so smooth that the finest steps
 seem worse than they are. On thin vessels an eighth of a voxel was off by 0.0033 instead of 0.0008."""
 _SAMPLES = 3_000_000
 """Of all rays together, about."""
@@ -66,8 +66,8 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
 ) -> list[PatchRays]:
     """Return the physical values along rays through the part of a source that is level 0, whose grid is `grid`.
 
-    `seen` says in which of the measured blocks [z, y, x] a transfer function shows something. Returns no rays if there
-    are none.
+    `seen` says in which of the measured blocks [z, y, x] a transfer function shows something. Returns no rays if no
+    block does.
     """
     spacing_mm_xyz = np.array(grid.spacing_mm_zyx[::-1])
     offset_mm = np.array(crop.start_zyx[::-1]) * spacing_mm_xyz
@@ -128,7 +128,7 @@ def cut(lines: RaySegments, length_mm: float, seed: int) -> RaySegments:
 
 
 def _groups(grid: Grid, corners_mm: Float64Array, block_mm: Float64Array, *, lit: bool) -> Iterator[ViewGroup]:
-    """Yield the rays of all views, those of one length together."""
+    """Yield the rays of all views, grouped by length."""
     if not len(corners_mm):
         return
     directions = _directions()

@@ -29,7 +29,7 @@ class LightCodes(NamedTuple):
     subtracted: float
 
     def decoded(self, field: LightField) -> LightField:
-        """Return the field that these codes of `field` stand for."""
+        """Return the values of these codes of `field`."""
         ends = self.texels.astype(np.float32) * np.float32(self.largest / 255.0) - np.float32(self.subtracted)
         texels = np.stack([ends[..., 0], ends[..., 1] - ends[..., 0]], axis=-1)[..., None]
         return replace(field, texels=texels)

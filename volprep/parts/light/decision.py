@@ -93,7 +93,7 @@ def sample_count(shape_zyx: tuple[int, int, int]) -> int:
     """Return the number of places that the light of so many texels is fitted to.
 
     At opaque walls the noise of few places binds: on a head of 46×55×46 voxels with 4 per voxel, 786 432 places gave
-    30.4 dB at half the resolution, and four times as many 32.1 dB.
+    30.4 dB at half the resolution, and four times that number 32.1 dB.
     """
     return min(max(_SAMPLES_PER_TEXEL * math.prod(shape_zyx), _LEAST_SAMPLES), _MOST_SAMPLES)
 

@@ -90,7 +90,7 @@ def choose_steps(
             margin = MARGIN_OF_VIEWS if of_views else 1.0
             voxels, reason, _ = longest_step(bench, voxel_mm, scene.tolerance, usual, margin)
             if level.index == 0 and not of_views:
-                reason = f"{reason}; an estimate along rays through parts of the scan, all of which a build measures"
+                reason = f"{reason}; an estimate along rays through parts of the scan; a build measures all of it"
             if scene.segments is not None and voxels > LONGEST_AT_BORDERS[scene.segments.border]:
                 voxels = LONGEST_AT_BORDERS[scene.segments.border]
                 reason = f"borders of segments, {scene.segments.border}, need samples as close as that"

@@ -51,7 +51,7 @@ class LongestStep(NamedTuple):
     """Whether it was measured, and keeps the promise."""
 
 
-def longest_step(  # noqa: PLR0917 - what is measured, and what is allowed
+def longest_step(  # noqa: PLR0917 - the rays, and the allowed error
     bench: "StepBench",
     voxel_mm: float,
     tolerance: Tolerance,

@@ -63,7 +63,7 @@ def decode_request(pixels: EncodedPixels) -> WorkerRequest:
 
 
 def decode_compressed(pixels: EncodedPixels) -> NDArray[np.generic]:
-    """Stored values of the whole picture as [y, x]: integers of 8, 16 or 32 bits. Colours become what is wanted.
+    """Stored values of the whole picture as [y, x]: integers of 8, 16 or 32 bits. Colours become the wanted component.
 
     Raises VolprepError VP1003 when the file cannot be read, VP1031 when it has become shorter, VP1039 when the data
     cannot be decoded, VP1046 to VP1049 when they declare another size, are cut off, are of another kind, or hold values

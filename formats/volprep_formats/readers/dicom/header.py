@@ -71,7 +71,7 @@ class EncodedPixels:
     is_ybr: bool = False
     """For pictures in colour: whether the header says that the components are luminance and two colour differences."""
     grey: GreyOf | ColourChannel = "luminance"
-    """What the colours become: grey, or a channel of a volume in colour."""
+    """Use of the colours: grey, or a channel of a volume in colour."""
     tile: tuple[int, int, int, int] | None = None
     """First row, first column, rows and columns of the slice within the picture; None if it is the whole picture."""
 

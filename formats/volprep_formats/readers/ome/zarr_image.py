@@ -67,7 +67,7 @@ class _Volume:
 
     @property
     def tail(self) -> tuple[int, ...]:
-        """Shape of what is in a voxel."""
+        """Shape of the values of a voxel."""
         return () if self.components is None else (self.facts.shape[self.components],)
 
     @property

@@ -122,7 +122,7 @@ class VdbSource:
         return slab
 
     def keep(self, opened: ExitStack) -> None:
-        """Take what is to be closed with the source."""
+        """Take resources that are closed with the source."""
         self._opened = opened
 
     def __enter__(self) -> Self:
