@@ -202,6 +202,7 @@ class TestWhatItDoesNotDoTwice:
         monkeypatch.setattr(plan_draft, "measure_again", refuse)
         build_here(scene)
 
+    @pytest.mark.long
     def test_a_build_that_broke_down_is_carried_on(self, scene, monkeypatch) -> None:
         monkeypatch.setattr(pipeline, "STAGES", failing("texture", RuntimeError("broke down")))
         with pytest.raises(RuntimeError):

@@ -124,6 +124,7 @@ def test_voxels_that_are_no_numbers_get_the_value_of_the_scene(tmp_path, nan, va
     assert ours == contents(package(tmp_path, "filled.nii", "", "theirs"))
 
 
+@pytest.mark.long
 def test_a_batch_can_require_masks(tmp_path) -> None:
     save(tmp_path / "head.nii", head())
     save(tmp_path / "brain.nii", brain())

@@ -63,7 +63,7 @@ def engine(request, scans, tmp_path_factory) -> dict:
     return {"source": source, "profile": request.param, "package": target, "built": json.loads(run.stdout)}
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_an_engine_as_a_packed_raw_file_keeps_every_voxel(engine) -> None:
     package = Package.open(engine["package"])
     assert package.manifest.levels[0].factors_zyx == (1, 1, 1)

@@ -82,7 +82,7 @@ def expected(package: Package, level: int, function: TransferFunction) -> dict[s
     }
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("kind", SCENES)
 def test_the_tables_of_an_edit_are_those_of_the_renderer(kind, edit_program, tmp_path: Path):
     made = built(tmp_path, *SCENES[kind])

@@ -23,7 +23,7 @@ LACKS: dict[str, tuple[str, str, list[list[str]], str | None]] = {
 }
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("lack", LACKS)
 def test_what_a_device_claims_and_does_not_do(browser, server, scene_package, lack) -> None:
     name, kind, broken, code = LACKS[lack]
@@ -81,6 +81,7 @@ def test_without_each_thing_that_a_package_needs_there_is_a_right_picture_or_a_c
     assert len(ends) > 2
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("kind", ["webgl2", "webgl"])
 @pytest.mark.parametrize("lacks", ["RGBA16F", "SRGB8_ALPHA8"])
 def test_a_target_that_keeps_nothing_is_replaced(browser, server, scene_package, kind, lacks) -> None:
@@ -247,6 +248,7 @@ return { during, after: gl.alive(), drawn, error: gl.getError() };
 """
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["half floats", "meshes on OpenGL ES 2"])
 def test_dispose_frees_every_object(browser, server, scene_package, name) -> None:
     package = scene_package(name)

@@ -19,7 +19,7 @@ def browser(tmp_path_factory) -> Iterator[Firefox]:
         yield opened
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_views_are_those_of_the_reference_renderer(browser, server, scene_package, name) -> None:
     package = scene_package(name)

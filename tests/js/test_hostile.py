@@ -113,6 +113,7 @@ def test_a_file_with_a_wrong_byte_is_found_by_its_digest(browser, server, copy) 
     assert code_of(browser, server, copy) == "VP4009"
 
 
+@pytest.mark.long
 def test_a_file_that_is_cut_off_or_gone_says_so(browser, server, copy) -> None:
     file = copy / Package.open(copy).manifest.textures[0].file
     file.write_bytes(file.read_bytes()[:-1])
@@ -123,6 +124,7 @@ def test_a_file_that_is_cut_off_or_gone_says_so(browser, server, copy) -> None:
     assert code_of(browser, server, copy) == "VP4001"
 
 
+@pytest.mark.long
 def test_an_answer_that_ends_early_and_one_that_stops_say_so(browser, package) -> None:
     for fault, options, code in (
         (("cut_after", 50), {}, "VP7015"),
@@ -134,6 +136,7 @@ def test_an_answer_that_ends_early_and_one_that_stops_say_so(browser, package) -
             assert code_of(browser, faulty, package.path, **options) == code
 
 
+@pytest.mark.long
 def test_a_manifest_that_is_none_says_so(browser, server, copy) -> None:
     manifest = copy / "manifest.json"
     text = manifest.read_text()

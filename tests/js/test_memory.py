@@ -59,7 +59,7 @@ def gpu_bytes(processes: list[psutil.Process]) -> int:
     return found[0].memory_full_info().pss
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("kind", PROFILES)
 def test_the_peak_is_a_fifth_above_the_texture_at_most(browser, folder, kind) -> None:
     # What the browser does beside only adds to it: one of three is enough.

@@ -266,6 +266,7 @@ def test_a_page_that_may_start_no_worker_does_its_work_itself(browser, folders) 
         assert browser.run(script, "/package/p.volpkg")["level"] == 0
 
 
+@pytest.mark.long
 def test_a_service_worker_keeps_what_is_right_for_times_without_a_network(browser, folders, tmp_path) -> None:
     worker = Path(__file__).parents[2] / "formats" / "js" / "service_worker.js"
     (tmp_path / "service_worker.js").write_text(worker.read_text())

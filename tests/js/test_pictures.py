@@ -114,6 +114,7 @@ def test_an_edited_transfer_function_is_drawn_on_every_level(browser, server, sc
             assert rmse(picture, reference) < TWO_STEPS < rmse(unedited, reference) / 5
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["segments", "segments in a mosaic"])
 def test_a_segment_that_an_app_hides_is_as_one_that_the_package_hides(browser, server, scene_package, name) -> None:
     package, hidden = scene_package(name), scene_package(f"{name}, one hidden")
@@ -142,6 +143,7 @@ def test_a_plane_cuts_as_the_near_plane_does(browser, server, scene_package, nam
         assert rmse(found.pictures[0], wanted) < TWO_STEPS < rmse(whole, wanted)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["shadow rays", "shadow map", "half-angle slices"])
 def test_what_a_plane_cuts_away_throws_no_shadow(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -296,6 +298,7 @@ def replace_file(folder: Path, manifest: dict[str, Any], path: str, data: bytes)
     (folder / "manifest.json").write_text(json.dumps(manifest))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("decoder", ["none", "draco3d"])
 def test_a_mesh_that_is_compressed_needs_a_decoder_of_the_app(
     browser, server, scene_package, compressed, decoder

@@ -140,6 +140,7 @@ def test_a_render_target_gets_premultiplied_linear_light(page, package) -> None:
     assert rmse(found[..., :3], picture[..., :3]) < TWO_STEPS
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("reversed_depth", [False, True])
 def test_what_is_opaque_hides_what_is_behind_it_and_shows_through(page, package, reversed_depth) -> None:
     script = """

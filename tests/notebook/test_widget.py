@@ -93,6 +93,7 @@ def test_the_module_imports_nothing_and_exports_render(widget, server) -> None:
     assert text.rstrip().endswith(".widget;")
 
 
+@pytest.mark.long
 def test_both_sides_follow_view_clip_and_points(notebook) -> None:
     script = (
         START

@@ -74,6 +74,7 @@ def test_without_exchange_a_killed_publish_leaves_one_package_or_none(room: Path
     assert all(run["healed"] and run["left"] == ["new", "old", "target"] for run in runs)
 
 
+@pytest.mark.long
 @pytest.mark.timeout(60)
 def test_builds_killed_at_thirty_random_moments_never_leave_a_broken_package(tmp_path: Path) -> None:
     runs = crash("at_random", tmp_path)

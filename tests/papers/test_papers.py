@@ -92,7 +92,7 @@ SMALL = {
 }
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("module", "patched"), SMALL.items(), ids=[each.__name__ for each in SMALL])
 def test_every_paper_can_be_measured_where_nothing_is_large(ball, tmp_path, monkeypatch, module, patched):
     monkeypatch.setattr(module, "scan", lambda _: ball)

@@ -7,7 +7,7 @@ from long_runs import share_of
 from readers_compare import compare, disagreement, seeds_of
 from three_readers import READ, Readers
 
-COUNT = share_of(240, 3)
+COUNT = share_of(240, 2)
 
 
 @pytest.mark.longer

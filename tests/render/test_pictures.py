@@ -156,6 +156,7 @@ PLACES = {
 }
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("direction", DIRECTIONS.values(), ids=DIRECTIONS.keys())
 @pytest.mark.parametrize("place", PLACES)
 def test_what_is_left_in_front_and_up_is_where_a_radiologist_expects_it(tmp_path, direction, place):

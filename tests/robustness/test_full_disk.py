@@ -104,6 +104,7 @@ def test_a_folder_that_finds_no_room_leaves_nothing(place, tmp_path, command) ->
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("command", {**FILES, **FOLDERS})
 def test_a_disk_without_room_stays_empty(place, disk, command) -> None:
     require_one_message(volprep(*command.format(disk).split(), cwd=place))

@@ -38,7 +38,7 @@ def test_damaged_files_are_read_or_refused_with_a_code(subject, tmp_path) -> Non
     assert not {"VP1270", "VP1271", "VP1272", "VP1273"} & outcomes.keys(), "a decoder went wrong"
 
 
-@pytest.mark.long(keep=8)
+@pytest.mark.long(keep=2)
 @each_subject
 def test_every_beginning_of_a_file_is_refused_or_whole(subject, tmp_path) -> None:
     file = tmp_path / f"cut{subject.suffix}"

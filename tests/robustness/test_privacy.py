@@ -186,6 +186,7 @@ MADE = [
 ]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("scan_of", "commands"), [(nifti_of, BEGUN), (nrrd_of, BEGUN), (metaimage_of, BEGUN), (series_of, MADE)]
 )

@@ -44,7 +44,7 @@ def test_all_that_is_registered_is_drawn():
         assert len({way.choices[place] for way in ways}) > 3
 
 
-@pytest.mark.long(keep=41)
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("way", share(by_step()), ids=lambda way: way.name)
 def test_the_error_falls_with_its_order_as_steps_get_finer(bench, way):
     falling = bench.by_step(way)

@@ -142,6 +142,7 @@ WRITERS: dict[str, Write] = {
 }
 
 
+@pytest.mark.long(keep=9)
 @pytest.mark.parametrize("dtype", ["uint8", "uint16", "float32"])
 @pytest.mark.parametrize("name", WRITERS)
 def test_each_format_gives_what_pages_of_tiff_give(tmp_path: Path, name: str, dtype: str) -> None:

@@ -310,6 +310,7 @@ def test_an_entry_that_is_there_twice_is_refused(tmp_path) -> None:
     assert "there twice" in str(refusal(file))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "codec", [numcodecs.Zlib(), numcodecs.Zstd(), numcodecs.Blosc("zstd"), numcodecs.LZ4()], ids=str
 )

@@ -79,6 +79,7 @@ def test_each_item_of_the_package_has_a_row_and_says_which_way_it_went(found) ->
     assert all(row.finding for row in found.rows)
 
 
+@pytest.mark.long
 def test_a_technique_that_takes_the_same_samples_is_rightly_left_out(found) -> None:
     row = row_of(found, "technique slabs")
     assert not row.kept
@@ -90,10 +91,12 @@ def test_a_technique_that_takes_the_same_samples_is_rightly_left_out(found) -> N
     }
 
 
+@pytest.mark.long
 def test_shadows_are_asked_about_where_the_scene_has_them(found) -> None:
     assert "shadows" not in {row.item for row in found.rows}
 
 
+@pytest.mark.long
 def test_what_no_program_can_draw_without_earns_its_place(found) -> None:
     for name in ("level 0", "lookup table core", "shaders"):
         row = row_of(found, name)
@@ -103,6 +106,7 @@ def test_what_no_program_can_draw_without_earns_its_place(found) -> None:
         assert "/" not in row.finding
 
 
+@pytest.mark.long
 def test_a_border_and_bricks_are_rightly_left_out_and_cost_bytes(found) -> None:
     for name in ("empty border", "bricks"):
         row = row_of(found, name)
@@ -137,6 +141,7 @@ def test_a_border_that_light_reads_is_told_from_the_place_of_samples(reach, tmp_
     assert (row.change_maximum < 1e-6) == bool(reach)
 
 
+@pytest.mark.long
 def test_a_skip_table_changes_no_pixel(found) -> None:
     row = row_of(found, "skip table of core")
     assert row.change_maximum == 0.0
@@ -144,6 +149,7 @@ def test_a_skip_table_changes_no_pixel(found) -> None:
     assert row.other.package_bytes < found.planned.package_bytes
 
 
+@pytest.mark.long
 def test_more_bits_change_pictures_and_the_change_is_told(found) -> None:
     row = row_of(found, "16-bit values")
     assert row.change_rmse > 0
@@ -151,12 +157,14 @@ def test_more_bits_change_pictures_and_the_change_is_told(found) -> None:
     assert row.outcome in {"rightly left out", "traded for bytes"}
 
 
+@pytest.mark.long
 def test_the_package_with_everything_is_larger_in_every_way(found) -> None:
     assert found.everything_has == ("empty border", "16-bit values")
     for field in ("package_bytes", "upload_bytes", "gpu_bytes"):
         assert getattr(found.everything, field) > 1.5 * getattr(found.planned, field)
 
 
+@pytest.mark.long
 def test_the_page_shows_every_row_and_the_data_come_back_as_they_were(found, package) -> None:
     facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
     page = ablation_page(Report.model_construct(package=facts, generator="volprep"), found)
@@ -277,6 +285,7 @@ def test_a_level_is_nearer_to_the_scan_with_its_own_table() -> None:
     assert table_outcome(row, 0.02, 0.01).outcome == "does not earn its place"
 
 
+@pytest.mark.long
 def test_what_the_scene_asks_for_is_no_fault_of_the_plan(found) -> None:
     wrong = row_of(found, "bricks").model_copy(update={"outcome": "wrongly left out"})
     of_plan = wrong.model_copy(update={"item": "mine", "chosen_by": "plan"})
@@ -315,6 +324,7 @@ def reported(ablation: Ablation | None, monkeypatch) -> None:
     monkeypatch.setattr("volprep.report.validate.validate", lambda *_, **wishes: report if wishes["ablate"] else None)
 
 
+@pytest.mark.long
 def test_a_plan_that_is_wrong_ends_with_status_1_and_its_items(found, monkeypatch, capsys) -> None:
     wrong = row_of(found, "bricks").model_copy(update={"outcome": "wrongly left out", "chosen_by": "plan"})
     right = [row for row in found.rows if row.outcome not in FAULTS]
@@ -327,6 +337,7 @@ def test_a_plan_that_is_wrong_ends_with_status_1_and_its_items(found, monkeypatc
     assert "without skip table of core" in said
 
 
+@pytest.mark.long
 def test_a_plan_that_is_right_ends_well(found, monkeypatch, capsys) -> None:
     right = [row for row in found.rows if row.outcome not in FAULTS]
     reported(found.model_copy(update={"rows": tuple(right)}), monkeypatch)
@@ -334,6 +345,7 @@ def test_a_plan_that_is_right_ends_well(found, monkeypatch, capsys) -> None:
     assert "rightly left out" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_validate_writes_the_page_and_the_report_holds_the_numbers(found, package, tmp_path, monkeypatch) -> None:
     facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
     stub = Report.model_construct(package=facts, generator="volprep", ablation=None)

@@ -86,6 +86,7 @@ def test_the_data_are_valid_by_the_schema(report, folder) -> None:
     assert Report.model_validate(data) == report
 
 
+@pytest.mark.long(keep=1)
 def test_every_picture_is_there_and_none_without_a_name(report, folder) -> None:
     views = {name for program in report.programs for view in program.views for _, name in view.pictures}
     levels = [compared.picture for program in report.programs for compared in program.levels]

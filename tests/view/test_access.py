@@ -21,7 +21,7 @@ return violations.map(({ id, nodes }) => [id, nodes.map((each) => each.html.slic
 """
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("screen", SCREENS)
 def test_axe_finds_nothing_to_object_to_in_either_theme(browser, phantom, screen) -> None:
     axe = npm_package("axe-core", "4.10.3") / "node_modules" / "axe-core" / "axe.min.js"

@@ -57,6 +57,7 @@ def test_the_mouse_names_the_segments_that_it_rests_on(page, package) -> None:
     assert page.console == []
 
 
+@pytest.mark.long
 def test_a_moving_or_pressed_mouse_names_nothing(page) -> None:
     x, y, names = page.run(_PLACES)[0]
     assert names
