@@ -48,7 +48,7 @@ export function functionEditor(stage, manifest, place, changed) {
     const joint = [manifest.together, manifest.segments].find((each) => each?.name === picture);
     const together = joint ? joint.transfers : null;
     if (isColour(manifest, picture)) {
-      const most = of(manifest, joint.transfers[3]).points.at(-1)?.extinction_per_mm;
+      const most = of(manifest, joint.transfers[3]).points.at(-1)?.extinction_per_mm ?? 0;
       const said = `Each voxel has its own colour. Its extinction is up to ${number(most)} per mm.`;
       place.replaceChildren(make("p", { className: "hint" }, said));
       return;
