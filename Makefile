@@ -54,7 +54,8 @@ lint: $(NATIVE) $(TEST) $(LINT)
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
-	.venv/bin/clang-format --dry-run -Werror $(CXX_FILES)
+	@echo ".venv/bin/clang-format --dry-run -Werror ($(words $(CXX_FILES)) files of C and C++)"
+	@.venv/bin/clang-format --dry-run -Werror $(CXX_FILES)
 	.venv/bin/python tools/glsl_format.py
 	tools/javascript.sh
 	git ls-files -z | grep -zvE '\.(png|gz|nii)$$' | xargs -0 .venv/bin/codespell

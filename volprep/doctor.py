@@ -1,4 +1,4 @@
-"""Check this machine for everything that volprep needs: one fact per requirement; something missing is no error."""
+"""Check this machine for everything that volprep needs: one fact for each requirement."""
 
 import os
 import platform
@@ -23,7 +23,7 @@ _COMFORTABLE_BYTES = 1_500_000_000
 
 
 class Fact(Record):
-    """One thing that was looked for."""
+    """One requirement, and whether this machine meets it."""
 
     topic: Topic
     """Group of the fact."""
@@ -32,7 +32,7 @@ class Fact(Record):
     found: bool
     """Whether it is there."""
     needed: bool
-    """Whether the way from a scan to a validated package is barred without it."""
+    """Whether building or drawing a package fails without it. Extras are never needed."""
     detail: str
     """Version, driver or number that was found, or why nothing was found."""
     remedy: str = ""
@@ -43,9 +43,9 @@ class Examination(Record):
     """All facts about a machine."""
 
     ready: bool
-    """Whether a scan can become a validated package here."""
+    """Whether this machine can build a package and draw it."""
     facts: tuple[Fact, ...]
-    """One for each thing that was looked for, always in the same order; one more for each thing that is drawn wrong."""
+    """One for each requirement, always in the same order; one more for each format, filter or size drawn wrong."""
     probes: tuple[ProfileProbes, ...]
     """Probe results for each profile whose OpenGL ES context could be created."""
     profiles: tuple[ProfileFile, ...]
@@ -252,7 +252,7 @@ def _extras() -> Iterator[Fact]:
             topic="extra",
             name=extra,
             found=module is None,
-            needed=extra == "validate",
+            needed=False,
             detail=needed.purpose if module is None else f"{needed.purpose}: no module {module}",
             remedy="" if module is None else how_to_add(extra),
         )

@@ -1,4 +1,4 @@
-"""volprep doctor: what this machine has of what volprep needs, and how to get the rest."""
+"""volprep doctor: check what volprep needs on this machine, and say how to get what is missing."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,15 +14,16 @@ if TYPE_CHECKING:
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False,
 ) -> None:
-    """Print which of the things that volprep needs this machine has.
+    """Check that this machine has what volprep needs.
 
-    There is one line for each component, with how to get a missing one. For each class of devices, all formats, filters
-    and sizes of textures that its packages may need are drawn on this driver and read back: offered is not yet drawn
-    right. Devices have a profile of their own; --json says where each of its numbers comes from.
+    Prints one line for each component, with how to get a missing one. Drivers advertise textures that they draw wrong:
+    each format, filter and size that the packages of a profile may need is therefore drawn and read back. For each
+    device with a profile of its own, a line gives its limits; --json gives the source of each number.
 
-    OK: it is here. missing: without it no scan becomes a validated package. no: you lose only what the line says.
+    OK: it is here. missing: volprep cannot build or draw packages without it. no: only what the line names is lost,
+    such as a command whose extra is not installed.
 
-    Exit status 0: everything needed is here. 8: something is missing.
+    Exit status 0: this machine can build and draw packages. 8: something is missing.
     """
     from volprep.doctor import examine
 

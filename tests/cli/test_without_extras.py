@@ -42,6 +42,7 @@ def run(arguments):
 print(json.dumps([run(arguments) for arguments in json.load(sys.stdin)]))
 """
 WORKS = [
+    ["doctor"],
     ["plan", "phantom.toml"],
     ["build", "phantom.toml", "-o", "phantom.volpkg"],
     ["validate", "phantom.volpkg", "--quick"],

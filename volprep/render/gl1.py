@@ -144,20 +144,7 @@ class Gl1(GlObjects):
             GLES1.glEnable(GLES1.GL_BLEND)
             GLES1.glBlendFunc(GLES1.GL_ONE, GLES1.GL_ONE_MINUS_SRC_ALPHA)
             GLES1.glEnable(GLES1.GL_TEXTURE_2D)
-            environment = (
-                (GLES1.GL_TEXTURE_ENV_MODE, GLES1.GL_COMBINE),
-                (GLES1.GL_COMBINE_RGB, GLES1.GL_MODULATE),
-                (GLES1.GL_COMBINE_ALPHA, GLES1.GL_MODULATE),
-                (GLES1.GL_SRC0_RGB, GLES1.GL_TEXTURE),
-                (GLES1.GL_OPERAND0_RGB, GLES1.GL_SRC_ALPHA if white else GLES1.GL_SRC_COLOR),
-                (GLES1.GL_SRC1_RGB, GLES1.GL_PRIMARY_COLOR),
-                (GLES1.GL_SRC0_ALPHA, GLES1.GL_TEXTURE),
-                (GLES1.GL_SRC1_ALPHA, GLES1.GL_PRIMARY_COLOR),
-                (GLES1.GL_RGB_SCALE, 1 if brightness <= 1.0 else 2),
-                (GLES1.GL_ALPHA_SCALE, 1 if brightness <= 1.0 else 2),
-            )
-            for name, value in environment:
-                GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, name, float(value))
+            _combine(GLES1.GL_MODULATE, {1: GLES1.GL_PRIMARY_COLOR}, brightness, white)
             level = brightness if brightness <= 1.0 else brightness / 2
             GLES1.glColor4f(level, level, level, level)
             _set_matrix(clip_from_box)
@@ -238,22 +225,6 @@ class Gl1(GlObjects):
 
     def begin_mixing(self, brightness: float, *, white: bool = False) -> None:
         """Go on from `begin`, with the same brightness, to polygons that mix the texels of two textures."""
-        scale = 1.0 if brightness <= 1.0 else 2.0
-        second = (
-            (GLES1.GL_TEXTURE_ENV_MODE, GLES1.GL_COMBINE),
-            (GLES1.GL_COMBINE_RGB, GLES1.GL_INTERPOLATE),
-            (GLES1.GL_COMBINE_ALPHA, GLES1.GL_INTERPOLATE),
-            (GLES1.GL_SRC0_RGB, GLES1.GL_TEXTURE),
-            (GLES1.GL_OPERAND0_RGB, GLES1.GL_SRC_ALPHA if white else GLES1.GL_SRC_COLOR),
-            (GLES1.GL_SRC0_ALPHA, GLES1.GL_TEXTURE),
-            (GLES1.GL_SRC1_RGB, GLES1.GL_PREVIOUS),
-            (GLES1.GL_SRC1_ALPHA, GLES1.GL_PREVIOUS),
-            (GLES1.GL_SRC2_RGB, GLES1.GL_CONSTANT),
-            (GLES1.GL_OPERAND2_RGB, GLES1.GL_SRC_ALPHA),
-            (GLES1.GL_SRC2_ALPHA, GLES1.GL_CONSTANT),
-            (GLES1.GL_RGB_SCALE, scale),
-            (GLES1.GL_ALPHA_SCALE, scale),
-        )
         with self._checked("drawing slices"):
             for name in (GLES1.GL_RGB_SCALE, GLES1.GL_ALPHA_SCALE):
                 GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, name, 1.0)
@@ -261,8 +232,8 @@ class Gl1(GlObjects):
             GLES1.glClientActiveTexture(GLES1.GL_TEXTURE1)
             GLES1.glEnable(GLES1.GL_TEXTURE_2D)
             GLES1.glEnableClientState(GLES1.GL_TEXTURE_COORD_ARRAY)
-            for name, value in second:
-                GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, name, float(value))
+            _combine(GLES1.GL_INTERPOLATE, {1: GLES1.GL_PREVIOUS, 2: GLES1.GL_CONSTANT}, brightness, white)
+            GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, GLES1.GL_OPERAND2_RGB, float(GLES1.GL_SRC_ALPHA))
             self._one_unit()
 
     def draw_mixed(
@@ -322,6 +293,28 @@ class Gl1(GlObjects):
             pointer = picture.ctypes.data_as(ctypes.c_void_p)
             GLES1.glReadPixels(0, 0, width, height, GLES1.GL_RGBA, GLES1.GL_UNSIGNED_BYTE, pointer)
         return picture[::-1].astype(np.float32) / np.float32(255)
+
+
+def _combine(function: int, others: dict[int, int], brightness: float, white: bool) -> None:
+    """Combine texels, argument 0, with `others`, a source for each argument; multiply by `brightness` above 1.
+
+    `function` is GL_MODULATE or GL_INTERPOLATE. If `white`, the opacity of texels takes the place of their colour.
+    """
+    scale = 1 if brightness <= 1.0 else 2
+    sources_rgb = (GLES1.GL_SRC0_RGB, GLES1.GL_SRC1_RGB, GLES1.GL_SRC2_RGB)
+    sources_alpha = (GLES1.GL_SRC0_ALPHA, GLES1.GL_SRC1_ALPHA, GLES1.GL_SRC2_ALPHA)
+    environment = [
+        (GLES1.GL_TEXTURE_ENV_MODE, GLES1.GL_COMBINE),
+        (GLES1.GL_COMBINE_RGB, function),
+        (GLES1.GL_COMBINE_ALPHA, function),
+        (GLES1.GL_OPERAND0_RGB, GLES1.GL_SRC_ALPHA if white else GLES1.GL_SRC_COLOR),
+        (GLES1.GL_RGB_SCALE, scale),
+        (GLES1.GL_ALPHA_SCALE, scale),
+    ]
+    for argument, source in {0: GLES1.GL_TEXTURE, **others}.items():
+        environment += [(sources_rgb[argument], source), (sources_alpha[argument], source)]
+    for name, value in environment:
+        GLES1.glTexEnvf(GLES1.GL_TEXTURE_ENV, name, float(value))
 
 
 def _set_matrix(clip_from_box: Float64Array) -> None:

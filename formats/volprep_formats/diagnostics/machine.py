@@ -5,7 +5,7 @@ from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 ENTRIES: dict[str, Diagnostic] = {
     "VP7001": Diagnostic(
         ExitStatus.MACHINE,
-        "this machine cannot turn a scan into a validated package. Missing: {missing}",
+        "this machine cannot build and draw packages. Missing: {missing}",
         "Each line marked missing says how to get that part.",
     ),
     "VP7002": Diagnostic(

@@ -91,12 +91,13 @@ struct Look {
 
 // All that is integrated over a piece.
 struct Mixture {
+    const Media& media;
     std::vector<Look> looks;
     Polynomial extinction;
     Polynomial emission[3];
     double half_length;
 
-    Mixture(const Media& media, double length_mm) : half_length(0.5 * length_mm) {
+    Mixture(const Media& media_, double length_mm) : media(media_), half_length(0.5 * length_mm) {
         looks.reserve(media.size());
         for (const MixedMedium& medium : media) {
             const Segment& segment = *medium.segment;
@@ -135,11 +136,6 @@ struct Mixture {
         }
         return total > 0.0;
     }
-};
-
-struct Choice {
-    const GaussRule* rule;  // none: no rule has a bound
-    double error;           // of the light
 };
 
 // The smallest rule whose error is within `allowed`; the best there is, where none is.
@@ -236,50 +232,14 @@ Doubt doubt_of(const Media& media, const Mixture& mixture, double alpha, const R
 }
 
 // Adds a piece whose light is known, up to `light_error`.
-void add(Beam& beam, const Media& media, const Mixture& mixture, const RayLimits& limits, const double light[3],
-         double light_error) {
+void add(Beam& beam, const Mixture& mixture, const RayLimits& limits, const double light[3], double light_error) {
     const double through = std::exp(-mixture.depth());
-    const Colours colours(media, mixture);
-    const Doubt doubt = doubt_of(media, mixture, 1.0 - through, limits);
+    const Colours colours(mixture.media, mixture);
+    const Doubt doubt = doubt_of(mixture.media, mixture, 1.0 - through, limits);
     add_mixture(
         beam, limits, through, doubt, {colours.span, colours.variation, 64.0}, light, light_error,
         [&](double y, double colour[3]) { return mixture.colour_at(y, colour); },
         [&](int channel) { return std::max(0.0, mixture.looks.front().colours[channel].at(1.0)); });
-}
-
-void gather_cut(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, int cuts);
-
-void gather_halves(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, double place, int cuts) {
-    const auto part = [&](double from, double to) {
-        Media result = media;
-        for (MixedMedium& medium : result) {
-            medium.value = medium.value.between(from, to);
-            medium.weight = medium.weight.between(from, to);
-        }
-        gather_cut(beam, result, length_mm * 0.5 * (to - from), limits, cuts + 1);
-    };
-    part(-1.0, place);
-    if (!beam.stopped) part(place, 1.0);
-}
-
-void gather_cut(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, int cuts) {
-    const Mixture mixture(media, length_mm);
-    const double depth = mixture.depth();
-    if (depth > kStiff && cuts < kDeepestCut) {
-        gather_halves(beam, media, length_mm, limits, place_of_depth_one(mixture), cuts);
-        return;
-    }
-    // Half of the tolerance is for quadrature: a quarter shared by opacity, a quarter by length.
-    const double alpha = 1.0 - std::exp(-depth);
-    const double allowed = 0.25 * limits.tolerance * (alpha + length_mm / (limits.length_mm * beam.transmittance));
-    const Choice choice = choose_rule(mixture, allowed);
-    if (choice.error > allowed && cuts < kDeepestCut) {
-        gather_halves(beam, media, length_mm, limits, 0.0, cuts);
-        return;
-    }
-    double light[3] = {0.0, 0.0, 0.0};
-    if (choice.rule != nullptr) integrate(light, *choice.rule, mixture);
-    add(beam, media, mixture, limits, light, choice.rule != nullptr ? choice.error : limits.colour_max * alpha);
 }
 
 }  // namespace
@@ -287,7 +247,7 @@ void gather_cut(Beam& beam, const Media& media, double length_mm, const RayLimit
 void gather_mixed(Beam& beam, const std::vector<MixedMedium>& media, double length_mm,
                   const RayLimits& limits) noexcept {
     if (media.empty() || !(length_mm > 0.0)) return;
-    gather_cut(beam, media, length_mm, limits, 0);
+    gather_cut<Mixture>(beam, media, length_mm, limits);
 }
 
 }  // namespace volprep::oracle

@@ -59,7 +59,7 @@ double largest(const Cubic& cubic, double radius) {
            radius * (std::fabs(cubic.c1) + radius * (std::fabs(cubic.c2) + radius * std::fabs(cubic.c3)));
 }
 
-Extinction total_extinction(const Media& media, double length_mm) {
+Extinction total_extinction(const Media& media, double length_mm) noexcept {
     Cubic sum{0.0, 0.0, 0.0, 0.0};
     for (const SumMedium& medium : media) {
         const Cubic tau = extinction_of(medium);
@@ -81,18 +81,25 @@ double largest_emission(const Media& media, double radius) {
     return most;
 }
 
-struct Choice {
-    const GaussRule* rule;  // none: no rule has a bound
-    double error;           // of the light
+// All that is integrated over a piece.
+struct Mixture {
+    const Media& media;
+    Extinction extinction;
+
+    Mixture(const Media& media_, double length_mm) noexcept
+        : media(media_), extinction(total_extinction(media_, length_mm)) {}
+    double depth() const noexcept { return extinction.depth(); }
+    double antiderivative(double y) const noexcept { return extinction.antiderivative(y); }
 };
 
 // The smallest rule whose error is within `allowed`; the best there is, where none is.
-Choice choose_rule(const Media& media, const Extinction& extinction, double allowed) {
+Choice choose_rule(const Mixture& mixture, double allowed) {
+    const Extinction& extinction = mixture.extinction;
     Choice choice{nullptr, std::numeric_limits<double>::infinity()};
     for (const EllipseBounds& ellipse : kEllipseBounds) {
         const double spread = extinction.spread(ellipse.radius);
         if (spread > kWidest) continue;
-        const double scale = extinction.half_length * largest_emission(media, ellipse.radius) *
+        const double scale = extinction.half_length * largest_emission(mixture.media, ellipse.radius) *
                              std::exp(spread - extinction.depth_at_0());
         for (std::size_t k = 0; k < kRules.size(); ++k) {
             double error = scale * ellipse.series[k] / kFactorials[k];
@@ -105,11 +112,12 @@ Choice choose_rule(const Media& media, const Extinction& extinction, double allo
     return choice;
 }
 
-void integrate(double light[3], const GaussRule& rule, const Media& media, const Extinction& extinction) {
+void integrate(double light[3], const GaussRule& rule, const Mixture& mixture) {
+    const Extinction& extinction = mixture.extinction;
     const double start = extinction.antiderivative(-1.0);
     for_each_node(rule, [&](double y, double weight) {
         const double through = weight * extinction.half_length * std::exp(start - extinction.antiderivative(y));
-        for (const SumMedium& medium : media) {
+        for (const SumMedium& medium : mixture.media) {
             const double strength = through * extinction_of(medium).at(y);
             for (int channel = 0; channel < 3; ++channel) light[channel] += strength * colour_of(medium, channel).at(y);
         }
@@ -140,12 +148,12 @@ Range range_of(const Cubic& cubic) {
     return {std::max(0.0, cubic.c0 - most), std::max(0.0, cubic.c0 + most)};
 }
 
-// How the colour of the mixture behaves on a piece.
-struct Mixture {
+// How the colour of a mixture behaves on a piece.
+struct Colours {
     double span = 0.0;       // between any colours of any media, also of media that the ray may still be in
     double variation = 0.0;  // up and down together
 
-    explicit Mixture(const Media& media) noexcept {
+    explicit Colours(const Media& media) noexcept {
         double low[3];
         double high[3];
         std::fill_n(low, 3, std::numeric_limits<double>::infinity());
@@ -205,47 +213,15 @@ Doubt doubt_of(const Media& media, double length_mm, double alpha, const RayLimi
 }
 
 // Adds a piece whose light is known, up to `light_error`.
-void add(Beam& beam, const Media& media, const Extinction& extinction, const RayLimits& limits, const double light[3],
-         double light_error) {
-    const double through = std::exp(-extinction.depth());
-    const Mixture mixture(media);
-    const Doubt doubt = doubt_of(media, 2.0 * extinction.half_length, 1.0 - through, limits);
+void add(Beam& beam, const Mixture& mixture, const RayLimits& limits, const double light[3], double light_error) {
+    const Media& media = mixture.media;
+    const double through = std::exp(-mixture.depth());
+    const Colours colours(media);
+    const Doubt doubt = doubt_of(media, 2.0 * mixture.extinction.half_length, 1.0 - through, limits);
     add_mixture(
-        beam, limits, through, doubt, {mixture.span, mixture.variation, 32.0}, light, light_error,
+        beam, limits, through, doubt, {colours.span, colours.variation, 32.0}, light, light_error,
         [&](double y, double colour[3]) { return mixed_colour(media, y, colour); },
         [&](int channel) { return colour_of(media.front(), channel).at(1.0); });
-}
-
-void gather_cut(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, int cuts);
-
-void gather_halves(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, double place, int cuts) {
-    const auto part = [&](double from, double to) {
-        Media result = media;
-        for (SumMedium& medium : result) medium.value = medium.value.between(from, to);
-        gather_cut(beam, result, length_mm * 0.5 * (to - from), limits, cuts + 1);
-    };
-    part(-1.0, place);
-    if (!beam.stopped) part(place, 1.0);
-}
-
-void gather_cut(Beam& beam, const Media& media, double length_mm, const RayLimits& limits, int cuts) {
-    const Extinction extinction = total_extinction(media, length_mm);
-    const double depth = extinction.depth();
-    if (depth > kStiff && cuts < kDeepestCut) {
-        gather_halves(beam, media, length_mm, limits, place_of_depth_one(extinction), cuts);
-        return;
-    }
-    // Half of the tolerance is for quadrature: a quarter shared by opacity, a quarter by length.
-    const double alpha = 1.0 - std::exp(-depth);
-    const double allowed = 0.25 * limits.tolerance * (alpha + length_mm / (limits.length_mm * beam.transmittance));
-    const Choice choice = choose_rule(media, extinction, allowed);
-    if (choice.error > allowed && cuts < kDeepestCut) {
-        gather_halves(beam, media, length_mm, limits, 0.0, cuts);
-        return;
-    }
-    double light[3] = {0.0, 0.0, 0.0};
-    if (choice.rule != nullptr) integrate(light, *choice.rule, media, extinction);
-    add(beam, media, extinction, limits, light, choice.rule != nullptr ? choice.error : limits.colour_max * alpha);
 }
 
 }  // namespace
@@ -257,7 +233,7 @@ void gather_sum(Beam& beam, const std::vector<SumMedium>& media, double length_m
         gather(beam, {only.segment, only.value, only.base, length_mm, only.value_error}, limits);
         return;
     }
-    gather_cut(beam, media, length_mm, limits, 0);
+    gather_cut<Mixture>(beam, media, length_mm, limits);
 }
 
 }  // namespace volprep::oracle

@@ -24,6 +24,10 @@ struct MixedMedium {
     double value_error;
     Cubic weight;
     double weight_error;
+
+    MixedMedium between(double from, double to) const noexcept {
+        return {segment, front, value.between(from, to), base, value_error, weight.between(from, to), weight_error};
+    }
 };
 
 using MixedCuts = PartCuts<MixedMedium>;

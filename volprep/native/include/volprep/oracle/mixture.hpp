@@ -1,11 +1,14 @@
-// The end of a piece of a ray that lies in several media: what its light and its doubts add to the beam.
+// A piece of a ray that lies in several media: how it is cut, and what its light and its doubts add to the beam.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "volprep/oracle/beam.hpp"
+#include "volprep/oracle/extinction.hpp"
+#include "volprep/oracle/gauss.hpp"
 
 namespace volprep::oracle {
 
@@ -61,6 +64,46 @@ void add_mixture(Beam& beam, const RayLimits& limits, double through, const Doub
     std::copy_n(last, 3, beam.last_colour);
     beam.transmittance *= through;
     beam.stopped = beam.transmittance * limits.colour_max <= 0.25 * limits.tolerance;
+}
+
+// The rule for a piece.
+struct Choice {
+    const GaussRule* rule;  // nullptr: no rule has a bound
+    double error;           // of the light, at most
+};
+
+// Gathers a piece of `media`, [-1, 1]; cuts it if it is stiff, or if no rule keeps its share of the tolerance.
+//
+// A Mixture is made of media and a length, and has depth() and antiderivative(y) of the extinction. Functions of it:
+// choose_rule(mixture, allowed), integrate(light, rule, mixture), and add(beam, mixture, limits, light, light_error).
+template <typename Mixture, typename Medium>
+void gather_cut(Beam& beam, const std::vector<Medium>& media, double length_mm, const RayLimits& limits, int cuts = 0) {
+    const auto gather_halves = [&](double place) {
+        const auto part = [&](double from, double to) {
+            std::vector<Medium> result = media;
+            for (Medium& medium : result) medium = medium.between(from, to);
+            gather_cut<Mixture>(beam, result, length_mm * 0.5 * (to - from), limits, cuts + 1);
+        };
+        part(-1.0, place);
+        if (!beam.stopped) part(place, 1.0);
+    };
+    const Mixture mixture(media, length_mm);
+    const double depth = mixture.depth();
+    if (depth > kStiff && cuts < kDeepestCut) {
+        gather_halves(place_of_depth_one(mixture));
+        return;
+    }
+    // Half of the tolerance is for quadrature: a quarter shared by opacity, a quarter by length.
+    const double alpha = 1.0 - std::exp(-depth);
+    const double allowed = 0.25 * limits.tolerance * (alpha + length_mm / (limits.length_mm * beam.transmittance));
+    const Choice choice = choose_rule(mixture, allowed);
+    if (choice.error > allowed && cuts < kDeepestCut) {
+        gather_halves(0.0);
+        return;
+    }
+    double light[3] = {0.0, 0.0, 0.0};
+    if (choice.rule != nullptr) integrate(light, *choice.rule, mixture);
+    add(beam, mixture, limits, light, choice.rule != nullptr ? choice.error : limits.colour_max * alpha);
 }
 
 }  // namespace volprep::oracle

@@ -22,6 +22,10 @@ struct SumMedium {
     Cubic value;
     double base;
     double value_error;
+
+    SumMedium between(double from, double to) const noexcept {
+        return {segment, front, value.between(from, to), base, value_error};
+    }
 };
 
 using SumCuts = PartCuts<SumMedium>;
