@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 Jobs = Annotated[
     str | None,
     typer.Argument(
-        help="Folder tree with scans, or its address in a store, s3://..., or a table of jobs: CSV or JSON lines with "
-        "the columns source, series, volume, mask, scene, profiles, name.",
+        help="Folder tree with scans, its address in a store (s3://...), or a table of jobs: CSV or JSON lines "
+        "with the columns source, series, volume, mask, scene, profiles, name.",
         metavar="JOBS",
     ),
 ]
@@ -31,22 +31,23 @@ Names = Annotated[
     typer.Option(
         "-f",
         "--names",
-        help="Names of DICOM series, such as {series_number}_{kernel}; also {echo} and {hash}. A part of the hash "
-        "follows. If not given, names say nothing of a scan.",
+        help="Names of the packages of DICOM series, such as {series_number}_{kernel}; also {echo} and {hash}. A "
+        "part of the hash is appended. If not given, names contain nothing about a scan.",
         metavar="PATTERN",
     ),
 ]
 Explain = Annotated[
     str | None,
     typer.Option(
-        help="Only say which scan a name of this batch is, and why it failed. Instead of JOBS.", metavar="NAME"
+        help="Only print which scan a name of this batch belongs to, and why it failed. Takes the place of JOBS.",
+        metavar="NAME",
     ),
 ]
 Scene = Annotated[
     Path | None,
     typer.Option(
-        help="Scene file for all scans that have none in the table; its source is replaced. If not given, scans are "
-        "drawn as their values suggest.",
+        help="Scene file for all scans that have none in the table; its source is replaced. If not given, the look "
+        "of each scan is chosen by its values.",
         metavar="SCENE",
     ),
 ]
@@ -63,8 +64,8 @@ RuleFile = Annotated[
     Path | None,
     typer.Option(
         "--rules",
-        help="Rule file, TOML: which scans of a folder tree get which scene. Nothing begins if a scan matches no rule, "
-        "or several.",
+        help="Rule file, TOML: which scans of a folder tree get which scene. The batch does not start if a scan "
+        "matches no rule, or several.",
         metavar="FILE",
     ),
 ]
@@ -72,15 +73,15 @@ To = Annotated[
     str | None,
     typer.Option(
         "--to",
-        help="Store packages as NAME.volpkg.zip below this address, s3://..., and not in FOLDER, which keeps ledger, "
-        "previews and pages.",
+        help="Store packages as NAME.volpkg.zip below this address (s3://...) instead of in FOLDER, which keeps "
+        "ledger, previews and pages.",
         metavar="URL",
     ),
 ]
 Validate = Annotated[bool, typer.Option("--validate", help="Validate each package, and write its report.")]
 Workers = Annotated[
     int | None,
-    typer.Option(min=1, help="Processes at a time on this machine; if not given, its cores.", metavar="N"),
+    typer.Option(min=1, help="Number of processes on this machine; if not given, one for each core.", metavar="N"),
 ]
 Scheduler = Annotated[
     str | None,
@@ -89,8 +90,8 @@ Scheduler = Annotated[
 Shard = Annotated[
     str | None,
     typer.Option(
-        help="Do only part I of N, for job arrays. The parts may run at the same time. Without --workers, one scan "
-        "after the other is built.",
+        help="Run only part I of N, for job arrays. The parts may run at the same time. Without --workers, one "
+        "scan is built at a time.",
         metavar="I/N",
     ),
 ]
@@ -101,9 +102,9 @@ DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Only list the jobs, with estimates of time and size. The list shows paths.")
 ]
 Digests = Annotated[
-    bool, typer.Option("--check-digests", help="Read packages that are there again, and compare every digest.")
+    bool, typer.Option("--check-digests", help="Read existing packages again, and compare every digest.")
 ]
-Retry = Annotated[bool, typer.Option("--retry-failed", help="Try again what failed before.")]
+Retry = Annotated[bool, typer.Option("--retry-failed", help="Try scans again that failed before.")]
 TimeLimit = Annotated[
     float, typer.Option(min=0.1, help="Longest time that a scan may take, in seconds.", metavar="SECONDS")
 ]
@@ -145,10 +146,10 @@ def batch(
     as_json: Lines = False,
     choices: Choices,
 ) -> None:
-    """Build packages of many scans, and keep a ledger of what became of each.
+    """Build packages of many scans, and keep a ledger with the result of each.
 
-    Run again, it skips finished scans that have not changed. One scan that fails stops no other. The exit status is the
-    highest of all jobs': 0 all well, 1 a picture beyond its tolerance, 3 a scan that cannot be read, and so on.
+    A second run skips finished scans that have not changed. A scan that fails does not stop the others. The exit status
+    is the highest of all jobs: 0 all done, 1 a picture beyond its tolerance, 3 a scan that cannot be read, and so on.
     """
     if explain is not None:
         _explain(explain, output)

@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 Scene = Annotated[
     Path,
     typer.Argument(
-        help="Scene file, TOML: a source and transfer functions. Or a scan alone, drawn as its values suggest: "
-        "labels in a colour each, the bones of a CT, both sides of 0 in two colours, other objects lit in grey; "
-        'the name in the package is "scan", never that of the file.',
+        help="Scene file, TOML: a source and transfer functions. Or a scan alone, whose look is chosen by its "
+        "values: a colour for each label, the bones of a CT, two colours for values below and above 0, other "
+        'objects lit in grey. The name in the package is then "scan", never that of the file.',
         metavar="SCENE|SCAN",
     ),
 ]
-Output = Annotated[Path, typer.Option("-o", "--output", help="Where the package goes.", metavar="PACKAGE")]
+Output = Annotated[Path, typer.Option("-o", "--output", help="Package to write.", metavar="PACKAGE")]
 Profile = Annotated[
     str | None,
     typer.Option(
-        help="Class of devices: gles1, gles2-2048, gles2-4096, gles3, gles3-astc, gles3-norm16, or a device that "
+        help="Class of devices: gles1, gles2-2048, gles2-4096, gles3, gles3-astc, gles3-norm16, a device that "
         "volprep doctor lists, or a TOML file. Replaces the scene's.",
         metavar="PROFILE",
         autocompletion=complete_profiles,
@@ -49,7 +49,7 @@ Grid = Annotated[
     ),
 ]
 
-Force = Annotated[bool, typer.Option("--force", help="Replace a package of another scan or scene, too.")]
+Force = Annotated[bool, typer.Option("--force", help="Also replace a package of another scan or scene.")]
 
 
 @takes_choices
@@ -66,8 +66,8 @@ def build(
 ) -> None:
     """Build the package of a scene: run all stages that it needs.
 
-    An older PACKAGE of the same scene or scan is replaced when the new one is complete; one of another needs --force.
-    If a build was killed, the next one carries on from there.
+    An older PACKAGE of the same scene or scan is replaced when the new one is complete. Any other needs --force.
+    If a build is interrupted, run the same command again to resume it.
     """
     from volprep.pipeline.build import build as build_package
     from volprep.pipeline.rebuild import check_replaced

@@ -45,8 +45,8 @@ class Choices:
     volumes_by: Annotated[
         Literal["number"] | None,
         typer.Option(
-            help="number: DICOM volumes that nothing else tells apart follow each other by InstanceNumber; --volume "
-            "then chooses one."
+            help="number: if nothing else distinguishes the volumes of a DICOM series, order them by InstanceNumber; "
+            "--volume then selects one."
         ),
     ] = None
     channel: Annotated[
@@ -65,8 +65,8 @@ class Choices:
     rgb: Annotated[
         Literal["luminance", "red", "green", "blue"] | None,
         typer.Option(
-            help="What to do with pictures in colour: luminance makes them grey, a colour takes that one alone. If not "
-            "given, they are refused."
+            help="How to read pictures in colour: luminance makes them grey; red, green or blue takes that colour "
+            "alone. If not given, a scan without a scene keeps its colours."
         ),
     ] = None
     repair: Annotated[
@@ -81,8 +81,8 @@ class Choices:
         bool | None,
         typer.Option(
             "--labels/--no-labels",
-            help="Whether voxels are labels: each number names a thing. If not given, a scan without a scene is looked "
-            "at.",
+            help="Whether voxels are labels: each number is a structure. If not given, labels are detected in a scan "
+            "without a scene.",
         ),
     ] = None
     label_table: Annotated[
@@ -96,8 +96,8 @@ class Choices:
     nan: Annotated[
         str | None,
         typer.Option(
-            help="Value of voxels that are NaN, or outside for the least value. If not given, a scan without a scene "
-            "takes 0 if its values lie on both sides of it, else the least one.",
+            help="Value in place of NaN, or outside for the least value. If not given, a scan without a scene takes 0 "
+            "if it has both negative and positive values, else the least value.",
             metavar="VALUE",
         ),
     ] = None

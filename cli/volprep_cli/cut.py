@@ -14,7 +14,7 @@ def cut(
     package: PackageFolder,
     center: Annotated[
         str,
-        typer.Option(help="Voxel of level 0 in the middle of the box, for example 120,80,200.", metavar="X,Y,Z"),
+        typer.Option(help="Voxel of level 0 at the center of the box, for example 120,80,200.", metavar="X,Y,Z"),
     ],
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder to write: cut.ktx2, cut.json, cut.png.", metavar="FOLDER")
@@ -22,14 +22,14 @@ def cut(
     size: Annotated[int, typer.Option(min=1, help="Voxels of the box along each axis.", metavar="VOXELS")] = 256,
     *,
     world: Annotated[
-        bool, typer.Option("--world", help="The center is a place in the patient, in millimetres (LPS).")
+        bool, typer.Option("--world", help="The center is a position in the patient, in millimetres (LPS).")
     ] = False,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Cut a box out of the full resolution of a package with sub-volumes, and mark it on the coarsest level.
 
-    It reads only the voxels of the box. cut.json says where the box lies in the patient and in each level.
+    Only the voxels of the box are read. cut.json gives the place of the box in the patient and in each level.
     """
     from volprep.parts.subvolumes.cut_files import write_cut
     from volprep_formats.package.reader import Package

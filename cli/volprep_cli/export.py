@@ -50,7 +50,7 @@ def export(
 ) -> None:
     """Write a level of a package as NIfTI, NRRD, raw, OpenVDB or a DICOM series, or all levels as OME-Zarr.
 
-    Of a draft, level 0 is the scan as it was imported. A raw file gets a sidecar with its shape, FILE.toml.
+    Level 0 of a draft is the scan as imported. A raw file gets a sidecar FILE.toml with its shape.
     """
     from volprep_formats.diagnostics import VolprepError
     from volprep_formats.output import output_errors, require_place

@@ -20,7 +20,8 @@ def grid(
     layout: Annotated[
         Literal["files", "single", "both"] | None,
         typer.Option(
-            help="files: one for each sub-volume. single: one to seek in. both. Replaces the scene's grid.layout."
+            help="files: one file for each sub-volume. single: all in one file. both: both forms. Replaces the scene's "
+            "grid.layout."
         ),
     ] = None,
 ) -> None:

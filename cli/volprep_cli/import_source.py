@@ -13,12 +13,12 @@ from volprep_cli.console import Json, print_json, print_line, print_remarks, pri
 if TYPE_CHECKING:
     from volprep_formats.readers.dicom.listing import ListedSeries, Listing
 
-Output = Annotated[Path | None, typer.Option("-o", "--output", help="Where the draft goes.", metavar="PACKAGE")]
+Output = Annotated[Path | None, typer.Option("-o", "--output", help="Draft to write.", metavar="PACKAGE")]
 List = Annotated[
     bool,
     typer.Option(
         "--list",
-        help="Only list the DICOM series of a folder, with the problems of each; or the channels of an OME file.",
+        help="Only list the DICOM series of a folder, with the problems of each, or the channels of an OME file.",
     ),
 ]
 
@@ -26,8 +26,8 @@ Descriptions = Annotated[
     bool,
     typer.Option(
         "--descriptions/--no-descriptions",
-        help="Whether --list shows on a terminal what people called each series, its kernel, echo and time. Neither "
-        "JSON nor a package ever has them.",
+        help="Whether --list shows the description, kernel, echo and time of each series on a terminal. JSON and "
+        "packages never contain them.",
     ),
 ]
 
@@ -46,8 +46,8 @@ def import_source(
 ) -> None:
     """Begin a draft: read the scan at full precision and measure it.
 
-    A scan without a scene is drawn as its values suggest, and the package's name is "scan": the file's
-    own may be that of a patient. The location of the scan is in PACKAGE.origin.json beside the draft, not in it.
+    The look of a scan without a scene is chosen by its values, and its package is named "scan", because a file name may
+    contain that of a patient. PACKAGE.origin.json, beside the draft, has the path of the scan; the draft has not.
     """
     if only_list:
         _list(scene, as_json=as_json, described=descriptions and sys.stdout.isatty())

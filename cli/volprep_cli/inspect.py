@@ -55,8 +55,8 @@ def inspect(
 ) -> None:
     """Print the contents of a package: levels, textures, transfer functions, programs, plan, files.
 
-    It reads only the manifest; volprep validate --quick checks the files, too. With --picture it reads the textures of
-    a level and writes a picture of its slices instead, with --figure one of how the volume is laid out.
+    Only the manifest is read; volprep validate --quick also checks the files. With --picture, a picture of the slices
+    of a level is written instead; with --figure, a picture of the layout of the volume in space.
     """
     from volprep_formats.package.reader import Package
 

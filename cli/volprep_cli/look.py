@@ -24,10 +24,10 @@ _CELLS = 76
 
 @takes_choices
 def look(scan: Scan, output: Output = None, *, force: Force = False, choices: Choices, as_json: Json = False) -> None:
-    """Show a scan before it is built: size, values, three slices, and the kind of scan that is recognised.
+    """Show a scan before a build: size, values, three slices, and the recognised kind of scan.
 
-    On a terminal the slices are drawn in it; -o writes them, with the histogram, as a PNG file. Of a large scan up to
-    128 slices are read.
+    A terminal shows the slices; -o writes them, with the histogram, as a PNG file. At most 128 slices of a large scan
+    are read.
     """
     from volprep.pipeline.look import look_at, picture
     from volprep.scene.request import request_of

@@ -22,9 +22,9 @@ def normals(
         bool | None, typer.Option(help="Also store the lengths of gradients. Replaces the scene's normals.magnitude.")
     ] = None,
 ) -> None:
-    """Write the normals of every level, whether or not the scene asks for them.
+    """Write the normals of every level, even if the scene needs none.
 
-    kernel: how differences are taken. thesis (the default) and sobel smooth most and suit noisy scans. isotropic is the
+    kernel: the gradient operator. thesis (the default) and sobel smooth most and suit noisy scans. isotropic is the
     most accurate on clean data. central and forward read the fewest voxels.
 
     code: biased8 (the default) and snorm8 have three bytes and may be filtered. oct8 has two bytes and oct12 three;

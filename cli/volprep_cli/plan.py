@@ -19,27 +19,27 @@ if TYPE_CHECKING:
 Device = Annotated[
     Path | None,
     typer.Option(
-        help="What a device has measured of a package of this scene, as the page of volprep view saves or sends it: "
-        "choose level and step for it.",
+        help="Measurements of a package of this scene on a device, as the page of volprep view saves or sends "
+        "them: choose level and step for this device.",
         metavar="FILE",
     ),
 ]
 Devices = Annotated[
     Path | None,
     typer.Option(
-        help="Folder of such files: print for each device the cheapest package of this scan that was measured on it, "
-        "with profile, level, step and form, in place of the plan.",
+        help="Folder of such files: instead of the plan, print for each device the cheapest measured package of "
+        "this scan, with profile, level, step and form.",
         metavar="FOLDER",
     ),
 ]
 FrameMs = Annotated[
-    float, typer.Option(min=0.1, help="Milliseconds that a picture may take on the device.", metavar="MS")
+    float, typer.Option(min=0.1, help="Longest time of a picture on the device, in milliseconds.", metavar="MS")
 ]
 CanvasSize = Annotated[
     str | None,
     typer.Option(
-        help="Size of the app's picture on the device, to which the measured times are scaled. If not given, pictures "
-        "have the size that was measured.",
+        help="Size of the app's picture on the device, to which the measured times are scaled. If not given, the "
+        "measured size.",
         metavar="WIDTHxHEIGHT",
     ),
 ]
@@ -71,9 +71,9 @@ def plan(
 ) -> None:
     """Print the planned contents of a package, with reasons and costs.
 
-    It reads the whole source and writes nothing. With --device it also says which level and step that device draws in
-    time, with the least error, and what that gives up. With --devices it chooses the cheapest measured package for
-    each device of a folder.
+    The whole source is read, and nothing is written. With --device, the level and step with the least error that this
+    device draws in time are printed as well. With --devices, the cheapest measured package for each device of a folder
+    is chosen.
     """
     from volprep.pipeline.build import plan_build
     from volprep.plan.device_choice import choose_for_frame

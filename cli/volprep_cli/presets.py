@@ -22,7 +22,7 @@ _CELLS = 48
 
 
 def presets(scan: Scan = None, output: Pictures = None, *, force: Force = False, as_json: Json = False) -> None:
-    """List the transfer functions that come with volprep, on a terminal with their colours over black.
+    """List the transfer functions that come with volprep; a terminal shows their colours over black.
 
     With SCAN and -o, write a picture of the scan with each. Choose one with --preset NAME, or with preset = "NAME" in
     [[transfer]] of a scene.

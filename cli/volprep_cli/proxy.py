@@ -20,7 +20,7 @@ def proxy(
         ),
     ] = None,
 ) -> None:
-    """Write, for each level and transfer function, a closed mesh around the visible voxels, where rays may begin.
+    """Write a closed mesh around the visible voxels of each level and transfer function, at which rays may begin.
 
     Meshes are glTF files. The scale of their node turns positions into box millimetres.
     """

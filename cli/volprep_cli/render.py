@@ -41,9 +41,12 @@ Point = Annotated[
         min=0, help="Draw the sub-volumes around this point of the grid instead of a level.", metavar="NUMBER"
     ),
 ]
-Background = Annotated[Literal["black", "white", "transparent"], typer.Option(help="What is behind the volume.")]
+Background = Annotated[Literal["black", "white", "transparent"], typer.Option(help="Background behind the volume.")]
 Step = Annotated[
-    float | None, typer.Option(help="Distance of the samples; if not given, that of the package.", metavar="MM")
+    float | None,
+    typer.Option(
+        help="Distance of samples along a ray, in millimetres; if not given, that of the package.", metavar="MM"
+    ),
 ]
 Edit = Annotated[
     Path | None,
@@ -56,22 +59,23 @@ Edit = Annotated[
 Fill = Annotated[
     bool,
     typer.Option(
-        "--fill/--no-fill", help="Fill the picture with the visible voxels; otherwise all views have one scale."
+        "--fill/--no-fill", help="Fill the picture with the visible voxels; otherwise all views have the same scale."
     ),
 ]
-Lines = Annotated[bool, typer.Option("--lines", help="Draw the box of the volume and its middle axes, too.")]
+Lines = Annotated[bool, typer.Option("--lines", help="Also draw the box of the volume and its middle axes.")]
 Small = Annotated[
     str | None,
     typer.Option(
-        help="Draw the volume with so many pixels only, and enlarge it to the whole picture. Lines keep all pixels.",
+        help="Draw the volume with this number of pixels along the longer side, and enlarge it to the whole "
+        "picture. Lines keep all pixels.",
         metavar="WxH",
     ),
 ]
 Opacity = Annotated[
     Literal["alpha", "black-and-white", "white-volume", "luminance-average", "luminance-perceived"],
     typer.Option(
-        help="For OpenGL ES 1.1, with --lines or --small: where the opacity of the volume comes from, for buffers "
-        "without alpha."
+        help="For OpenGL ES 1.1, with --lines or --small: source of the opacity of the volume if the frame buffer "
+        "has no alpha."
     ),
 ]
 Progressive = Annotated[
@@ -85,7 +89,9 @@ Progressive = Annotated[
 OrderName = Literal["slabs", "tiles", "random", "structured"]
 Order = Annotated[
     OrderName | None,
-    typer.Option(help="With --progressive: what is finished first; if not given, as the package's technique has it."),
+    typer.Option(
+        help="With --progressive: which pixels are finished first; if not given, the order of the package's technique."
+    ),
 ]
 Budget = Annotated[float, typer.Option(min=0.0, help="With --progressive: time of a frame.", metavar="MS")]
 

@@ -31,5 +31,5 @@ def skip(
         ),
     ] = None,
 ) -> None:
-    """Write, for each level and transfer function, how far a ray may jump from each block without missing anything."""
+    """Write tables of empty space: how far a ray may jump from each block without missing a visible voxel."""
     run_stage(package, "skip", kind=kind, block=block, ranges=ranges)

@@ -24,14 +24,15 @@ Precisions = Annotated[
     list[str],
     typer.Option(
         "--precision",
-        help="Draw only with these numbers: highp, as shaders ship; mediump, rounded to 16 bits after each operation; "
-        "mediump-coordinates, coordinates of textures rounded. Can be given several times.",
+        help="Draw only with this precision: highp, as in packages; mediump, rounded to 16 bits after each "
+        "operation; mediump-coordinates, only texture coordinates rounded. Can be given several times.",
         metavar="NAME",
     ),
 ]
-Levels = Annotated[bool, typer.Option("--levels/--no-levels", help="Draw two coarser levels, too.")]
+Levels = Annotated[bool, typer.Option("--levels/--no-levels", help="Also draw two coarser levels.")]
 Seconds = Annotated[
-    float | None, typer.Option("--seconds", help="Begin no case after so many seconds.", min=0.0, metavar="NUMBER")
+    float | None,
+    typer.Option("--seconds", help="Start no case after this number of seconds.", min=0.0, metavar="NUMBER"),
 ]
 ReportFolder = Annotated[Path, typer.Option("--report", help="Folder of the report.", metavar="FOLDER")]
 
@@ -47,12 +48,12 @@ def stress(
     report: ReportFolder = Path("stress.report"),
     as_json: Json = False,
 ) -> None:
-    """Try this machine and driver where arithmetic is hard: stiff light, thin features, extreme numbers.
+    """Draw numerically hard cases on this driver: dense media, thin features, extreme values.
 
-    Each case is a small scan that is built, drawn by sampling and by pre-integration, and compared with the truth; then
-    with every technique, on coarser levels, and in the numbers of phones.
+    Each case is a small scan. volprep builds it, draws it with lookup tables and with pre-integrated tables, with every
+    technique, on coarser levels and in 16-bit floats, and compares the pictures with the truth.
 
-    Exit status 0: every case is drawn, or refused, as it must be. 1: a case is not, or was not tried.
+    Exit status 0: every case is drawn or refused as expected. 1: a case is not, or was not tried.
     """
     from volprep_formats.installation import require_extra
 

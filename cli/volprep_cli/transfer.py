@@ -31,6 +31,6 @@ def transfer(
     texture. control-points: arithmetic in the shader, without a texture. preclassified: no table, because voxels become
     colours when textures are made. auto: the fastest of lookup, preintegrated and control-points that is exact enough.
 
-    A scene's transfer function may be a preset (preset = "NAME" in [[transfer]]); volprep presets lists them.
+    A transfer function of a scene may be a preset (preset = "NAME" in [[transfer]]); volprep presets lists them.
     """
     run_stage(package, "transfer", classification=classification, palette_entries=palette_entries)

@@ -50,16 +50,16 @@ AskWitness = Annotated[
     bool,
     typer.Option(
         "--witness",
-        help="Let VTK draw the scan, and independent libraries read it, and say whether they agree. What is not "
-        "installed is named.",
+        help="Also let VTK draw the scan and independent libraries read it, and report whether they agree. "
+        "Libraries that are not installed are named.",
     ),
 ]
 Devices = Annotated[
     Path | None,
     typer.Option(
         "--devices",
-        help="Put into the report what devices have measured of this package: the folder that volprep view --devices "
-        "fills.",
+        help="Folder with measurements of this package on devices, as volprep view --devices stores them, for the "
+        "report.",
         metavar="FOLDER",
     ),
 ]
@@ -69,8 +69,7 @@ Curves = Annotated[
     bool,
     typer.Option(
         "--curves",
-        help="Measure every choice, too: error against time or bytes of each variant, some ninety packages. "
-        "Takes minutes.",
+        help="Also measure every choice that trades accuracy for time or bytes: about ninety packages. Takes minutes.",
     ),
 ]
 
@@ -78,8 +77,8 @@ Ablate = Annotated[
     bool,
     typer.Option(
         "--ablate",
-        help="Measure what each item of the package is worth, too: take out each that it has, put in each that it has "
-        "not, some fifteen packages. Takes minutes.",
+        help="Also measure what each item of the package is worth, by leaving it out or adding it: about fifteen "
+        "packages. Takes minutes.",
     ),
 ]
 
@@ -97,11 +96,11 @@ def validate(
     ablate: Ablate = False,
     as_json: Json = False,
 ) -> None:
-    """Prove a package: make it again from the scan, draw it, compare both with its contents, and write a report.
+    """Prove a package: derive its files again from the scan, draw it, compare both with the truth, and write a report.
 
-    The truth of pictures is the integral of the scan in double precision. Exit status 0: every byte follows from the
-    scan, everything that ships was drawn, and every view is within the scene's tolerance; with --ablate also: each
-    item is worth its place. 1: something is not. 5: the package is not whole.
+    Pictures are compared with the integral of the scan in double precision. Exit status 0: every file follows from the
+    scan, everything in the package was drawn, and every view is within the tolerance of the scene; with --ablate, each
+    item also earns its place. 1: one of these is not so. 5: the package is damaged.
     """
     if quick:
         _check(package, as_json=as_json)

@@ -33,16 +33,16 @@ ReportFolder = Annotated[
     ),
 ]
 Devices = Annotated[
-    Path | None, typer.Option("--devices", help="Store what devices measure in this folder.", metavar="FOLDER")
+    Path | None, typer.Option("--devices", help="Folder for measurements that devices send.", metavar="FOLDER")
 ]
 Lan = Annotated[
     bool,
     typer.Option(
-        "--lan", help="Serve to other devices in the local network, too, at an address that cannot be guessed."
+        "--lan", help="Also serve to other devices in the local network, at an address that cannot be guessed."
     ),
 ]
 Port = Annotated[
-    int, typer.Option(min=0, max=65535, help="Port to serve at; if not given, one that is free.", metavar="NUMBER")
+    int, typer.Option(min=0, max=65535, help="Port of the server; if not given, a free one.", metavar="NUMBER")
 ]
 NoOpen = Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")]
 
@@ -59,10 +59,10 @@ def view(
     no_open: NoOpen = False,
     as_json: Json = False,
 ) -> None:
-    """Look at a package in a browser, and measure it there: error against time of that device.
+    """Show a package in a browser, and measure its error and time on that device.
 
-    The page is served from this machine to this machine alone, until Ctrl-C. It loads nothing from any network. The
-    error of the pictures needs the report of volprep validate.
+    The page is served to this machine alone, until Ctrl-C, and loads nothing from a network. Errors of pictures need
+    the report of volprep validate.
     """
     from volprep.validation.folder import default_report_path
     from volprep.view.site import shown_with

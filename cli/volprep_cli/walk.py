@@ -26,10 +26,10 @@ def walk(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Walk over the sub-volumes of a package as a user of an app does, and judge each picture.
+    """Draw the pictures that a user of an app sees on a walk through a package, and compare each with the truth.
 
-    The level follows the zoom, and a move leads along the direction of view, as far as it is legal. Each picture is
-    compared with the integral, in double precision, of what the package holds of it.
+    The level follows the zoom; a move goes along the direction of view, as far as it is legal. The truth is the
+    integral in double precision of the texels in the package.
 
     Exit status 0: every picture is within the scene's tolerance. 1: a picture is not.
     """

@@ -12,14 +12,14 @@ from volprep_cli.outputs import Force, Package, require_new
 from volprep_formats.diagnostics import VolprepError
 
 Output = Annotated[
-    Path | None, typer.Option("-o", "--output", help="Where the file goes; if not given, PACKAGE.zip.", metavar="FILE")
+    Path | None, typer.Option("-o", "--output", help="File to write; if not given, PACKAGE.zip.", metavar="FILE")
 ]
 Texels = Annotated[
     Literal["as-is", "zstd", "plain"],
     typer.Option(
         "--texels",
-        help="zstd: textures as Zstandard frames, where that makes them a tenth smaller or more. plain: without. "
-        "as-is: as they are in PACKAGE.",
+        help="zstd: compress textures with Zstandard, where that saves at least a tenth. plain: not compressed. "
+        "as-is: as in PACKAGE.",
     ),
 ]
 
@@ -32,10 +32,10 @@ def zip_package(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a package as one file: a zip that holds its files as they are, for apps that map it into memory.
+    """Write a package as one zip file, which apps can map into memory.
 
-    Verbs that read packages read this file, too. Unzipping it gives the folder back. With --texels zstd it is smaller
-    on the way to web pages; formats/c/volpkg.h, which uses textures in place, needs --texels plain.
+    All verbs that read packages also read this file. Unzipping it gives the folder back. --texels zstd makes it smaller
+    for web pages; formats/c/volpkg.h, which uses textures in place, needs --texels plain.
     """
     from volprep.validation.whole import open_whole
     from volprep_formats.output import new_file, require_place

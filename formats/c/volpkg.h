@@ -99,7 +99,7 @@ typedef enum volpkg_code {
     VOLPKG_CANNOT_DRAW = 5018,   /* the package cannot draw that: no such level, transfer function, program or point */
     VOLPKG_STEP = 5019,          /* a step that is not positive, or too small for the program's loop */
     VOLPKG_NOT_EDITABLE = 5023,  /* the transfer functions of this package are not editable */
-    VOLPKG_POINTS = 7020,        /* these are no points of a transfer function */
+    VOLPKG_POINTS = 7020,        /* these points are not a transfer function */
     VOLPKG_PACKED = 7062,        /* textures of Zstandard frames, which cannot be used in place: zip again */
     VOLPKG_DRACO = 7064          /* a mesh that is compressed with Draco: draw with volpkg_choose, from the box */
 } volpkg_code;
@@ -1768,7 +1768,7 @@ const char* volpkg_words(volpkg_code code) {
         case VOLPKG_NOT_EDITABLE:
             return "the transfer functions of this package are not editable";
         case VOLPKG_POINTS:
-            return "these are no points of a transfer function";
+            return "these points are not a transfer function";
         case VOLPKG_PACKED:
             return "textures are Zstandard frames; volprep zip --texels plain makes a package that is used in place";
         case VOLPKG_DRACO:

@@ -80,7 +80,7 @@ export const WORDS = {
     "Give the address of a folder or of a .volpkg.zip, a File, a Blob or an ArrayBuffer.",
   ],
   VP7018: [
-    "there is nothing to draw with: {problem}",
+    "this renderer cannot draw: {problem}",
     "Make a new renderer, or wait until the context is there again.",
   ],
 };

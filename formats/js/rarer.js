@@ -21,14 +21,14 @@ Object.assign(WORDS, {
     "Give a box in millimetres, and at most {limit} planes, each four numbers.",
   ],
   VP7020: [
-    "these are no points of a transfer function: {problem}",
+    "these points are not a transfer function: {problem}",
     "Give points in ascending order of value, with colour and extinction_per_mm.",
   ],
   VP7021: [
     "program {name} draws {technique}, which is not possible here: {problem}",
     "Use a browser and a device that have it, or build the package with another technique.",
   ],
-  VP7041: ["this browser draws no WebGL: {reason}", "Use a browser with WebGL, and allow it graphics acceleration."],
+  VP7041: ["this browser cannot draw with WebGL: {reason}", "Use a browser with WebGL, and allow it graphics acceleration."],
   VP7063: [
     "the light cannot be moved: {problem}",
     "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong.",

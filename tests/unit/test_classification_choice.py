@@ -87,8 +87,8 @@ def test_the_package_is_that_of_a_scene_that_names_the_kind() -> None:
 @pytest.mark.parametrize(
     ("tables", "reason"),
     [
-        ({"editable": True}, "the scene goes with no other kind"),
-        ({"render": {"compositing": "mida"}}, "the scene goes with no other kind"),
+        ({"editable": True}, "the scene allows no other kind"),
+        ({"render": {"compositing": "mida"}}, "the scene allows no other kind"),
         ({"render": {"technique": "view-slices-as-published"}}, "do not tell which error a step makes"),
         ({"source": {"path": "x", "labels": True}}, "do not tell which error a step makes"),
         ({"source": {"path": "x", "labels": True}, "render": {"step_voxels": 0.5}}, "do not tell which error"),

@@ -46,7 +46,7 @@ class LitRays(Protocol):
     ) -> Float64Array:
         """Return what `Rays` returns, with the colour of each voxel times `light`, [voxel, ray].
 
-        `light` goes with rays that have nothing between voxels: `between` is "nearest".
+        `light` works with rays that have nothing between voxels: `between` is "nearest".
         """
 
 
@@ -77,7 +77,7 @@ class Compositing:
     meshes: bool
     """Whether rays may begin at proxy geometry."""
     classifications: frozenset[ClassificationName]
-    """Kinds of classification that it goes with."""
+    """Kinds of classification that it works with."""
     several: bool
     """Whether several channels may be drawn into one picture."""
     labels: bool

@@ -182,7 +182,7 @@ def _in_words(tolerance: Tolerance) -> str:
         told = "A person who flips between a picture within this tolerance and the truth may see differences"
     else:
         told = "A picture within this tolerance may differ plainly from the truth"
-    kept = f"and no thin thing loses more than {1 - tolerance.kept_light:.0%} of its light"
+    kept = f"and no thin structure loses more than {1 - tolerance.kept_light:.0%} of its light"
     return f"{told} (FLIP {tolerance.flip:g}, RMSE {tolerance.rmse:g} over seen pixels), {kept}."
 
 

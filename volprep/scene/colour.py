@@ -95,7 +95,7 @@ def with_colour_channels(scene: Mapping[str, object]) -> dict[str, object]:
     tables = {table: {**own, **_mapping(scene.get(table))} for table, own in _TABLES.items()}
     fixed += [f"{table}.{key}" for table, own in _TABLES.items() for key in own if tables[table][key] != own[key]]
     if fixed:
-        msg = f"[colour] does not go with {', '.join(fixed)}"
+        msg = f"[colour] cannot be combined with {', '.join(fixed)}"
         raise ValueError(msg)
     return {
         **scene,

@@ -1,6 +1,6 @@
 """How a shader turns samples into colour and extinction: one way for each kind of classification.
 
-All give the loop of the ray caster one expression, so that any of them goes with any way of sampling.
+All give the loop of the ray caster one expression, so that each works with every way of sampling.
 """
 
 from collections.abc import Callable

@@ -28,11 +28,11 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "{path}: {first} and {second} both have the name {name} for profile {profile}, so one package would replace "
         "the other",
-        "Give each scan a name of its own, and each profile, too. Nothing has been built.",
+        "Give each scan and each profile a name of its own. Nothing has been built.",
     ),
     "VP8006": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: holds no scan: {files} files, and no reader knows one of them",
+        "{path}: holds no scan: no reader recognises any of its {files} files",
         "Name the folder that holds the scans, or a jobs table, CSV or JSON lines, that says how to read them.",
     ),
     "VP8007": Diagnostic(
@@ -52,7 +52,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP8011": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: the process that works on a scan does not see the folder of this batch",
+        "{path}: a worker cannot see the folder of this batch",
         "The folder must be the same for all workers: a disk that all machines share, under one path.",
     ),
     "VP8020": Diagnostic(
@@ -79,7 +79,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP8030": Diagnostic(
         ExitStatus.MACHINE,
         "{address}: no Dask scheduler answers: {error}",
-        "See that the scheduler runs and can be reached from here. Scans in the ledger are finished.",
+        "Check that the scheduler runs and can be reached from here. Scans in the ledger are finished.",
     ),
     "VP8031": Diagnostic(
         ExitStatus.MACHINE,
@@ -99,7 +99,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP8041": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: of {scans} scans {none} match no rule, and {several} match several:{found}",
+        "{path}: {none} of {scans} scans match no rule, and {several} match several:{found}",
         "Make rules narrower, or write [otherwise] with a scene, or with skip = true, for scans that match no rule. "
         "--dry-run shows which rule each scan matches. Nothing has been built.",
     ),
@@ -111,24 +111,24 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP8050": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: cannot be fetched, tried {times} times: {error}",
-        "See that the address is right, that this machine may read it, and that the store answers. Then use "
+        "Check that the address is right, that this machine may read it, and that the store answers. Then use "
         "--retry-failed.",
     ),
     "VP8051": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: cannot be stored, tried {times} times: {error}",
-        "See that the bucket is there, that this machine may write to it, and that the store answers. Then use "
+        "Check that the bucket exists, that this machine may write to it, and that the store answers. Then use "
         "--retry-failed.",
     ),
     "VP8052": Diagnostic(
         ExitStatus.MACHINE,
-        "{path}: no module here knows {protocol}://: {error}",
+        "{path}: no installed module reads {protocol}://: {error}",
         "For s3:// install volprep[s3]; for others the package that fsspec names, such as gcsfs for gs:// and aiohttp "
         "for https://.",
     ),
     "VP8053": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: {protocol}:// does not take objects whole, so a package there could be half a package",
+        "{path}: {protocol}:// does not write objects atomically, so a package there could be incomplete",
         "Store packages at an s3://, gs:// or az:// address, or in a folder with -o.",
     ),
     "VP8060": Diagnostic(

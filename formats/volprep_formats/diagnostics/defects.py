@@ -10,12 +10,12 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP9010": Diagnostic(
         ExitStatus.USAGE,
-        "what is chosen of the source cannot be: {problems}",
+        "the selection from the source is invalid: {problems}",
         "Give the keys and values of [source] in a scene; sample_specs/README.md lists them.",
     ),
     "VP9011": Diagnostic(
         ExitStatus.MACHINE,
-        "the volume needs {size} bytes of memory at once, and there is not so much",
+        "the volume needs {size} bytes of memory at once, more than is free",
         "Read a coarser level, or build a package, which takes the scan slab by slab.",
     ),
 }

@@ -5,8 +5,8 @@ from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 ENTRIES: dict[str, Diagnostic] = {
     "VP3240": Diagnostic(
         ExitStatus.SCENE,
-        'lighting.baked = "{baked}" does not go with {what}',
-        "Leave out one of the two. Light that is computed once goes with 3D textures and bricks, ray casting (also "
+        'lighting.baked = "{baked}" cannot be combined with {what}',
+        "Leave out one of the two. Baked light works with 3D textures and bricks, ray casting (also "
         "with technique two-pass or slabs), the compositings emission-absorption and back-to-front, and the "
         "classifications lookup, palette and control-points.",
     ),

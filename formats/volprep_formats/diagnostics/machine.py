@@ -64,7 +64,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7018": Diagnostic(
         ExitStatus.USAGE,
-        "there is nothing to draw with: {problem}",
+        "this renderer cannot draw: {problem}",
         "Make a new renderer, or wait until the context is there again.",
     ),
     "VP7019": Diagnostic(
@@ -74,7 +74,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7020": Diagnostic(
         ExitStatus.USAGE,
-        "these are no points of a transfer function: {problem}",
+        "these points are not a transfer function: {problem}",
         "Give points in ascending order of value, with colour and extinction_per_mm.",
     ),
     "VP7021": Diagnostic(
@@ -99,7 +99,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7033": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: something is there already that --force does not replace: {problem}",
+        "{path}: exists, and --force does not replace it: {problem}",
         "Choose another name, or move the existing one.",
     ),
     "VP7034": Diagnostic(
@@ -135,17 +135,17 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7040": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: it holds {count} measurements already, and takes no more",
+        "{path}: the folder already has {count} measurements, the most that are allowed",
         "Move them to another folder, or name another with --devices.",
     ),
     "VP7041": Diagnostic(
         ExitStatus.MACHINE,
-        "this browser draws no WebGL: {reason}",
+        "this browser cannot draw with WebGL: {reason}",
         "Use a browser with WebGL, and allow it graphics acceleration.",
     ),
     "VP7042": Diagnostic(
         ExitStatus.INTERNAL,
-        "the page could not go on: {reason}",
+        "the page failed: {reason}",
         "Load it again; if that does not help, report the browser and these words.",
     ),
     "VP7043": Diagnostic(

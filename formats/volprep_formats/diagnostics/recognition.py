@@ -6,8 +6,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1300": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: not a table of labels: {problem}",
-        "Known are tables of FreeSurfer, 3D Slicer, ITK-SNAP, BIDS, FSL and SPM, and lines of number and name. Without "
-        "--label-table labels get colours of their own.",
+        "Use a table of FreeSurfer, 3D Slicer, ITK-SNAP, BIDS, FSL or SPM, or lines of number and name. Without "
+        "--label-table, volprep chooses the colours of labels.",
     ),
     "VP1301": Diagnostic(
         ExitStatus.SOURCE,
@@ -27,7 +27,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1304": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: not a MINC volume that can be read: {problem}",
-        "Get the file again from where it came, or write it anew with mincconvert or mincresample of the MINC toolkit.",
+        "Get the file again from where it came, or write it again with mincconvert or mincresample (MINC toolkit).",
     ),
     "VP1305": Diagnostic(
         ExitStatus.SOURCE,

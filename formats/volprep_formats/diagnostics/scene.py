@@ -106,7 +106,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3045": Diagnostic(
         ExitStatus.SCENE,
-        "render.compositing {compositing} does not go with {what}",
+        "render.compositing {compositing} cannot be combined with {what}",
         "Set render.compositing to emission-absorption, or leave the other out.",
     ),
     "VP3046": Diagnostic(
@@ -174,7 +174,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3130": Diagnostic(
         ExitStatus.SCENE,
-        "render.technique {technique} does not go with {what}",
+        "render.technique {technique} cannot be combined with {what}",
         "Set render.technique to ray-casting, or leave the other out.",
     ),
     "VP3160": Diagnostic(
@@ -189,7 +189,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3162": Diagnostic(
         ExitStatus.SCENE,
-        "lighting.shadows {shadows} does not go with {what}",
+        "lighting.shadows {shadows} cannot be combined with {what}",
         "Leave out one of the two; the guide lists valid combinations under Lighting.",
     ),
     "VP3163": Diagnostic(

@@ -2,9 +2,10 @@
 
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
-_OF_WHAT_IS_SEEN = (
-    "over seen pixels RMSE {rmse:.4g} of {rmse_allowed:g}, largest error {maximum:.4g} of {maximum_allowed:g}, FLIP "
-    "{flip:.3g} of {flip_allowed:g}; each thin thing keeps {kept:.3g} of its light or more, {kept_allowed:g} is asked. "
+_SEEN_PIXELS = (
+    "over seen pixels RMSE {rmse:.4g} (limit {rmse_allowed:g}), largest error {maximum:.4g} (limit "
+    "{maximum_allowed:g}), FLIP {flip:.3g} (limit {flip_allowed:g}); thin structures keep at least {kept:.3g} of their "
+    "light (limit {kept_allowed:g}). "
 )
 
 ENTRIES: dict[str, Diagnostic] = {
@@ -21,7 +22,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP6011": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of program {program}: "
-        + _OF_WHAT_IS_SEEN
+        + _SEEN_PIXELS
         + "RMSE {data:.2g} comes from the data, {drawing:.2g} from drawing",
         "See {report}. To reduce the error of the data: a profile that holds a finer level, or quantize.bits = 16. To "
         "reduce the error of drawing: render.classification lookup or preintegrated, a smaller render.step_voxels, or "
@@ -54,7 +55,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP6016": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of {program}: "
-        + _OF_WHAT_IS_SEEN
+        + _SEEN_PIXELS
         + "Slices are classified before they "
         "are filtered, and have no step to refine. In view {part_view} the error of their texels alone is "
         "{texels:.2g}; the angle adds {angle:.2g}, and 8 bits add {target:.2g}",
@@ -68,12 +69,12 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6018": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{failed} of {cases} cases are not drawn as they must be; the first is {case}: {problem}",
-        "See {report}. This driver, or volprep, is wrong where arithmetic is hard.",
+        "{failed} of {cases} cases are not drawn as expected; the first is {case}: {problem}",
+        "See {report}. This driver, or volprep, computes numerically hard cases wrongly.",
     ),
     "VP6020": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: the report does not replace this folder, because {problem}",
+        "{path}: the report cannot replace this folder: {problem}",
         "Name another folder with --report, or move the existing one.",
     ),
     "VP6021": Diagnostic(
@@ -84,17 +85,17 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP6030": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: {count} items do not follow from the scan: {listed}",
-        "Something has changed the package after it was built, or an error of the machine has. Build it again.",
+        "The package was changed after it was built, or the machine made an error. Build it again.",
     ),
     "VP6031": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: the manifest says otherwise than its scene: {listed}",
+        "{path}: the manifest contradicts its scene: {listed}",
         "Build the package again from this scene, or name the scene that it was built from with --source.",
     ),
     "VP6032": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: not proved: the package ships what no picture has judged: {listed}",
-        "Leave these out of the scene, or trust them without proof: their texels and texts follow from the scan.",
+        "{path}: not proved: no picture has judged these parts of the package: {listed}",
+        "Leave these out of the scene, or accept them without proof: their texels and texts follow from the scan.",
     ),
     "VP6033": Diagnostic(
         ExitStatus.TOLERANCE,
@@ -114,7 +115,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6040": Diagnostic(
         ExitStatus.MACHINE,
-        "VTK cannot be asked: the Python module {module} is not installed",
+        "VTK cannot draw the scan: the Python module {module} is not installed",
         "It is in the extra witness: {how}.",
     ),
     "VP6041": Diagnostic(
@@ -135,7 +136,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6044": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: what the manifest states of fidelity does not hold in other views: {listed}",
+        "{path}: the fidelity that the manifest states does not hold in other views: {listed}",
         "Build the package again. If that does not help, this is a defect in volprep: report it, with the scene.",
     ),
     "VP6050": Diagnostic(
@@ -168,18 +169,18 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6080": Diagnostic(
         ExitStatus.SCENE,
-        "leaving out can be measured with shaders only, and profile {profile} has none",
+        "--ablate needs shaders, and profile {profile} has none",
         "Measure a package of the same scan for another profile.",
     ),
     "VP6081": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: by its own measure the plan is wrong about {count} items: {listed}",
-        "See {report}. The package is right; it could be smaller or faster. Say in the scene what the plan shall do.",
+        "{path}: measurements contradict the plan about {count} items: {listed}",
+        "See {report}. The package is correct, but could be smaller or faster. Set these items in the scene.",
     ),
     "VP6082": Diagnostic(
         ExitStatus.RENDER,
-        "program {program} draws {wrong} of {pixels} pixels that are no number, or infinite, into a target of {target}",
-        "This driver, or volprep, is wrong where arithmetic is hard: volprep stress tells where. Report it, with "
+        "program {program} draws {wrong} of {pixels} pixels as NaN or infinite, into a target of {target}",
+        "This driver, or volprep, computes numerically hard cases wrongly: volprep stress finds them. Report it, with "
         "the scene and the driver.",
     ),
 }

@@ -32,7 +32,7 @@ from volprep_formats.source import SourceInfo
 KIND = "classification"
 """Kind of its item of the plan."""
 _KINDS: tuple[ClassificationName, ...] = ("lookup", "preintegrated", "control-points")
-"""The first is the default, which goes with everything."""
+"""The first is the default, which works with everything."""
 _SEGMENT = 1.55
 """Cost of a pre-integrated segment, in samples with a lookup table. Nine fetches in place of two took 1.40 to 1.61
 times the time (llvmpipe, time of the processor, 3D textures and mosaics, unlit and lit)."""
@@ -130,7 +130,7 @@ def _unmeasured(scene: Scene, profile: DeviceProfile, kinds: Sequence[Classifica
     reasons = {
         "devices without shaders have palettes": not profile.has_shaders,
         "several channels share tables in one picture": channels > 1,
-        "the scene goes with no other kind": len(kinds) == 1,
+        "the scene allows no other kind": len(kinds) == 1,
         "rays of the scan do not tell which error a step makes": not has_error_of_steps(
             scene.with_classification(kinds[0])
         ),

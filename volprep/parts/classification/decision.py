@@ -57,7 +57,7 @@ def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> 
 
 
 def require_classification(scene: Scene) -> None:
-    """Raise VP3041, VP3045 and VP3046 for what the classification or the compositing of the scene does not go with."""
+    """Raise VP3041, VP3045 and VP3046 if the scene has what its classification or compositing excludes."""
     name = scene.render.classification
     if name == "colour":
         _require_colour(scene)

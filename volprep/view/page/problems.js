@@ -4,7 +4,7 @@ import { byId, make } from "./dom.js";
 /** The words of the catalogue of volprep for what only the page finds; a test compares. @type {Record<string, [string, string]>} */
 export const WORDS = {
   VP7042: [
-    "the page could not go on: {reason}",
+    "the page failed: {reason}",
     "Load it again; if that does not help, report the browser and these words.",
   ],
   VP7043: [
