@@ -312,7 +312,7 @@ def test_help_names_what_an_option_takes_and_not_its_type(tmp_path, in_process) 
 
 def test_help_names_every_profile(tmp_path, in_process) -> None:
     _, told, _ = in_process(tmp_path, "build --help")
-    assert f"Class of devices: {', '.join(class_names())}, or a" in " ".join(told.split())
+    assert f"Class of devices: {', '.join(class_names())}, a device" in " ".join(told.split())
 
 
 def test_help_tells_every_exit_status() -> None:

@@ -117,8 +117,8 @@ inline void point_light(const std::vector<Part>& parts, double value, double* li
 }
 
 // The joint light of the pieces of a segment from `front` to another value, `back`. `near_part` is the number of a
-// part that both may lie in, and becomes that of the part where the segment ends: most segments lie in one part, that
-// of the segment before.
+// part near both, where the search begins, and becomes that of the part where the segment ends: a segment begins where
+// the one before it ended. Without it, functions of 256 entries took 90 % of the time of a ray.
 inline Sum segment_sum(const std::vector<Part>& parts, double front, double back, double step_mm,
                        std::size_t& near_part) {
     const bool rises = back > front;
@@ -126,21 +126,23 @@ inline Sum segment_sum(const std::vector<Part>& parts, double front, double back
     Sum sum;
     const auto add = [&](const Part& part) {
         const double from = std::max(low, part.low), to = std::min(high, part.high);
-        if (!(from < to)) return false;
         double ends[2][4];
         evaluate(part, rises ? from : to, ends[0]);
         evaluate(part, rises ? to : from, ends[1]);
         add_piece(ends[0], ends[1], (to - from) / (high - low), step_mm, sum);
-        return true;
     };
-    if (parts[near_part].low <= low && high <= parts[near_part].high) {
-        add(parts[near_part]);
-        return sum;
+    // Parts lie side by side, the outer ones without an end. The first one holds the beginning of the segment.
+    std::size_t k = near_part;
+    if (rises) {
+        while (k > 0 && parts[k].low > low) --k;
+        while (k + 1 < parts.size() && parts[k].high <= low) ++k;
+        for (add(parts[k]); parts[k].high < high; add(parts[k])) ++k;
+    } else {
+        while (k + 1 < parts.size() && parts[k].high < high) ++k;
+        while (k > 0 && parts[k].low >= high) --k;
+        for (add(parts[k]); parts[k].low > low; add(parts[k])) --k;
     }
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-        const std::size_t k = rises ? i : parts.size() - 1 - i;
-        if (add(parts[k])) near_part = k;
-    }
+    near_part = k;
     return sum;
 }
 
