@@ -1,6 +1,7 @@
 """Decisions made while levels were built, for later stages: filters, tables, and the reasons."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -20,7 +21,13 @@ def choices_of(draft: Draft, plan: ChannelPlan) -> tuple[LevelChoice, ...]:
     """Return the decisions about the levels that are coarser than level 0."""
     named = {record.path for record in draft.manifest.files}
     names = [choice_name(level.index, plan.channel) for level in plan.levels]
-    return tuple(LevelChoice.model_validate_json(draft.read_bytes(name)) for name in names if name in named)
+    return tuple(_parsed(draft.read_bytes(name)) for name in names if name in named)
+
+
+# A build asks a dozen times for the same few files, and parsing their tables took a tenth of a small build.
+@lru_cache(maxsize=16)
+def _parsed(text: bytes) -> LevelChoice:
+    return LevelChoice.model_validate_json(text)
 
 
 def own_tables(draft: Draft, plan: ChannelPlan, transfer: str) -> dict[int, Float64Array]:
