@@ -48,8 +48,12 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def scene(tmp_path) -> Path:
-    return write_phantom_scene(tmp_path)
+def scene(tmp_path, request) -> Path:
+    return write_phantom_scene(tmp_path, level_filter=getattr(request, "param", "box"))
+
+
+ANY_FILTER = pytest.mark.parametrize("scene", ["box", "auto"], indirect=True)
+CHOSEN_FILTER = pytest.mark.parametrize("scene", ["auto"], indirect=True)
 
 
 def build_here(scene: Path, progress=None) -> Path:
@@ -128,8 +132,7 @@ class TestWhatItMakes:
         assert {texture.transfer for texture in manifest.textures if texture.role == "transfer"} == {"shell", "core"}
 
     def test_the_levels_are_means_of_the_codes_of_level_0_rounded_once(self, scene) -> None:
-        text = scene.read_text().replace("[pyramid]", '[pyramid]\nfilter = "box"')
-        scene.write_text(f"{text}\n[quantize]\nbits = 8\n")
+        scene.write_text(f"{scene.read_text()}\n[quantize]\nbits = 8\n")
         package = Package.open(build_here(scene))
         quantization = package.manifest.quantization
         assert quantization is not None
@@ -178,11 +181,14 @@ class TestDeterminism:
         assert made[0] == made[1]
 
     @pytest.mark.long
+    @CHOSEN_FILTER
     def test_slabs_leave_no_trace(self, scene, monkeypatch) -> None:
         whole = contents(build_here(scene))
         monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)
         assert contents(build_here(scene)) == whole
 
+    @pytest.mark.long(keep=1)
+    @ANY_FILTER
     def test_stage_by_stage_gives_what_build_gives(self, scene) -> None:
         built = contents(build_here(scene))
         draft = scene.parent / "draft.volpkg"
@@ -247,6 +253,7 @@ class TestWhatItDoesNotDoTwice:
             ('profile = "gles3"', 'profile = "gles2-2048"', "import unchanged"),
         ],
     )
+    @CHOSEN_FILTER
     def test_what_has_changed_in_the_scene_is_done_again(self, scene, monkeypatch, old, new, expected) -> None:
         monkeypatch.setattr(pipeline, "STAGES", failing("seal", RuntimeError("broke down")))
         with pytest.raises(RuntimeError):

@@ -65,16 +65,33 @@ def remember(folder: Path, *, whole_plan: bool = False) -> Iterator[None]:
             return _run(stage, draft, plan, progress)
         return iter(_remembered(folder / _key(stage, draft, plan, whole_plan), stage, draft, plan, progress))
 
-    with patch("volprep.pipeline.stages._made", made), patch.dict(os.environ, {FOLDER: str(folder)}):
+    with patch("volprep.pipeline.stages._made", made), _named(str(folder)):
         yield
 
 
 @contextmanager
 def in_full() -> Iterator[None]:
     """Run every stage."""
-    with patch("volprep.pipeline.stages._made", _run), patch.dict(os.environ):
-        os.environ.pop(FOLDER, None)
+    with patch("volprep.pipeline.stages._made", _run), _named(None):
         yield
+
+
+@contextmanager
+def _named(folder: str | None) -> Iterator[None]:
+    """Set FOLDER. Not with `patch.dict`, which forgets what is set meanwhile: bindings of EGL choose their platform."""
+    before = os.environ.get(FOLDER)
+    _set(folder)
+    try:
+        yield
+    finally:
+        _set(before)
+
+
+def _set(folder: str | None) -> None:
+    if folder is None:
+        os.environ.pop(FOLDER, None)
+    else:
+        os.environ[FOLDER] = folder
 
 
 def _remembered(path: Path, stage: Stage, draft: Draft, plan: Plan, progress: Progress) -> tuple[Contribution, ...]:
