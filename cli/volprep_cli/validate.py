@@ -174,7 +174,10 @@ def _print(report: "Report", folder: Path) -> None:
     if report.derivation is not None:
         print_line(f"made again from the scan and compared: {report.derivation.files} files")
     if report.verdict.previews:
-        print_line(f"levels for previews only, which may be beyond the tolerance: {_previews(report.verdict)}")
+        print_line(f"levels for previews only: {_previews(report.verdict)}")
+        loose = allowed.of_previews
+        limits = f"RMSE {loose.rmse:g}, FLIP {loose.flip:g}; kept light at least {loose.kept_light:g}"
+        print_line(f"allowed for previews, unless box means of the scan are beyond it, too: {limits}")
     limits = f"RMSE {allowed.rmse:g}, largest {allowed.maximum:g}, FLIP {allowed.flip:g}"
     print_line(f"allowed over seen pixels: {limits}; kept light at least {allowed.kept_light:g}")
     print_line(f"drawn by {report.driver.renderer}")
@@ -246,12 +249,21 @@ def _print_others(others: "Sequence[OtherDrawing]") -> None:
             f"{other.flip:.3f}",
             _kept(other.kept_light, sum(view.seen.thin_things for view in other.views)),
             _box(other),
-            ("within" if other.passed else "beyond") + (", for previews" if other.preview_only else ""),
+            _judgement(other),
         )
         for other in others
     ]
     measured = ("seen RMSE", "largest", "FLIP", "kept light", "box: RMSE / FLIP / kept")
     print_table(("drawn", "program", "pixels", *measured, "verdict"), rows)
+
+
+def _judgement(other: "OtherDrawing") -> str:
+    words = ["within" if other.passed else "beyond"]
+    if other.excused and not other.passed:
+        words.append("as box means")
+    if other.preview_only:
+        words.append("for previews")
+    return ", ".join(words)
 
 
 def _box(other: "OtherDrawing") -> str:

@@ -581,6 +581,21 @@ typedef struct volpkg_level_step {
     double step_mm;
 } volpkg_level_step;
 
+/* Largest error of a level for previews, which stands in for a finer one where one of its voxels is one pixel. A person
+   who compares the two pictures sees a difference, but not a plain one, and no thin structure is missing. Where the
+   tolerance of the package allows more, that holds. */
+typedef struct volpkg_level_tolerance {
+    /* Root mean square over seen pixels and the four channels, premultiplied linear: 9 or 10 of 255 steps of sRGB at
+       middle grey, from where on people see a difference side by side. */
+    double rmse;
+    /* Mean of FLIP over seen pixels at 67 pixels a degree, over black or white, whichever is larger. Beyond it pictures
+       differ plainly. */
+    double flip;
+    /* Smallest share of the truth's light that each thin structure keeps: the faintest that counts is brighter than its
+       surroundings by 0.05, and half of that can still be seen. 0 sets no requirement. */
+    double kept_light;
+} volpkg_level_tolerance;
+
 /* A light with a position. Both sides of a surface are lit. */
 typedef struct volpkg_light {
     /* Position in the patient's space (LPS), in millimetres. It may be inside the volume. */
@@ -1155,6 +1170,8 @@ typedef struct volpkg_tolerance {
     /* Smallest share of the truth's light that each thin structure keeps: anything connected and thinner than two
        voxels of the level, such as a vessel, a strut or a wire. 0 sets no requirement. */
     double kept_light;
+    /* Tolerance of levels for previews. */
+    volpkg_level_tolerance levels;
 } volpkg_tolerance;
 
 /* Rendering settings of the package. Fragments are premultiplied linear light; alpha is the opacity. */
@@ -3060,6 +3077,12 @@ static const volpkg__field volpkg__level_step_fields[] = {
     {"step_mm", &volpkg__real_above_0, offsetof(volpkg_level_step, step_mm), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__level_step_record, volpkg_level_step, volpkg__level_step_fields)
+static const volpkg__field volpkg__level_tolerance_fields[] = {
+    {"rmse", &volpkg__real_from_0_to_1, offsetof(volpkg_level_tolerance, rmse), 0, 0.035, NULL},
+    {"flip", &volpkg__real_from_0_to_1, offsetof(volpkg_level_tolerance, flip), 0, 0.1, NULL},
+    {"kept_light", &volpkg__real_from_0_to_1, offsetof(volpkg_level_tolerance, kept_light), 0, 0.5, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__level_tolerance_record, volpkg_level_tolerance, volpkg__level_tolerance_fields)
 VOLPKG__NUMBERS(volpkg__real_from_1_to_1000, VOLPKG__REAL, double, 1.0, 1000.0, 0)
 static const volpkg__named volpkg__shadows_words[] = {{"none", VOLPKG_SHADOWS_NONE}, {"rays", VOLPKG_SHADOWS_RAYS},
     {"map", VOLPKG_SHADOWS_MAP}, {"half-angle", VOLPKG_SHADOWS_HALF_ANGLE}, {NULL, 0}};
@@ -3489,6 +3512,7 @@ static const volpkg__field volpkg__tolerance_fields[] = {
     {"maximum", &volpkg__real_from_0_to_1, offsetof(volpkg_tolerance, maximum), 0, 0.25, NULL},
     {"flip", &volpkg__real_from_0_to_1, offsetof(volpkg_tolerance, flip), 0, 0.03, NULL},
     {"kept_light", &volpkg__real_from_0_to_1, offsetof(volpkg_tolerance, kept_light), 0, 0.75, NULL},
+    {"levels", &volpkg__level_tolerance_record, offsetof(volpkg_tolerance, levels), 0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__tolerance_record, volpkg_tolerance, volpkg__tolerance_fields)
 VOLPKG__MAYBE(volpkg__hybrid_record_pointer, volpkg__hybrid_record)

@@ -5,7 +5,7 @@ from sample_report import level_drawing, report_of, seen
 
 from volprep.validation.report_record import Report
 from volprep.validation.verdict import is_worse, judge, may_be_preview, passes, share_of
-from volprep_formats.package.manifest import Tolerance
+from volprep_formats.package.manifest import LevelTolerance, Tolerance
 
 LIMITS = Tolerance(rmse=0.01, maximum=0.25, flip=0.03, kept_light=0.75)
 
@@ -63,9 +63,19 @@ def test_a_level_that_is_shifted_fails_also_if_it_is_for_previews(report: Report
     assert (verdict.code, verdict.shifted) == ("shifted", ("level 1 with skin",))
 
 
-def test_a_level_beyond_the_tolerance_fails_unless_it_is_for_previews(report: Report) -> None:
-    assert with_others(report, level_drawing(1, seen(0.02, flip=0.05, kept=0.8))).code == "part-beyond"
-    assert with_others(report, level_drawing(1, seen(0.02, flip=0.05, kept=0.8), preview=True)).code == "within"
+def test_a_level_beyond_its_tolerance_fails_unless_the_box_reference_excuses_it(report: Report) -> None:
+    numbers = seen(0.02, flip=0.05, kept=0.8)
+    assert with_others(report, level_drawing(1, numbers)).code == "part-beyond"
+    assert with_others(report, level_drawing(1, numbers, preview=True)).code == "part-beyond"
+    assert with_others(report, level_drawing(1, numbers, preview=True, excused=True)).code == "within"
+    assert with_others(report, level_drawing(1, numbers, preview=True, passed=True)).code == "within"
+
+
+def test_levels_for_previews_are_judged_by_the_looser_of_both_tolerances() -> None:
+    assert LIMITS.of_previews == Tolerance(rmse=0.035, maximum=1.0, flip=0.1, kept_light=0.5)
+    loose = Tolerance(rmse=0.2, flip=0.3, kept_light=0.0, levels=LevelTolerance(rmse=0.1, flip=0.4, kept_light=0.6))
+    found = loose.of_previews
+    assert (found.rmse, found.flip, found.kept_light) == (0.2, 0.4, 0.0)
 
 
 @pytest.mark.parametrize("numbers", [seen(0.04), seen(0.01, flip=0.14), seen(0.01, kept=0.3)])

@@ -65,7 +65,9 @@ def seen(rmse: float, *, flip: float = 0.01, kept: float = 1.0, maximum: float |
     )
 
 
-def level_drawing(level: int, numbers: SeenNumbers, *, preview: bool = False, **view: object) -> OtherDrawing:
+def level_drawing(
+    level: int, numbers: SeenNumbers, *, preview: bool = False, excused: bool = False, **view: object
+) -> OtherDrawing:
     """A coarse level in one view."""
     fields = {"passed": False, "rmse": numbers.rmse / 2, "shift_voxels": 0.02, "box": seen(0.03, flip=0.1, kept=0.4)}
     return OtherDrawing(
@@ -73,6 +75,7 @@ def level_drawing(level: int, numbers: SeenNumbers, *, preview: bool = False, **
         program="raycast",
         level=level,
         preview_only=preview,
+        excused=excused,
         pixels=48,
         views=(OtherView(view="anterior-left", seen=numbers, **{**fields, **view}),),
     )
@@ -351,7 +354,7 @@ def report_of(totals: tuple[float, ...], tolerance: Tolerance | None = None, *, 
             views=views,
             sweep=sweep_of((0, 1)),
             empty_space=empty_space_of(passed=same_pictures),
-            others=(level_drawing(1, seen(0.02, flip=0.05, kept=0.8), preview=True),),
+            others=(level_drawing(1, seen(0.02, flip=0.05, kept=0.8), preview=True, passed=True),),
             kept_light=(
                 KeptLight(
                     level=1, view="superior", kept_light=0.8, box=0.4, thin_things=2, picture="pictures/kept1.png"

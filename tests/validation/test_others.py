@@ -1,7 +1,11 @@
 """Coarse levels and pieces of level 0: drawn, judged, and named when nothing has drawn them."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
+from sample_report import seen
 from tamper_scenes import write_kind
 from tampering import built
 
@@ -11,10 +15,14 @@ from volprep.report.page import page
 from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation import others
+from volprep.validation.clock import Clock
 from volprep.validation.folder import ReportFolder
 from volprep.validation.others import unproved
+from volprep.validation.pixels import Picture
 from volprep.validation.report_record import Report
 from volprep.validation.run import measure_package
+from volprep.validation.seen_records import OtherView
+from volprep_formats.package.manifest import Tolerance
 from volprep_formats.progress import Silent
 
 SIZE = 32
@@ -73,17 +81,40 @@ def test_pieces_of_a_scene_with_a_placed_light_are_lit_by_it(tmp_path) -> None:
     assert all(view.rmse < 0.01 for other in pieces for view in other.views)
 
 
-def test_a_level_for_previews_is_drawn_and_told_and_does_not_fail_the_package(report) -> None:
-    """Five voxels along the longest axis are too few for the tolerance of this scene."""
+def test_a_level_for_previews_has_a_tolerance_of_its_own_beyond_which_box_means_excuse_it(report) -> None:
+    """Five voxels along the longest axis are too few for both tolerances of this scene."""
     verdict = report.verdict
     assert [(each.item, each.within) for each in verdict.previews] == [
-        ("level 1 with shell", False),
+        ("level 1 with shell", True),
         ("level 2 with shell", False),
     ]
     told = {each.item: each.rmse for each in verdict.previews}
     assert told["level 2 with shell"] > told["level 1 with shell"] > report.tolerance.rmse
     assert verdict.beyond == ()
     assert verdict.passed
+
+
+def test_without_an_excuse_box_means_are_drawn_in_the_view_in_which_a_level_is_furthest_beyond(monkeypatch) -> None:
+    asked: list[str] = []
+
+    def reference_view(*given: object) -> Picture:
+        asked.append(str(given[-1]))
+        return np.zeros((4, 4, 4), np.float32)
+
+    def found(**rmse: float) -> list[OtherView]:
+        return [OtherView(view=name, passed=each <= 0.035, rmse=each, seen=seen(each)) for name, each in rmse.items()]
+
+    monkeypatch.setattr(others, "reference_view", reference_view)
+    monkeypatch.setattr(others, "_boxes", lambda *given: given[-1])
+    subject = SimpleNamespace(render=SimpleNamespace(tolerance=Tolerance()))
+    bench = SimpleNamespace(subject=subject, clock=Clock())
+    chosen = SimpleNamespace(level=1, program=SimpleNamespace(transfer="skin"))
+    drawn = others._box_in_worst_view(bench, None, chosen, found(superior=0.05, inferior=0.06, left=0.01))
+    assert ([*drawn], asked) == (["inferior"], ["inferior"])
+    # In this view the reference is known, and is within.
+    views = found(**{"anterior-left": 0.05, "left": 0.04})
+    assert others._box_in_worst_view(bench, None, chosen, views) == {}
+    assert others._box_in_worst_view(bench, None, chosen, found(left=0.01)) == {}
 
 
 def test_a_level_that_is_not_for_previews_is_named_beyond_the_tolerance_and_fails_the_package(
@@ -125,7 +156,7 @@ def test_a_program_that_nothing_has_drawn_is_named(report) -> None:
 def test_the_page_lists_them(report) -> None:
     text = page(report)
     assert "level 2 with shell" in text
-    assert "for previews, beyond" in text
+    assert "for previews, beyond, as the reference" in text
     assert "pieces around points 1, 3, ... with shell" in text
 
 

@@ -101,6 +101,7 @@ def page(report: Report, *, with_curves: bool = False) -> str:
             kind=_kind(manifest),
             truth=_truth(manifest),
             in_words=_in_words(report.tolerance),
+            previews_in_words=_previews_in_words(report),
             nominal=[_nominal(program) for program in report.programs],
             legend=_legend(report.difference_gain),
             beside=_beside(report),
@@ -184,6 +185,21 @@ def _in_words(tolerance: Tolerance) -> str:
         told = "A picture within this tolerance may differ plainly from the truth"
     kept = f"and no thin structure loses more than {1 - tolerance.kept_light:.0%} of its light"
     return f"{told} (FLIP {tolerance.flip:g}, RMSE {tolerance.rmse:g} over seen pixels), {kept}."
+
+
+def _previews_in_words(report: Report) -> str:
+    """Return what a person sees of the levels for previews; empty without such levels."""
+    previews = report.verdict.previews
+    if not previews:
+        return ""
+    allowed = report.tolerance.of_previews
+    limits = f"FLIP {allowed.flip:g}, RMSE {allowed.rmse:g}, kept light {allowed.kept_light:g}"
+    within = [each for each in previews if each.within]
+    told = f"{len(within)} of {len(previews)} levels for previews are within their tolerance ({limits})"
+    meaning = "a person who compares sees a difference, and no thin thing is missing"
+    others = "; of the others box means of the scan are beyond it, too" if len(within) < len(previews) else ""
+    worse = "" if report.verdict.worse else "; none is worse than box means"
+    return f"{told}: {meaning}{others}{worse}."
 
 
 def _legend(gain: float) -> list[tuple[str, str]]:

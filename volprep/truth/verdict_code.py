@@ -27,5 +27,5 @@ disagrees: a second renderer does not agree.
 unlike-paths: precomputed light is further from path tracing than the tolerance.
 shifted: a coarse level is shifted against the scan.
 worse-than-box: a coarse level is worse than the box reference.
-part-beyond: a coarse level that is not for previews only, a piece, an edit or a cut is beyond the tolerance.
+part-beyond: a coarse level, a piece, an edit or a cut is beyond the tolerance.
 """

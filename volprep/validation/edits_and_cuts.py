@@ -67,6 +67,7 @@ def judge_edit(bench: Bench, program: Program, previews: Collection[int]) -> Ite
             program=renderer.program.name,
             level=level.index,
             preview_only=level.index in previews,
+            excused=level.index in previews,
             pixels=subject.shape_hw[0] if finest else pixels_of(subject, level),
             views=tuple(views),
         )

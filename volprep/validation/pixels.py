@@ -51,6 +51,8 @@ def judged_level(  # noqa: PLR0917 - a view, and how it is looked at
     """Compare one view of a coarse level with the truth, at the size that the level is meant for.
 
     Its largest error is only reported: it is the error of one pixel at an outline, where any smaller picture differs.
+    Thin things of a lit level are those of the opacity: gradients of coarser voxels shade a crease or a cut face
+    otherwise, and nothing is missing there. A head's ear seemed to keep -3.1 of the light of a crease.
     With pictures `boxes` of the box reference by view, the shift is measured in these views alone, against truth and
     reference, and the smaller one counts: means of a solid head that the volume cuts off seem to be shifted by 0.3
     voxels against the truth. The shift of levels of maxima or minima is not measured.
@@ -60,7 +62,8 @@ def judged_level(  # noqa: PLR0917 - a view, and how it is looked at
     one, other = averaged(drawn, pixels), averaged(truth, pixels)
     places = [other] if boxes is None else [other, averaged(boxes[view], pixels)] if view in boxes else []
     shifts = [shift_voxels(one, place, len(truth), width / 2) for place in places]
-    seen = seen_numbers(one, other, thin_things(drawn, truth, width))
+    matter = slice(3, None) if subject.is_lit else slice(None)
+    seen = seen_numbers(one, other, thin_things(drawn[..., matter], truth[..., matter], width))
     return OtherView(
         view=view,
         passed=passes(seen, tolerance.model_copy(update={"maximum": 1.0})),

@@ -1,7 +1,7 @@
 """The reference of coarse levels: box means of the scan in NumPy, with the common table, drawn by the oracle.
 
-No level of a package may be worse, and a level may be for previews only if the reference is beyond the tolerance.
-Neither depends on data of the package.
+No level of a package may be worse. A level may be for previews only if the reference is beyond the tolerance, and
+beyond the tolerance of such levels only if the reference is, too. None of this depends on data of the package.
 """
 
 from collections.abc import Iterator, Sequence
@@ -54,6 +54,12 @@ def draw_references(bench: Bench, programs: Sequence[Program]) -> References:
                     found[transfer, level.index] = _reference(subject, volumes, transfer)
         bench.progress.advance()
     return found
+
+
+def reference_view(subject: Subject, level: Level, transfer: str, view: str) -> Float64Array:
+    """Draw the reference of a level in another standard view; the scan is read again."""
+    (volumes,) = _volumes(subject, [level])
+    return subject.on_volumes(volumes, transfer, view).rgba
 
 
 def _reference(subject: Subject, volumes: Sequence[Volume], transfer: str) -> Reference:

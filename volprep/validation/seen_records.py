@@ -54,12 +54,13 @@ class OtherView(Record):
     view: str
     """Name of the standard view."""
     passed: bool
-    """Whether everything that the tolerance limits is within it; for a coarse level the largest error is only
-    reported."""
+    """Whether everything that the tolerance limits is within it, or within the one of levels for previews; for a
+    coarse level the largest error is only reported."""
     rmse: NonNegative
     """Root mean square error over all pixels and channels, premultiplied linear."""
     seen: SeenNumbers
-    """The error as a person sees it. Things of a coarse level are measured in pictures as large as the report's."""
+    """The error as a person sees it. Things of a coarse level are measured in pictures as large as the report's; if it
+    is lit, in their opacity."""
     shift_voxels: NonNegative | None = None
     """Shift of a coarse level's picture against the truth or the box reference, whichever is smaller, in voxels of the
     level; null if it was not measured, as in views without the reference, and for levels of maxima or minima, which are
@@ -79,8 +80,10 @@ class OtherDrawing(Record):
     level: Annotated[int, Field(ge=0)] | None = None
     """Level that is drawn; null for a cut, which is part of none."""
     preview_only: bool = False
-    """Whether it is a level for previews only: it is marked so, and the box reference is beyond the tolerance. It may
-    be beyond, too, but no worse than the reference."""
+    """Whether it is a level for previews only: it is marked so, and the box reference is beyond the tolerance. It is
+    judged by the tolerance of such levels."""
+    excused: bool = False
+    """Whether it may be beyond that tolerance, because the box reference is, too; but no worse than the reference."""
     pixels: Count
     """Width and height of the pictures: one pixel for a voxel of a level, or the size of the report's pictures."""
     views: Annotated[tuple[OtherView, ...], Field(min_length=1)]

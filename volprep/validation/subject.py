@@ -104,6 +104,11 @@ class Subject:
         return self._compositing.name
 
     @property
+    def is_lit(self) -> bool:
+        """Whether light falls on a channel."""
+        return any(part.scan.normals is not None for part in self.channels)
+
+    @property
     def is_of_several(self) -> bool:
         """Whether several channels are drawn in one picture."""
         return bool(self._channels)

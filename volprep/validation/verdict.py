@@ -31,7 +31,7 @@ class PreviewOutcome(Record):
     rmse: NonNegative
     """Root mean square error over seen pixels of the worst view, with one pixel for a voxel of the level."""
     within: bool
-    """Whether it is within the tolerance all the same."""
+    """Whether it is within the tolerance of levels for previews."""
 
 
 class Verdict(Record):
@@ -52,10 +52,10 @@ class Verdict(Record):
     worse: tuple[str, ...] = ()
     """Coarse levels that are worse than the box reference, which is a defect whatever the tolerance."""
     beyond: tuple[str, ...] = ()
-    """Coarse levels, pieces of level 0, edits and cuts with a view beyond the tolerance; not those for previews
-    only."""
+    """Coarse levels, pieces of level 0, edits and cuts with a view beyond the tolerance; not levels for previews that
+    the box reference excuses."""
     previews: tuple[PreviewOutcome, ...] = ()
-    """Levels for previews only, with the errors of their pictures: the tolerance does not limit them."""
+    """Levels for previews only, with the errors of their pictures: they have a tolerance of their own."""
     unproved: tuple[str, ...] = ()
     """Parts of the package that no picture has judged."""
     disagreeing: tuple[str, ...] = ()
@@ -137,7 +137,7 @@ def is_worse(level: SeenNumbers, box: SeenNumbers, finest: SeenNumbers) -> bool:
 
 
 def may_be_preview(boxes: Sequence[SeenNumbers], tolerance: Tolerance) -> bool:
-    """Return whether a level may be for previews only: if the box reference is beyond the tolerance in a view.
+    """Return whether the box reference is beyond the tolerance in a view: then a level may be for previews only.
 
     The level itself does not matter, nor does its mark: without a reference it is judged as any other.
     """
@@ -165,7 +165,7 @@ def judge(
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
     unlike = tuple(each.program for each in programs if each.light is not None and not each.light.passed)
     others = [other for each in programs for other in each.others]
-    beyond = tuple(other.item for other in others if not other.passed and not other.preview_only)
+    beyond = tuple(other.item for other in others if not other.passed and not other.excused)
     shifted = _items(other for other in others if other.shift_voxels > _MOST_SHIFT_VOXELS)
     worse = _items(other for program in programs for other in program.others if _has_worse_view(other, program))
     return Verdict(

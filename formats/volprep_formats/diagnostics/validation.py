@@ -111,7 +111,7 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.TOLERANCE,
         "{path}: the finest level is within the tolerance, but these are beyond it where they would be used: {listed}",
         "See {report}. Leave levels out with a larger pyramid.coarsest_longest_axis, try another pyramid.filter, "
-        "or allow more in [tolerance].",
+        "or allow more in [tolerance], for levels for previews in [tolerance.levels].",
     ),
     "VP6040": Diagnostic(
         ExitStatus.MACHINE,

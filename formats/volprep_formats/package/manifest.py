@@ -45,6 +45,24 @@ class FileRecord(Record):
     """SHA-256 of the file's bytes."""
 
 
+class LevelTolerance(Record):
+    """Largest error of a level for previews, which stands in for a finer one where one of its voxels is one pixel.
+
+    A person who compares the two pictures sees a difference, but not a plain one, and no thin structure is missing.
+    Where the tolerance of the package allows more, that holds.
+    """
+
+    rmse: Fraction = 0.035
+    """Root mean square over seen pixels and the four channels, premultiplied linear: 9 or 10 of 255 steps of sRGB at
+    middle grey, from where on people see a difference side by side."""
+    flip: Fraction = 0.1
+    """Mean of FLIP over seen pixels at 67 pixels a degree, over black or white, whichever is larger. Beyond it pictures
+    differ plainly."""
+    kept_light: Fraction = 0.5
+    """Smallest share of the truth's light that each thin structure keeps: the faintest that counts is brighter than
+    its surroundings by 0.05, and half of that can still be seen. 0 sets no requirement."""
+
+
 class Tolerance(Record):
     """Largest error that a standard view may have.
 
@@ -62,6 +80,19 @@ class Tolerance(Record):
     kept_light: Fraction = 0.75
     """Smallest share of the truth's light that each thin structure keeps: anything connected and thinner than two
     voxels of the level, such as a vessel, a strut or a wire. 0 sets no requirement."""
+    levels: LevelTolerance = LevelTolerance()
+    """Tolerance of levels for previews."""
+
+    @property
+    def of_previews(self) -> "Tolerance":
+        """The tolerance that a level for previews is judged by: the looser of both; its largest error is not judged."""
+        return Tolerance(
+            rmse=max(self.rmse, self.levels.rmse),
+            maximum=1.0,
+            flip=max(self.flip, self.levels.flip),
+            kept_light=min(self.kept_light, self.levels.kept_light),
+            levels=self.levels,
+        )
 
 
 Projection = Literal["orthographic", "perspective"]

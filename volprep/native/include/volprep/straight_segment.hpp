@@ -106,13 +106,20 @@ inline void add_piece(const double* near, const double* far, double share, doubl
     sum.depth += depth;
 }
 
+// The first part that ends at a value or above it; parts are in order, and together all of the axis.
+inline std::size_t first_reaching(const std::vector<Part>& parts, double value) {
+    const auto ends_below = [&](const Part& part) { return part.high < value; };
+    return static_cast<std::size_t>(std::partition_point(parts.begin(), parts.end(), ends_below) - parts.begin());
+}
+
 inline void point_light(const std::vector<Part>& parts, double value, double* light) {
     double sides[2][4];
     // The first part that reaches the value, and the last: two where it is a control point.
-    const auto below = std::find_if(parts.begin(), parts.end(), [&](const Part& part) { return value <= part.high; });
-    const auto above = std::find_if(parts.rbegin(), parts.rend(), [&](const Part& part) { return value >= part.low; });
-    evaluate(*below, value, sides[0]);
-    evaluate(*above, value, sides[1]);
+    const std::size_t below = first_reaching(parts, value);
+    std::size_t above = below;
+    while (above + 1 < parts.size() && parts[above + 1].low <= value) ++above;
+    evaluate(parts[below], value, sides[0]);
+    evaluate(parts[above], value, sides[1]);
     for (int i = 0; i < 4; ++i) light[i] = (sides[0][i] + sides[1][i]) / 2;
 }
 
