@@ -90,6 +90,13 @@ def test_what_8_bits_round_makes_no_level_worse() -> None:
     assert not is_worse(seen(0.0318, flip=0.109, kept=0.36), seen(0.03, flip=0.1, kept=0.4), seen(0.0, flip=0.0))
 
 
+def test_a_level_keeps_less_than_box_means_only_if_it_does_for_certain() -> None:
+    box, finest = seen(0.03, flip=0.1, kept=0.53, within=0.1), seen(0.0, flip=0.0)
+    assert is_worse(seen(0.03, flip=0.1, kept=0.46), box, finest)
+    assert not is_worse(seen(0.03, flip=0.1, kept=0.46, within=0.07), box, finest)
+    assert is_worse(seen(0.03, flip=0.1, kept=0.2, within=0.07), box, finest)
+
+
 def test_a_level_may_be_for_previews_only_if_box_means_are_beyond_the_tolerance() -> None:
     assert may_be_preview([seen(0.005), seen(0.02)], LIMITS)
     assert may_be_preview([seen(0.005, kept=0.5)], LIMITS)

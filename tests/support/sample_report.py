@@ -51,8 +51,10 @@ def errors(rmse: float, maximum: float | None = None) -> ErrorNumbers:
     )
 
 
-def seen(rmse: float, *, flip: float = 0.01, kept: float = 1.0, maximum: float | None = None) -> SeenNumbers:
-    """What a person sees of an error."""
+def seen(
+    rmse: float, *, flip: float = 0.01, kept: float = 1.0, maximum: float | None = None, within: float = 0.0
+) -> SeenNumbers:
+    """What a person sees of an error; `within` is the uncertainty of the kept light."""
     return SeenNumbers(
         share=0.25,
         rmse=rmse,
@@ -60,6 +62,7 @@ def seen(rmse: float, *, flip: float = 0.01, kept: float = 1.0, maximum: float |
         off=0.001,
         flip=flip,
         kept_light=kept,
+        kept_light_at_most=kept + within,
         thin_things=2,
         least_kept=LeastKept(rows=(3, 9), columns=(4, 30), light=12.5),
     )

@@ -88,6 +88,27 @@ def test_a_change_of_the_background_is_not_the_vessels():
     assert thing.kept == pytest.approx(0.5, abs=0.02)
 
 
+@pytest.mark.parametrize("kept", [0.0, 0.5, 1.0])
+def test_a_body_that_becomes_darker_takes_nothing_from_a_vessel_in_the_air_beside_it(kept):
+    bodies = np.zeros((SIZE, SIZE, 4))
+    bodies[:36], bodies[-36:] = 0.8, 0.8
+    darker = np.where(bodies > 0, bodies - 0.05, 0.0)
+    (thing,) = thin_things(darker + kept * vessel(), bodies + vessel(), 4.0)
+    assert thing.kept == pytest.approx(kept, abs=0.02)
+    assert thing.within < 0.02
+
+
+def test_kept_light_is_known_less_well_where_the_background_changes_by_chance():
+    rng = np.random.default_rng(2)
+    haze, noise = np.full((SIZE, SIZE, 1), 0.3), np.kron(0.05 * rng.standard_normal((24, 24, 1)), np.ones((4, 4, 1)))
+    off, within = [], []
+    for shift in range(0, 96, 12):
+        (thing,) = thin_things(haze + np.roll(noise, shift, 0) + 0.5 * vessel(), haze + vessel(), 4.0)
+        off.append(thing.kept - 0.5)
+        within.append(thing.within)
+    assert np.std(off) == pytest.approx(np.mean(within), rel=0.6)
+
+
 def test_what_is_wider_than_the_width_is_no_thin_thing():
     assert thin_things(0 * vessel(half_width=6), vessel(half_width=6), 4.0) == ()
     assert len(thin_things(0 * vessel(half_width=6), vessel(half_width=6), 16.0)) == 1

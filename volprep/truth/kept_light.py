@@ -10,8 +10,12 @@ measured by itself:
 3. Its *light* is the sum of what the opening removes.
 4. Its *surroundings* are the pixels that are nearer to it than to other thin things, no further away than the width: a
    level may spread the light over so much.
-5. *Kept light* is 1 plus the sum of (picture - truth) over the surroundings, divided by the light. The mean difference
-   of the background, pixels outside all surroundings within three widths, is subtracted first.
+5. *Kept light* is 1 plus the sum of (picture - truth) over the surroundings, divided by the light. The difference of
+   the background is subtracted first: a line of least squares over the brightness of the opening, through the pixels
+   outside all surroundings within three widths. A body that a level makes darker then takes nothing from a vessel in
+   the empty air beside it, as the mean of the background does.
+6. It is *uncertain* by the scatter of the background's differences about that line, taken as independent in patches of
+   the width squared, summed over the surroundings and divided by the light.
 
 A picture that spreads a vessel's light over two voxels keeps 1, one that has lost the vessel 0. If the opacity is near
 1, spreading makes more light: then more than 1 is kept.
@@ -24,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.metrics import require_same_shape
-from volprep_formats.arrays import Float32Array, FloatArray
+from volprep_formats.arrays import Float32Array, Float64Array, FloatArray
 
 LEAST_CONTRAST = 0.02
 """Brightness of each pixel above the opening, premultiplied linear."""
@@ -36,6 +40,9 @@ _FINE = 5.0
 """Pixels of a width that are enough: larger pictures are averaged down to it first."""
 _AROUND = 3.0
 """Widths within which the background counts."""
+_REACH = 1.0
+"""Standard deviations of the background's brightness up to which its line is drawn. Where the background is one small
+blob, a line without an end gave a thing 5 times its light."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +57,8 @@ class ThinThing:
     """The truth's light of it: brightness above the surroundings, summed over pixels."""
     kept: float
     """Part of that light that the picture has; 1 if right, below 0 if its surroundings have become darker."""
+    within: float
+    """Uncertainty of `kept`: from the scatter of the background's differences."""
 
 
 def thin_things(picture: FloatArray, truth: FloatArray, width_pixels: float) -> tuple[ThinThing, ...]:
@@ -68,16 +77,18 @@ def thin_things(picture: FloatArray, truth: FloatArray, width_pixels: float) -> 
         return ()
     labels, removed = found
     near = _surroundings(labels, width)
-    difference -= _background(difference, near == 0, width)
-    numbers = np.arange(1, int(labels.max()) + 1)
-    light = np.bincount(labels.ravel(), removed.ravel(), len(numbers) + 1)[1:]
-    change = np.bincount(near.ravel(), difference.ravel(), len(numbers) + 1)[1:]
+    background, scatter = _background(difference, bright - removed, near == 0, width)
+    count = int(labels.max()) + 1
+    light = np.bincount(labels.ravel(), removed.ravel(), count)[1:]
+    change = np.bincount(near.ravel(), (difference - background).ravel(), count)[1:]
+    within = width * np.sqrt(np.bincount(near.ravel(), (scatter**2).ravel(), count)[1:])
     things = [
         ThinThing(
             rows=(rows.start * scale, rows.stop * scale),
             columns=(columns.start * scale, columns.stop * scale),
             light=float(light[index]) * scale**2,
             kept=1.0 + float(change[index] / light[index]),
+            within=float(within[index] / light[index]),
         )
         for index, (rows, columns) in enumerate(_boxes(labels))
     ]
@@ -87,6 +98,11 @@ def thin_things(picture: FloatArray, truth: FloatArray, width_pixels: float) -> 
 def least_kept(things: Sequence[ThinThing]) -> float:
     """Return the kept light of the thin thing that keeps the least; 1 without any."""
     return min((thing.kept for thing in things), default=1.0)
+
+
+def kept_at_most(things: Sequence[ThinThing]) -> float:
+    """Return the most light that every thin thing may have kept, given the uncertainty; 1 without any."""
+    return min((thing.kept + thing.within for thing in things), default=1.0)
 
 
 def _reduced(picture: FloatArray, scale: int) -> Float32Array:
@@ -125,16 +141,30 @@ def _surroundings(labels: NDArray[np.intp], width: float) -> NDArray[np.intp]:
     return near
 
 
-def _background(difference: Float32Array, outside: NDArray[np.bool_], width: float) -> Float32Array:
-    """Return the mean of `difference` over the pixels `outside` all surroundings near each pixel; 0 without any."""
+def _background(
+    difference: Float32Array, opened: Float32Array, outside: NDArray[np.bool_], width: float
+) -> tuple[Float64Array, Float64Array]:
+    """Return the difference of a background as bright as `opened` near each pixel, and its scatter; 0 if none is near.
+
+    Where the background is even, `opened` changing by less than the least contrast, this is its mean.
+    """
     from scipy import ndimage  # noqa: PLC0415 - heavy
 
     size = 2 * round(_AROUND * width) + 1
-    weight = ndimage.uniform_filter(outside.astype(np.float32), size, mode="constant")
-    total = ndimage.uniform_filter(np.where(outside, difference, np.float32(0)), size, mode="constant")
-    least = 0.5 / size**2
-    means: Float32Array = np.where(weight > least, total / np.maximum(weight, least), 0).astype(np.float32)
-    return means
+    ground, change = opened.astype(np.float64), difference.astype(np.float64)
+    share = ndimage.uniform_filter(outside.astype(np.float64), size, mode="constant")
+    share = np.where(share > 0.5 / size**2, share, np.inf)
+
+    def mean(values: Float64Array) -> Float64Array:
+        found: Float64Array = ndimage.uniform_filter(np.where(outside, values, 0.0), size, mode="constant") / share
+        return found
+
+    middle, level = mean(ground), mean(change)
+    variance = np.maximum(mean(ground**2) - middle**2, 0.0)
+    slope = (mean(ground * change) - middle * level) / (variance + LEAST_CONTRAST**2)
+    reach = _REACH * np.sqrt(variance)
+    line: Float64Array = level + slope * np.clip(ground - middle, -reach, reach)
+    return line, np.sqrt(np.maximum(mean((change - line) ** 2), 0.0))
 
 
 def _boxes(labels: NDArray[np.intp]) -> list[tuple[slice, slice]]:

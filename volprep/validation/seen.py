@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from volprep.truth.camera import Camera
-from volprep.truth.kept_light import ThinThing, least_kept
+from volprep.truth.kept_light import ThinThing, kept_at_most, least_kept
 from volprep.truth.picture import encoded
 from volprep.truth.seen import seen_error, seen_flip
 from volprep.truth.shift import shift_pixels
@@ -40,6 +40,7 @@ def seen_numbers(picture: FloatArray, truth: FloatArray, things: Sequence[ThinTh
         off=error.off,
         flip=max(flip.black, flip.white),
         kept_light=least_kept(things),
+        kept_light_at_most=kept_at_most(things),
         thin_things=len(things),
         least_kept=None if least is None else LeastKept(rows=least.rows, columns=least.columns, light=least.light),
     )

@@ -42,6 +42,9 @@ class SeenNumbers(Record):
     kept_light: float
     """Part of the truth's light that the thin thing keeps that keeps the least: 1 if right or without thin things,
     below 0 if its surroundings have become darker."""
+    kept_light_at_most: float
+    """The least, over all thin things, of kept light plus its uncertainty, which follows from how much the differences
+    of the background scatter; 1 without thin things. A level is worse than the box reference only if this is."""
     thin_things: _Pixel
     """Number of thin things: connected, and thinner than two voxels of the level."""
     least_kept: LeastKept | None

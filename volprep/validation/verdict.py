@@ -126,13 +126,13 @@ def is_worse(level: SeenNumbers, box: SeenNumbers, finest: SeenNumbers) -> bool:
     """Return whether a coarse level is worse than the box reference in the same view.
 
     The reference has the scan's own values and no steps. So a level may be worse by what codes and steps make of the
-    `finest` level in this view, and by rounding.
+    `finest` level in this view, by rounding, and by the uncertainty of its kept light.
     """
     lost = max(1.0 - finest.kept_light, 0.0)
     return (
         level.rmse > _WORSE * box.rmse + finest.rmse + _ROUNDING_RMSE
         or level.flip > _WORSE * box.flip + finest.flip + _ROUNDING_FLIP
-        or min(level.kept_light, 1.0) < min(box.kept_light, 1.0) - lost - _ROUNDING_KEPT
+        or min(level.kept_light_at_most, 1.0) < min(box.kept_light, 1.0) - lost - _ROUNDING_KEPT
     )
 
 
