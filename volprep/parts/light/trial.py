@@ -57,6 +57,8 @@ def light_model(scene: Scene) -> LightModel | None:
         return None
     return LightModel(
         kind=wanted.baked,
+        channels=wanted.channels,
+        turnable=wanted.turnable,
         sky=wanted.sky,
         ground=wanted.ground,
         suns=wanted.suns,
