@@ -82,14 +82,19 @@ def _parts(textures: Sequence[Texture]) -> Iterator[str]:
     wanted = list(range(form_of(first.light.model).parts))
     if sorted(texture.part for texture in textures) != wanted:
         yield f"needs textures of the parts {wanted}, once each"
-    for other in textures[1:]:
-        if (other.light, other.shape_zyx, other.mosaic, other.gl) != (
-            first.light,
-            first.shape_zyx,
-            first.mosaic,
-            first.gl,
-        ):
-            yield "has textures that differ in more than their texels"
+    if any(_reading(other) != _reading(first) for other in textures[1:]):
+        yield "has textures that differ in more than their texels"
+
+
+def _reading(texture: Texture) -> tuple[object, ...]:
+    """Return everything that says how a texture of light is read."""
+    light = texture.light
+    of_light = () if light is None else (form_of(light.model), *_numbers(light))
+    return texture.gl, texture.shape_zyx, texture.mosaic, *of_light
+
+
+def _numbers(light: StoredLight) -> tuple[object, ...]:
+    return light.largest, light.subtracted, light.stored_values, light.texture_from_box_per_mm_xyz
 
 
 def _program(program: Program, textures: Sequence[Texture]) -> Iterator[str]:
