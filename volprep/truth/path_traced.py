@@ -166,9 +166,7 @@ def squares_beyond_noise(picture: Float64Array, truth: TracedPicture) -> Float64
     return beyond
 
 
-def _surroundings(
-    model: LightModel, environment: Float64Array | None, grid: Grid
-) -> tuple[Float64Array, Float64Array]:
+def _surroundings(model: LightModel, environment: Float64Array | None, grid: Grid) -> tuple[Float64Array, Float64Array]:
     """Return the native arrays of sky and suns, with directions along the axes of the box."""
     box_from_patient = np.array(grid.direction).T
     # Light that an app turns has no suns: they are spread over half of the sky.
