@@ -333,7 +333,10 @@ def _print_light(found: "TracedLight") -> None:
 
     noise = f"noise of its {found.paths} paths, {number(found.noise_rmse)}, left out"
     print_line("")
-    print_line(f"baked light against path tracing: RMSE {number(found.rmse)} over {found.pixels} pixels, {noise}")
+    around = ", the light around as it is and turned" if found.orientations > 1 else ""
+    print_line(
+        f"baked light against path tracing: RMSE {number(found.rmse)} over {found.pixels} pixels{around}, {noise}"
+    )
 
 
 def _print_ablation(found: "Ablation") -> None:

@@ -207,8 +207,8 @@ typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG
     VOLPKG_UNIFORM_SOURCE_HIGH_START_VOXEL, VOLPKG_UNIFORM_SOURCE_HIGH_SIZE_VOXELS, VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX,
     VOLPKG_UNIFORM_SOURCE_BOX_FROM_MESH, VOLPKG_UNIFORM_SOURCE_BOX_FROM_SLICES, VOLPKG_UNIFORM_SOURCE_SLICES,
     VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE, VOLPKG_UNIFORM_SOURCE_LIGHT_MM, VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT,
-    VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX, VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH, VOLPKG_UNIFORM_SOURCE_PICTURE_HEIGHT }
-    volpkg_uniform_source;
+    VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX, VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH, VOLPKG_UNIFORM_SOURCE_PICTURE_HEIGHT,
+    VOLPKG_UNIFORM_SOURCE_ENVIRONMENT } volpkg_uniform_source;
 typedef enum volpkg_uniform_type { VOLPKG_UNIFORM_TYPE_FLOAT, VOLPKG_UNIFORM_TYPE_VEC3, VOLPKG_UNIFORM_TYPE_MAT4 }
     volpkg_uniform_type;
 
@@ -628,8 +628,12 @@ typedef struct volpkg_sun {
 typedef struct volpkg_light_model {
     /* Propagation of the light. */
     volpkg_light_kind kind;
-    /* Whether light has a brightness or a colour. */
+    /* Whether light has a brightness or a colour on its way through the volume. luminance: colours of the volume
+       scatter as grey of their luminance. */
     volpkg_light_channels channels;
+    /* Whether the texture holds the light of four environments, so that an app may turn the light around the volume and
+       change its colours. Suns are then spread over half of the sky, and colours of the surroundings are kept. */
+    int32_t turnable;
     /* Linear RGB of the light from above, the patient's head; a place under a whole sky of it has this light. */
     double sky[3];
     /* Linear RGB of the light from below. Between both it changes with the cosine of the angle. */
@@ -726,14 +730,15 @@ typedef struct volpkg_normals {
 } volpkg_normals;
 
 /* Light that multiplies the colour of each sample. It is the same for all levels. At a place p in box millimetres the
-   texture is read at p * `texture_from_box_per_mm_xyz`, with linear filters. With r and g the first two components, and
-   s the share, the light is `largest` * (r + s * (g - r)) - `subtracted`, and not below 0. The share rises from 0 at
-   the first to 1 at the second of `stored_values`, of the normalised stored value at the sample; it is constant
-   outside. */
+   texture is read at p * `texture_from_box_per_mm_xyz`, with linear filters, also between the slices of a mosaic. With
+   r and g its two components, and s the share, the light is `largest` * (r + s * (g - r)) - `subtracted`, and not below
+   0. The share rises from 0 at the first to 1 at the second of `stored_values`, of the normalised stored value at the
+   sample; it is constant outside. Light of several numbers has two textures of these instead: part 0 holds r, and part
+   1 holds g. */
 typedef struct volpkg_baked_light {
     /* The light around the volume, and how it travels. */
     volpkg_light_model model;
-    /* Texture coordinates for each box millimetre. */
+    /* Texture coordinates for each box millimetre; of a mosaic, those of a 3D texture of its slices. */
     double texture_from_box_per_mm_xyz[3];
     /* Light of a component that is 1, before `subtracted`. */
     double largest;
@@ -1380,6 +1385,10 @@ typedef struct volpkg_drawing {
     volpkg_texture textures[VOLPKG_MAX_UNITS]; /* of each unit; copies, so that pieces of the grid are textures, too */
     unsigned char constants[8][2];             /* texels of empty pieces */
     double light_mm_xyz[3]; /* where the light with a place is, patient's space: the program's own until you move it */
+    double environment[4]
+                      [3]; /* RGB of light that was computed once and is turnable: that from everywhere, and its
+                              change along x, y and z of the patient's space; the package's own until you change it */
+    int light_is_edited;   /* whether that light is left out, because its transfer function is edited */
     double block[7][3]; /* of sub-volumes: values x, y, z of the sources from VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM on */
 } volpkg_drawing;
 
@@ -3119,6 +3128,7 @@ static const volpkg__field volpkg__light_model_fields[] = {
     {"kind", &volpkg__light_kind_word, offsetof(volpkg_light_model, kind), VOLPKG__NEEDED, 0, NULL},
     {"channels", &volpkg__light_channels_word, offsetof(volpkg_light_model, channels), 0,
      VOLPKG_LIGHT_CHANNELS_LUMINANCE, NULL},
+    {"turnable", &volpkg__truth, offsetof(volpkg_light_model, turnable), 0, 0.0, NULL},
     {"sky", &volpkg__real_from_0_to_100_x3, offsetof(volpkg_light_model, sky), 0, 0, volpkg__light_model_sky},
     {"ground", &volpkg__real_from_0_to_100_x3, offsetof(volpkg_light_model, ground), 0, 0, volpkg__light_model_ground},
     {"suns", &volpkg__sun_record_list_to_64, offsetof(volpkg_light_model, suns), 0, 0, NULL},
@@ -3151,7 +3161,7 @@ static const volpkg__named volpkg__uniform_source_words[] = {{"box_from_clip", V
     {"first_sample", VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE}, {"light_mm", VOLPKG_UNIFORM_SOURCE_LIGHT_MM},
     {"box_from_light", VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT}, {"light_from_box", VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX},
     {"picture_width", VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH}, {"picture_height", VOLPKG_UNIFORM_SOURCE_PICTURE_HEIGHT},
-    {NULL, 0}};
+    {"environment", VOLPKG_UNIFORM_SOURCE_ENVIRONMENT}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__uniform_source_word, VOLPKG__NAMED, 0, volpkg__uniform_source_words)
 static const volpkg__field volpkg__uniform_fields[] = {
     {"name", &volpkg__string, offsetof(volpkg_uniform_record, name), VOLPKG__NEEDED, 0, NULL},
@@ -5057,6 +5067,7 @@ static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p
     for (i = 0; i < p->textures.count; ++i) {
         const volpkg_texture* t = &p->textures.at[i];
         uint32_t seen = 0;
+        if (t->role == VOLPKG_ROLE_LIGHT) continue; /* its parts are of no mosaic */
         if (t->mosaic == NULL) {
             VOLPKG__RULE(t->part == 0 || t->role == VOLPKG_ROLE_SLICES, t->name, "it is a part, but of no mosaic");
             continue;
@@ -5516,35 +5527,108 @@ static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package*
     return VOLPKG_OK;
 }
 
-static volpkg_code volpkg__light_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
+/* Textures that hold a light: one with both ends of its line over the value, or one for each end. */
+static int32_t volpkg__light_parts(const volpkg_light_model* model) {
+    return model->turnable || model->channels == VOLPKG_LIGHT_CHANNELS_RGB ? 2 : 1;
+}
+
+/* Whether two textures of one light are read in the same way. */
+static int volpkg__same_light(const volpkg_texture* a, const volpkg_texture* b) {
+    const volpkg_baked_light *one = a->light, *other = b->light;
+    return volpkg__same_gl(&a->gl, &b->gl) && volpkg__same_shape(a->shape_zyx, b->shape_zyx) &&
+           volpkg__same_mosaic(a->mosaic, b->mosaic) && one->model.turnable == other->model.turnable &&
+           one->model.channels == other->model.channels && one->largest == other->largest &&
+           one->subtracted == other->subtracted &&
+           memcmp(one->stored_values, other->stored_values, sizeof one->stored_values) == 0 &&
+           memcmp(one->texture_from_box_per_mm_xyz, other->texture_from_box_per_mm_xyz,
+                  sizeof one->texture_from_box_per_mm_xyz) == 0;
+}
+
+static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_package* p, int32_t c,
+                                               const volpkg_texture* t) {
+    const volpkg_mosaic* m = t->mosaic;
+    const volpkg_light_model* model = &t->light->model;
+    uint32_t components = model->turnable ? 4 : model->channels == VOLPKG_LIGHT_CHANNELS_RGB ? 3 : 2, seen = 0;
+    int32_t k;
+    VOLPKG__RULE(volpkg__components(&t->gl) == components && t->gl.type == 0x1401, t->name,
+                 "it holds light of other components than its format, or no bytes");
+    VOLPKG__RULE(t->filter == VOLPKG_FILTER_LINEAR && t->level < 0, t->name,
+                 "it holds light, so it must be filtered, and for all levels");
+    VOLPKG__RULE(t->light->stored_values[0] < t->light->stored_values[1], t->name,
+                 "its light has stored values that do not ascend");
+    VOLPKG__RULE((t->gl.target == 0x806F) == (m == NULL), t->name,
+                 "it holds light, so it must be a 3D texture or a mosaic");
+    if (m != NULL) {
+        volpkg_level level;
+        memset(&level, 0, sizeof level);
+        level.grid.shape_zyx[0] = m->slices;
+        level.grid.shape_zyx[1] = m->tile_shape_yx[0];
+        level.grid.shape_zyx[2] = m->tile_shape_yx[1];
+        VOLPKG__TRY(volpkg__mosaic_rules(r, t, &level));
+        VOLPKG__RULE(
+            m->textures == 1 && m->slices_per_texel == 1 && m->gutter == 0, t->name,
+            "it holds light in a mosaic of several textures, with a gutter, or with several slices in a texel");
+    }
+    for (k = 0; k < p->textures.count; ++k) {
+        const volpkg_texture* other = &p->textures.at[k];
+        if (other->role != VOLPKG_ROLE_LIGHT || !volpkg__is(other->transfer, t->transfer) || other->light == NULL ||
+            !volpkg__texture_concerns(p, c, other))
+            continue;
+        VOLPKG__RULE(other->part < volpkg__light_parts(model) && !(seen >> other->part & 1), t->name,
+                     "the light of its transfer function has not each part once");
+        seen |= (uint32_t)1 << other->part;
+        VOLPKG__RULE(volpkg__same_light(t, other), t->name,
+                     "the textures of its light differ in more than their texels");
+    }
+    VOLPKG__RULE(seen == ((uint32_t)1 << volpkg__light_parts(model)) - 1, t->name,
+                 "the light of its transfer function has not each part once");
+    return VOLPKG_OK;
+}
+
+static volpkg_code volpkg__light_programs(volpkg__reader* r, const volpkg_package* p, int32_t c,
+                                          const volpkg_program* programs, int32_t count) {
     int32_t i, k;
+    for (i = 0; i < count; ++i) {
+        const volpkg_program* program = &programs[i];
+        const volpkg_texture* held = NULL;
+        int32_t turns = 0;
+        if (!volpkg__concerns(p, c, program->transfer)) continue;
+        for (k = 0; k < program->uniforms.count; ++k)
+            turns |= program->uniforms.at[k].source == VOLPKG_UNIFORM_SOURCE_ENVIRONMENT;
+        for (k = 0; k < p->textures.count; ++k) {
+            const volpkg_texture* t = &p->textures.at[k];
+            if (t->role == VOLPKG_ROLE_LIGHT && t->light != NULL && volpkg__is(t->transfer, program->transfer))
+                held = t;
+        }
+        if (!program->baked) {
+            VOLPKG__RULE(!turns && volpkg__samples(program, VOLPKG_ROLE_LIGHT) == 0, program->name,
+                         "it samples light or has the uniform environment, and is not lit by light");
+            continue;
+        }
+        VOLPKG__RULE(held != NULL, program->name, "it is lit by light that is not there");
+        VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_ROLE_LIGHT, volpkg__light_parts(&held->light->model)),
+                     program->name, "it does not sample each texture of its light once");
+        VOLPKG__RULE(turns == held->light->model.turnable, program->name,
+                     "it has the uniform environment and its light is fixed, or the other way round");
+        VOLPKG__RULE((held->mosaic != NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC), program->name,
+                     "it reads light in another form than its volume");
+    }
+    return VOLPKG_OK;
+}
+
+static volpkg_code volpkg__light_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
+    int32_t i;
     for (i = 0; i < p->textures.count; ++i) {
         const volpkg_texture* t = &p->textures.at[i];
         if (!volpkg__texture_concerns(p, c, t)) continue;
         VOLPKG__RULE((t->role == VOLPKG_ROLE_LIGHT) == (t->light != NULL), t->name,
                      "it holds light and does not say what it means, or the other way round");
-        if (t->light == NULL) continue;
-        VOLPKG__RULE(t->gl.target == 0x806F && volpkg__components(&t->gl) == 2 && t->gl.type == 0x1401 &&
-                         t->mosaic == NULL && t->filter == VOLPKG_FILTER_LINEAR && t->level < 0,
-                     t->name, "it holds light, so it must be 3D, of two bytes, filtered, and for all levels");
-        VOLPKG__RULE(t->light->stored_values[0] < t->light->stored_values[1], t->name,
-                     "its light has stored values that do not ascend");
-        for (k = 0; k < i; ++k)
-            VOLPKG__RULE(
-                p->textures.at[k].role != VOLPKG_ROLE_LIGHT || !volpkg__is(p->textures.at[k].transfer, t->transfer),
-                t->name, "two textures hold the light of one transfer function");
+        if (t->light != NULL) VOLPKG__TRY(volpkg__light_texture_rules(r, p, c, t));
     }
-    for (i = 0; i < p->programs.count; ++i) {
-        const volpkg_program* program = &p->programs.at[i];
-        int32_t held = 0;
-        if (!volpkg__concerns(p, c, program->transfer)) continue;
-        VOLPKG__RULE(volpkg__samples(program, VOLPKG_ROLE_LIGHT) == program->baked, program->name,
-                     "it reads light that was computed once and is not lit by it, or the other way round");
-        for (k = 0; k < p->textures.count; ++k)
-            held += p->textures.at[k].role == VOLPKG_ROLE_LIGHT &&
-                    volpkg__is(p->textures.at[k].transfer, program->transfer);
-        VOLPKG__RULE(!program->baked || held == 1, program->name, "it is lit by light that is not there");
-    }
+    VOLPKG__TRY(volpkg__light_programs(r, p, c, p->programs.at, p->programs.count));
+    if (p->subvolumes != NULL)
+        VOLPKG__TRY(volpkg__light_programs(r, p, c, p->subvolumes->programs.at, p->subvolumes->programs.count));
+    if (p->proxy != NULL) VOLPKG__TRY(volpkg__light_programs(r, p, c, p->proxy->programs.at, p->proxy->programs.count));
     return VOLPKG_OK;
 }
 
@@ -6591,6 +6675,44 @@ static volpkg_code volpkg__within_profile(const volpkg_drawing* drawing, volpkg_
     return volpkg__fits(drawing->package, drawing->program->name, volpkg_texture_bytes(drawing), error);
 }
 
+/* Add to an environment the colour of a light, and its change along a direction. */
+static void volpkg__add_light(double environment[4][3], const double colour[3], double scale,
+                              const double direction[3]) {
+    int i, k;
+    for (k = 0; k < 3; ++k) environment[0][k] += scale * colour[k];
+    for (i = 0; i < 3; ++i)
+        for (k = 0; k < 3; ++k) environment[1 + i][k] += scale * colour[k] * direction[i];
+}
+
+/* The environment of a turnable light: sky and ground are exact, suns are spread over half of the sky. */
+static void volpkg__environment_of(const volpkg_light_model* model, double environment[4][3]) {
+    static const double up[3] = {0, 0, 1}, down[3] = {0, 0, -1};
+    int32_t i;
+    int axis;
+    volpkg__add_light(environment, model->sky, 0.5, up);
+    volpkg__add_light(environment, model->ground, 0.5, down);
+    for (i = 0; i < model->suns.count; ++i) {
+        const volpkg_sun* sun = &model->suns.at[i];
+        double length = 0, direction[3];
+        for (axis = 0; axis < 3; ++axis) length += sun->direction[axis] * sun->direction[axis];
+        for (axis = 0; axis < 3; ++axis) direction[axis] = sun->direction[axis] / sqrt(length);
+        volpkg__add_light(environment, sun->colour, 1, direction);
+    }
+}
+
+/* The mat4 of a shader: its columns are how much of each of the four environments of the textures there is. */
+static void volpkg__environment(const volpkg_drawing* drawing, double matrix[16]) {
+    static const double corners[4][3] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+    int corner, axis, k;
+    for (corner = 0; corner < 4; ++corner)
+        for (k = 0; k < 3; ++k) {
+            double sum = drawing->light_is_edited ? 1 : drawing->environment[0][k];
+            for (axis = 0; axis < 3 && !drawing->light_is_edited; ++axis)
+                sum += sqrt(3.0) * corners[corner][axis] * drawing->environment[1 + axis][k];
+            matrix[4 * corner + k] = sum / 4;
+        }
+}
+
 /* Begin a drawing with the program and the textures that are not pieces of the grid. */
 static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_program* program, int32_t level,
                                          volpkg_drawing* drawing, volpkg_error* error) {
@@ -6615,6 +6737,8 @@ static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_p
         if (found == NULL)
             return volpkg__cannot_draw(error, sampler->name, "its texture is missing for a level, which", level);
         drawing->textures[i] = *found;
+        if (found->light != NULL && found->part == 0 && found->light->model.turnable)
+            volpkg__environment_of(&found->light->model, drawing->environment);
     }
     owner = p->segments && volpkg__is(p->segments->name, first) ? 0 : volpkg__owner(p, first);
     if (owner < 0) return volpkg__cannot_draw(error, first, "it is no transfer function; the level", level);
@@ -7080,6 +7204,9 @@ int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_recor
             break;
         case VOLPKG_UNIFORM_SOURCE_LIGHT_MM:
             volpkg__light_mm(drawing, found);
+            break;
+        case VOLPKG_UNIFORM_SOURCE_ENVIRONMENT:
+            volpkg__environment(drawing, found);
             break;
         case VOLPKG_UNIFORM_SOURCE_BOX_FROM_SLICES:
         case VOLPKG_UNIFORM_SOURCE_SLICES:
@@ -8192,7 +8319,8 @@ static int volpkg__is_editable(const volpkg_texture* t) {
     int bytes = t->gl.type == 0x1401;
     int known = bytes || t->gl.type == 0x1403 || t->gl.type == 0x140B || t->gl.type == 0x8D61;
     if (t->mosaic && (t->mosaic->padding_yx[0] || t->mosaic->padding_yx[1])) return 0;
-    if (t->role == VOLPKG_ROLE_LIGHT) return bytes && t->light != NULL && t->texel_bytes == 2 * texels;
+    if (t->role == VOLPKG_ROLE_LIGHT)
+        return bytes && t->light != NULL && t->texel_bytes == volpkg__components(&t->gl) * texels;
     if (t->role != VOLPKG_ROLE_TRANSFER) return known && t->texel_bytes == texels * (bytes ? 1 : 2);
     return known && t->gl.type != 0x1403 && t->shape_zyx[2] > 1 && t->texel_bytes == texels * (bytes ? 4 : 8) &&
            texels == t->shape_zyx[2] && (!bytes || t->max_extinction_per_mm > 0);
@@ -8227,17 +8355,21 @@ static volpkg_code volpkg__check_edits(const volpkg_package* p, const volpkg_edi
     return VOLPKG_OK;
 }
 
-/* A light of 1 everywhere if the function that light was computed for is edited, else the package's own. */
-static void volpkg__edit_light(const volpkg_package* p, const volpkg_texture* t, const volpkg_edit* edits,
-                               int32_t count, unsigned char* texels) {
+/* A light of 1 everywhere if the function that light was computed for is edited, else the package's own. Returns
+   whether it is edited. */
+static int volpkg__edit_light(const volpkg_package* p, const volpkg_texture* t, const volpkg_edit* edits, int32_t count,
+                              unsigned char* texels) {
     double code = floor(255 * (1 + t->light->subtracted) / t->light->largest + 0.5);
     int32_t i;
     for (i = 0; i < p->textures.count; ++i)
         if (volpkg__is(p->textures.at[i].name, t->name))
             memcpy(texels, p->textures.at[i].texels, (size_t)t->texel_bytes);
     for (i = 0; i < count; ++i)
-        if (volpkg__is(edits[i].transfer, t->transfer))
+        if (volpkg__is(edits[i].transfer, t->transfer)) {
             memset(texels, code < 255 ? (int)code : 255, (size_t)t->texel_bytes);
+            return 1;
+        }
+    return 0;
 }
 
 volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
@@ -8262,7 +8394,7 @@ volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edit
         if (volpkg__follows_edits(t) && !volpkg__is_editable(t))
             return volpkg__fail(error, VOLPKG_NOT_EDITABLE, t->name, "its texels are of another kind", NAN, NAN);
         if (t->role == VOLPKG_ROLE_LIGHT) {
-            volpkg__edit_light(p, t, edits, count, (unsigned char*)texels[unit]);
+            drawing->light_is_edited = volpkg__edit_light(p, t, edits, count, (unsigned char*)texels[unit]);
             t->texels = texels[unit];
         }
         if (t->role != VOLPKG_ROLE_TRANSFER) continue;

@@ -19,7 +19,7 @@ export class Changes {
   cut = null;
   /** @type {Clip | null} */
   clip = null;
-  /** Where the light is, if an app has moved it. @type {readonly number[] | null} */
+  /** Where the light is, or the light around the volume, if an app has changed it. @type {import("./light.js").Light} */
   light = null;
   /** Counts changes that need another load of the level. */
   version = 0;
@@ -77,9 +77,9 @@ export class Changes {
     return this.#pack.transferFunctions.find((each) => each.name === name)?.points ?? [];
   }
 
-  /** @param {readonly number[] | null} place */
-  async setLight(place) {
-    (await import("./light.js")).checkLight(this.#pack, place);
-    this.light = place;
+  /** @param {import("./light.js").Light} light */
+  async setLight(light) {
+    (await import("./light.js")).checkLight(this.#pack, light);
+    this.light = light;
   }
 }

@@ -2,7 +2,7 @@
 import { VolpkgError } from "./rarer.js";
 import { fromHalf } from "./formats.js";
 import { toHalf } from "./halves.js";
-import { readHead } from "./ktx2.js";
+import { readHead, texelBytes } from "./ktx2.js";
 import { entriesOf, skipEntries } from "./skip.js";
 
 /** @typedef {import("./choose.js").Choice} Choice */
@@ -116,9 +116,11 @@ export async function edited(pack, choice, edits, signal) {
 }
 
 /** Texels of a light of 1 everywhere: the stored light is of another function. @param {Texture} texture */
-function noLight({ shape_zyx: [z, y, x], light }) {
+function noLight({ shape_zyx, gl, light }) {
   const { largest = 1, subtracted = 0 } = light ?? {};
-  return new Uint8Array(2 * x * y * z).fill(Math.min(Math.round((255 * (1 + subtracted)) / largest), 255));
+  return new Uint8Array(texelBytes(gl.internal_format, shape_zyx)).fill(
+    Math.min(Math.round((255 * (1 + subtracted)) / largest), 255),
+  );
 }
 
 /** @param {Package} pack @param {Texture} texture @param {AbortSignal} signal the texels of a small texture */

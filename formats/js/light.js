@@ -1,21 +1,53 @@
-/** Lights with a place, which apps may move. */
+/** Lights that apps may change: lights with a place, and light around the volume that was computed once. */
 import { invert } from "./camera.js";
+import { environmentOf, problemOf, sharesOf } from "./environment.js";
 import { VolpkgError } from "./rarer.js";
 import { lightFromBox } from "./light_view.js";
 
+/** @typedef {import("./environment.js").Environment} Environment */
 /** @typedef {import("./types.js").Grid} Grid */
 /** @typedef {import("./types.js").Program} Program */
+/**
+ * The place of a light, or the light around the volume; null for the package's own.
+ * @typedef {readonly number[] | Environment | null} Light
+ */
 
-/** Throws unless a light can be there. @param {import("./package.js").Package} pack @param {readonly number[] | null} place */
-export function checkLight({ manifest }, place) {
+/** @param {Light} light @returns {light is readonly number[]} */
+const isPlace = (light) => Array.isArray(light);
+
+/** Throws unless the package has such a light. @param {import("./package.js").Package} pack @param {Light} light */
+export function checkLight({ manifest }, light) {
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7063", { problem });
-  const lit = [...manifest.programs, ...(manifest.subvolumes?.programs ?? [])].filter(({ light }) => light);
+  const lit = [...manifest.programs, ...(manifest.subvolumes?.programs ?? [])].filter((each) => each.light);
+  const turns = manifest.textures.some((each) => each.light?.model.turnable);
+  if (!lit.length && !turns) throw refuse("no program of the package is lit by a light that can be changed");
+  if (light === null) return;
+  if (!isPlace(light)) {
+    const problem = turns ? problemOf(light) : "no program of the package is lit by light that can be turned";
+    if (problem) throw refuse(problem);
+    return;
+  }
   if (!lit.length) throw refuse("no program of the package is lit by a light with a place");
-  if (place === null) return;
-  if (!(place.length === 3 && place.every(Number.isFinite)))
-    throw refuse(`${JSON.stringify(place)} is no place of three numbers`);
-  if (lit.some((each) => isSeenFrom(each) && !lightOf(manifest.grid, each, place).light_from_box))
-    throw refuse(`${JSON.stringify(place)} is in the volume, but shadows need a view of it from the light`);
+  if (!(light.length === 3 && light.every(Number.isFinite)))
+    throw refuse(`${JSON.stringify(light)} is no place of three numbers`);
+  if (lit.some((each) => isSeenFrom(each) && !placeOf(manifest.grid, each, light).light_from_box))
+    throw refuse(`${JSON.stringify(light)} is in the volume, but shadows need a view of it from the light`);
+}
+
+/**
+ * Values of uniforms, by their source, of the lights of a drawing.
+ * @param {Grid} grid @param {import("./choose.js").Choice} choice
+ * @param {{light: Light, edits: ReadonlyMap<string, unknown>}} changes
+ * @returns {Record<string, number[]>}
+ */
+export function lightOf(grid, { program, textures }, { light, edits }) {
+  const [place, around] = isPlace(light) ? [light, null] : [null, light];
+  const values = program.light ? placeOf(grid, program, place) : {};
+  const model = textures.find((each) => each.light?.model.turnable)?.light?.model;
+  if (!model) return values;
+  // The texels of an edited function are those of a light of 1 from everywhere.
+  const environment = environmentOf(model, around, edits.has(program.transfer));
+  return { ...values, environment: sharesOf(environment) };
 }
 
 /** Whether shadows need a view from the light. @param {Program} program */
@@ -26,11 +58,7 @@ const isSeenFrom = ({ light }) => light?.shadows === "map" || light?.shadows ===
  * @param {Grid} grid @param {Program} program @param {readonly number[] | null} moved where it is in place of the program's own
  * @returns {Record<string, number[]>} no view for a light in the volume
  */
-export function lightOf(
-  { direction, origin_mm_xyz: origin, spacing_mm_zyx: spacing, extent_mm_zyx: extent },
-  program,
-  moved,
-) {
+function placeOf({ direction, origin_mm_xyz: origin, spacing_mm_zyx: spacing, extent_mm_zyx: extent }, program, moved) {
   const light_mm = [0, 1, 2].map(
     (axis) =>
       spacing[2 - axis] / 2 +

@@ -76,7 +76,7 @@ export async function load(wanted) {
   const notes = [...new Set(forms.flatMap(({ note }, i) => (note ? [`${all[i].name}: ${note}`] : [])))];
   const isPlain = ONE_TRIANGLE.includes(program.technique ?? "ray-casting") && !passesOf(program).length;
   const hasMesh = pack.manifest.proxy && wanted.point === null;
-  const isLit = program.uniforms.some(({ source }) => source === "light_mm");
+  const isLit = program.uniforms.some(({ source }) => ["light_mm", "environment"].includes(source));
   // Everything comes together, and shaders compile meanwhile.
   const coming = Promise.all([
     linkedFor(wanted, choice),

@@ -30,8 +30,8 @@ Object.assign(WORDS, {
   ],
   VP7041: ["this browser cannot draw with WebGL: {reason}", "Use a browser with WebGL, and allow it graphics acceleration."],
   VP7063: [
-    "the light cannot be moved: {problem}",
-    "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong.",
+    "the light cannot be changed: {problem}",
+    "Give x, y and z in millimetres for lighting phong or blinn-phong, or the light around for turnable = true.",
   ],
   VP7064: [
     "{file}: the mesh is compressed with Draco, and the app gives no decoder; rays begin at the box, and the picture is the same",

@@ -105,7 +105,7 @@ export class Renderer extends RendererState {
     if (planes.length > this._changes.more) this.#cutMore(planes.length);
     if (moving && !this.#pace && this.#options.frameMs !== Infinity) this.#measure();
     const quality = this.#quality(moving);
-    const light = drawn.lightOf?.(this.grid, drawn.choice.program, this._changes.light);
+    const light = drawn.lightOf?.(this.grid, drawn.choice, this._changes);
     const stepMm = Math.max(this.step * quality.step, this._least());
     this.use(() => {
       this.#pace?.before(moving);

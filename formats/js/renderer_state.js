@@ -225,11 +225,11 @@ export class RendererState extends EventTarget {
   }
 
   /**
-   * Moves the light with a place that programs are lit by; null puts it back.
-   * @param {readonly number[] | null} place x, y, z in the patient's space (LPS), millimetres
+   * Moves the light with a place, or turns and colours the light around the volume; null puts the light back.
+   * @param {import("./light.js").Light} light x, y, z in the patient's space (LPS), millimetres; or the light around
    */
-  async setLight(place) {
-    await this._changes.setLight(place);
+  async setLight(light) {
+    await this._changes.setLight(light);
     this._changed();
   }
 

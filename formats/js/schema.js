@@ -24,7 +24,7 @@ export const SCHEMA = {
   LevelStep: "level: U; step_mm: P",
   LevelTolerance: "rmse?: F; flip?: F; kept_light?: F",
   Light: "place_mm_xyz: 3n; ambient?: F; diffuse?: F; specular?: F; shininess?: (1.0,1000.0); shadows?: =none|rays|map|half-angle",
-  LightModel: "kind: =occlusion|scattering|shadow; channels?: =luminance|rgb; sky?: 3(0.0,100.0); ground?: 3(0.0,100.0); suns?: *Sun; radius_mm?: P~; light_mm?: 3n~; ambient?: F",
+  LightModel: "kind: =occlusion|scattering|shadow; channels?: =luminance|rgb; turnable?: b; sky?: 3(0.0,100.0); ground?: 3(0.0,100.0); suns?: *Sun; radius_mm?: P~; light_mm?: 3n~; ambient?: F",
   LightPass: "vertex: p; fragment: p; geometry: =triangle|front-faces|back-faces|mesh|axis-slices|view-slices|half-angle-slices; sampler: s; target: =rgba8|rgba16f|rgba32f; uniforms: *Uniform; reads?: *s; size?: I~; blend: Blend; behind: Blend",
   Manifest: "textures?: *Texture; palettes?: *Palette; skipping?: Skipping~; programs?: *Program; editing?: Editing~; subvolumes?: SubvolumeFiles~; proxy?: Proxy~; fidelity?: *Fidelity; costs?: *DrawCost; preview?: p~; name: s; generator: s; profile: DeviceProfile; grid?: Grid~; together?: Together~; segments?: Segments~; compression?: *CompressedForm; render?: RenderSettings~; plan?: *PlanItem; format?: =volpkg; version?: v; extensions_used?: *s; extensions_required?: *s; state: =draft|sealed; channels?: *Channel; stages?: *a; files?: *FileRecord",
   MosaicLayout: "tile_shape_yx: 2I; slices: I; components_per_voxel?: #(1,4); slices_per_texel: #=1|4; order?: =interleaved|planar|overlapping; gutter?: U; padding_yx?: 2U; tiles_x: I; tiles_y: I; textures?: #(1,8); texture_shape_yx: 2I",
@@ -63,7 +63,7 @@ export const SCHEMA = {
   Tolerance: "rmse?: F; maximum?: F; flip?: F; kept_light?: F; levels?: LevelTolerance",
   TransferFunction: "name: s; points: *(1,)TransferPoint; reference_mm?: P; isovalue?: n~; intensities?: 2n~",
   TransferPoint: "value: n; colour: 3F; extinction_per_mm: N",
-  Uniform: "name: s; type: =float|vec3|mat4; source: =box_from_clip|step_mm|texture_from_box|mipmap|blocks_from_box|block_low_mm|block_high_mm|split_voxel|low_start_voxel|low_size_voxels|high_start_voxel|high_size_voxels|clip_from_box|box_from_mesh|box_from_slices|slices|first_sample|light_mm|box_from_light|light_from_box|picture_width|picture_height",
+  Uniform: "name: s; type: =float|vec3|mat4; source: =box_from_clip|step_mm|texture_from_box|mipmap|blocks_from_box|block_low_mm|block_high_mm|split_voxel|low_start_voxel|low_size_voxels|high_start_voxel|high_size_voxels|clip_from_box|box_from_mesh|box_from_slices|slices|first_sample|light_mm|box_from_light|light_from_box|picture_width|picture_height|environment",
   ViewThresholds: "plus_z_below_theta?: (0.0,180.0); minus_z_above_theta?: (0.0,180.0); sideways_between_theta?: 2(0.0,180.0); plus_x_below_phi?: (0.0,180.0); minus_x_above_phi?: (0.0,180.0); y_between_phi?: 2(0.0,180.0); finer_above_pixels?: P; coarser_below_pixels?: P",
 };
 /** Roles of textures that this version knows. */

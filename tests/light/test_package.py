@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from light_scene import scene_of
 
 from volprep.parts.light import decision, solve
 from volprep.parts.light.trial import choice
@@ -16,38 +17,6 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
-
-SHAPE_ZYX = (15, 13, 17)
-SCENE = """name = "ball"
-profile = "{profile}"
-[source]
-path = "ball.raw"
-raw = {{ shape_zyx = [15, 13, 17], dtype = "uint8", spacing_mm_zyx = [1.2, 1.0, 0.9] }}
-[render]
-picture_size = 32
-{render}
-[lighting]
-baked = "{baked}"
-{lighting}
-[[transfer]]
-name = "tissue"
-points = [
-    {{ value = 60.0, colour = "#d0a890", extinction_per_mm = 0.0 }},
-    {{ value = 110.0, colour = "#e0d0c0", extinction_per_mm = 1.2 }},
-]
-{more}
-"""
-
-
-def scene_of(folder, *, baked="scattering", lighting="", render="", more="", profile="gles3"):
-    """A bowl, open to the top: its bottom gets less light than its rim."""
-    z, y, x = np.mgrid[:15, :13, :17]
-    radius = np.sqrt(((z - 7) * 1.2) ** 2 + (y - 6.0) ** 2 + ((x - 8) * 0.9) ** 2)
-    voxels = np.where((z < 9) & (radius < 6), 255 - 90 * np.abs(radius - 4.5), 0)
-    np.clip(voxels, 0, 255).astype(np.uint8).tofile(folder / "ball.raw")
-    path = folder / "ball.toml"
-    path.write_text(SCENE.format(baked=baked, lighting=lighting, render=render, more=more, profile=profile))
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -156,14 +125,23 @@ def test_bricks_and_meshes_have_the_same_light(tmp_path, monkeypatch, more) -> N
 @pytest.mark.parametrize(
     ("wishes", "code"),
     [
-        ({"profile": "gles2-4096"}, "VP3240"),
+        ({"profile": "gles1"}, "VP3240"),
         ({"render": 'compositing = "maximum"'}, "VP3240"),
         ({"render": 'technique = "view-slices"'}, "VP3240"),
         ({"render": 'classification = "preintegrated"'}, "VP3240"),
-        ({"more": "[grid]"}, "VP3240"),
+        ({"baked": "shadow", "lighting": "light_mm = [0.0, 0.0, 90.0]\nturnable = true"}, "VP3240"),
+        ({"lighting": 'turnable = true\nchannels = "rgb"'}, "VP3240"),
         ({"baked": "shadow"}, "VP3241"),
     ],
-    ids=["ES 2", "maximum", "slices", "preintegrated", "grid", "shadow without a light"],
+    ids=[
+        "ES 1.1",
+        "maximum",
+        "slices",
+        "preintegrated",
+        "shadows turned",
+        "turned in colour",
+        "shadow without a light",
+    ],
 )
 def test_what_baked_light_does_not_go_with_is_refused(wishes, code, tmp_path) -> None:
     with pytest.raises(VolprepError) as refused:

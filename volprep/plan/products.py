@@ -16,7 +16,7 @@ from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.program import ProgramDesign
-from volprep_formats.package.texture import SampleFilter, TextureContent
+from volprep_formats.package.texture import MosaicLayout, SampleFilter, TextureContent
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
@@ -98,10 +98,12 @@ class NormalsPlan(NormalMeaning):
 
 
 class LightTexturePlan(Record):
-    """The light of one transfer function."""
+    """The light of one transfer function, or a part of it."""
 
     transfer: str
     """Name of the transfer function."""
+    part: int = 0
+    """Number of the texture: 0 where both ends of the share are in one, or for the lower end; 1 for the upper end."""
     name: str
     """Name of the texture."""
     file: PackagePath
@@ -116,13 +118,22 @@ class LightPlan(Record):
     factor: Literal[2, 4]
     """Voxels along the edge of a texel."""
     shape_zyx: tuple[Count, Count, Count]
-    """Texels along each axis."""
+    """Places with light along each axis."""
+    format: TextureFormat
+    """Format of a texel."""
+    mosaic: MosaicLayout | None = None
+    """Layout of the slices in a 2D texture; None for 3D textures."""
     samples: Count
     """Approximate number of places where light is computed."""
     textures: tuple[LightTexturePlan, ...]
-    """One for each transfer function."""
+    """One or two for each transfer function."""
     editable: bool
     """Whether one code is a light of 1: an app fills the texture with it after an edit of the function."""
+
+    @property
+    def texels_zyx(self) -> tuple[int, int, int]:
+        """Depth, height and width of each texture."""
+        return self.shape_zyx if self.mosaic is None else (1, *self.mosaic.texture_shape_yx)
 
 
 class SliceTexturePlan(Record):

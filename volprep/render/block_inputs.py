@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from volprep.render.inputs import Inputs, find_textures, light_values
+from volprep.render.inputs import Inputs, environment_values, find_textures, light_values
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
@@ -41,8 +41,9 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
         texture_from_box_per_mm_xyz=_per_mm_xyz(spacing_mm_xyz, grid.shape_zyx),
         filter="none",
     )
+    others = find_textures(package, tables, 0)
     values = block_values(sides_of(grid, point), spacing_mm_xyz) | light_values(program, level)
-    return Inputs(program, level, [*pieces, *find_textures(package, tables, 0)], values, texels)
+    return Inputs(program, level, [*pieces, *others], values | environment_values(others), texels)
 
 
 def block_values(sides_xyz: tuple[Side, Side, Side], spacing_mm_xyz: Float64Array) -> dict[str, ArrayLike]:

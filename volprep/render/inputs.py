@@ -1,14 +1,16 @@
 """Inputs of a program: its textures, and the values of its uniforms that do not change from picture to picture."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from volprep.render.light_view import light_from_box
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
+from volprep_formats.package.parts.light.environment import environment_of, environment_uniform, turned
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.sampled import sampled_textures
@@ -47,6 +49,7 @@ def level_inputs(package: Package, level: int | None, transfer: str | None) -> I
         "texture_from_box": found.texture_from_box_per_mm_xyz,
         "blocks_from_box": _blocks_from_box(package, program, found.index),
         **light_values(program, found),
+        **environment_values(textures),
         "mipmap": next((texture.mipmap for texture in textures if texture.mipmap is not None), 0),
     }
     return Inputs(program, found, textures, values)
@@ -62,6 +65,25 @@ def light_values(program: Program, level: Level) -> dict[str, ArrayLike]:
         return {"light_mm": place}
     seen = light_from_box(place, np.array(grid.extent_mm_zyx[::-1]))
     return {"light_mm": place, "light_from_box": seen, "box_from_light": np.linalg.inv(seen)}
+
+
+def environment_values(textures: Sequence[Texture]) -> dict[str, ArrayLike]:
+    """Return the light around the volume where an app may turn it; only a program with such light asks for it."""
+    light = next((texture.light for texture in textures if texture.light is not None), None)
+    if light is None or not light.model.turnable:
+        return {}
+    return {"environment": environment_uniform(environment_of(light.model))}
+
+
+def turned_by(turn: Float64Array) -> Edit:
+    """Return the edit that turns the light around the volume, by a rotation [3, 3] of the patient's space."""
+
+    def edit(_package: Package, inputs: Inputs) -> Inputs:
+        models = [texture.light.model for texture in inputs.textures if texture.light is not None]
+        environment = turned(environment_of(models[0]), turn)
+        return replace(inputs, values={**inputs.values, "environment": environment_uniform(environment)})
+
+    return edit
 
 
 def find_textures(package: Package, program: Program, level: int) -> list[Texture]:

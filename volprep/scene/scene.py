@@ -14,7 +14,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import Projection, Tolerance
 from volprep_formats.package.parts.hybrid.record import OpacitySource
-from volprep_formats.package.parts.light.model import BakedKind, LightColour, Sun
+from volprep_formats.package.parts.light.model import BakedKind, LightChannels, LightColour, Sun
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
@@ -185,12 +185,18 @@ class LightingSettings(Record):
     """Light that is computed once, for a volume and a transfer function that stay as they are, and stored as one more
     small texture. It multiplies the colour of each sample, whatever `render.lighting` is. "occlusion": the part of the
     sky that a place sees through the volume. "scattering": the volume also scatters light, as clouds and skin do; the
-    colours of the transfer function say how much. "shadow": the shadow of one light at `light_mm`. OpenGL ES 3.0."""
+    colours of the transfer function say how much. "shadow": the shadow of one light at `light_mm`."""
+    channels: LightChannels = "luminance"
+    """With `baked`, whether light has a colour. "luminance": only the luminance of `sky`, `ground`, `suns` and of the
+    transfer function counts. "rgb": light takes on the colours of what it comes from, for three times the bytes."""
+    turnable: bool = False
+    """With `baked`, whether an app may turn the light around the volume, and change its colours, for four times the
+    bytes. Suns are then spread over half of the sky. Not with "shadow", nor with `channels = "rgb"`."""
     radius_mm: Annotated[float, Field(gt=0.0)] | None = None
     """With `baked`, objects farther away than this cast no shadow. If absent, the whole volume casts shadows."""
     sky: LightColour = (1.0, 1.0, 1.0)
     """With `baked`, light from above the patient's head, as linear RGB. A place that sees only such a sky has this
-    light; 1 leaves colours as they are. Only its luminance counts."""
+    light; 1 leaves colours as they are."""
     ground: LightColour = (1.0, 1.0, 1.0)
     """With `baked`, light from below. In between, light changes with the cosine of the angle."""
     suns: tuple[Sun, ...] = ()
@@ -489,7 +495,8 @@ class Scene(Record):
         """Return the scene with the light of its preset that is computed once, if the profile can hold it."""
         preset = self.transfer[0].preset
         wanted = {} if preset is None else load_preset(preset).lighting
-        possible = profile.max_3d_texture_size > 0 and "RG8" in profile.texture_formats
+        # Devices of OpenGL ES 1.1 draw slices, and have no shaders.
+        possible = profile.has_shaders
         if not wanted or not possible or "baked" in self.lighting.model_fields_set:
             return self
         stated = self.lighting.model_dump(exclude_unset=True)

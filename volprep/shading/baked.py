@@ -1,13 +1,16 @@
-"""Light that was computed once, in a shader: a texture that multiplies the colour of each sample.
+"""Light that was computed once, in a shader: textures that multiply the colour of each sample.
 
 It comes before anything else that lights a sample. The value of the sample is kept when it is classified.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
-from volprep_formats.package.program import Sampler
+from volprep.shading.mosaic import Mosaic
+from volprep_formats.package.parts.light.record import StoredLight
+from volprep_formats.package.program import Sampler, Uniform
 from volprep_formats.package.texture import Texture
 
 _PART = "light/baked"
@@ -15,39 +18,102 @@ _SLOTS = {"lighting": _PART, "lighting_start": f"{_PART}:start", "light": f"{_PA
 _READS = "stored_value("
 
 
-def with_baked_light(classification: Feature, lighting: Feature | None, texture: Texture) -> tuple[Feature, Feature]:
+def with_baked_light(
+    classification: Feature, lighting: Feature | None, textures: Sequence[Texture]
+) -> tuple[Feature, Feature]:
     """Return a classification that keeps the value of each sample, and the light with what else lights samples.
 
-    Raises ValueError for a texture without light.
+    `textures` are those of the light, in the order of their parts. Raises ValueError for a texture without light.
     """
-    light = texture.light
+    light = textures[0].light
     if light is None:
-        msg = f"texture {texture.name} holds no light"
+        msg = f"texture {textures[0].name} holds no light"
         raise ValueError(msg)
-    low, high = light.stored_values
-    other, whole = lighting or Feature({}), "LARGEST_LIGHT * part"
+    other, own = lighting or Feature({}), _textures(light, textures)
     slots: dict[str, Slot] = {
         **other.slots,
         **{name: (Instance(part), *_instances(other.slots.get(name))) for name, part in _SLOTS.items()},
-    }
-    words = {
-        "LIGHT_FROM_BOX": literal(*light.texture_from_box_per_mm_xyz),
-        "LARGEST_LIGHT": literal(light.largest),
-        "LIGHT_OF": f"max({whole} - {literal(light.subtracted)}, 0.0)" if light.subtracted > 0.0 else whole,
-        "SHARE_SCALE": literal(1.0 / (high - low)),
-        "SHARE_OFFSET": literal(-low / (high - low)),
+        **own.slots,
     }
     medium = classification.offers["MEDIUM"].replace(_READS, f"stored = {_READS}")
     return (
         replace(classification, offers={**classification.offers, "MEDIUM": medium}),
         Feature(
             slots,
-            {**other.words, **words},
+            {**other.words, **_words(light), **own.words},
             other.offers,
-            other.uniforms,
-            (*other.samplers, Sampler(name="u_light", role="light")),
+            (*other.uniforms, *own.uniforms),
+            (*other.samplers, *own.samplers),
         ),
     )
+
+
+def _words(light: StoredLight) -> dict[str, str]:
+    """Return the constants of a light, and how it follows from `part`."""
+    low, high = light.stored_values
+    whole = "LARGEST_LIGHT * part"
+    if light.subtracted > 0.0:
+        whole = f"{whole} - {literal(light.subtracted)}"
+    if light.model.turnable:
+        whole = f"(u_environment * ({whole})).rgb"
+    # Only shares of environments may be negative where no light is subtracted.
+    may_be_negative = light.model.turnable or light.subtracted > 0.0
+    return {
+        "LIGHT": "float" if _is_grey(light) else "vec3",
+        "LARGEST_LIGHT": literal(light.largest),
+        "LIGHT_OF": f"max({whole}, 0.0)" if may_be_negative else whole,
+        "SHARE_SCALE": literal(1.0 / (high - low)),
+        "SHARE_OFFSET": literal(-low / (high - low)),
+    }
+
+
+def _textures(light: StoredLight, textures: Sequence[Texture]) -> Feature:
+    """Return how the textures of a light are declared and read."""
+    names = ["u_light"] if len(textures) == 1 else [f"u_light_{part}" for part in range(len(textures))]
+    texels: list[Instance] = []
+    for name, texture in zip(names, textures, strict=True):
+        texels += _declared(name, texture)
+    mosaic = textures[0].mosaic
+    scale = (1, 1, 1) if mosaic is None else (mosaic.tile_shape_yx[1], mosaic.tile_shape_yx[0], mosaic.slices)
+    per_mm = (n * per for n, per in zip(scale, light.texture_from_box_per_mm_xyz, strict=True))
+    reads = [f"textureLod({name}, at, 0.0)" if mosaic is None else f"{_function(name)}(at)" for name in names]
+    words = {"LIGHT_FROM_BOX": literal(*per_mm), "LIGHT_TEXEL": reads[0]}
+    if _is_grey(light):
+        # Luminance comes as red, green and blue.
+        words["NUMBERS"] = "ra" if textures[0].gl.format == "LUMINANCE_ALPHA" else "rg"
+    elif light.model.turnable:
+        words |= {"HIGH_TEXEL": reads[1], "NUMBERS": "", "PARTS": "vec4"}
+    else:
+        words |= {"HIGH_TEXEL": reads[1], "NUMBERS": ".rgb", "PARTS": "vec3"}
+    return Feature(
+        slots={
+            "light_texels": tuple(texels),
+            "light_ends": f"{_PART}:{'one_texture' if _is_grey(light) else 'two_textures'}",
+            "light_around": f"{_PART}:environment" if light.model.turnable else None,
+        },
+        words=words,
+        uniforms=(Uniform(name="u_environment", type="mat4", source="environment"),) if light.model.turnable else (),
+        samplers=tuple(Sampler(name=name, role="light", part=part) for part, name in enumerate(names)),
+    )
+
+
+def _declared(name: str, texture: Texture) -> tuple[Instance, ...]:
+    if texture.mosaic is None:
+        return (Instance(f"{_PART}:texture3d", {"LIGHT_SAMPLER": name}),)
+    about = "Light is a mosaic, in tiles of one slice each."
+    mosaic = Mosaic(
+        about, texture.mosaic, name, "light", f"{_function(name)}_of_tile", prefix=f"{name.upper().removeprefix('U_')}_"
+    )
+    return mosaic.texels, mosaic.voxels(_function(name), "linear")
+
+
+def _function(sampler: str) -> str:
+    """Return the function that reads a texel of a mosaic."""
+    return f"{sampler.removeprefix('u_')}_texel"
+
+
+def _is_grey(light: StoredLight) -> bool:
+    return not light.model.turnable and light.model.channels == "luminance"
 
 
 def _instances(slot: Slot) -> tuple[Instance, ...]:

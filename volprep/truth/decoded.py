@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from volprep.truth.lit import BakedField, Lit, Normals, ShaderSlopes
 from volprep.truth.normal_codes import interpolated
-from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
@@ -22,7 +22,7 @@ from volprep_formats.package.integral_table import IntegralTable
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
-from volprep_formats.package.parts.light.record import StoredLight
+from volprep_formats.package.parts.light.environment import environment_of, shares_of, turned
 from volprep_formats.package.parts.normals.record import LEAST_SLOPE, GradientKernel
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
@@ -30,6 +30,7 @@ from volprep_formats.package.tables import table_for
 from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.textures import ktx2
+from volprep_formats.textures.mosaic import slices_of_mosaic
 
 _ROOT_STEP = 0.002
 
@@ -126,29 +127,44 @@ def _level_normals(package: Package, level: int) -> Float32Array:
     return np.ascontiguousarray(interpolated(octets, code))
 
 
-def baked_fields(package: Package) -> dict[str, BakedField]:
-    """Decode the precomputed light, by the name of its transfer function."""
-    return {
-        texture.transfer: _baked_field(package, texture, texture.light)
-        for texture in package.manifest.textures
-        if texture.light is not None and texture.transfer is not None
-    }
+def baked_fields(package: Package, turn: Float64Array | None = None) -> dict[str, BakedField]:
+    """Decode the precomputed light, by the name of its transfer function.
+
+    The rotation `turn` [3, 3] of the patient's space turns light that apps may turn.
+    """
+    held: dict[str, list[Texture]] = {}
+    for texture in package.manifest.textures:
+        if texture.light is not None and texture.transfer is not None:
+            held.setdefault(texture.transfer, []).append(texture)
+    return {transfer: _baked_field(package, textures, turn) for transfer, textures in held.items()}
 
 
-def _baked_field(package: Package, texture: Texture, light: StoredLight) -> BakedField:
-    codes = ktx2.decode(package.read_bytes(texture.file), texture.file).data.reshape(*texture.shape_zyx, 2)
-    ends = light.largest * codes.astype(np.float64) / 255.0 - light.subtracted
-    texels = np.stack([ends[..., 0], ends[..., 1] - ends[..., 0]], axis=-1)[..., None]
+def _baked_field(package: Package, textures: list[Texture], turn: Float64Array | None) -> BakedField:
+    light = textures[0].light
+    grid = package.manifest.grid
+    if light is None or grid is None:
+        raise VolprepError("VP4011", path=package.path, problem="a sealed package without a grid, or light without one")
+    ends = light.largest * _light_codes(package, textures).astype(np.float64) / 255.0 - light.subtracted
+    if light.model.turnable:
+        environment = environment_of(light.model)
+        ends = ends @ shares_of(environment if turn is None else turned(environment, turn))
+    texels = np.stack([ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]], axis=-2)
     quantization = _quantization(package)
     scale = quantization.slope * _largest_code(quantization)
-    values = [scale * value + quantization.intercept for value in light.stored_values]
-    x, y, z = (per * n for per, n in zip(light.texture_from_box_per_mm_xyz, texture.shape_zyx[::-1], strict=True))
-    grid = package.manifest.grid
-    if grid is None:
-        raise VolprepError("VP4011", path=package.path, problem="a sealed package without a grid")
+    curve = np.array([[scale * value + quantization.intercept for value in light.stored_values], [0.0, 1.0]])
+    nodes_xyz = texels.shape[2::-1]
+    x, y, z = (per * n for per, n in zip(light.texture_from_box_per_mm_xyz, nodes_xyz, strict=True))
     left, back, head = grid.corner_mm_xyz.tolist()
-    curve = np.array([values, [0.0, 1.0]])
     return BakedField(np.ascontiguousarray(texels, np.float32), curve, (x, y, z), (left, back, head))
+
+
+def _light_codes(package: Package, textures: list[Texture]) -> UInt8Array:
+    """Return the codes of a light [z, y, x, 2, channels], of both ends, from its textures."""
+    parts: list[NDArray[np.generic]] = []
+    for texture in sorted(textures, key=lambda each: each.part):
+        texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
+        parts.append(texels if texture.mosaic is None else slices_of_mosaic([texels[0]], texture.mosaic))
+    return np.asarray(parts[0][..., None] if len(parts) == 1 else np.stack(parts, axis=3), np.uint8)
 
 
 def own_table(package: Package, transfer: str, level: int) -> bool:

@@ -16,6 +16,7 @@ from volprep.kernels import _native
 from volprep.truth.oracle import require_field
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.parts.light.environment import environment_of
 from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -91,13 +92,16 @@ class LitVolume:
     """Extinction and colour over physical values. At a jump the value itself belongs to the side above."""
     model: LightModel
     """The light, and how it travels."""
+    environment: Float64Array | None = None
+    """[4, RGB]: light from around in place of the model's: from the direction w of the patient's space comes the first
+    row plus the others times w."""
 
     def native(self) -> NativeLight:
         """Return the arguments that the native kernels of light share. Raises the errors of `require_field`."""
         require_field(self.volume, self.grid)
         points, model = self.transfer_function.points, self.model
         colours = np.array([point.colour for point in points])
-        sky, suns = _surroundings(model, self.grid)
+        sky, suns = _surroundings(model, self.environment, self.grid)
         place = None if model.light_mm is None or model.kind != "shadow" else _place(self.grid, model.light_mm)
         return NativeLight(
             volume=self.volume,
@@ -162,11 +166,15 @@ def squares_beyond_noise(picture: Float64Array, truth: TracedPicture) -> Float64
     return beyond
 
 
-def _surroundings(model: LightModel, grid: Grid) -> tuple[Float64Array, Float64Array]:
+def _surroundings(model: LightModel, environment: Float64Array | None, grid: Grid) -> tuple[Float64Array, Float64Array]:
     """Return the native arrays of sky and suns, with directions along the axes of the box."""
     box_from_patient = np.array(grid.direction).T
-    up = box_from_patient @ np.array([0.0, 0.0, 1.0])
-    sky = np.array([*_in_channels(np.array([model.sky, model.ground]), model), up])
+    # Light that an app turns has no suns: they are spread over half of the sky.
+    is_smooth = model.turnable or environment is not None
+    if environment is None:
+        spread = environment_of(model if model.turnable else model.model_copy(update={"suns": ()}))
+        environment = spread if model.turnable else _in_channels(spread, model)
+    sky = np.concatenate([environment[:1], box_from_patient @ environment[1:]]).T
     rows: Sequence[Float64Array] = [
         np.concatenate(
             [
@@ -175,14 +183,14 @@ def _surroundings(model: LightModel, grid: Grid) -> tuple[Float64Array, Float64A
                 [math.cos(math.radians(sun.size_degrees / 2))],
             ]
         )
-        for sun in model.suns
+        for sun in (() if is_smooth else model.suns)
     ]
-    return sky, np.array(rows).reshape(-1, 7)
+    return np.ascontiguousarray(sky), np.array(rows).reshape(-1, 7)
 
 
 def _in_channels(colours: Float64Array, model: LightModel) -> Float64Array:
-    """Return colours [n, 3], as their luminance where light has no colour."""
-    if model.channels == "rgb":
+    """Return colours [n, 3], as their luminance where light has no colour on its way."""
+    if model.channels == "rgb" and not model.turnable:
         return colours
     grey: Float64Array = np.repeat((colours @ LUMINANCE)[:, None], 3, axis=1)
     return grey

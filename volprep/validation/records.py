@@ -285,6 +285,8 @@ class TracedLight(Record):
     """Pixels that were compared."""
     paths: Count
     """Paths of each pixel."""
+    orientations: Count = 1
+    """Orientations of the light around the volume: 2 if an app may turn it."""
     passed: bool
     """Whether the error is within the tolerance's root mean square, or beyond it by no more than noise can explain."""
 

@@ -68,6 +68,7 @@ class Subject:
         self._on_coarse: dict[tuple[str, str, int], OraclePicture] = {}
         self._changed_voxels: dict[str, NDArray[np.intp] | None] = {}
         self._apart = 1
+        self._turn: Float64Array | None = None
 
     @cached_property
     def small(self) -> "Subject":
@@ -96,7 +97,14 @@ class Subject:
     @cached_property
     def _baked(self) -> Mapping[str, BakedField]:
         """Precomputed light, by transfer function; its texture is made again from the scan and compared."""
-        return baked_fields(self.package)
+        return baked_fields(self.package, self._turn)
+
+    def turned(self, turn: Float64Array) -> "Subject":
+        """Return the same subject with turnable light turned by a rotation [3, 3] of the patient's space."""
+        other = copy(self)
+        other._turn, other._truths, other._on_coarse = turn, None, {}
+        other.__dict__.pop("_baked", None)
+        return other
 
     @property
     def compositing(self) -> CompositingName:

@@ -6,6 +6,7 @@ not count; the remaining mean is known up to a standard error.
 """
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -13,11 +14,14 @@ from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_pi
 from volprep.validation.bench import Bench
 from volprep.validation.records import TracedLight
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.parts.light.environment import environment_of, turned
 from volprep_formats.package.program import Program
 
 _VIEWS = ("anterior", "anterior-left", "superior")
 _PIXELS = 48
 _PATHS = 128
+_TURN = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""The second orientation of light that apps may turn: a third of a turn, x to y, y to z and z to x."""
 _STANDARD_ERRORS = 3.0
 """Number of standard errors that a mean square may lie above the tolerance, by chance."""
 
@@ -41,15 +45,20 @@ def measure_light(bench: Bench, program: Program) -> TracedLight | None:
         subject.function(program.transfer),
         light.model,
     )
+    lights = [(lit, subject)]
+    if light.model.turnable:
+        environment = turned(environment_of(light.model), _TURN)
+        lights.append((replace(lit, environment=environment), subject.turned(_TURN)))
     beyond: list[Float64Array] = []
     noise: list[Float64Array] = []
-    for name in _VIEWS:
+    for (each, drawn), name in product(lights, _VIEWS):
         camera = subject.cameras[name].box_from_clip(scan.grid, aspect=1.0)
-        truth = traced_picture(lit, camera, (_PIXELS, _PIXELS), _PATHS)
-        picture = subject.through(scan, program.transfer, camera, (_PIXELS, _PIXELS)).rgba
+        truth = traced_picture(each, camera, (_PIXELS, _PIXELS), _PATHS)
+        picture = drawn.through(scan, program.transfer, camera, (_PIXELS, _PIXELS)).rgba
         beyond.append(squares_beyond_noise(picture, truth))
         noise.append(truth.variance[truth.rgba[..., 3] > 0.0, :3].mean(axis=1))
-    return _judged(np.concatenate(beyond), np.concatenate(noise), subject.render.tolerance.rmse)
+    found = _judged(np.concatenate(beyond), np.concatenate(noise), subject.render.tolerance.rmse)
+    return found.model_copy(update={"orientations": len(lights)})
 
 
 def _judged(beyond: Float64Array, noise: Float64Array, tolerance: float) -> TracedLight:

@@ -6,8 +6,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3240": Diagnostic(
         ExitStatus.SCENE,
         'lighting.baked = "{baked}" cannot be combined with {what}',
-        "Leave out one of the two. Baked light works with 3D textures and bricks, ray casting (also "
-        "with technique two-pass or slabs), the compositings emission-absorption and back-to-front, and the "
+        "Leave out one of the two. Baked light works with ray casting (also with technique two-pass or slabs), the "
+        "compositings emission-absorption and back-to-front, and the "
         "classifications lookup, palette and control-points.",
     ),
     "VP3241": Diagnostic(

@@ -188,8 +188,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7063": Diagnostic(
         ExitStatus.RENDER,
-        "the light cannot be moved: {problem}",
-        "Give x, y and z in millimetres, for a package that was built with lighting phong or blinn-phong.",
+        "the light cannot be changed: {problem}",
+        "Give x, y and z in millimetres for lighting phong or blinn-phong, or the light around for turnable = true.",
     ),
     "VP7064": Diagnostic(
         ExitStatus.RENDER,

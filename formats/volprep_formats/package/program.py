@@ -84,6 +84,7 @@ UniformSource = Literal[
     "light_from_box",
     "picture_width",
     "picture_height",
+    "environment",
 ]
 
 

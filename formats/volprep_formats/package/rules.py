@@ -15,13 +15,13 @@ from volprep_formats.package.channel_rules import channel_contradictions
 from volprep_formats.package.channels import channel_views, drawn_in_one_picture
 from volprep_formats.package.compositing_rules import compositing_contradictions
 from volprep_formats.package.manifest import FILE_ROLES, Manifest
+from volprep_formats.package.mosaic_rules import mosaic_contradictions
 from volprep_formats.package.parts.mipmaps.rules import mipmap_shapes
 from volprep_formats.package.parts.registry import PARTS
 from volprep_formats.package.program import SLICES, TABLES, Pass, Program, Tiles, UniformSource
-from volprep_formats.package.texture import COMPONENTS, TEXTURE_ROLES, MosaicLayout, Texture
+from volprep_formats.package.texture import TEXTURE_ROLES, Texture
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.gl_formats import texture_format
-from volprep_formats.textures.mosaic import tiles_of
 
 # The grid of a coarse level is computed from level 0 by a few additions in float64, and printed with all digits.
 _RELATIVE_TOLERANCE = 1e-9
@@ -202,14 +202,15 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
         yield from (f"{name} {problem}" for problem in _table(manifest, texture))
         return
     if any(texture.role in part.texture_roles for part in PARTS):
-        if texture.role == "normals" and texture.mosaic is not None and texture.level in levels:
-            yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, levels[texture.level]))
+        if texture.role == "normals" and texture.level in levels:
+            shape_zyx = levels[texture.level].grid.shape_zyx
+            yield from (f"{name}: {problem}" for problem in mosaic_contradictions(texture, shape_zyx))
         return
     level = levels.get(-1 if texture.level is None else texture.level)
     if level is None:
         yield f"{name} holds level {texture.level}, which is not among the levels"
     elif texture.mosaic is not None:
-        yield from (f"{name}: {problem}" for problem in _mosaic(texture, texture.mosaic, level))
+        yield from (f"{name}: {problem}" for problem in mosaic_contradictions(texture, level.grid.shape_zyx))
     elif texture.mipmap is not None or texture.bricks is not None:
         pass  # mipmap_agreement.py and bricks_agreement.py know them
     elif texture.gl.target != "TEXTURE_3D" or texture.shape_zyx != level.grid.shape_zyx:
@@ -293,33 +294,6 @@ def _one_for_each_level(tables: list[Texture], program: Program) -> bool:
     return None in levels or (bool(levels) and set(program.levels) <= set(levels))
 
 
-def _mosaic(texture: Texture, mosaic: MosaicLayout, level: Level) -> Iterator[str]:
-    slices, height, width = level.grid.shape_zyx
-    if (mosaic.slices, *mosaic.tile_shape_yx) != (slices, height, width):
-        yield f"its mosaic holds {mosaic.slices} slices of {mosaic.tile_shape_yx}, its level {level.grid.shape_zyx}"
-    tiles = tiles_of(mosaic.slices, mosaic.slices_per_texel, mosaic.order)
-    if mosaic.tiles_x * mosaic.tiles_y * mosaic.textures < tiles:
-        yield f"its mosaic has no room for {mosaic.slices} slices"
-    rows, columns = mosaic.pitch_yx
-    texture_rows, texture_columns = mosaic.texture_shape_yx
-    if mosaic.tiles_y * rows > texture_rows or mosaic.tiles_x * columns > texture_columns:
-        yield f"its tiles do not fit into textures of {mosaic.texture_shape_yx}"
-    if texture.shape_zyx != (1, *mosaic.texture_shape_yx):
-        yield f"its shape {texture.shape_zyx} is not that of its mosaic"
-    if mosaic.slices_per_texel > 1 < mosaic.components_per_voxel:
-        yield "its mosaic has several components in a voxel and several slices in a texel"
-    if mosaic.slices_per_texel == 1 and mosaic.order != "interleaved":
-        yield f"its mosaic has one slice in a texel, but these are {mosaic.order}"
-    block = next((each for each in BLOCKS.values() if each.gl_name == texture.gl.internal_format), None)
-    held = COMPONENTS.get(texture.gl.format) if block is None else block.components
-    components = mosaic.slices_per_texel * mosaic.components_per_voxel
-    if components != held:
-        pixels = texture.gl.format or texture.gl.internal_format
-        yield f"its mosaic has {components} components, its format is {pixels}"
-    if any(pitch % (1 if block is None else block.size) for pitch in mosaic.pitch_yx):
-        yield f"its tiles are {rows}×{columns} texels apart, so that blocks of {texture.gl.internal_format} mix two"
-
-
 def _filters(manifest: Manifest) -> Iterator[str]:
     """Either all voxels are labels or none are, and no lookup happens between two labels."""
     filters = {texture.filter for texture in manifest.textures if texture.role in {"volume", "slices"}}
@@ -330,9 +304,11 @@ def _filters(manifest: Manifest) -> Iterator[str]:
 
 
 def _parts(manifest: Manifest) -> Iterator[str]:
-    """The textures of a mosaic are there, once each, and agree with each other."""
+    """The textures of a mosaic are there, once each, and agree with each other. The parts of light are no mosaic's."""
     parts: dict[tuple[str, int | None, str | None, tuple[str, ...]], list[Texture]] = {}
     for texture in manifest.textures:
+        if texture.role == "light":
+            continue
         if texture.mosaic is None:
             if texture.part and texture.role != "slices":
                 yield f"texture {texture.name} is part {texture.part}, but of no mosaic"
@@ -385,6 +361,8 @@ def _sources(program: Program) -> Iterator[str]:
         given.add("first_sample")
     if program.light is not None:
         given.add("light_mm")
+    if program.baked:
+        given.add("environment")
     if program.light is not None and program.light.shadows in {"map", "half-angle"}:
         given |= {"box_from_light", "light_from_box"}
     if program.tiles is not None:

@@ -11,7 +11,7 @@
 namespace volprep::bind {
 
 using Suns = nb::ndarray<const double, nb::shape<-1, 7>, nb::c_contig, nb::device::cpu>;
-using SkyNumbers = nb::ndarray<const double, nb::shape<3, 3>, nb::c_contig, nb::device::cpu>;
+using SkyNumbers = nb::ndarray<const double, nb::shape<3, 4>, nb::c_contig, nb::device::cpu>;
 
 inline light::Function function_of(const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
                                    const Colours& albedos) {
@@ -34,7 +34,6 @@ inline light::Surroundings surroundings_of(const SkyNumbers& sky, const Suns& ro
     const auto is_unit = [](const double* v) {
         return std::fabs(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1.0) < 1e-9;
     };
-    require(is_unit(sky.data() + 6), "up must have the length 1");
     require(reach_mm > 0.0, "reach_mm must be above 0");
     for (std::size_t i = 0; i < rows.shape(0); ++i) {
         const double* const row = rows.data() + 7 * i;
@@ -43,9 +42,7 @@ inline light::Surroundings surroundings_of(const SkyNumbers& sky, const Suns& ro
         suns.push_back({{row[0], row[1], row[2]}, {row[3], row[4], row[5]}, row[6]});
     }
     light::Surroundings around{};
-    std::copy_n(sky.data(), 3, around.sky);
-    std::copy_n(sky.data() + 3, 3, around.ground);
-    std::copy_n(sky.data() + 6, 3, around.up);
+    std::copy_n(sky.data(), 12, &around.sky[0][0]);
     around.sun_count = static_cast<int64_t>(suns.size());
     around.suns = suns.data();
     around.lamp_mm = lamp_mm_xyz.has_value() ? lamp_mm_xyz->data() : nullptr;
@@ -79,8 +76,9 @@ values, colours, extinctions_per_mm, albedos
     Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
     1, that goes on where scattered light is stopped again.
 sky, suns
-    float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
-    cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+    float64 [3, 4]: for each of red, green and blue the light that comes from everywhere, and its change along x, y and z:
+    from the direction w comes sky[:, 0] + sky[:, 1:] @ w. float64 [n, 7]: direction, colour and cosine of half the angle
+    of each sun. Colours are what an unshadowed place gets.
 lamp_mm_xyz, ambient
     A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
 reach_mm, scatters

@@ -23,7 +23,8 @@ from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.editing.record import decode_histogram
-from volprep_formats.package.parts.light.record import StoredLight
+from volprep_formats.package.parts.light.environment import WHITE, environment_uniform
+from volprep_formats.package.parts.light.record import StoredLight, form_of
 from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
@@ -56,7 +57,11 @@ def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) 
             texels[texture.name] = _skip_texels(package, texture, compositing.visible(entries))
         if texture.light is not None:
             texels[texture.name] = _no_light(texture, texture.light)
-    return replace(inputs, texels={**inputs.texels, **texels})
+    values = {**inputs.values}
+    if "environment" in values:
+        # The texels are then those of a light of 1 from everywhere.
+        values["environment"] = environment_uniform(WHITE)
+    return replace(inputs, texels={**inputs.texels, **texels}, values=values)
 
 
 def _of_path(function: TransferFunction, replaced: TransferFunction) -> TransferFunction:
@@ -110,7 +115,7 @@ def _skip_texels(package: Package, texture: Texture, extinction_per_mm: Float64A
 def _no_light(texture: Texture, light: StoredLight) -> Texels:
     """Return texels of a light of 1 everywhere: the light of the package is of another function."""
     code = min(round(255.0 * (1.0 + light.subtracted) / light.largest), 255)
-    return np.full((*texture.shape_zyx, 2), code, np.uint8)
+    return np.full((*texture.shape_zyx, form_of(light.model).components), code, np.uint8)
 
 
 def _threshold(skipping: Skipping, grid: Grid) -> float:

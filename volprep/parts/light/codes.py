@@ -21,24 +21,31 @@ others precision."""
 
 
 class LightCodes(NamedTuple):
-    """Codes of a field of one channel: an end is code / 255 · largest - subtracted."""
+    """Codes of a field: an end is code / 255 · largest - subtracted."""
 
     texels: UInt8Array
-    """[z, y, x, 2]"""
+    """[z, y, x, 2, channels]"""
     largest: float
     subtracted: float
 
     def decoded(self, field: LightField) -> LightField:
         """Return the values of these codes of `field`."""
         ends = self.texels.astype(np.float32) * np.float32(self.largest / 255.0) - np.float32(self.subtracted)
-        texels = np.stack([ends[..., 0], ends[..., 1] - ends[..., 0]], axis=-1)[..., None]
+        texels = np.stack([ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]], axis=-2)
         return replace(field, texels=texels)
+
+    @property
+    def parts(self) -> tuple[UInt8Array, ...]:
+        """Texels of each texture [z, y, x, components]: one with both ends of one channel, else one for each end."""
+        if self.texels.shape[4] == 1:
+            return (self.texels[..., 0],)
+        return self.texels[..., 0, :], self.texels[..., 1, :]
 
 
 def coded(field: LightField, *, holds_one: bool = False) -> LightCodes:
-    """Return the codes of a field of one channel. With `holds_one` the light 1 is one of the codes."""
-    first, second = field.texels[..., 0, 0], field.texels[..., 1, 0]
-    ends = np.stack([first, first + second], axis=-1)
+    """Return the codes of a field. With `holds_one` the light 1 is one of the codes."""
+    first, second = field.texels[..., 0, :], field.texels[..., 1, :]
+    ends = np.stack([first, first + second], axis=-2)
     lit = ends[ends != 0.0]
     low, high = np.quantile(lit, [_RARE, 1.0 - _RARE]).tolist() if lit.size else (0.0, 1.0)
     subtracted = max(-low, 0.0)

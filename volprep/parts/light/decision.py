@@ -2,25 +2,30 @@
 
 import math
 from collections.abc import Iterator
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from volprep.parts.light.trial import MOST_TEXELS, light_model
+from volprep.parts.mosaic.decision import mosaic_text, part_names
+from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
 from volprep.plan.decisions import LightChoice
 from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import LevelPlan
-from volprep.plan.room import Beside
+from volprep.plan.room import Beside, Misfit, first_of
 from volprep.scene.scene import LightingSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.parts.light.record import form_of
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import size_bytes
 
 KIND = "light"
 """Kind of its item of the plan."""
-FORMAT: TextureFormat = "RG8"
-"""Format of its texels."""
+_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 3: ("RGB8",), 4: ("RGBA8",)}
+"""Formats of texels, by the number of their components."""
 _TECHNIQUES = frozenset(("ray-casting", "two-pass", "slabs"))
 _COMPOSITINGS = frozenset(("emission-absorption", "back-to-front"))
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
@@ -31,18 +36,22 @@ _LEAST_SAMPLES, _MOST_SAMPLES = 1 << 18, 1 << 22
 
 def require_light(scene: Scene, profile: DeviceProfile) -> None:
     """Raise VP3240 for what light that is computed once does not go with, VP3241 for a shadow without a light."""
-    baked, render = scene.lighting.baked, scene.render
-    if baked == "none":
+    baked, render, model = scene.lighting.baked, scene.render, light_model(scene)
+    if baked == "none" or model is None:
         return
     possible = {
-        f"profile {profile.name}, which has no 3D textures of format {FORMAT}": profile.max_3d_texture_size > 0
-        and FORMAT in profile.texture_formats,
+        f"profile {profile.name}, which has no shaders": profile.has_shaders,
+        f"profile {profile.name}, which has no textures of format {' or '.join(_formats(model))}": light_format(
+            model, profile
+        )
+        is not None,
         f"technique {render.technique}": render.technique in _TECHNIQUES,
         f"compositing {render.compositing}": render.compositing in _COMPOSITINGS,
         f"classification {render.classification}": render.classification in _CLASSIFICATIONS,
         f"textures.compression {scene.textures.compression}": scene.textures.compression == "none",
         "[together]": scene.together is None,
-        "[grid]": scene.grid is None,
+        "lighting.turnable, which is for light from all around": baked != "shadow" or not model.turnable,
+        'lighting.turnable and channels = "rgb" together': not (model.turnable and model.channels == "rgb"),
     }
     for what, goes in possible.items():
         if not goes:
@@ -51,39 +60,90 @@ def require_light(scene: Scene, profile: DeviceProfile) -> None:
         raise VolprepError("VP3241")
 
 
-def beside_level(scene: Scene, level: LevelPlan, beside: Beside) -> Beside:
-    """Add the texture of light to the room that is taken beside the volume of a level."""
-    if scene.lighting.baked == "none":
+def light_format(model: LightModel, profile: DeviceProfile) -> TextureFormat | None:
+    """Return the format of the texels of a light; None if the profile has none."""
+    return first_of(_formats(model), profile)
+
+
+def _formats(model: LightModel) -> tuple[TextureFormat, ...]:
+    return _FORMATS[form_of(model).components]
+
+
+def beside_level(scene: Scene, profile: DeviceProfile, level: LevelPlan, beside: Beside) -> Beside | Misfit:
+    """Add the textures of light to the room that is taken beside the volume of a level."""
+    model = light_model(scene)
+    texel = None if model is None else light_format(model, profile)
+    if model is None or texel is None:
         return beside
     z, y, x = (n * factor for n, factor in zip(level.shape_zyx, level.factors_zyx, strict=True))
-    shape_zyx = _shape((z, y, x), _factor(scene.lighting, (z, y, x)))
-    return Beside(units=beside.units + 1, bytes=beside.bytes + size_bytes(FORMAT, shape_zyx))
+    held = _held(model, profile, (z, y, x), _factor(scene.lighting, (z, y, x)))
+    if isinstance(held, Misfit):
+        return Misfit(f"its light: {held.reason}")
+    parts = form_of(model).parts
+    return Beside(units=beside.units + parts, bytes=beside.bytes + parts * size_bytes(texel, held.texels_zyx))
+
+
+class _Held(NamedTuple):
+    """How a device class holds light."""
+
+    factor: Literal[2, 4]
+    shape_zyx: tuple[int, int, int]
+    mosaic: MosaicLayout | None
+
+    @property
+    def texels_zyx(self) -> tuple[int, int, int]:
+        return self.shape_zyx if self.mosaic is None else (1, *self.mosaic.texture_shape_yx)
+
+
+def _held(
+    model: LightModel, profile: DeviceProfile, shape_zyx: tuple[int, int, int], wanted: Literal[2, 4]
+) -> _Held | Misfit:
+    """Return the resolution that is wanted, or a quarter where the device class does not hold half."""
+    factors: tuple[Literal[2, 4], ...] = (2, 4)
+    packing = Packing(components_per_voxel=form_of(model).components)
+    for factor in factors[factors.index(wanted) :]:
+        light_zyx = _shape(shape_zyx, factor)
+        if profile.max_3d_texture_size:
+            if max(light_zyx) <= profile.max_3d_texture_size:
+                return _Held(factor, light_zyx, None)
+        elif (mosaic := fit_mosaic(light_zyx, packing, room_of(profile))) is not None:
+            return _Held(factor, light_zyx, mosaic)
+    return Misfit(f"profile {profile.name} has no texture that holds a quarter of the resolution")
 
 
 def plan_light(
-    scene: Scene, grid: Grid, functions: tuple[TransferFunction, ...], tried: LightChoice | None, *, labels: bool
+    scene: Scene,
+    profile: DeviceProfile,
+    grid: Grid,
+    functions: tuple[TransferFunction, ...],
+    tried: LightChoice | None,
+    *,
+    labels: bool,
 ) -> LightPlan | None:
-    """Decide the textures of light, one for each transfer function; None if the scene wants none.
+    """Decide the textures of light of each transfer function; None if the scene wants none.
 
     Raises VP3240 for `labels`, which have no light between voxels.
     """
     wanted, model = scene.lighting, light_model(scene)
-    if model is None:
+    texel = None if model is None else light_format(model, profile)
+    if model is None or texel is None:
         return None
     if labels:
         raise VolprepError("VP3240", baked=wanted.baked, what="labels")
-    factor = (tried and tried.factor) or _factor(wanted, grid.shape_zyx)
-    shape_zyx = _shape(grid.shape_zyx, factor)
+    held = _held(model, profile, grid.shape_zyx, (tried and tried.factor) or _factor(wanted, grid.shape_zyx))
+    assert isinstance(held, _Held)  # noqa: S101 - `beside_level` has found that it fits
+    parts = form_of(model).parts
     return LightPlan(
         model=model,
-        factor=factor,
-        shape_zyx=shape_zyx,
-        samples=sample_count(shape_zyx),
+        factor=held.factor,
+        shape_zyx=held.shape_zyx,
+        format=texel,
+        mosaic=held.mosaic,
+        samples=sample_count(held.shape_zyx),
         textures=tuple(
-            LightTexturePlan(
-                transfer=function.name, name=f"light-{function.name}", file=f"textures/light-{function.name}.ktx2"
-            )
+            LightTexturePlan(transfer=function.name, part=part, name=name, file=f"textures/{name}.ktx2")
             for function in functions
+            for part, name in enumerate(part_names(f"light-{function.name}", parts))
         ),
         editable=scene.editable,
     )
@@ -98,26 +158,44 @@ def sample_count(shape_zyx: tuple[int, int, int]) -> int:
     return min(max(_SAMPLES_PER_TEXEL * math.prod(shape_zyx), _LEAST_SAMPLES), _MOST_SAMPLES)
 
 
-def light_items(plan: LightPlan | None, grid: Grid, tried: LightChoice | None) -> Iterator[PlanItem]:
+def light_items(
+    plan: LightPlan | None, scene: Scene, grid: Grid, profile: DeviceProfile, tried: LightChoice | None
+) -> Iterator[PlanItem]:
     """List the decisions about baked light."""
     if plan is None:
-        shape_zyx = _shape(grid.shape_zyx, 2)
         reason = tried.reason if tried else "the scene does not ask for it"
-        yield PlanItem(
-            name="baked light", kind=KIND, kept=False, reason=reason, size_bytes=size_bytes(FORMAT, shape_zyx)
-        )
+        texel = first_of(_FORMATS[2], profile) or "RG8"
+        size = size_bytes(texel, _shape(grid.shape_zyx, 2))
+        yield PlanItem(name="baked light", kind=KIND, kept=False, reason=reason, size_bytes=size)
         return
     part = {2: "half", 4: "a quarter of"}[plan.factor]
+    count = len(plan.textures)
+    layout = "" if plan.mosaic is None else f" as a {mosaic_text(plan.mosaic)}"
     yield PlanItem(
         name="baked light",
         kind=KIND,
         kept=True,
         reason=f"{plan.model.kind}, computed once at {part} the resolution from {plan.samples} places, "
-        f"{len(plan.textures)} texture{'s' if len(plan.textures) > 1 else ''} of two numbers for each texel; "
-        f"for the transfer functions and the volume as they are; {tried.reason if tried else _NOT_TRIED}",
+        f"{count} texture{'s' if count > 1 else ''} of {plan.format}{layout}; {_held_text(plan.model)}; "
+        f"for the transfer functions and the volume as they are; {tried.reason if tried else _NOT_TRIED}"
+        f"{_coarser_text(plan, scene, tried, grid)}",
         files=tuple(texture.file for texture in plan.textures),
-        size_bytes=len(plan.textures) * size_bytes(FORMAT, plan.shape_zyx),
+        size_bytes=count * size_bytes(plan.format, plan.texels_zyx),
     )
+
+
+def _held_text(model: LightModel) -> str:
+    if model.turnable:
+        return "an app may turn it: light of four environments, for four times the bytes and the time"
+    if model.channels == "rgb":
+        return "in red, green and blue, for three times the bytes of a brightness"
+    return "its brightness only"
+
+
+def _coarser_text(plan: LightPlan, scene: Scene, tried: LightChoice | None, grid: Grid) -> str:
+    """Say so if the device class holds less than what was wanted."""
+    wanted = (tried and tried.factor) or _factor(scene.lighting, grid.shape_zyx)
+    return "" if plan.factor == wanted else "; no texture of the device class holds half the resolution"
 
 
 def _factor(wanted: LightingSettings, shape_zyx: tuple[int, int, int]) -> Literal[2, 4]:

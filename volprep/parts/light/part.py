@@ -3,36 +3,31 @@
 from collections.abc import Iterator
 
 from volprep.parts.ablation import AblationItem, always, by_the_scene, no_change
-from volprep.parts.light.decision import FORMAT, KIND, beside_level, light_items, plan_light, require_light
+from volprep.parts.light.decision import KIND, beside_level, light_items, plan_light, require_light
 from volprep.parts.light.stage import STAGE
 from volprep.parts.part import Decided, Images, LaidOut, Part
 from volprep.plan.products import LightPlan
-from volprep.plan.records import ChannelPlan, LevelPlan
-from volprep.plan.room import Beside
-from volprep.scene.scene import Scene
+from volprep.plan.records import ChannelPlan
 from volprep_formats.package.manifest import Manifest, PlanItem
-from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ProgramDesign
-
-
-def _beside(scene: Scene, _profile: DeviceProfile, level: LevelPlan, beside: Beside) -> Beside:
-    return beside_level(scene, level, beside)
 
 
 def _plan(channel: LaidOut) -> LightPlan | None:
     case = channel.case
-    return plan_light(case.scene, case.grid, case.functions, case.light, labels=case.values.quantize.labels)
+    labels = case.values.quantize.labels
+    return plan_light(case.scene, channel.layout.profile, case.grid, case.functions, case.light, labels=labels)
 
 
 def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    return light_items(plan.part(LightPlan), plan.grid, decided.case.light)
+    case = decided.case
+    return light_items(plan.part(LightPlan), case.scene, plan.grid, plan.profile, case.light)
 
 
 def _images(plan: ChannelPlan, transfer: str, _level: int, program: ProgramDesign | None) -> Images:
     light = plan.part(LightPlan)
     if light is None or program is None or not program.baked:
         return {}
-    return {each.file: (FORMAT, light.shape_zyx) for each in light.textures if each.transfer == transfer}
+    return {each.file: (light.format, light.texels_zyx) for each in light.textures if each.transfer == transfer}
 
 
 def _has(manifest: Manifest, _transfer: str) -> bool | None:
@@ -42,7 +37,7 @@ def _has(manifest: Manifest, _transfer: str) -> bool | None:
 PART = Part(
     name="light",
     require=require_light,
-    beside=_beside,
+    beside=beside_level,
     plan=_plan,
     items=_items,
     images=_images,

@@ -1,18 +1,25 @@
-"""Light is computed once for each transfer function, and stored as one small 3D texture of two numbers.
+"""Light is computed once for each transfer function, and stored in one or two small textures.
 
-A texel holds the light where the share is 0, and the light where it is 1 (volprep/parts/light/codes.py).
+A texel holds the light where the share is 0, and the light where it is 1 (volprep/parts/light/codes.py); light of
+several numbers has a texture for each of these.
 """
 
+from collections.abc import Iterator
+
+import numpy as np
+
 from volprep.parts.light.codes import coded
-from volprep.parts.light.decision import FORMAT
 from volprep.parts.light.lit import lit_volume
 from volprep.parts.light.solve import solve_field
+from volprep.parts.light.turnable import solve_turnable
+from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.stage import Shapes, Stage, Work, any_channel, present, required
 from volprep.parts.work import source_info, source_volume
-from volprep.plan.products import LightPlan, LightTexturePlan
+from volprep.plan.products import LightPlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import bytes_of
 from volprep.truth.path_traced import LitVolume
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.storage.draft import Draft
@@ -29,35 +36,51 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     light = required(plan.part(LightPlan))
-    return Contribution(textures=tuple(_texture(draft, plan, light, each, progress) for each in light.textures))
+    transfers = dict.fromkeys(each.transfer for each in light.textures)
+    return Contribution(
+        textures=tuple(texture for each in transfers for texture in _textures(draft, plan, light, each, progress))
+    )
 
 
-def _texture(
-    draft: Draft, plan: ChannelPlan, light: LightPlan, wanted: LightTexturePlan, progress: Progress
-) -> Texture:
-    field = solve_field(_lit(draft, plan, light, wanted.transfer), light.factor, light.samples, progress)
+def _textures(
+    draft: Draft, plan: ChannelPlan, light: LightPlan, transfer: str, progress: Progress
+) -> Iterator[Texture]:
+    lit = _lit(draft, plan, light, transfer)
+    field = (solve_turnable if light.model.turnable else solve_field)(lit, light.factor, light.samples, progress)
     codes = coded(field, holds_one=light.editable)
-    content = (ktx2.header(KTX2_FORMAT[FORMAT], light.shape_zyx, 3), bytes_of(codes.texels))
-    draft.write(wanted.file, "texture", iter(content))
     low, high = plan.quantize.window
     first, last = ((float(value) - low) / (high - low) for value in field.curve[0])
     x, y, z = (per / n for per, n in zip(field.nodes_per_mm_xyz, light.shape_zyx[::-1], strict=True))
-    return Texture(
-        name=wanted.name,
-        role="light",
-        file=wanted.file,
-        shape_zyx=light.shape_zyx,
-        gl=gl_format(FORMAT, "TEXTURE_3D", plan.profile.api),
-        transfer=wanted.transfer,
-        light=StoredLight(
-            model=light.model,
-            texture_from_box_per_mm_xyz=(x, y, z),
-            largest=codes.largest,
-            subtracted=codes.subtracted,
-            stored_values=(first, last),
-            samples=field.samples,
-        ),
+    stored = StoredLight(
+        model=light.model,
+        texture_from_box_per_mm_xyz=(x, y, z),
+        largest=codes.largest,
+        subtracted=codes.subtracted,
+        stored_values=(first, last),
+        samples=field.samples,
     )
+    for wanted in (each for each in light.textures if each.transfer == transfer):
+        draft.write(wanted.file, "texture", _file(codes.parts[wanted.part], light))
+        yield Texture(
+            name=wanted.name,
+            role="light",
+            file=wanted.file,
+            part=wanted.part,
+            shape_zyx=light.texels_zyx,
+            gl=gl_format(light.format, "TEXTURE_3D" if light.mosaic is None else "TEXTURE_2D", plan.profile.api),
+            mosaic=light.mosaic,
+            transfer=transfer,
+            light=stored,
+        )
+
+
+def _file(texels: UInt8Array, light: LightPlan) -> Iterator[bytes | memoryview]:
+    yield ktx2.header(KTX2_FORMAT[light.format], light.texels_zyx, 3 if light.mosaic is None else 2)
+    if light.mosaic is None:
+        yield bytes_of(np.ascontiguousarray(texels))
+        return
+    for strip in pack_mosaic(lambda z0, z1: texels[z0:z1], light.mosaic):
+        yield bytes_of(strip)
 
 
 def _lit(draft: Draft, plan: ChannelPlan, light: LightPlan, transfer: str) -> LitVolume:
@@ -68,7 +91,7 @@ def _lit(draft: Draft, plan: ChannelPlan, light: LightPlan, transfer: str) -> Li
 
 def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
     light = required(plan.part(LightPlan))
-    return {texture.file: light.shape_zyx for texture in light.textures}
+    return {texture.file: light.texels_zyx for texture in light.textures}
 
 
 STAGE = Stage(

@@ -20,7 +20,7 @@ from volprep.scan.slabs import RawVolume
 from volprep.scene.scene import Scene
 from volprep.truth.camera import Camera, standard_views, view_from
 from volprep.truth.lit import BakedField
-from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_picture
+from volprep.truth.path_traced import LUMINANCE, LitVolume, squares_beyond_noise, traced_picture
 from volprep.truth.refined import refined_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
@@ -47,7 +47,7 @@ _PICTURE_TOLERANCE = 1e-3
 
 Error = Float64Array
 """[3]: mean square over seen pixels without the light, with a quarter of the resolution, and with half of it. Trials
-add a fourth: half of the resolution, for the half of the volume behind a cut."""
+add two: half of the resolution for the half of the volume behind a cut, and its brightness against light in colour."""
 
 
 def light_model(scene: Scene) -> LightModel | None:
@@ -57,6 +57,8 @@ def light_model(scene: Scene) -> LightModel | None:
         return None
     return LightModel(
         kind=wanted.baked,
+        channels=wanted.channels,
+        turnable=wanted.turnable,
         sky=wanted.sky,
         ground=wanted.ground,
         suns=wanted.suns,
@@ -82,12 +84,18 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
     model = light_model(scene)
     if model is None:
         return None
+    if model.turnable:
+        # The surroundings may have colours, although the volume scatters as grey.
+        model = model.model_copy(update={"channels": "rgb"})
     lit = [lit_volume(volume, info, crop, grid, function, model) for function in functions]
-    *errors, cut = np.sqrt(np.max([_errors(each, progress) for each in lit], axis=0)).tolist()
+    *errors, cut, brightness = np.sqrt(np.max([_errors(each, progress) for each in lit], axis=0)).tolist()
     found = choice(np.array(errors), scene.tolerance.rmse, scene.lighting.resolution, texels(grid, 2))
     if found.factor is None:
         return found
-    return replace(found, reason=f"{found.reason}; {cut:.2g} for a volume that is cut through its middle")
+    reason = f"{found.reason}; {cut:.2g} for a volume that is cut through its middle"
+    if brightness > 0.0 and not model.turnable:
+        reason += f"; a brightness is RMSE {brightness:.2g} from light in colour (lighting.channels)"
+    return replace(found, reason=reason)
 
 
 def choice(errors: Error, tolerance: float, wanted: Literal["auto", 2, 4], half_texels: int) -> LightChoice:
@@ -118,7 +126,24 @@ def _errors(lit: LitVolume, progress: Progress) -> Error:
     views = standard_views(lit.grid)
     half = behind_a_cut(lit)
     cut = _squares(half, ways[-1:], [_facing_the_cut(half.grid)])
-    return np.concatenate([_squares(lit, ways, [views[name] for name in _VIEWS]), cut])
+    cameras = [views[name] for name in _VIEWS]
+    return np.concatenate([_squares(lit, ways, cameras), cut, _of_brightness(lit, fields[-1], cameras)])
+
+
+def _of_brightness(lit: LitVolume, field: solve.LightField, views: Sequence[Camera]) -> Float64Array:
+    """Return the mean square between pictures with the brightness of a light, and with the light in colour [1].
+
+    0 if no light has a colour.
+    """
+    model, points = lit.model, lit.transfer_function.points
+    colours = [model.sky, model.ground, *(sun.colour for sun in model.suns)]
+    colours += [point.colour for point in points] if model.kind == "scattering" else []
+    if model.kind == "shadow" or all(max(colour) == min(colour) for colour in colours):
+        return np.zeros(1)
+    weights = LUMINANCE if field.texels.shape[4] == 3 else np.ones(1)
+    brightness = replace(field, texels=(field.texels @ weights[:, None]).astype(np.float32))
+    in_colour = replace(lit, model=model.model_copy(update={"channels": "rgb"}))
+    return _squares(in_colour, [baked_field(coded(brightness).decoded(brightness), lit.grid)], views)
 
 
 def _facing_the_cut(grid: Grid) -> Camera:

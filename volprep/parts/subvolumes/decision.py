@@ -130,6 +130,7 @@ def _program(function: TransferFunction, scene: Scene) -> ProgramDesign:
         lighting=scene.render.lighting if lit else "none",
         normals_from=_slopes(scene) if lit else "volume",
         light=light_of(scene) if lit else None,
+        baked=scene.lighting.baked != "none",
         vertex=VERTEX,
         fragment=f"shaders/{name}.frag",
         levels=(0,),

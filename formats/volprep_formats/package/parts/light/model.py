@@ -13,7 +13,7 @@ BakedKind = Literal["occlusion", "scattering", "shadow"]
 """Propagation of light. occlusion: light that the volume stops is lost. scattering: it continues in a random direction,
 and the colour of the transfer function is the scattered part. shadow: the light comes from one place."""
 LightChannels = Literal["luminance", "rgb"]
-"""Whether light has a brightness or a colour."""
+"""Whether light has a brightness or a colour on its way through the volume."""
 
 
 class Sun(Record):
@@ -40,7 +40,11 @@ class LightModel(Record):
     kind: BakedKind
     """Propagation of the light."""
     channels: LightChannels = "luminance"
-    """Whether light has a brightness or a colour."""
+    """Whether light has a brightness or a colour on its way through the volume. luminance: colours of the volume
+    scatter as grey of their luminance."""
+    turnable: bool = False
+    """Whether the texture holds the light of four environments, so that an app may turn the light around the volume
+    and change its colours. Suns are then spread over half of the sky, and colours of the surroundings are kept."""
     sky: LightColour = (1.0, 1.0, 1.0)
     """Linear RGB of the light from above, the patient's head; a place under a whole sky of it has this light."""
     ground: LightColour = (1.0, 1.0, 1.0)

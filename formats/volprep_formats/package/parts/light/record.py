@@ -1,6 +1,6 @@
-"""Precomputed light: the meaning of its texture."""
+"""Precomputed light: the meaning of its textures."""
 
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
@@ -13,16 +13,17 @@ from volprep_formats.record import Record
 class StoredLight(Record):
     """Light that multiplies the colour of each sample. It is the same for all levels.
 
-    At a place p in box millimetres the texture is read at p · `texture_from_box_per_mm_xyz`, with linear filters. With
-    r and g the first two components, and s the share, the light is `largest` · (r + s · (g - r)) - `subtracted`, and
-    not below 0. The share rises from 0 at the first to 1 at the second of `stored_values`, of the normalised stored
-    value at the sample; it is constant outside.
+    At a place p in box millimetres the texture is read at p · `texture_from_box_per_mm_xyz`, with linear filters, also
+    between the slices of a mosaic. With r and g its two components, and s the share, the light is `largest` · (r + s ·
+    (g - r)) - `subtracted`, and not below 0. The share rises from 0 at the first to 1 at the second of `stored_values`,
+    of the normalised stored value at the sample; it is constant outside. Light of several numbers has two textures of
+    these instead: part 0 holds r, and part 1 holds g.
     """
 
     model: LightModel
     """The light around the volume, and how it travels."""
     texture_from_box_per_mm_xyz: Vector
-    """Texture coordinates for each box millimetre."""
+    """Texture coordinates for each box millimetre; of a mosaic, those of a 3D texture of its slices."""
     largest: Annotated[float, Field(gt=0.0)]
     """Light of a component that is 1, before `subtracted`."""
     subtracted: Annotated[float, Field(ge=0.0)] = 0.0
@@ -31,3 +32,19 @@ class StoredLight(Record):
     """Normalised stored values where the share is 0 and 1, ascending."""
     samples: Total
     """Number of positions where light was computed; the texture is fitted to them."""
+
+
+class LightForm(NamedTuple):
+    """Textures of precomputed light."""
+
+    parts: int
+    """Number of textures: one with both ends of the line, or one for each end."""
+    components: int
+    """Components of each."""
+
+
+def form_of(model: LightModel) -> LightForm:
+    """Return the form of the textures of a light."""
+    if model.turnable:
+        return LightForm(parts=2, components=4)
+    return LightForm(parts=2, components=3) if model.channels == "rgb" else LightForm(parts=1, components=2)

@@ -1,13 +1,14 @@
 """Check the consistency of a manifest's precomputed light; SPEC.md states the rules."""
 
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.mosaic_rules import mosaic_contradictions
+from volprep_formats.package.parts.light.record import StoredLight, form_of
 from volprep_formats.package.program import Program
-from volprep_formats.package.texture import Texture
+from volprep_formats.package.texture import COMPONENTS, Texture
 
 ROLE = "light"
 """Role of its textures and samplers."""
@@ -16,18 +17,25 @@ _TEXEL_TOLERANCE = 1e-9
 
 def light_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of textures of light, and of the programs that read them."""
-    held = [texture for texture in manifest.textures if texture.role == ROLE]
-    count = Counter(texture.transfer for texture in held)
-    known = {function.name for function in manifest.transfer_functions}
+    held: dict[str | None, list[Texture]] = {}
     for texture in manifest.textures:
         yield from (f"texture {texture.name} {problem}" for problem in _texture(texture, manifest))
-    for texture in held:
-        if texture.transfer not in known:
-            yield f"texture {texture.name} holds light of {texture.transfer}, which is no transfer function"
-        elif count[texture.transfer] > 1:
-            yield f"{count[texture.transfer]} textures hold the light of {texture.transfer}"
-    for program in manifest.programs:
-        yield from (f"program {program.name} {problem}" for problem in _program(program, count))
+        if texture.role == ROLE:
+            held.setdefault(texture.transfer, []).append(texture)
+    known = {function.name for function in manifest.transfer_functions}
+    for transfer, textures in held.items():
+        if transfer not in known:
+            yield f"texture {textures[0].name} holds light of {transfer}, which is no transfer function"
+        yield from (f"the light of {transfer} {problem}" for problem in _parts(textures))
+    for program in _programs(manifest):
+        textures = held.get(program.transfer, [])
+        yield from (f"program {program.name} {problem}" for problem in _program(program, textures))
+
+
+def _programs(manifest: Manifest) -> Iterator[Program]:
+    yield from manifest.programs
+    yield from () if manifest.subvolumes is None else manifest.subvolumes.programs
+    yield from () if manifest.proxy is None else manifest.proxy.programs
 
 
 def _texture(texture: Texture, manifest: Manifest) -> Iterator[str]:
@@ -37,25 +45,71 @@ def _texture(texture: Texture, manifest: Manifest) -> Iterator[str]:
         return
     if light is None:
         return
-    if texture.gl.target != "TEXTURE_3D" or texture.gl.format != "RG" or texture.mosaic is not None:
-        yield "holds light, so it must be a 3D texture of two components"
+    components = form_of(light.model).components
+    if COMPONENTS.get(texture.gl.format) != components or texture.gl.type != "UNSIGNED_BYTE":
+        yield f"holds light of {components} bytes, its format is {texture.gl.format} of {texture.gl.type}"
     if texture.filter != "linear" or texture.level is not None:
         yield "holds light, so its filter must be linear and it must be for all levels"
     low, high = light.stored_values
     if not low < high:
         yield f"has the stored values {low} and {high}, which must ascend"
+    yield from _form(texture, light, manifest)
+
+
+def _form(texture: Texture, light: StoredLight, manifest: Manifest) -> Iterator[str]:
+    """Light lies in a 3D texture, or in a mosaic of one texture without a gutter, and covers the box."""
+    mosaic = texture.mosaic
+    if (texture.gl.target == "TEXTURE_3D") != (mosaic is None):
+        yield "holds light, so it must be a 3D texture or a mosaic"
+    shape_zyx = texture.shape_zyx if mosaic is None else (mosaic.slices, *mosaic.tile_shape_yx)
+    yield from (f"holds light, but {problem}" for problem in mosaic_contradictions(texture, shape_zyx))
+    if mosaic is not None and (mosaic.textures, mosaic.slices_per_texel, mosaic.gutter) != (1, 1, 0):
+        yield "holds light in a mosaic of several textures, with a gutter, or with several slices in a texel"
     if manifest.grid is None:
         return
     reach = np.array(light.texture_from_box_per_mm_xyz) * np.array(manifest.grid.extent_mm_zyx[::-1])
-    texels = np.array(texture.shape_zyx[::-1])
+    texels = np.array(shape_zyx[::-1])
     # The texture ends with the box, or less than one texel behind it.
     if not np.all((reach <= 1.0 + _TEXEL_TOLERANCE) & (reach > 1.0 - 1.0 / texels - _TEXEL_TOLERANCE)):
         yield f"covers {(1 / reach).tolist()} times the box, which does not follow from its texels"
 
 
-def _program(program: Program, count: Counter[str | None]) -> Iterator[str]:
-    samplers = sum(sampler.role == ROLE for sampler in program.samplers)
-    if samplers != int(program.baked):
-        yield f"samples {samplers} textures of light, and {'is' if program.baked else 'is not'} lit by one"
-    elif program.baked and count[program.transfer] != 1:
-        yield f"is lit by light of {program.transfer}, which {count[program.transfer]} textures hold"
+def _parts(textures: Sequence[Texture]) -> Iterator[str]:
+    """The textures of one light are all there, and differ in nothing but their texels."""
+    first = textures[0]
+    if first.light is None:
+        return
+    wanted = list(range(form_of(first.light.model).parts))
+    if sorted(texture.part for texture in textures) != wanted:
+        yield f"needs textures of the parts {wanted}, once each"
+    if any(_reading(other) != _reading(first) for other in textures[1:]):
+        yield "has textures that differ in more than their texels"
+
+
+def _reading(texture: Texture) -> tuple[object, ...]:
+    """Return everything that says how a texture of light is read."""
+    light = texture.light
+    of_light = () if light is None else (form_of(light.model), *_numbers(light))
+    return texture.gl, texture.shape_zyx, texture.mosaic, *of_light
+
+
+def _numbers(light: StoredLight) -> tuple[object, ...]:
+    return light.largest, light.subtracted, light.stored_values, light.texture_from_box_per_mm_xyz
+
+
+def _program(program: Program, textures: Sequence[Texture]) -> Iterator[str]:
+    sampled = sorted(sampler.part for sampler in program.samplers if sampler.role == ROLE)
+    turns = any(uniform.source == "environment" for uniform in program.uniforms)
+    light = textures[0].light if textures else None
+    if not program.baked:
+        if sampled or turns:
+            yield "samples light or has the uniform environment, and is not lit by light"
+    elif light is None:
+        yield f"is lit by light of {program.transfer}, which no texture holds"
+    else:
+        if sampled != list(range(form_of(light.model).parts)):
+            yield "does not sample each texture of its light once"
+        if turns != light.model.turnable:
+            yield f"has {'the' if turns else 'no'} uniform environment, its light is {'' if turns else 'not '}fixed"
+        if (textures[0].mosaic is not None) != (program.sampling == "mosaic"):
+            yield f"reads light in another form than {program.sampling} does"

@@ -20,9 +20,7 @@ struct Sun {
 
 // The light around a volume. Each part is what an unshadowed place gets as its mean over directions.
 struct Surroundings {
-    double sky[3];     // from the direction `up`
-    double ground[3];  // from the opposite direction; in between the light changes with the cosine
-    double up[3];      // of length 1
+    double sky[3][4];  // of each channel: light from everywhere, and its change along the box's axes x, y and z
     int64_t sun_count;
     const Sun* suns;
     const double* lamp_mm;  // a light at a place [3] instead of all of these, or none
@@ -31,13 +29,16 @@ struct Surroundings {
     bool scatters;          // whether light that is stopped goes on; if not, it is lost
 
     void sky_from(const double direction[3], double out[3]) const noexcept {
-        const double rise = 0.5 + 0.5 * (direction[0] * up[0] + direction[1] * up[1] + direction[2] * up[2]);
-        for (int c = 0; c < 3; ++c) out[c] = ground[c] + rise * (sky[c] - ground[c]);
+        for (int c = 0; c < 3; ++c) {
+            out[c] = sky[c][0] + sky[c][1] * direction[0] + sky[c][2] * direction[1] + sky[c][3] * direction[2];
+        }
     }
     // No place can get more in any channel without suns.
     double brightest() const noexcept {
         double most = 0.0;
-        for (int c = 0; c < 3; ++c) most = std::max({most, sky[c], ground[c]});
+        for (const double* const of : sky) {
+            most = std::max(most, of[0] + std::sqrt(of[1] * of[1] + of[2] * of[2] + of[3] * of[3]));
+        }
         return lamp_mm == nullptr ? most : 1.0;
     }
 };
