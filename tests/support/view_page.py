@@ -15,7 +15,7 @@ from volprep.view.server import ViewServer
 from volprep.view.site import make_site, shown_with
 from volprep_formats.package.digest import manifest_sha256
 
-PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 0.5, "mobile": True}
 _READY = """
 for (let turn = 0; turn < 400; turn++) {
   if (!document.getElementById("problem").hidden) return "problem";
