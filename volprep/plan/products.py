@@ -16,7 +16,7 @@ from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.program import ProgramDesign
-from volprep_formats.package.texture import SampleFilter, TextureContent
+from volprep_formats.package.texture import MosaicLayout, SampleFilter, TextureContent
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 
@@ -178,6 +178,8 @@ class SubvolumesPlan(Record):
     """Largest number of voxels of a piece along an axis."""
     format: TextureFormat
     """Format of a texel."""
+    mosaic: MosaicLayout | None = None
+    """Layout of a piece in a 2D texture; None for a 3D texture."""
     pieces: bool
     """Whether each piece is a file."""
     whole: PackagePath | None
