@@ -981,8 +981,8 @@ typedef struct volpkg_piece {
     int32_t minimum;
     /* Largest code. */
     int32_t maximum;
-    /* KTX 2 file of a 3D texture. Absent for an empty piece; draw a constant piece of the code `minimum` instead. NULL
-       if absent. */
+    /* KTX 2 file of a 3D texture, or of a mosaic. Absent for an empty piece; draw a constant piece of the code
+       `minimum` instead. NULL if absent. */
     const char* path;
     /* In the mapping; NULL if it is empty. */
     const void* texels;
@@ -1027,6 +1027,10 @@ typedef struct volpkg_subvolume_grid {
     volpkg_gl gl;
     /* Texture filter of a piece: nearest if voxels are labels. */
     volpkg_filter filter;
+    /* Layout of a piece in a 2D texture, where devices have no 3D textures: one for all pieces. Voxel (x, y, z) of a
+       piece is texel (x, y) of slice z. Tiles and slices beyond a smaller piece repeat its last voxels. NULL if absent.
+       */
+    const volpkg_mosaic* mosaic;
     /* KTX 2 file of the whole level. Any box can be read from it by seeking. NULL if absent. */
     const char* whole;
     /* The pieces. Number i + nx * (j + ny * k) is piece i along x, j along y, k along z. */
@@ -1383,7 +1387,7 @@ typedef struct volpkg_drawing {
     const volpkg_skip_table* skip; /* NULL if the program does not skip */
     int32_t units;
     volpkg_texture textures[VOLPKG_MAX_UNITS]; /* of each unit; copies, so that pieces of the grid are textures, too */
-    unsigned char constants[8][2];             /* texels of empty pieces */
+    unsigned char constants[8][8];             /* texels of empty pieces */
     double light_mm_xyz[3]; /* where the light with a place is, patient's space: the program's own until you move it */
     double environment[4]
                       [3]; /* RGB of light that was computed once and is turnable: that from everywhere, and its
@@ -3628,6 +3632,8 @@ static const volpkg__field volpkg__subvolume_grid_fields[] = {
     {"cuts_zyx", &volpkg__int_from_0_list_x3, offsetof(volpkg_subvolume_grid, cuts_zyx), VOLPKG__NEEDED, 0, NULL},
     {"gl", &volpkg__gl_format_record, offsetof(volpkg_subvolume_grid, gl), VOLPKG__NEEDED, 0, NULL},
     {"filter", &volpkg__filter_word, offsetof(volpkg_subvolume_grid, filter), 0, VOLPKG_FILTER_LINEAR, NULL},
+    {"mosaic", &volpkg__mosaic_layout_record_pointer, offsetof(volpkg_subvolume_grid, mosaic), VOLPKG__NULLABLE, 0,
+     NULL},
     {"whole", &volpkg__path, offsetof(volpkg_subvolume_grid, whole), VOLPKG__NULLABLE, 0, NULL},
     {"subvolumes", &volpkg__subvolume_record_list, offsetof(volpkg_subvolume_grid, subvolumes), VOLPKG__NEEDED, 0,
      NULL},
@@ -4671,8 +4677,66 @@ static volpkg_code volpkg__check_cuts(volpkg__reader* r, const char* name, const
     return VOLPKG_OK;
 }
 
+static uint32_t volpkg__components(const volpkg_gl* gl) {
+    switch (gl->format) {
+        case 0x1909:
+        case 0x1903:
+            return 1;
+        case 0x190A:
+        case 0x8227:
+            return 2;
+        case 0x1907:
+            return 3;
+        case 0x1908:
+            return 4;
+        default:
+            return 0;
+    }
+}
+
+/* Number of tiles for so many slices. */
+static int64_t volpkg__tiles(int32_t slices, int32_t per_texel, volpkg_mosaic_order order) {
+    int64_t n = slices;
+    if (per_texel == 4 && order == VOLPKG_MOSAIC_ORDER_OVERLAPPING) return n > 4 ? (n + 1) / 3 : 1;
+    return (n + per_texel - 1) / per_texel;
+}
+
+/* A mosaic holds every piece. Overlapping slices need a tile that begins with the last one. */
+static volpkg_code volpkg__check_pieces(volpkg__reader* r, const char* name, const volpkg_subvolume_grid* grid) {
+    const volpkg_mosaic* m = grid->mosaic;
+    int32_t axis, i, largest[3] = {1, 1, 1};
+    int64_t pitch[2], tiles, own;
+    VOLPKG__RULE((m == NULL) == (grid->gl.target == 0x806F), name,
+                 "its pieces are mosaics in 3D, or in 2D without one");
+    if (m == NULL) return VOLPKG_OK;
+    for (axis = 0; axis < 3; ++axis)
+        for (i = 1; i < grid->cuts_zyx[axis].count; ++i) {
+            int32_t n = grid->cuts_zyx[axis].at[i] - grid->cuts_zyx[axis].at[i - 1] + 1;
+            if (n > largest[axis]) largest[axis] = n;
+        }
+    for (i = 0; i < 2; ++i) pitch[i] = (int64_t)m->tile_shape_yx[i] + 2 * (int64_t)m->gutter + m->padding_yx[i];
+    tiles = volpkg__tiles(m->slices, m->slices_per_texel, m->order);
+    own = m->order == VOLPKG_MOSAIC_ORDER_OVERLAPPING ? 3 : m->slices_per_texel;
+    VOLPKG__RULE(m->textures == 1 && m->components_per_voxel == 1 &&
+                     volpkg__components(&grid->gl) == (uint32_t)m->slices_per_texel &&
+                     (m->slices_per_texel == 4 || m->order == VOLPKG_MOSAIC_ORDER_INTERLEAVED),
+                 name, "its mosaic is not one texture with one value of each slice in a texel");
+    VOLPKG__RULE(m->tile_shape_yx[0] >= largest[1] && m->tile_shape_yx[1] >= largest[2] && m->slices >= largest[0] &&
+                     tiles <= (int64_t)m->tiles_x * m->tiles_y && tiles * own >= largest[0] &&
+                     pitch[0] <= m->texture_shape_yx[0] / m->tiles_y && pitch[1] <= m->texture_shape_yx[1] / m->tiles_x,
+                 name, "its mosaic has no room for a piece");
+    return VOLPKG_OK;
+}
+
+/* Depth, height and width of the texture of a piece. */
 static void volpkg__piece_shape(const volpkg_subvolume_grid* grid, int32_t number, int32_t shape_zyx[3]) {
     int32_t axis;
+    if (grid->mosaic != NULL) {
+        shape_zyx[0] = 1;
+        shape_zyx[1] = grid->mosaic->texture_shape_yx[0];
+        shape_zyx[2] = grid->mosaic->texture_shape_yx[1];
+        return;
+    }
     for (axis = 2; axis >= 0; --axis) {
         int32_t count = grid->cuts_zyx[axis].count - 1, at = number % count;
         shape_zyx[axis] = grid->cuts_zyx[axis].at[at + 1] - grid->cuts_zyx[axis].at[at] + 1;
@@ -4695,6 +4759,7 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
     if (grid == NULL) return volpkg__no_room(r);
     VOLPKG__TRY(volpkg__read(&j, &volpkg__subvolume_grid_record, "grid", grid));
     VOLPKG__TRY(volpkg__check_cuts(r, file->path, grid));
+    VOLPKG__TRY(volpkg__check_pieces(r, file->path, grid));
     VOLPKG__RULE(p->grid != NULL && volpkg__same_shape(p->grid->shape_zyx, grid->shape_zyx), file->path,
                  "it is not cut from the grid of level 0");
     VOLPKG__RULE((grid->whole == NULL) == (files->whole == NULL) &&
@@ -4716,7 +4781,7 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
         held = volpkg_find_file(p, piece->path);
         VOLPKG__TRY(volpkg__read_ktx(r, held, &image));
         volpkg__piece_shape(grid, i, shape_zyx);
-        VOLPKG__RULE(layout == image.layout && image.dimensions == 3 && grid->gl.target == 0x806F &&
+        VOLPKG__RULE(layout == image.layout && image.dimensions == (grid->mosaic == NULL ? 3 : 2) &&
                          image.levels == 1 && volpkg__same_shape(image.shape_zyx, shape_zyx),
                      held->path, "it is not the texture that the grid says");
         VOLPKG__TRY(volpkg__level_texels(r, held, &image, 0, &piece->texels, &piece->texel_bytes));
@@ -4931,12 +4996,6 @@ static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* 
     return VOLPKG_OK;
 }
 
-static int64_t volpkg__tiles(int32_t slices, int32_t per_texel, volpkg_mosaic_order order) {
-    int64_t n = slices;
-    if (per_texel == 4 && order == VOLPKG_MOSAIC_ORDER_OVERLAPPING) return n > 4 ? (n + 1) / 3 : 1;
-    return (n + per_texel - 1) / per_texel;
-}
-
 static volpkg_code volpkg__mosaic_rules(volpkg__reader* r, const volpkg_texture* texture, const volpkg_level* level) {
     const volpkg_mosaic* m = texture->mosaic;
     const volpkg__layout* layout = NULL;
@@ -4969,23 +5028,6 @@ static volpkg_code volpkg__mosaic_rules(volpkg__reader* r, const volpkg_texture*
     VOLPKG__RULE(pitch_y % layout->block == 0 && pitch_x % layout->block == 0, texture->name,
                  "blocks of its format mix two tiles");
     return VOLPKG_OK;
-}
-
-static uint32_t volpkg__components(const volpkg_gl* gl) {
-    switch (gl->format) {
-        case 0x1909:
-        case 0x1903:
-            return 1;
-        case 0x190A:
-        case 0x8227:
-            return 2;
-        case 0x1907:
-            return 3;
-        case 0x1908:
-            return 4;
-        default:
-            return 0;
-    }
 }
 
 static volpkg_code volpkg__table_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_texture* t,
@@ -6847,11 +6889,12 @@ static uint16_t volpkg__to_half(double value) {
 
 static void volpkg__constant_piece(volpkg_drawing* drawing, int32_t part, int64_t code, volpkg_texture* texture) {
     uint32_t word = code < 0 ? 0 : code > 65535 ? 65535 : (uint32_t)code;
+    int32_t i, bytes = texture->gl.type == 0x1401 ? 1 : 2;
     if (texture->gl.type == 0x140B) word = volpkg__to_half(word / 65535.0);
-    drawing->constants[part][0] = (unsigned char)word;
-    drawing->constants[part][1] = (unsigned char)(word >> 8);
+    texture->texel_bytes = bytes * (int32_t)volpkg__components(&texture->gl);
+    for (i = 0; i < (int32_t)texture->texel_bytes; ++i)
+        drawing->constants[part][i] = (unsigned char)(word >> 8 * (i % bytes));
     texture->shape_zyx[0] = texture->shape_zyx[1] = texture->shape_zyx[2] = 1;
-    texture->texel_bytes = texture->gl.type == 0x1401 ? 1 : 2;
     texture->texels = drawing->constants[part];
 }
 

@@ -14,6 +14,7 @@ import { parseJson, schemaBreach } from "./strict.js";
  * @property {number[][]} cuts_zyx
  * @property {Texture["gl"]} gl
  * @property {"linear" | "nearest"} [filter]
+ * @property {NonNullable<Texture["mosaic"]>} [mosaic]
  * @property {{minimum: number, file?: string}[]} subvolumes
  */
 
@@ -38,7 +39,8 @@ async function readGrid(pack, signal) {
   }
   const problem = schemaBreach(grid, "SubvolumeGrid", "");
   if (problem) refuse(problem);
-  if (grid.format !== "volpkg-subvolumes" || grid.cuts_zyx.length !== 3 || grid.gl.target !== "TEXTURE_3D")
+  const isFlat = grid.gl.target === "TEXTURE_2D";
+  if (grid.format !== "volpkg-subvolumes" || grid.cuts_zyx.length !== 3 || isFlat !== Boolean(grid.mosaic))
     refuse("it is no grid of sub-volumes");
   if (volume.shape_zyx.some((n, i) => n !== grid.shape_zyx[i])) refuse("it has another shape than the volume");
   grid.cuts_zyx.forEach((/** @type {number[]} */ cuts, /** @type {number} */ axis) => {
@@ -130,9 +132,11 @@ function piece(grid, place, part) {
   const counts = grid.cuts_zyx.map((cuts) => cuts.length - 1);
   const there = at.every((each, axis) => each >= 0 && each < counts[axis]);
   const found = there ? grid.subvolumes[at[2] + counts[2] * (at[1] + counts[1] * at[0])] : { minimum: 0 };
-  const shape = found.file
-    ? at.map((each, axis) => grid.cuts_zyx[axis][each + 1] - grid.cuts_zyx[axis][each] + 1)
-    : [1, 1, 1];
+  const shape = !found.file
+    ? [1, 1, 1]
+    : grid.mosaic
+      ? [1, ...grid.mosaic.texture_shape_yx]
+      : at.map((each, axis) => grid.cuts_zyx[axis][each + 1] - grid.cuts_zyx[axis][each] + 1);
   const name = `subvolume-${part}`;
   /** @type {Texture} */
   const texture = {
@@ -147,8 +151,10 @@ function piece(grid, place, part) {
   };
   if (found.file) return { texture };
   const code = grid.gl.type === "HALF_FLOAT" ? toHalf(found.minimum / 65535) : found.minimum;
+  const codes = Array(grid.gl.format === "RGBA" ? 4 : 1).fill(code);
   return {
     texture,
-    constant: grid.gl.type === "UNSIGNED_BYTE" ? Uint8Array.of(code) : new Uint8Array(Uint16Array.of(code).buffer),
+    constant:
+      grid.gl.type === "UNSIGNED_BYTE" ? Uint8Array.from(codes) : new Uint8Array(Uint16Array.from(codes).buffer),
   };
 }

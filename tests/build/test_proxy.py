@@ -2,12 +2,14 @@
 
 import json
 import shutil
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
 
+from volprep.parts.proxy.files import chosen_files
 from volprep.pipeline.build import build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
@@ -127,9 +129,13 @@ def test_what_saves_no_samples_is_left_out_with_its_reason(tmp_path):
 def test_channels_have_meshes_each_of_its_own(tmp_path):
     scene = write_channel_scene(tmp_path)
     scene.write_text(scene.read_text().replace("[pyramid]", '[proxy]\nblock = 2\n[pyramid]\nfilter = "box"'))
-    build(load_request(scene), tmp_path / "tissues.volpkg", Silent())
+    with patch("volprep.parts.proxy.stage.chosen_files", wraps=chosen_files) as chosen:
+        build(load_request(scene), tmp_path / "tissues.volpkg", Silent())
     package = Package.open(tmp_path / "tissues.volpkg")
     assert check(package.path) == []
+    # A decoder counts once for the package: compression is decided for the files of both channels together.
+    ((files, _),) = [call.args for call in chosen.call_args_list]
+    assert len(files) == sum(mesh.file is not None for mesh in package.manifest.proxy.meshes)
     with_mesh = {mesh.transfer for mesh in package.manifest.proxy.meshes}
     channels = {name for name, view in channel_views(package.manifest).items() if view.proxy.meshes}
     assert len(channels) == 2

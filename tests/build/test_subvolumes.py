@@ -11,6 +11,7 @@ from phantom_scene import write_phantom_scene
 import volprep
 from volprep.parts.subvolumes.cut import cut
 from volprep.parts.subvolumes.cut_files import write_cut
+from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
 from volprep.parts.subvolumes.cuts import boxes_zyx
 from volprep.parts.subvolumes.decision import propose
 from volprep.pipeline.build import build
@@ -21,6 +22,7 @@ from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
+from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, decode_grid
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage import contents
@@ -284,9 +286,54 @@ def test_a_proposal_is_the_fewest_pieces_in_half_of_the_memory(edge) -> None:
     assert -(-999 // (proposal.size - 2)) > proposal.pieces_zyx[0]
 
 
-def test_a_profile_without_3d_textures_refuses_pieces(tmp_path) -> None:
-    with pytest.raises(VolprepError, match=r"VP3030.*gles2-2048"):
-        built(tmp_path, "\n[grid]\n", "gles2-2048")
+def test_pieces_without_3d_textures_are_mosaics_of_one_layout(tmp_path) -> None:
+    package = built(tmp_path, '\n[grid]\nsize = 12\nlayout = "both"\n', "gles2-2048")
+    assert check(package.path) == []
+    grid, whole = grid_of(package), level_texels(package, 0)
+    np.testing.assert_array_equal(texels(package, grid.whole), whole)
+    for number, (box, piece) in enumerate(zip(boxes_zyx(grid.cuts_zyx), grid.subvolumes, strict=True)):
+        if piece.file is None:
+            assert (whole[box] == piece.minimum).all()
+        else:
+            held = texels(package, piece.file)[0]
+            np.testing.assert_array_equal(grid.voxels_of_mosaic(number, held), whole[box])
+    # All eight units are for pieces.
+    assert {each.classification for each in package.manifest.subvolumes.programs} == {"control-points"}
+    assert {len(each.samplers) for each in package.manifest.subvolumes.programs} == {8}
+    (item,) = (item for item in package.manifest.plan if item.name == "sub-volumes")
+    assert "samples are classified by the control points, since 8 pieces take all 8 units" in item.reason
+
+
+def test_a_cut_out_of_mosaics_is_that_box_of_level_0(tmp_path) -> None:
+    package = built(tmp_path, "\n[grid]\nsize = 9\n", "gles2-2048")
+    found = cut(package, (20.0, 16.0, 10.0), 12)
+    start, stop = found.record.start_zyx, found.record.stop_zyx
+    box = tuple(slice(a, b) for a, b in zip(start, stop, strict=True))
+    np.testing.assert_array_equal(found.texels, level_texels(package, 0)[box])
+    # Twice a piece, less the shared layer, is what its program draws along an axis.
+    with Renderer(package, point=0, edit=inputs_of_cut(cut(package, (20.0, 16.0, 10.0), 17))) as renderer:
+        assert renderer.render(
+            standard_views(package.manifest.grid)["left"].box_from_clip(package.manifest.grid, 1.0), (8, 8)
+        ).any()
+    with pytest.raises(VolprepError, match=r"VP4052.*18×18×18 voxels.*9×9×9"):
+        Renderer(package, point=0, edit=inputs_of_cut(cut(package, (20.0, 16.0, 10.0), 18)))
+
+
+@pytest.mark.parametrize(
+    ("tables", "profile", "reason"),
+    [
+        ('[render]\nclassification = "preintegrated"\n[grid]', "gles2-2048", "8 pieces and their table take 9 .* of 8"),
+        ("[grid]\nsize = 60", "small.toml", "a piece has 15 slices of 38×31 voxels, .* 64×64 .* has room for 8"),
+        ("[grid]", "gles1", "gles1"),
+    ],
+)
+def test_a_profile_that_cannot_hold_pieces_says_why(tmp_path, tables, profile, reason) -> None:
+    text = (Path(volprep.__file__).parent / "scene" / "profiles" / "gles2-2048.toml").read_text(encoding="utf-8")
+    (tmp_path / "small.toml").write_text(text.replace("max_texture_size = 2048", "max_texture_size = 64"))
+    scene = write_phantom_scene(tmp_path, profile)
+    scene.write_text(scene.read_text(encoding="utf-8") + f"\n{tables}\n", encoding="utf-8")
+    with pytest.raises(VolprepError, match=f"VP3.*{reason}"):
+        build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
 
 
 @pytest.mark.parametrize(
@@ -296,6 +343,7 @@ def test_a_profile_without_3d_textures_refuses_pieces(tmp_path) -> None:
         (lambda grid: grid["points"].pop(), "59 points instead of 60"),
         (lambda grid: grid["points"][0].update(subvolumes=[99]), "not there"),
         (lambda grid: grid.update(size=3), "cuts along z"),
+        (lambda grid: grid["gl"].update(target="TEXTURE_2D"), "TEXTURE_2D, without a mosaic"),
     ],
 )
 def test_a_grid_that_contradicts_itself_is_refused(package, change, problem) -> None:

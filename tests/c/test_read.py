@@ -94,8 +94,9 @@ def test_positions_and_triangles_of_meshes_are_those_of_the_reader(read):
     assert expected
 
 
-def test_the_grid_of_sub_volumes_is_the_readers(read):
-    header, package = read["house"]
+@pytest.mark.parametrize("kind", ["house", "several-units"])
+def test_the_grid_of_sub_volumes_is_the_readers(read, kind):
+    header, package = read[kind]
     assert package.manifest.subvolumes is not None
     name = package.manifest.subvolumes.grid
     grid = decode_grid(package.read_bytes(name), package.path, name)
@@ -131,9 +132,10 @@ def test_each_level_is_drawn_with_the_textures_and_uniforms_that_the_renderer_ta
             assert {name: drawing["uniforms"][name] for name in expected} == expected, kind
 
 
-def test_each_point_of_the_grid_is_drawn_with_the_pieces_and_uniforms_that_the_renderer_takes(read):
-    header, package = read["house"]
-    assert len(header["points"]) == 36
+@pytest.mark.parametrize(("kind", "points"), [("house", 36), ("several-units", 24)])
+def test_each_point_of_the_grid_is_drawn_with_the_pieces_and_uniforms_that_the_renderer_takes(read, kind, points):
+    header, package = read[kind]
+    assert len(header["points"]) == points
     for point, drawing in enumerate(header["points"]):
         inputs = block_inputs(package, point, None)
         assert drawing["uniforms"] == uniforms(inputs, package, 0)

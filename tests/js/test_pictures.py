@@ -87,11 +87,12 @@ def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) ->
     assert browser.run(script, kind_of(package), texts) == [""] * len(texts)
 
 
-def test_the_pieces_around_a_point_are_drawn(browser, server, scene_package) -> None:
-    package = scene_package("pieces")
+@pytest.mark.parametrize("name", ["pieces", "pieces in mosaics"])
+def test_the_pieces_around_a_point_are_drawn(browser, server, scene_package, name) -> None:
+    package = scene_package(name)
     matrices = box_from_clip_of(package)
     for point in (0, 31):
-        found = drawn_in_page(browser, server, package.path, matrices, point=point)
+        found = drawn_in_page(browser, server, package.path, matrices, kind=kind_of(package), point=point)
         wanted = drawn_by_reference(package, matrices, point=point)
         assert max(picture[..., 3].max() for picture in wanted) > 0.1
         assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS

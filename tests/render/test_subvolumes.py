@@ -18,12 +18,12 @@ SHAPE_HW = (48, 56)
 ASPECT = 56 / 48
 
 
-def built(folder, size: int, bits: int = 8, profile: str = "gles3") -> Package:
+def built(folder, size: int, bits: int = 8, profile: str = "gles3", order: str = "auto") -> Package:
     scene = write_phantom_scene(folder, profile, "box")
     text = scene.read_text(encoding="utf-8").replace('name = "phantom"', 'name = "phantom"\ncrop = "none"')
     # Rays run to their end: one that a block ends early would go on in the picture of the whole.
     tables = f"\n[render]\nopacity_cutoff = 1.0\n\n[quantize]\nbits = {bits}\n\n[grid]\nsize = {size}\n"
-    scene.write_text(text + tables, encoding="utf-8")
+    scene.write_text(text + tables + f'\n[mosaic]\norder = "{order}"\n', encoding="utf-8")
     build(load_request(scene), folder / "phantom.volpkg", Silent())
     return Package.open(folder / "phantom.volpkg")
 
@@ -34,10 +34,20 @@ def point_of(package: Package, i: int, j: int, k: int, counts_zyx: tuple[int, in
 
 
 @pytest.mark.long(keep=1)
-@pytest.mark.parametrize(("bits", "profile"), [(8, "gles3"), (16, "gles3"), (16, "gles3-norm16")])
-def test_eight_pieces_around_the_middle_are_the_whole_volume(tmp_path, bits, profile) -> None:
+@pytest.mark.parametrize(
+    ("bits", "profile", "order"),
+    [
+        (8, "gles2-4096", "auto"),
+        (8, "gles3", "auto"),
+        (8, "gles2-4096", "interleaved"),
+        (8, "gles2-4096", "planar"),
+        (16, "gles3", "auto"),
+        (16, "gles3-norm16", "auto"),
+    ],
+)
+def test_eight_pieces_around_the_middle_are_the_whole_volume(tmp_path, bits, profile, order) -> None:
     # 21×34×45 voxels in pieces of 24: one along z, two along y and x.
-    package = built(tmp_path, 24, bits, profile)
+    package = built(tmp_path, 24, bits, profile, order)
     grid = package.manifest.grid
     for transfer in ("shell", "core"):
         whole = Renderer(package, level=0, transfer=transfer)

@@ -53,7 +53,8 @@ def _several_units(folder: Path) -> Path:
     scene = write_phantom_scene(folder, "gles2-2048")
     text = scene.read_text().replace('profile = "gles2-2048"', 'profile = "small.toml"')
     light = '[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nshininess = 5.0\nnormals = "central"\n'
-    scene.write_text(f'{text}\n[render]\nprojection = "perspective"\nlighting = "blinn-phong"\n{light}')
+    lit = f'[render]\nprojection = "perspective"\nlighting = "blinn-phong"\n{light}'
+    scene.write_text(f"{text}\n{lit}[grid]\nsize = 20\n")
     return scene
 
 

@@ -231,6 +231,7 @@ SCENES: dict[str, Callable[[Path], Path]] = {
 OTHERS = {
     "segments, one hidden": segments_scene("gles3", _ONE_HIDDEN + _LIT),
     "segments in a mosaic, one hidden": segments_scene("gles2-2048", _ONE_HIDDEN + _LIT),
+    "pieces in mosaics": _phantom("[grid]\nsize = 12\n", "gles2-2048"),
     "slices": _one("", "gles1"),
     "published slices for OpenGL ES 2": _phantom('[render]\ntechnique = "view-slices-as-published"\n', "gles2-4096"),
     "half-angle slices, light at another place": _phantom(_HALF_ANGLE.replace(_LIGHT, _ELSEWHERE)),

@@ -189,6 +189,8 @@ class SubvolumesPlan(Record):
     """Largest number of voxels of a piece along an axis."""
     format: TextureFormat
     """Format of a texel."""
+    mosaic: MosaicLayout | None = None
+    """Layout of a piece in a 2D texture; None for a 3D texture."""
     pieces: bool
     """Whether each piece is a file."""
     whole: PackagePath | None

@@ -15,7 +15,7 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.subvolumes.places import Side, place_of, sides_of
-from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, constant_piece, decode_grid
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, constant_texture, decode_grid
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 
@@ -71,11 +71,9 @@ def _pieces(grid: SubvolumeGrid, place: tuple[int, int, int]) -> tuple[list[Text
         name = f"subvolume-{part}"
         shape = (1, 1, 1)
         if piece is not None and piece.file is not None:
-            sizes = [cuts[at + 1] - cuts[at] + 1 for at, cuts in zip((k, j, i), grid.cuts_zyx, strict=True)]
-            shape = (sizes[0], sizes[1], sizes[2])
+            shape = grid.texture_shape_zyx(i + nx * (j + ny * k))
         else:
-            code = piece.minimum if piece is not None else 0
-            texels[name] = constant_piece(code, grid.gl, shape)
+            texels[name] = constant_texture(piece.minimum if piece is not None else 0, grid.gl)
         file = piece.file if piece is not None and piece.file is not None else "subvolumes/empty"
         textures.append(
             Texture(

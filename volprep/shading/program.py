@@ -26,6 +26,7 @@ from volprep.shading.walks import WALKS
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import RenderSettings
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, decode_grid
 from volprep_formats.package.program import (
     Blend,
     Geometry,
@@ -241,9 +242,16 @@ def _classification(package: Package, program: ProgramDesign) -> Feature:
     return classification(*choice)
 
 
+def _pieces(package: Package) -> SubvolumeGrid:
+    """Return the grid of sub-volumes of a package, which says how their textures are laid out."""
+    files = package.manifest.subvolumes
+    assert files is not None  # noqa: S101 - a program that draws them
+    return decode_grid(package.read_bytes(files.grid), package.path, files.grid)
+
+
 def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
     if program.sampling == "subvolumes":
-        return raycast_subvolumes.sampling(grid, gradients=program.lighting != "none")
+        return raycast_subvolumes.sampling(grid, _pieces(package), gradients=program.lighting != "none")
     # Of several levels, which 3D textures have, all are read as the finest one.
     level = next(each for each in package.manifest.levels if each.index == min(program.levels))
     volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))

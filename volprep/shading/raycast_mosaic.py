@@ -3,6 +3,9 @@
 Each layout has its own text: no channel is chosen where there is one.
 """
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
@@ -23,23 +26,32 @@ def sampling(
     """
     about = "The volume as a mosaic: normalised stored values, 0 to 1, in tiles of one slice and channel each."
     mosaic = Mosaic(about, layout, sampler="u_volume", role="volume", texel="tile_texel")
-    if layout.slices == 1 or layout.slices_per_texel == 1:
-        reads = [mosaic.voxels("voxel_texel", between)]
-        if component is not None:
-            reads.append(Instance("sampling/stored_value", {"COMPONENT": component}))
-    else:
-        reads = [_of_four(layout, between)]
     positions = voxel_positions(spacing_mm_zyx)
     return Feature(
-        slots={"sampling": (positions, mosaic.texels, *reads)},
+        slots={"sampling": (positions, mosaic.texels, *values_of(mosaic, component, between))},
         samplers=mosaic.samplers,
         offers=in_voxels((layout.slices, *layout.tile_shape_yx)),
     )
 
 
-def _of_four(layout: MosaicLayout, between: SampleFilter) -> Instance:
+def values_of(
+    mosaic: Mosaic, component: str | None, between: SampleFilter, named: Mapping[str, str] = MappingProxyType({})
+) -> list[Instance]:
+    """Return the parts that read the value at a position in voxels; `named` may name their function, STORED."""
+    layout = mosaic.layout
+    if layout.slices > 1 and layout.slices_per_texel > 1:
+        return [_of_four(layout, between, named)]
+    voxels = mosaic.voxels("voxel_texel", between)
+    return (
+        [voxels]
+        if component is None
+        else [voxels, Instance("sampling/stored_value", {"COMPONENT": component, **named})]
+    )
+
+
+def _of_four(layout: MosaicLayout, between: SampleFilter, named: Mapping[str, str]) -> Instance:
     """Return the feature that reads values with four to a texel."""
-    words = {"LAST_SLICE": literal(layout.slices - 1)}
+    words = {"LAST_SLICE": literal(layout.slices - 1), **named}
     slots: dict[str, Slot] = {}
     if layout.order == "overlapping":
         words["LAST_TILE"] = literal(tiles_of(layout.slices, layout.slices_per_texel, "overlapping") - 1)

@@ -1,15 +1,20 @@
-"""Ray casting through the eight sub-volumes around a point of the grid, OpenGL ES 3.0.
+"""Ray casting through the eight sub-volumes around a point of the grid: 3D textures, or mosaics in OpenGL ES 2.0.
 
 In the Beaver Volume Renderer (Schultz and Bailey, 7.3.3) the eight pieces share no voxels, and each is stretched over
 half of the texture coordinates, so that the outer half voxels of neighbours clamp against each other: a seam. Here a
 position lies between voxels that one piece holds.
 """
 
-from volprep.shading.compose import Instance
+from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
+from volprep.shading.mosaic import Mosaic
 from volprep.shading.positions import in_voxels, voxel_positions
+from volprep.shading.raycast_mosaic import values_of
 from volprep_formats.grid import Grid
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 from volprep_formats.package.program import Sampler, Uniform, UniformSource
+from volprep_formats.package.texture import MosaicLayout, SampleFilter
+from volprep_formats.textures.mosaic import own_slices
 
 PIECES = 8
 _VECTORS: dict[str, UniformSource] = {
@@ -23,15 +28,36 @@ _VECTORS: dict[str, UniformSource] = {
 }
 
 
-def sampling(grid: Grid, *, gradients: bool) -> Feature:
+def sampling(grid: Grid, pieces: SubvolumeGrid, *, gradients: bool) -> Feature:
     """Return how level 0 of this grid is read, for `gradients` also how steep it is; outside nothing is drawn."""
+    if pieces.mosaic is None:
+        parts: tuple[Instance, ...] = (Instance("sampling/subvolumes"),)
+        samplers = tuple(Sampler(name=f"u_subvolume_{part}", role="subvolume", part=part) for part in range(PIECES))
+    else:
+        mosaic = _block(pieces.mosaic)
+        parts, samplers = _tiles(mosaic, pieces.filter), mosaic.samplers
+    slopes: Slot = "sampling/subvolumes:slopes" if gradients else None
     return Feature(
-        slots={
-            "sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/subvolumes")),
-            "slopes": "sampling/subvolumes:slopes" if gradients else None,
-        },
+        slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), *parts), "slopes": slopes},
         words={"LOW_CORNER_MM": "u_box_low_mm", "HIGH_CORNER_MM": "u_box_high_mm"},
         uniforms=tuple(Uniform(name=name, type="vec3", source=source) for name, source in _VECTORS.items()),
-        samplers=tuple(Sampler(name=f"u_subvolume_{part}", role="subvolume", part=part) for part in range(PIECES)),
+        samplers=samplers,
         offers=in_voxels(grid.shape_zyx),
     )
+
+
+def _block(piece: MosaicLayout) -> Mosaic:
+    """Return all eight pieces as one mosaic of eight textures, with a piece in each."""
+    slices = PIECES * piece.tiles_x * piece.tiles_y * own_slices(piece)
+    layout = piece.model_copy(update={"textures": PIECES, "slices": slices})
+    about = (
+        "Eight pieces, a texture for each: normalised stored values, 0 to 1, in tiles of one slice and channel each."
+    )
+    return Mosaic(about, layout, sampler="u_subvolume", role="subvolume", texel="tile_texel", centres=True)
+
+
+def _tiles(mosaic: Mosaic, between: SampleFilter) -> tuple[Instance, ...]:
+    named = {"STORED": "block_value"}
+    slices = {"SLICES": literal(mosaic.layout.slices // PIECES)}
+    reads = values_of(mosaic, "r", between, named)
+    return mosaic.texels, *reads, Instance("sampling/subvolumes_mosaic", slices)

@@ -106,6 +106,12 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: the center {center} lies outside the volume of {shape} voxels, x × y × z",
         "Give a voxel, counted from 0; or, with --world, a place in the patient in millimetres.",
     ),
+    "VP4052": Diagnostic(
+        ExitStatus.USAGE,
+        "{path}: a box of {size} voxels, x × y × z, is more than two pieces of {most} along an axis, and the program "
+        "of sub-volumes draws no more as mosaics",
+        "Cut a smaller box.",
+    ),
     "VP4060": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: left as it is, because it is {kind} and no file",

@@ -70,7 +70,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3030": Diagnostic(
         ExitStatus.SCENE,
         "profile {profile} cannot hold sub-volumes of {size} voxels along an axis: {reason}",
-        "Set a smaller grid.size, choose a profile with 3D textures, or leave the table [grid] out.",
+        "Set a smaller grid.size, choose a profile with 3D textures or more texture units, or leave the table [grid] "
+        "out.",
     ),
     "VP3031": Diagnostic(
         ExitStatus.SCENE,

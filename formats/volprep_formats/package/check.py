@@ -141,7 +141,7 @@ def _check_grid(package: Package, name: str, data: bytes, *, strict: bool) -> No
         if record is not None:
             start = package.read_part(record.path, 0, ktx2.MOST_HEAD_BYTES)
             head = ktx2.decode_head(start, record.size_bytes, f"{package.path}: {record.path}")
-            expected = (wanted and KTX2_FORMAT.get(wanted), grid.piece_shape_zyx(number), "TEXTURE_3D", 1)
+            expected = (wanted and KTX2_FORMAT.get(wanted), grid.texture_shape_zyx(number), grid.gl.target, 1)
             if (head.format, head.shape_zyx, f"TEXTURE_{head.dimensions}D", len(head.levels_at)) != expected:
                 problem = f"{piece.file} is not the texture that {name} says"
                 raise VolprepError("VP4011", path=package.path, problem=problem)

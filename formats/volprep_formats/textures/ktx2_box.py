@@ -16,12 +16,12 @@ Box = tuple[slice, slice, slice]
 
 
 class Ktx2Box:
-    """An open 3D texture of one channel. It counts the bytes it reads, so that tests can check how few they are."""
+    """An open texture file, not compressed. It counts the bytes it reads, so that tests can check how few they are."""
 
     def __init__(self, descriptor: int, start_bytes: int, size_bytes: int, name: str) -> None:
         """Read the header of the texture in this part of an open file.
 
-        Raises VP4030 if it is not such a texture.
+        Raises VP4030 if it is no texture, or supercompressed.
         """
         self._descriptor = descriptor
         self._start_bytes = start_bytes
@@ -32,16 +32,18 @@ class Ktx2Box:
         """Bytes of texels that were read."""
         head = os.pread(descriptor, min(HEAD_BYTES, size_bytes), start_bytes)
         self.head = decode_head(head, size_bytes, name)
-        if self.head.channels != 1:
-            raise VolprepError("VP4030", name=name, problem=f"it has {self.head.channels} channels instead of one")
         if self.head.supercompressed:
             raise VolprepError("VP4030", name=name, problem="it is supercompressed, so that no part can be read alone")
 
     def read(self, box: Box, out: NDArray[np.generic]) -> None:
-        """Read the texels of `box` [z, y, x] into `out`, whose shape and type are theirs.
+        """Read the texels of `box` [z, y, x], of one channel, into `out`, whose shape and type are theirs.
 
-        One read where the texels lie together: for the whole box, for each slice, or for each row.
+        One read where the texels lie together: for the whole box, for each slice, or for each row. Raises VP4030 if
+        the texture has several channels.
         """
+        if self.head.channels != 1:
+            channels = self.head.channels
+            raise VolprepError("VP4030", name=self._name, problem=f"it has {channels} channels instead of one")
         _, height, width = self.head.shape_zyx
         z, y, x = box
         rows, columns = y.stop - y.start, x.stop - x.start
@@ -60,6 +62,14 @@ class Ktx2Box:
             self._read_into(target[done : done + size], self.head.levels_at[0] + at * self.head.dtype.itemsize)
             done += size
         out[...] = texels.reshape(out.shape)
+
+    def texels(self) -> NDArray[np.generic]:
+        """Read a whole 2D texture, [y, x] or [y, x, channel]: the slices of a box lie all over a mosaic."""
+        _, height, width = self.head.shape_zyx
+        shape = (height, width) if self.head.channels == 1 else (height, width, self.head.channels)
+        texels = np.empty(shape, self.head.dtype)
+        self._read_into(texels.data.cast("B"), self.head.levels_at[0])
+        return texels
 
     def _read_into(self, target: memoryview, offset: int) -> None:
         found = 0

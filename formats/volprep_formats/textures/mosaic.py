@@ -17,6 +17,11 @@ def tiles_of(slices: int, slices_per_texel: int, order: MosaicOrder) -> int:
     return -(-slices // slices_per_texel)
 
 
+def own_slices(mosaic: MosaicLayout) -> int:
+    """Return the slices of a texel without those that the next tile repeats."""
+    return 3 if mosaic.order == "overlapping" else mosaic.slices_per_texel
+
+
 def slices_of_tile(mosaic: MosaicLayout, tile: int) -> tuple[int | None, ...]:
     """Slice in each component of a tile's texels, or None. Tiles are numbered through all textures."""
     tiles = mosaic.tiles_x * mosaic.tiles_y

@@ -1,10 +1,11 @@
 """Proxy geometry: a closed mesh around what each transfer function shows of each level, checked before it is written.
 
-Empty blocks are found as for skip tables: from the texels of the package and the table that the shader reads.
+Empty blocks are found as for skip tables: from the texels of the package and the table that the shader reads. Whether
+files are compressed is decided for all channels together: an app loads a decoder once for a package.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from volprep.parts.proxy.files import MeshFile, chosen_files, mesh_file
 from volprep.parts.proxy.mesh import block_planes, proxy_mesh
@@ -12,10 +13,11 @@ from volprep.parts.proxy.sound import problems_of
 from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.parts.skip.on_gpu import ranges_on_gpu
 from volprep.parts.skip.visible import visible_extinction
-from volprep.parts.stage import Stage, Work, any_channel, present, required
+from volprep.parts.stage import Stage, Work, any_channel, present
 from volprep.plan.products import ProxyMeshPlan, ProxyPlan
-from volprep.plan.records import ChannelPlan
+from volprep.plan.records import ChannelPlan, Plan
 from volprep.scan.block_ranges import BlockRanges
+from volprep.scene.scene import DracoWish
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.proxy.record import UNITS, Proxy, ProxyMeshFile
@@ -23,46 +25,53 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 
+_Made = tuple[ProxyMeshFile, MeshFile | None]
+"""Record of a mesh, and its file if it has triangles."""
 
-def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    return (*present(plan.part(ProxyPlan)), plan.grid, *plan.levels, *plan.tables)
+
+def _settings(plan: Plan) -> tuple[Record, ...]:
+    return tuple(
+        record
+        for channel in plan.channels
+        for record in (*present(channel.part(ProxyPlan)), channel.grid, *channel.levels, *channel.tables)
+    )
 
 
-def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    proxy = required(plan.part(ProxyPlan))
-    progress.start("proxy", len(proxy.meshes))
+def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
+    channels = [(channel, proxy) for channel in plan.channels if (proxy := channel.part(ProxyPlan)) is not None]
+    progress.start("proxy", sum(len(proxy.meshes) for _, proxy in channels))
+    made = [each for channel, proxy in channels for each in _meshes(draft, channel, proxy, progress)]
+    # One scene, so that all channels have the same wishes.
+    wishes = channels[0][1]
+    return Contribution(proxy=Proxy(epsilon=wishes.epsilon, meshes=_written(draft, wishes.draco, made)))
+
+
+def _meshes(draft: Draft, plan: ChannelPlan, proxy: ProxyPlan, progress: Progress) -> Iterator[_Made]:
+    """Return the meshes of a channel."""
     ranges: dict[int, BlockRanges] = {}
-    meshes: list[ProxyMeshFile] = []
-    files: list[MeshFile] = []
     for wanted in proxy.meshes:
-        level = plan.level(wanted.level)
         if wanted.level not in ranges:
-            ranges[wanted.level] = ranges_on_gpu(draft, plan, level, proxy.block)
-        mesh, file = _mesh(draft, plan, proxy, wanted, ranges[wanted.level])
-        meshes.append(mesh)
-        files += [] if file is None else [file]
+            ranges[wanted.level] = ranges_on_gpu(draft, plan, plan.level(wanted.level), proxy.block)
+        yield _mesh(draft, plan, proxy, wanted, ranges[wanted.level])
         progress.advance()
-    return Contribution(proxy=Proxy(epsilon=proxy.epsilon, meshes=_written(draft, proxy, meshes, files)))
 
 
-def _written(
-    draft: Draft, proxy: ProxyPlan, meshes: Sequence[ProxyMeshFile], files: Sequence[MeshFile]
-) -> tuple[ProxyMeshFile, ...]:
+def _written(draft: Draft, draco: DracoWish, made: Sequence[_Made]) -> tuple[ProxyMeshFile, ...]:
     """Write the files of the meshes that have triangles, and return all records, with these files filled in."""
-    chosen = iter(chosen_files(files, proxy.draco))
+    chosen = iter(chosen_files([file for _, file in made if file is not None], draco))
     found = []
-    for mesh in meshes:
-        draco = False
+    for mesh, _ in made:
+        packed = False
         if mesh.file is not None:
-            data, draco = next(chosen)
+            data, packed = next(chosen)
             draft.write(mesh.file, "mesh", data)
-        found.append(mesh.model_copy(update={"draco": draco}))
+        found.append(mesh.model_copy(update={"draco": packed}))
     return tuple(found)
 
 
 def _mesh(
     draft: Draft, plan: ChannelPlan, proxy: ProxyPlan, wanted: ProxyMeshPlan, ranges: BlockRanges
-) -> tuple[ProxyMeshFile, MeshFile | None]:
+) -> _Made:
     """Return the record of a mesh, and its file if it has triangles."""
     level = plan.level(wanted.level)
     threshold = threshold_per_mm(proxy.epsilon, math.hypot(*plan.grid.extent_mm_zyx))
@@ -95,6 +104,6 @@ def _has_meshes(plan: ChannelPlan) -> bool:
 STAGE = Stage(
     name="proxy",
     reads=("quantize", "pyramid", "transfer", "mosaic"),
-    channel=Work(_settings, _run),
+    package=Work(_settings, _run),
     is_needed=any_channel(_has_meshes),
 )

@@ -163,11 +163,15 @@ class _Reading:
             part = texels[_moved(met[place], _corners(box)[0])]
             part[...] = constant_piece(pieces[place].minimum, grid.gl, (1, 1, 1))
         # After the empty ones, because of the layers that they share.
-        for place, piece in pieces.items():
+        for (k, j, i), piece in pieces.items():
             if piece.file is not None:
-                span = _with_shared(grid, place, met[place], box, empty)
-                k, j, i = (cuts[at] for cuts, at in zip(grid.cuts_zyx, place, strict=True))
-                self._open(piece.file).read(_moved(span, (k, j, i)), texels[_moved(span, _corners(box)[0])])
+                span = _with_shared(grid, (k, j, i), met[k, j, i], box, empty)
+                start_zyx = grid.cuts_zyx[0][k], grid.cuts_zyx[1][j], grid.cuts_zyx[2][i]
+                own, out = _moved(span, start_zyx), texels[_moved(span, _corners(box)[0])]
+                if grid.mosaic is None:
+                    self._open(piece.file).read(own, out)
+                else:
+                    out[...] = grid.voxels_of_mosaic(i + nx * (j + ny * k), self._open(piece.file).texels())[own]
         return texels
 
     def _open(self, path: str) -> Ktx2Box:

@@ -1,24 +1,25 @@
 """Level 0 in sub-volumes, for scans that a device cannot hold whole at full resolution."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from volprep.parts.mosaic.decision import mosaic_text
 from volprep.parts.programs.decision import VERTEX, light_of
 from volprep.parts.subvolumes.cuts import cuts_along
+from volprep.parts.subvolumes.piece import HELD, Form, classification_of, file_bytes, form_of
 from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan, VolumePlan
-from volprep.plan.room import Misfit, one_channel
+from volprep.plan.room import Misfit
 from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
-from volprep_formats.package.program import NormalsFrom, ProgramDesign
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import ClassificationName, NormalsFrom, ProgramDesign
+from volprep_formats.package.texture import SampleFilter
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 
 GRID = "subvolumes/grid.json"
 """File that says where level 0 is cut."""
@@ -26,8 +27,6 @@ KIND = "sub-volumes"
 """Kind of its item of the plan."""
 _LEAST_SIZE = 16
 """Voxels of a piece along an axis: smaller ones are not proposed, a sixth of them would be layers that are shared."""
-_HELD = 8
-"""Pieces that a device draws at a time: those around a point."""
 
 
 @dataclass(frozen=True)
@@ -44,25 +43,28 @@ class Proposal:
     """Size of the textures of the pieces that a device draws at a time."""
 
 
-def propose(scene: Scene, profile: DeviceProfile, grid: Grid, bits: int) -> Proposal | Misfit:
+def propose(
+    scene: Scene, profile: DeviceProfile, grid: Grid, bits: int, between: SampleFilter = "linear"
+) -> Proposal | Misfit:
     """Propose the fewest pieces, nearly of one size, such that a device holds eight in half of its memory.
 
     The other half is for a coarser level and all other textures.
     """
     if scene.render.classification == "preclassified":
         return Misfit("pieces hold values, and the voxels of this scene are classified")
-    texel = one_channel(bits, profile)
-    if texel is None or not profile.max_3d_texture_size:
-        return Misfit(f"profile {profile.name} has no 3D textures that could hold pieces")
-    most = profile.max_texture_bytes // (2 * _HELD * BYTES_PER_TEXEL[texel])
-    # The roots of cubes of whole numbers are not always rounded to these.
-    edge = min(int(most ** (1 / 3) + 1e-6), profile.max_3d_texture_size)
-    if edge < _LEAST_SIZE:
-        return Misfit(f"pieces of {_LEAST_SIZE} voxels along an axis are more than profile {profile.name} can hold")
-    between = max(grid.shape_zyx) - 1
-    size = -(-between // -(-between // (edge - 1))) + 1
-    pieces_zyx, file_bytes = _pieces(grid, size, texel)
-    return Proposal(size, pieces_zyx, file_bytes, _held_bytes(grid, size, texel))
+    classified = classification_of(scene, profile)
+    if isinstance(classified, Misfit):
+        return classified
+    cells = max(grid.shape_zyx) - 1
+    for pieces in range(1, max(-(-cells // (_LEAST_SIZE - 1)), 1) + 1):
+        size = -(-cells // pieces) + 1
+        # A cube counts, so that a flat volume is cut as a deep one of its length.
+        form = form_of(scene, profile, Grid.of((size,) * 3, (1.0,) * 3), size, bits, between)
+        if isinstance(form, Form) and form.held_bytes <= profile.max_texture_bytes // 2:
+            own = form_of(scene, profile, grid, size, bits, between)
+            assert isinstance(own, Form)  # noqa: S101 - it takes no more than the cube
+            return Proposal(size, _counts(grid, size), file_bytes(own, grid, size), own.held_bytes)
+    return Misfit(f"pieces of {_LEAST_SIZE} voxels along an axis are more than profile {profile.name} can hold")
 
 
 def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
@@ -70,6 +72,7 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
     profile: DeviceProfile,
     grid: Grid,
     bits: int,
+    between: SampleFilter,
     volumes: tuple[VolumePlan, ...],
     functions: tuple[TransferFunction, ...],
 ) -> SubvolumesPlan | None:
@@ -79,54 +82,51 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
         return None
     size: int | Literal["auto"] = wanted.size
     if size == "auto":
-        proposed = propose(scene, profile, grid, bits)
+        proposed = propose(scene, profile, grid, bits, between)
         if volumes[0].level == 0 or isinstance(proposed, Misfit):
             return None
         size = proposed.size
-    texel = one_channel(bits, profile)
-    if texel is None or size > profile.max_3d_texture_size:
-        reason = f"3D textures hold at most {profile.max_3d_texture_size} along an axis"
-        raise VolprepError("VP3030", profile=profile.name, size=size, reason=reason)
-    held = _held_bytes(grid, size, texel)
-    if held > profile.max_texture_bytes:
-        reason = f"eight of them take {held} bytes, more than the {profile.max_texture_bytes} for textures"
+    form, classified = form_of(scene, profile, grid, size, bits, between), classification_of(scene, profile)
+    for each in (form, classified):
+        if isinstance(each, Misfit):
+            raise VolprepError("VP3030", profile=profile.name, size=size, reason=each.reason)
+    assert isinstance(form, Form)  # noqa: S101 - the alternative is a Misfit
+    assert not isinstance(classified, Misfit)  # noqa: S101 - the same
+    if form.held_bytes > profile.max_texture_bytes:
+        most = profile.max_texture_bytes
+        reason = f"{HELD} of them take {form.held_bytes} bytes, more than the {most} for textures"
         raise VolprepError("VP3030", profile=profile.name, size=size, reason=reason)
     # A level 0 that the package has anyway as one 3D texture is the file to seek in.
     finest = volumes[0].files[0] if _is_whole(volumes[0]) else "subvolumes/whole.ktx2"
     return SubvolumesPlan(
         size=size,
-        format=texel,
+        format=form.format,
+        mosaic=form.mosaic,
         pieces=wanted.layout != "single",
         whole=None if wanted.layout == "files" else finest,
         keep_empty=scene.crop == "none",
-        programs=tuple(_program(function, scene) for function in functions if wanted.layout != "single"),
+        programs=tuple(_program(function, scene, classified) for function in functions if wanted.layout != "single"),
     )
 
 
-def _held_bytes(grid: Grid, size: int, texel: TextureFormat) -> int:
-    """Return the bytes of the pieces that a device draws at a time."""
-    return _HELD * math.prod(min(n, size) for n in grid.shape_zyx) * BYTES_PER_TEXEL[texel]
-
-
-def _pieces(grid: Grid, size: int, texel: TextureFormat) -> tuple[tuple[int, int, int], int]:
-    """Return how many pieces there are along each axis, and the bytes of all of them."""
+def _counts(grid: Grid, size: int) -> tuple[int, int, int]:
+    """Return how many pieces there are along each axis."""
     z, y, x = (len(cuts_along(n, size)) - 1 for n in grid.shape_zyx)
-    voxels = math.prod(n + count - 1 for n, count in zip(grid.shape_zyx, (z, y, x), strict=True))
-    return (z, y, x), voxels * BYTES_PER_TEXEL[texel]
+    return z, y, x
 
 
 def _is_whole(finest: VolumePlan) -> bool:
     return finest.level == 0 and finest.mosaic is None and finest.bricks is None
 
 
-def _program(function: TransferFunction, scene: Scene) -> ProgramDesign:
+def _program(function: TransferFunction, scene: Scene, classified: ClassificationName) -> ProgramDesign:
     name = f"subvolumes-{function.name}"
     lit = _is_lit(scene)
     return ProgramDesign(
         name=name,
         sampling="subvolumes",
         compositing=scene.render.compositing,
-        classification=scene.render.classification,
+        classification=classified,
         lighting=scene.render.lighting if lit else "none",
         normals_from=_slopes(scene) if lit else "volume",
         light=light_of(scene) if lit else None,
@@ -148,7 +148,8 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
         else:
             yield _left_out(scene, plan)
         return
-    pieces_zyx, size_bytes = _pieces(plan.grid, subvolumes.size, subvolumes.format)
+    form = form_of(scene, plan.profile, plan.grid, subvolumes.size, plan.quantize.bits, plan.quantize.filter)
+    assert isinstance(form, Form)  # noqa: S101 - as it was decided
     fits = ", although the whole volume fits into one texture" if whole_fits else ""
     asked = "the scene asks for them" if scene.must_be_cut else "the whole volume does not fit into one texture"
     files = [GRID, *(program.fragment for program in subvolumes.programs)]
@@ -158,10 +159,11 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
         name="sub-volumes",
         kind=KIND,
         kept=True,
-        reason=f"{asked}{fits}: {shape_text(pieces_zyx)} pieces of at most {subvolumes.size} voxels along an axis; "
-        f"neighbours share a layer of voxels{_light_text(scene)}",
+        reason=f"{asked}{fits}: {shape_text(_counts(plan.grid, subvolumes.size))} pieces of at most {subvolumes.size} "
+        f"voxels along an axis; neighbours share a layer of voxels"
+        f"{_texture_text(subvolumes, plan)}{_light_text(scene)}",
         files=tuple(files),
-        size_bytes=size_bytes,
+        size_bytes=file_bytes(form, plan.grid, subvolumes.size),
     )
 
 
@@ -175,6 +177,16 @@ def _slopes(scene: Scene) -> NormalsFrom:
     return "forward" if scene.lighting.normals == "forward" else "central"
 
 
+def _texture_text(subvolumes: SubvolumesPlan, plan: ChannelPlan) -> str:
+    if subvolumes.mosaic is None:
+        return ""
+    text = f"; each piece is a {mosaic_text(subvolumes.mosaic)}"
+    if {each.classification for each in subvolumes.programs} - {each.classification for each in plan.programs}:
+        units = plan.profile.texture_units
+        text += f", and samples are classified by the control points, since {HELD} pieces take all {units} units"
+    return text
+
+
 def _light_text(scene: Scene) -> str:
     if scene.render.lighting == "none":
         return ""
@@ -184,7 +196,7 @@ def _light_text(scene: Scene) -> str:
 
 
 def _left_out(scene: Scene, plan: ChannelPlan) -> PlanItem:
-    proposed = propose(scene, plan.profile, plan.grid, plan.quantize.bits)
+    proposed = propose(scene, plan.profile, plan.grid, plan.quantize.bits, plan.quantize.filter)
     if isinstance(proposed, Misfit):
         return PlanItem(name="sub-volumes", kind=KIND, kept=False, reason=proposed.reason)
     return PlanItem(

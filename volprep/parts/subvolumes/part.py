@@ -16,8 +16,9 @@ from volprep_formats.package.storage.draft import Draft
 
 def _plan(channel: LaidOut) -> SubvolumesPlan | None:
     case = channel.case
-    bits = case.values.quantize.bits
-    return plan_subvolumes(case.scene, case.profile, case.grid, bits, channel.layout.volumes, case.functions)
+    stored = case.values.quantize
+    volumes = channel.layout.volumes
+    return plan_subvolumes(case.scene, case.profile, case.grid, stored.bits, stored.filter, volumes, case.functions)
 
 
 def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:

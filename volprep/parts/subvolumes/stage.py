@@ -13,10 +13,12 @@ from volprep.compositing import COMPOSITINGS
 from volprep.parts.stage import Stage, Work, any_channel, present, required
 from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points
 from volprep.parts.subvolumes.decision import GRID
+from volprep.parts.subvolumes.piece import tiled
 from volprep.parts.texels import texel_reader, texels_of
 from volprep.parts.work import codes_of_source
 from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan
+from volprep.plan.room import one_channel
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution, SubvolumeFiles
@@ -45,12 +47,13 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     progress.start("grid", (len(z) - 1) * (len(y) - 1) * (len(x) - 1))
     subvolumes = tuple(_pieces(draft, plan, codes, (z, y, x), progress))
     if wanted.whole is not None and all(wanted.whole not in volume.files for volume in plan.volumes):
-        draft.write(wanted.whole, "subvolume", _whole(wanted, codes))
+        draft.write(wanted.whole, "subvolume", _whole(plan, codes))
     grid = SubvolumeGrid(
         shape_zyx=codes.shape_zyx,
         size=wanted.size,
         cuts_zyx=(z, y, x),
-        gl=gl_format(wanted.format, "TEXTURE_3D", plan.profile.api),
+        gl=gl_format(wanted.format, "TEXTURE_3D" if wanted.mosaic is None else "TEXTURE_2D", plan.profile.api),
+        mosaic=wanted.mosaic,
         filter=plan.quantize.filter,
         whole=wanted.whole,
         subvolumes=subvolumes,
@@ -80,10 +83,16 @@ def _piece(draft: Draft, plan: ChannelPlan, codes: NDArray[Any], file: str) -> S
     low, high = int(codes.min()), int(codes.max())
     if not wanted.pieces or _is_empty(plan, wanted, low, high):
         return Subvolume(minimum=low, maximum=high)
-    z, y, x = codes.shape
-    image = ktx2.Ktx2Image(KTX2_FORMAT[wanted.format], (z, y, x), texels_of(codes, wanted.format), 3)
-    draft.write(file, "subvolume", ktx2.encode(image))
+    draft.write(file, "subvolume", _texture(wanted, texels_of(codes, wanted.format)))
     return Subvolume(minimum=low, maximum=high, file=file)
+
+
+def _texture(wanted: SubvolumesPlan, texels: NDArray[Any]) -> Iterator[bytes | memoryview]:
+    z, y, x = texels.shape
+    if wanted.mosaic is None:
+        return ktx2.encode(ktx2.Ktx2Image(KTX2_FORMAT[wanted.format], (z, y, x), texels, 3))
+    head = ktx2.header(KTX2_FORMAT[wanted.format], (1, *wanted.mosaic.texture_shape_yx), 2)
+    return iter((head, bytes_of(tiled(texels, wanted.mosaic))))
 
 
 def _is_empty(plan: ChannelPlan, wanted: SubvolumesPlan, low: int, high: int) -> bool:
@@ -100,9 +109,12 @@ def _is_empty(plan: ChannelPlan, wanted: SubvolumesPlan, low: int, high: int) ->
     return all(shown(Table.exact(each)).largest_extinction(*ends) == 0.0 for each in plan.transfer_functions)
 
 
-def _whole(wanted: SubvolumesPlan, codes: RawVolume) -> Iterator[bytes | memoryview]:
-    yield ktx2.header(KTX2_FORMAT[wanted.format], codes.shape_zyx, 3)
-    read = texel_reader(codes, wanted.format)
+def _whole(plan: ChannelPlan, codes: RawVolume) -> Iterator[bytes | memoryview]:
+    """Return the file to seek in: one voxel in a texel, also where pieces are mosaics."""
+    texel = one_channel(plan.quantize.bits, plan.profile)
+    assert texel is not None  # noqa: S101 - else there is no room for pieces either
+    yield ktx2.header(KTX2_FORMAT[texel], codes.shape_zyx, 3)
+    read = texel_reader(codes, texel)
     for z0, z1 in slab_ranges(codes.shape_zyx[0], codes.slice_bytes):
         yield bytes_of(read(z0, z1))
 

@@ -2,7 +2,7 @@
 //: Slot: nearest_channel gives `tile`, and `channel` in it, of `slice`: the section of the order of slices. In the
 //: section planar, slot planar_unit as in mosaic_planar.glsl.
 const float LAST_SLICE = $LAST_SLICE;
-float stored_value(vec3 at) {
+float $STORED(vec3 at) {
   float slice = clamp(floor(at.z), 0.0, LAST_SLICE);
   //#part nearest_channel
   return dot(tile_texel(tile, at.xy), vec4(equal(vec4(0.0, 1.0, 2.0, 3.0), vec4(channel))));

@@ -16,9 +16,10 @@ from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Count, Index
-from volprep_formats.package.texture import GlFormat, SampleFilter
+from volprep_formats.package.texture import COMPONENTS, GlFormat, MosaicLayout, SampleFilter
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record, problems
+from volprep_formats.textures.mosaic import own_slices, slices_of_mosaic, tiles_of
 from volprep_formats.untrusted_json import read_record
 
 Cuts = tuple[Index, ...]
@@ -36,7 +37,8 @@ class Subvolume(Record):
     maximum: Index
     """Largest code."""
     file: PackagePath | None = None
-    """KTX 2 file of a 3D texture. Absent for an empty piece; draw a constant piece of the code `minimum` instead."""
+    """KTX 2 file of a 3D texture, or of a mosaic. Absent for an empty piece; draw a constant piece of the code
+    `minimum` instead."""
 
 
 class GridPoint(Record):
@@ -94,6 +96,9 @@ class SubvolumeGrid(Record):
     """Upload parameters of a piece."""
     filter: SampleFilter = "linear"
     """Texture filter of a piece: nearest if voxels are labels."""
+    mosaic: MosaicLayout | None = None
+    """Layout of a piece in a 2D texture, where devices have no 3D textures: one for all pieces. Voxel (x, y, z) of a
+    piece is texel (x, y) of slice z. Tiles and slices beyond a smaller piece repeat its last voxels."""
     whole: PackagePath | None = None
     """KTX 2 file of the whole level. Any box can be read from it by seeking."""
     subvolumes: tuple[Subvolume, ...]
@@ -115,12 +120,35 @@ class SubvolumeGrid(Record):
         z, y, x = (cuts[at + 1] - cuts[at] + 1 for at, cuts in zip(places, self.cuts_zyx, strict=True))
         return z, y, x
 
+    @property
+    def largest_piece_zyx(self) -> tuple[int, int, int]:
+        """Return the number of voxels along each axis that no piece exceeds."""
+        z, y, x = (max(high - low for low, high in pairwise(cuts)) + 1 for cuts in self.cuts_zyx)
+        return z, y, x
+
+    def texture_shape_zyx(self, number: int) -> tuple[int, int, int]:
+        """Return the depth, height and width of the texture of a piece, in texels."""
+        return self.piece_shape_zyx(number) if self.mosaic is None else (1, *self.mosaic.texture_shape_yx)
+
+    def voxels_of_mosaic(self, number: int, texels: NDArray[np.generic]) -> NDArray[np.generic]:
+        """Take the voxels [z, y, x] of a piece out of the texels [y, x] or [y, x, component] of its mosaic."""
+        assert self.mosaic is not None  # noqa: S101 - asked for mosaics only
+        z, y, x = self.piece_shape_zyx(number)
+        return slices_of_mosaic([texels], self.mosaic)[:z, :y, :x]
+
 
 def constant_piece(code: int, gl: GlFormat, shape_zyx: tuple[int, int, int]) -> NDArray[np.generic]:
-    """Return the texels of a piece without a file: one code, in the format of the other pieces."""
+    """Return the voxels of a piece without a file: one code, in the format of the other pieces."""
     if gl.type == "HALF_FLOAT":
         return np.full(shape_zyx, code / 65535, np.float16)
     return np.full(shape_zyx, code, np.uint16 if gl.type == "UNSIGNED_SHORT" else np.uint8)
+
+
+def constant_texture(code: int, gl: GlFormat) -> NDArray[np.generic]:
+    """Return the only texel of the texture of a piece without a file, [1, 1, 1] or [1, 1, 1, component]."""
+    components = COMPONENTS.get(gl.format, 1)
+    texel = constant_piece(code, gl, (1, 1, 1))
+    return texel if components == 1 else np.repeat(texel[..., None], components, axis=-1)
 
 
 def encode_grid(grid: SubvolumeGrid) -> bytes:
@@ -161,4 +189,30 @@ def _problems(grid: SubvolumeGrid) -> list[str]:
             found.append(f"it has {len(listed)} {name} instead of {count}")
     if any(number >= len(grid.subvolumes) for point in grid.points for number in point.subvolumes):
         found.append("a point names a sub-volume that is not there")
-    return found
+    if (grid.mosaic is None) != (grid.gl.target == "TEXTURE_3D"):
+        found.append(f"its pieces are {grid.gl.target}, {'without' if grid.mosaic is None else 'with'} a mosaic")
+    return found if grid.mosaic is None else [*found, *_mosaic_problems(grid, grid.mosaic)]
+
+
+def _mosaic_problems(grid: SubvolumeGrid, mosaic: MosaicLayout) -> list[str]:
+    """Return why a mosaic does not hold every piece. Overlapping slices need a tile that begins with the last one."""
+    depth, *sides = grid.largest_piece_zyx
+    tiles = tiles_of(mosaic.slices, mosaic.slices_per_texel, mosaic.order)
+    rows, columns = mosaic.tiles_y * mosaic.pitch_yx[0], mosaic.tiles_x * mosaic.pitch_yx[1]
+    wrong = {
+        "lies in several textures": mosaic.textures != 1,
+        "has several components in a voxel": mosaic.components_per_voxel != 1,
+        f"has {mosaic.slices_per_texel} slices in a texel of {grid.gl.format}": mosaic.slices_per_texel
+        != COMPONENTS.get(grid.gl.format),
+        f"has one slice in a texel, but these are {mosaic.order}": mosaic.slices_per_texel == 1
+        and mosaic.order != "interleaved",
+        f"has tiles of {mosaic.tile_shape_yx} for pieces of {(sides[0], sides[1])}": any(
+            tile < side for tile, side in zip(mosaic.tile_shape_yx, sides, strict=True)
+        ),
+        f"has no room for {depth} slices": mosaic.slices < depth
+        or tiles > mosaic.tiles_x * mosaic.tiles_y
+        or tiles * own_slices(mosaic) < depth,
+        f"has tiles that do not fit into {mosaic.texture_shape_yx}": rows > mosaic.texture_shape_yx[0]
+        or columns > mosaic.texture_shape_yx[1],
+    }
+    return [f"its mosaic {problem}" for problem, is_wrong in wrong.items() if is_wrong]

@@ -1,0 +1,128 @@
+"""How a piece of level 0 becomes a texture: a 3D texture, or a mosaic for devices without them; one form for all.
+
+Around a point are eight pieces, so that a program has eight samplers for them, beside its table. OpenGL ES 2.0 promises
+eight texture units: with no more than that, samples are classified by the control points, which take no texture.
+"""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.compositing import COMPOSITINGS
+from volprep.parts.mosaic.packing import Packing, fit_mosaic, most_slices, pack_mosaic, room_of
+from volprep.parts.subvolumes.cuts import cuts_along
+from volprep.plan.room import FOUR_CHANNELS, Misfit, first_of, one_channel
+from volprep.scene.scene import Scene
+from volprep_formats.grid import Grid
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
+from volprep_formats.textures.gl_formats import size_bytes
+
+HELD = 8
+"""Pieces that a device draws at a time: those around a point."""
+_FETCHES = {"overlapping": 1.0, "interleaved": 1.25, "planar": 2.0}
+_WITH_TABLES = frozenset(("lookup", "preintegrated"))
+"""Classifications with a texture for their table."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """The texture of a piece."""
+
+    format: TextureFormat
+    """Format of a texel."""
+    mosaic: MosaicLayout | None
+    """Layout of its slices in a 2D texture; None for a 3D texture."""
+    largest_bytes: int
+    """Size of the texture of the largest piece."""
+
+    @property
+    def held_bytes(self) -> int:
+        """Size of the textures that a device draws at a time."""
+        return HELD * self.largest_bytes
+
+
+def form_of(  # noqa: PLR0917 - the piece, the device class, and the settings
+    scene: Scene, profile: DeviceProfile, grid: Grid, size: int, bits: int, between: SampleFilter
+) -> Form | Misfit:
+    """Return the texture of pieces of at most `size` voxels along an axis, or why the profile has none."""
+    z, y, x = (max(b - a for a, b in pairwise(cuts_along(n, size))) + 1 for n in grid.shape_zyx)
+    if profile.max_3d_texture_size:
+        texel = one_channel(bits, profile)
+        if texel is None or size > profile.max_3d_texture_size:
+            return Misfit(f"3D textures hold at most {profile.max_3d_texture_size} along an axis")
+        return Form(texel, None, size_bytes(texel, (z, y, x)))
+    if not profile.has_shaders:
+        return Misfit(f"profile {profile.name} has no shaders")
+    found = [_mosaic((z, y, x), order, bits, profile) for order in _orders(scene)]
+    fitting = [form for form in found if isinstance(form, Form)]
+    if not fitting:
+        return found[-1]
+    return min(fitting, key=lambda form: (_fetches(form, between), form.largest_bytes))
+
+
+def classification_of(scene: Scene, profile: DeviceProfile) -> ClassificationName | Misfit:
+    """Return how programs of pieces classify samples, or why there are too few texture units for them."""
+    wanted = scene.render.classification
+    assert wanted != "auto"  # noqa: S101 - rays have chosen before
+    units = HELD + (wanted in _WITH_TABLES)
+    if units <= profile.texture_units:
+        return wanted
+    others = COMPOSITINGS[scene.render.compositing].classifications
+    if profile.texture_units >= HELD and wanted == "lookup" and not scene.editable and "control-points" in others:
+        return "control-points"
+    table = " and their table" if wanted in _WITH_TABLES else ""
+    return Misfit(f"{HELD} pieces{table} take {units} texture units of {profile.texture_units}")
+
+
+def file_bytes(form: Form, grid: Grid, size: int) -> int:
+    """Return the size of all pieces, empty ones too."""
+    counts = [len(cuts_along(n, size)) - 1 for n in grid.shape_zyx]
+    if form.mosaic is not None:
+        return math.prod(counts) * form.largest_bytes
+    shape = [n + count - 1 for n, count in zip(grid.shape_zyx, counts, strict=True)]
+    return size_bytes(form.format, (shape[0], shape[1], shape[2]))
+
+
+def tiled(texels: NDArray[np.generic], layout: MosaicLayout) -> NDArray[np.generic]:
+    """Lay the texels [z, y, x] of a piece out as its mosaic, [1, y, x, component]; beyond them the last ones repeat."""
+    whole_zyx = layout.slices, *layout.tile_shape_yx
+    repeated = np.pad(texels, [(0, n - own) for n, own in zip(whole_zyx, texels.shape, strict=True)], mode="edge")
+    strips = list(pack_mosaic(lambda z0, z1: repeated[z0:z1], layout))
+    return np.concatenate(strips)[None]
+
+
+def _orders(scene: Scene) -> tuple[MosaicOrder | None, ...]:
+    """Return the orders of slices to try; None for one slice in a texel."""
+    return (None, "overlapping", "interleaved") if scene.mosaic.order == "auto" else (scene.mosaic.order,)
+
+
+def _mosaic(
+    shape_zyx: tuple[int, int, int], order: MosaicOrder | None, bits: int, profile: DeviceProfile
+) -> Form | Misfit:
+    texel = one_channel(bits, profile) if order is None else first_of(FOUR_CHANNELS[bits], profile)
+    if texel is None:
+        return Misfit(f"profile {profile.name} has no texture format of {bits} bits for a mosaic")
+    depth, height, width = shape_zyx
+    # The last slice of a smaller piece may begin a tile: every third slice needs one.
+    slices = depth + 1 if order == "overlapping" else depth
+    packing, room = Packing() if order is None else Packing(4, order), room_of(profile)
+    layout = fit_mosaic((slices, height, width), packing, room)
+    if layout is None:
+        channels = "one channel" if order is None else "four channels"
+        return Misfit(
+            f"a piece has {depth} slices of {width}×{height} voxels, and a mosaic of {room.size}×{room.size} texels "
+            f"and {channels} has room for {most_slices((height, width), packing, room)}"
+        )
+    return Form(texel, layout, size_bytes(texel, (1, *layout.texture_shape_yx)))
+
+
+def _fetches(form: Form, between: SampleFilter) -> float:
+    """Return the fetches of a sample, on the average. Each chooses among eight textures, so that they count most."""
+    if form.mosaic is None or between == "nearest":
+        return 1.0
+    return 2.0 if form.mosaic.slices_per_texel == 1 else _FETCHES[form.mosaic.order]
