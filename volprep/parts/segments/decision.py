@@ -72,7 +72,7 @@ def require_possible(scene: Scene, profile: DeviceProfile) -> None:
 
 
 def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool]]:
-    render = scene.render
+    render, shadows = scene.render, scene.lighting.shadows
     has_format = all(first_of(formats, profile) for formats in LABEL_FORMATS.values())
     yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format
     yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None
@@ -81,8 +81,7 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     if render.compositing in OF_ONE_VALUE:
         yield "transfer functions of several isovalues", len({each.isovalue for each in scene.transfer}) > 1
         yield "transfer functions of several reference_mm", len({each.reference_mm for each in scene.transfer}) > 1
-    shadows = scene.lighting.shadows
-    yield f"lighting.shadows {shadows}", render.lighting != "none" and shadows != "none"
+    yield f"lighting.shadows {shadows}", render.lighting != "none" and shadows not in {"none", "rays"}
     yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none"
     yield f"textures.compression {scene.textures.compression}", scene.textures.compression != "none"
     yield "textures.mipmaps", scene.textures.mipmaps
