@@ -105,10 +105,10 @@ def _slopes(normals: Normals, slope: float) -> tuple[str, float, float]:
     """Return kernel and scale of the slopes of values, and what 1 per millimetre of a border counts beside them."""
     if normals is None:
         return "", 0.0, 0.0
-    if not isinstance(normals, Lit) or not isinstance(normals.normals, ShaderSlopes):
+    slopes = normals.normals if isinstance(normals, Lit) else None
+    if not isinstance(slopes, ShaderSlopes):
         msg = "segments are lit by slopes as a shader takes them"
-        raise ValueError(msg)
-    slopes = normals.normals
+        raise ValueError(msg)  # noqa: TRY004 - as documented
     # Values that fall as stored values rise turn the slope, which borders are added to.
     return slopes.kernel, math.copysign(slopes.scale(slope), slope), slopes.border_scale
 

@@ -78,7 +78,7 @@ void oracle_labels(nb::module_& module) {
         nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"),
         nb::arg("rgba").noconvert(), nb::arg("bound").noconvert(), nb::arg("kernel") = "", nb::arg("slope_scale") = 0.0,
         nb::arg("border_scale") = 0.0, nb::arg("light").noconvert().none() = nb::none(), nb::arg("halfway") = false,
-        nb::arg("shadows") = false,         nb::arg("threads") = 0,
+        nb::arg("shadows") = false, nb::arg("threads") = 0,
         nb::sig("def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
                 "labels: numpy.typing.NDArray[numpy.uint16], looks: numpy.typing.NDArray[numpy.int32], "
                 "points: collections.abc.Sequence[numpy.typing.NDArray[numpy.float64]], crisp: bool, "

@@ -61,11 +61,9 @@ def with_segments(scene: Scene, channels: int) -> Scene:
 
 
 def require_possible(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3220 for what segments do not go with, VP3221 for smoothing."""
+    """Raise VP3220 for what segments do not go with."""
     if scene.segments is None:
         return
-    if scene.segments.smoothing_mm:
-        raise VolprepError("VP3221", path=scene.name, width=scene.segments.smoothing_mm)
     for what, wanted in _obstacles(scene, profile):
         if wanted:
             raise VolprepError("VP3220", path=scene.name, what=what)

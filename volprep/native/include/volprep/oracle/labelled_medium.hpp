@@ -90,8 +90,8 @@ struct MediumCell {
             for (const Part& part : work.parts) work.ends.push_back(part.end);
         }
     }
-    // Optical depth of the whole cell, exact: the extinction of one look has degree 3, which two Gauss points integrate,
-    // that of several has degree 6, for which four are enough.
+    // Optical depth of the whole cell, exact: the extinction of one look has degree 3, which two Gauss points
+    // integrate, that of several has degree 6, for which four are enough.
     double depth(MediumWork& work) const {
         constexpr double kTwo = 0.57735026918962576;
         constexpr double kFour[2] = {0.33998104358485626, 0.86113631159405258};
