@@ -200,10 +200,19 @@ def test_coarser_levels_are_for_previews_and_no_worse_than_box_means(folder):
     assert len(report.programs[0].others) == 2
 
 
+def test_smoothed_borders_follow_from_the_scan_and_their_losses_are_said(folder):
+    package = built(folder, "smooth", border="mixed", smoothing_mm=2.0)
+    remarks = [item.reason for item in package.manifest.plan if item.kind == "source-of-segments"]
+    (said,) = [each for each in remarks if "smoothed with a Gaussian of 2 mm" in each]
+    assert "segments 200 are too thin and vanish" in said
+    assert package.manifest.segments.sha256 != built(folder, "rough", border="mixed").manifest.segments.sha256
+    report = validate(package.path, folder / "smooth.report", Silent(), witness=False)
+    assert report.verdict.passed
+
+
 @pytest.mark.parametrize(
     ("change", "code"),
     [
-        ({"smoothing_mm": 1.0}, "VP3221"),
         ({"style": [{"labels": ["liver"]}]}, "VP3222"),
         ({"inside": "bone"}, "VP3223"),
     ],

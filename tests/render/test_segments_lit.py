@@ -17,6 +17,8 @@ FINE = {"step_voxels": 0.25, "opacity_cutoff": 1.0, "picture_size": 48}
 LIT = {"render": {**FINE, "lighting": "headlight"}}
 PLACED = {"render": {**FINE, "lighting": "phong"}, "lighting": {"light_mm": [-60.0, -80.0, 40.0]}}
 
+SHADED = {**PLACED, "lighting": {**PLACED["lighting"], "shadows": "rays"}}
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
@@ -121,8 +123,42 @@ def test_a_lit_package_is_validated(folder, lit):
     assert report.verdict.worst_rmse < 0.003
 
 
-def test_shadows_of_segments_are_refused(folder):
-    render, light = {"lighting": "phong", **FINE}, {"light_mm": [0.0, 0.0, 0.0], "shadows": "rays"}
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("border", ["mixed", "crisp"])
+def test_segments_cast_shadows_on_each_other(folder, border):
+    package = built(folder, f"shadows-{border}", change=SHADED, border=border, outside_opacity=0.3)
+    picture, expected = drawn(package), truth(folder, package)
+    assert rms(picture - expected) < 0.002
+    bare = built(folder, f"bare-{border}", change=PLACED, border=border, outside_opacity=0.3)
+    assert rms(picture[..., :3] - drawn(bare)[..., :3]) > 0.01
+
+
+def test_hidden_segments_cast_no_shadow(folder):
+    numbers = nibabel.load(folder / "labels.nii").get_fdata()
+    nibabel.save(nibabel.Nifti1Image(np.where(numbers == 3, 3, 0).astype(np.int16), AFFINE), folder / "alone.nii")
+    styles = [{"labels": [1, 2, 200], "visible": False}]
+    hidden = built(folder, "hidden", style=styles, outside_opacity=0.0, change=SHADED)
+    alone = built(folder, "one-alone", style=[], source=str(folder / "alone.nii"), outside_opacity=0.0, change=SHADED)
+    tints = [
+        next(each.tint for each in package.manifest.segments.segments if each.number == 3)
+        for package in (hidden, alone)
+    ]
+    assert drawn(hidden)[..., 3].max() > 0.3
+    assert tints[0] == tints[1]
+    assert np.abs(drawn(hidden) - drawn(alone)).max() < 1e-6
+
+
+@pytest.mark.long
+def test_a_package_with_shadows_is_validated(folder):
+    package = built(folder, "shadows", change=SHADED, border="mixed", outside_opacity=0.3)
+    assert validate(package.path, folder / "shadows.report", Silent(), witness=False).verdict.passed
+
+
+def test_half_angle_shadows_of_segments_are_refused(folder):
+    render, light = (
+        {"lighting": "phong", "technique": "view-slices", **FINE},
+        {**PLACED["lighting"], "shadows": "half-angle"},
+    )
     with pytest.raises(VolprepError) as raised:
         built(folder, "bad", change={"render": render, "lighting": light}, border="mixed")
     assert raised.value.code == "VP3220"

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import ndimage
 from segment_files import FRAME, seg, structure_set
 
 from volprep.kernels import _native
@@ -12,6 +13,7 @@ from volprep.scan.segments.combine import combine
 from volprep.scan.segments.contours import plane_coverage
 from volprep.scan.segments.fitted import fitted_segments
 from volprep.scan.segments.onto_grid import onto_grid
+from volprep.scan.segments.smoothing import smoothed_labels
 from volprep.truth.box import frequent_level
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -193,3 +195,35 @@ def test_labels_that_share_every_block_have_some_blocks_each():
     found = coarse_labels(labels, (3, 3, 3))
     assert found.shape == (1, 2, 2)
     assert set(found.ravel()) == {0, 1, 2}
+
+
+@pytest.mark.parametrize("smoothing_mm", [1.5, 2.5])
+def test_smoothed_labels_have_the_greatest_filtered_mask_as_scipy_finds_it(smoothing_mm):
+    labels = np.kron(RNG.integers(0, 4, (4, 3, 5)), np.ones((3, 4, 2))).astype(np.uint16)
+    spacing_mm_zyx = (2.0, 1.0, 0.8)
+    deviations = [smoothing_mm / spacing_mm for spacing_mm in spacing_mm_zyx]
+    reach = [int(np.ceil(3 * each - 1e-9)) for each in deviations]
+    masks = [(labels == label).astype(float) for label in range(4)]
+    shares = np.array([ndimage.gaussian_filter(mask, deviations, mode="nearest", radius=reach) for mask in masks])
+    found = smoothed_labels(labels, spacing_mm_zyx, smoothing_mm)
+    ahead = np.sort(shares, axis=0)
+    is_clear = ahead[-1] - ahead[-2] > 1e-12
+    assert is_clear.mean() > 0.8
+    assert np.array_equal(found[is_clear], shares.argmax(axis=0)[is_clear])
+    assert (found != labels).any()
+
+
+def test_smoothing_slab_by_slab_is_smoothing_at_once(monkeypatch):
+    labels = np.kron(RNG.integers(0, 3, (8, 2, 2)), np.ones((3, 4, 4))).astype(np.uint16)
+    whole = smoothed_labels(labels, (1.0, 1.0, 1.0), 1.0)
+    monkeypatch.setattr("volprep.scan.segments.smoothing.slab_ranges", lambda depth, *_, **__: ((0, 7), (7, depth)))
+    assert np.array_equal(smoothed_labels(labels, (1.0, 1.0, 1.0), 1.0), whole)
+
+
+def test_a_flat_border_stays_where_it_is_and_flips_with_the_volume():
+    labels = np.zeros((6, 7, 9), np.uint16)
+    labels[:, 3:] = 5
+    assert np.array_equal(smoothed_labels(labels, (1.5, 1.0, 1.0), 1.2), labels)
+    ragged = RNG.integers(0, 2, (6, 7, 9)).astype(np.uint16)
+    turned = smoothed_labels(np.ascontiguousarray(ragged[::-1, :, ::-1]), (1.0, 1.0, 1.0), 1.0)
+    assert np.array_equal(turned[::-1, :, ::-1], smoothed_labels(ragged, (1.0, 1.0, 1.0), 1.0))

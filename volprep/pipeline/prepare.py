@@ -43,7 +43,8 @@ class Prepared:
         wanted = self.scene.segments
         if wanted is None:
             return None
-        return SegmentSource(Path("/") / path_of_text(wanted.source), wanted.table, self.channels[0].spec)
+        path = Path("/") / path_of_text(wanted.source)
+        return SegmentSource(path, wanted.table, self.channels[0].spec, wanted.smoothing_mm)
 
     def sources(
         self, progress: Progress, folder: Path | None = None

@@ -1,11 +1,14 @@
 """Segments become a label for each voxel of the scan, and a record of what the labels mean: working data of a draft."""
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from volprep.scan.segments.fitted import Fitted, fitted_segments
 from volprep.scan.segments.record import FoundSegments, found_segments
+from volprep.scan.segments.smoothing import smoothed_labels
 from volprep.scan.slabs import bytes_of
 from volprep_formats.grid import Grid
 from volprep_formats.label_tables import companion_table
@@ -28,6 +31,8 @@ class SegmentSource:
     """Names and colours of label numbers: a built-in table, or an absolute path; found by itself if None."""
     scan: SourceSpec
     """The scan that they belong to."""
+    smoothing_mm: float = 0.0
+    """Standard deviation of the Gaussian that smooths their borders; 0 leaves them."""
 
     @property
     def known_table(self) -> str | None:
@@ -63,4 +68,18 @@ def import_segments(draft: Draft, source: SegmentSource, grid: Grid, progress: P
 def _fitted(source: SegmentSource, grid: Grid, progress: Progress) -> Fitted:
     from volprep_formats.readers.dicom.frame import frame_of_reference  # noqa: PLC0415 - only scans with segments
 
-    return fitted_segments(source.path, grid, frame_of_reference(source.scan, progress), progress)
+    fitted = fitted_segments(source.path, grid, frame_of_reference(source.scan, progress), progress)
+    return _smoothed(fitted, grid, source.smoothing_mm) if source.smoothing_mm else fitted
+
+
+def _smoothed(fitted: Fitted, grid: Grid, smoothing_mm: float) -> Fitted:
+    labels = smoothed_labels(fitted.labels, grid.spacing_mm_zyx, smoothing_mm)
+    changed = float(np.mean(labels != fitted.labels))
+    remark = (
+        f"borders are smoothed with a Gaussian of {smoothing_mm:g} mm: {changed:.2%} of the voxels have another label"
+    )
+    before, after = (np.bincount(each.ravel(), minlength=len(fitted.members)) for each in (fitted.labels, labels))
+    gone = [label for label in np.flatnonzero((before > 0) & (after == 0)) if fitted.members[label]]
+    numbers = {fitted.segments[fitted.members[label][0]].number for label in gone if len(fitted.members[label]) == 1}
+    vanished = f"; segments {', '.join(map(str, sorted(numbers)))} are too thin and vanish" if numbers else ""
+    return replace(fitted, labels=labels, remarks=(*fitted.remarks, remark + vanished))

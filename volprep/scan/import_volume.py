@@ -33,7 +33,9 @@ def import_key(specs: Sequence[SourceSpec], version: str, segments: SegmentSourc
     states = [state for spec in specs for place in spec.places() for state in _states(place)]
     described: list[object] = [version, [spec.model_dump(mode="json") for spec in specs], states]
     if segments is not None:
-        described.append([segments.table, [[os.fspath(file), _states(file)] for file in segments.files]])
+        described.append(
+            [segments.table, segments.smoothing_mm, [[os.fspath(file), _states(file)] for file in segments.files]]
+        )
     text = json.dumps(described)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.truth.lit import Lit, Normals, ShaderSlopes, light_numbers
+from volprep.truth.lit import Lit, Normals, ShaderSlopes, light_numbers, shadow_light
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, function_rows, require_field
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
@@ -71,7 +71,7 @@ def labelled_picture(  # noqa: PLR0917 - as oracle_picture, and the labels
     """Draw a scan with segments, with a bound on the error of each pixel; arguments and errors as `oracle_picture`.
 
     Labels with the same look are one: dividing a label changes nothing. Lit, with slopes as a shader takes them, the
-    bound is an estimate. Raises ValueError for other normals, and for shadows.
+    bound is an estimate. Raises ValueError for other normals.
     """
     require_field(volume, grid)
     kernel, slope_scale, border_scale = _slopes(normals, slope)
@@ -96,6 +96,7 @@ def labelled_picture(  # noqa: PLR0917 - as oracle_picture, and the labels
         border_scale,
         light_numbers(normals, grid),
         isinstance(normals, Lit) and normals.halfway,
+        shadow_light(normals) is not None,
     )
     return picture
 
@@ -104,10 +105,10 @@ def _slopes(normals: Normals, slope: float) -> tuple[str, float, float]:
     """Return kernel and scale of the slopes of values, and what 1 per millimetre of a border counts beside them."""
     if normals is None:
         return "", 0.0, 0.0
-    if not isinstance(normals, Lit) or not isinstance(normals.normals, ShaderSlopes) or normals.throws_shadows:
-        msg = "segments are lit by slopes as a shader takes them, without shadows"
-        raise ValueError(msg)
-    slopes = normals.normals
+    slopes = normals.normals if isinstance(normals, Lit) else None
+    if not isinstance(slopes, ShaderSlopes):
+        msg = "segments are lit by slopes as a shader takes them"
+        raise ValueError(msg)  # noqa: TRY004 - as documented
     # Values that fall as stored values rise turn the slope, which borders are added to.
     return slopes.kernel, math.copysign(slopes.scale(slope), slope), slopes.border_scale
 

@@ -85,11 +85,6 @@ SCENE_ENTRIES: dict[str, Diagnostic] = {
         "back-to-front, maximum or first-hit, without shadows, from 3D textures, mosaics or bricks. For maximum and "
         "first-hit their transfer functions must have the same isovalue and reference_mm.",
     ),
-    "VP3221": Diagnostic(
-        ExitStatus.SCENE,
-        "{path}: segments.smoothing_mm is {width:g}, but borders of segments cannot be smoothed yet",
-        "Leave segments.smoothing_mm out, or smooth the segmentation first.",
-    ),
     "VP3222": Diagnostic(
         ExitStatus.SCENE,
         "{path}: a segments.style names {label!r}, which no segment has as its number, name or code; numbers are "

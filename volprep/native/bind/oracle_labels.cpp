@@ -28,7 +28,7 @@ void render(const AnyVolume& volume, double slope, double intercept, const Label
             const std::vector<Points>& points, bool crisp, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound,
             const std::string& kernel, double slope_scale, double border_scale,
-            const std::optional<LightNumbers>& light, bool halfway, int threads) {
+            const std::optional<LightNumbers>& light, bool halfway, bool shadows, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require_shape("labels", labels, shape);
@@ -56,7 +56,7 @@ void render(const AnyVolume& volume, double slope, double intercept, const Label
     const std::optional<OracleNormals> normals = normals_of(shape, kernel, std::nullopt, slope_scale);
     require(normals.has_value() || !light.has_value(), "a light needs normals");
     if (normals.has_value()) grid.normals = &*normals;
-    const OracleLight placed = light.has_value() ? placed_light(*light, halfway, false) : OracleLight{};
+    const OracleLight placed = light.has_value() ? placed_light(*light, halfway, shadows) : OracleLight{};
     const OracleLabelsLight lit{border_scale, light.has_value() ? &placed : nullptr};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volume", volume, [&]<typename T>() {
         const nb::gil_scoped_release released;
@@ -78,7 +78,7 @@ void oracle_labels(nb::module_& module) {
         nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"),
         nb::arg("rgba").noconvert(), nb::arg("bound").noconvert(), nb::arg("kernel") = "", nb::arg("slope_scale") = 0.0,
         nb::arg("border_scale") = 0.0, nb::arg("light").noconvert().none() = nb::none(), nb::arg("halfway") = false,
-        nb::arg("threads") = 0,
+        nb::arg("shadows") = false, nb::arg("threads") = 0,
         nb::sig("def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
                 "labels: numpy.typing.NDArray[numpy.uint16], looks: numpy.typing.NDArray[numpy.int32], "
                 "points: collections.abc.Sequence[numpy.typing.NDArray[numpy.float64]], crisp: bool, "
@@ -87,7 +87,7 @@ void oracle_labels(nb::module_& module) {
                 "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
                 "kernel: str = '', slope_scale: float = 0.0, border_scale: float = 0.0, "
                 "light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, "
-                "threads: int = 0) -> None"),
+                "shadows: bool = False, threads: int = 0) -> None"),
         described(R"(Write the picture of a scan with labels and a bound on the error of each pixel.
 
 The light and the opacity of emission and absorption, exact up to `bound`, for the trilinear field of the voxels. The
@@ -122,8 +122,8 @@ kernel, slope_scale
     "forward" or "central" where it is lit: normals are slopes of stored values as a shader takes them, times slope_scale.
 border_scale
     What a gradient of the logarithm of the visible extinction of 1 per millimetre adds to a normal.
-light, halfway
-    As in render_refined, without shadows; without a light it comes from the viewer. The bound is then an estimate.
+light, halfway, shadows
+    As in render_refined; without a light it comes from the viewer. The bound is then an estimate.
 )",
                   "a size does not fit, or a label has no look")
             .c_str());

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "volprep/oracle/labelled.hpp"
-#include "volprep/oracle/mixed.hpp"
+#include "volprep/oracle/labelled_medium.hpp"
 #include "volprep/oracle/refine.hpp"
 #include "volprep/oracle_labels.hpp"
 
@@ -22,8 +22,11 @@ using oracle::Cubic;
 using oracle::LabelledCell;
 using oracle::LabelledScene;
 using oracle::Light;
+using oracle::MediumCell;
+using oracle::MediumWork;
 using oracle::Meeting;
 using oracle::RayLimits;
+using oracle::Sample;
 
 // Looks of the 4×4×4 voxels around a cell, edges repeated, x fastest.
 struct Surroundings {
@@ -45,22 +48,6 @@ struct Surroundings {
     }
 };
 
-// A look at one value.
-struct Sample {
-    double extinction;
-    double colour[3];
-};
-
-Sample sample_of(const oracle::Transfer& transfer, double value) noexcept {
-    const auto above = [](double at, const oracle::Knot& knot) { return at < knot.value; };
-    const auto knot = std::upper_bound(transfer.knots.begin(), transfer.knots.end(), value, above);
-    const oracle::Segment& segment = transfer.segments[static_cast<std::size_t>(knot - transfer.knots.begin())];
-    const double offset = value - segment.origin;
-    Sample sample{std::max(segment.extinction + segment.extinction_slope * offset, 0.0), {}};
-    for (int i = 0; i < 3; ++i) sample.colour[i] = segment.colour[i] + segment.colour_slope[i] * offset;
-    return sample;
-}
-
 // Quadratic B-splines of the three nearest of four voxels in a row, where 1 + `share` is the place among the four.
 struct Spline {
     int first;
@@ -78,56 +65,29 @@ struct Spline {
     }
 };
 
-// All that shades the part of a ray in one cell; y in [-1, 1] along it.
+// All that shades the part of a ray in one cell.
 template <typename Voxel>
-struct LitCell {
-    const LabelledScene<Voxel>& scene;
+struct LitCell : MediumCell<Voxel> {
+    using MediumCell<Voxel>::scene;
+    using MediumCell<Voxel>::cell;
+    using MediumCell<Voxel>::value;
     const OracleLabelsLight& light;
-    const LabelledCell& cell;
     const oracle::Ray& ray;
-    const oracle::CellPath& path;
-    const Meeting& meeting;
     const oracle::CellNormals& normals;  // of the values
-    Cubic weights[8];
     Surroundings around;
+    MediumWork& on_the_way;  // of the walks to the light
 
-    LitCell(const LabelledScene<Voxel>& scene_, const OracleLabelsLight& light_, const LabelledCell& cell_,
-            const oracle::Ray& ray_, const oracle::CellPath& path_, const Meeting& meeting_,
-            const oracle::CellNormals& normals_) noexcept
-        : scene(scene_),
+    LitCell(const MediumCell<Voxel>& medium, const OracleLabelsLight& light_, const oracle::Ray& ray_,
+            const oracle::CellNormals& normals_, MediumWork& on_the_way_) noexcept
+        : MediumCell<Voxel>(medium),
           light(light_),
-          cell(cell_),
           ray(ray_),
-          path(path_),
-          meeting(meeting_),
           normals(normals_),
-          around(scene_, cell_.axes) {
-        for (int i = 0; i < meeting.count; ++i) {
-            weights[i] = oracle::cell_cubic(meeting.corners[i], cell.middle, cell.half);
-        }
-    }
-    int32_t look(int key) const noexcept {
-        const int64_t found = meeting.keys[key];
-        return scene.labels.crisp ? scene.labels.looks[found] : static_cast<int32_t>(found);
-    }
-    double value(double y) const noexcept { return path.base + path.value.at(y); }
+          around(medium.scene, medium.cell.axes),
+          on_the_way(on_the_way_) {}
 
     double extinction_of(int32_t look, double value) const noexcept {
         return look == kHidden ? 0.0 : sample_of(scene.transfers[static_cast<std::size_t>(look)], value).extinction;
-    }
-    // Extinction and colour without light.
-    Sample medium(double y) const noexcept {
-        Sample sum{0.0, {0.0, 0.0, 0.0}};
-        const int winner = scene.labels.crisp ? oracle::winner(meeting, weights, y) : -1;
-        for (int i = 0; i < meeting.count; ++i) {
-            if (look(i) == kHidden || (winner >= 0 && winner != i)) continue;
-            const Sample own = sample_of(scene.transfers[static_cast<std::size_t>(look(i))], value(y));
-            const double extinction = own.extinction * (winner >= 0 ? 1.0 : std::max(weights[i].at(y), 0.0));
-            sum.extinction += extinction;
-            for (int channel = 0; channel < 3; ++channel) sum.colour[channel] += own.colour[channel] * extinction;
-        }
-        for (double& channel : sum.colour) channel = sum.extinction > 0.0 ? channel / sum.extinction : 0.0;
-        return sum;
     }
     // Slope of the logarithm of the visible extinction per voxel, with the value held; 0 where the cell has one.
     void border_slope(double y, double out[3]) const noexcept {
@@ -180,17 +140,30 @@ struct LitCell {
         const double at_mm = cell.t_mm + 0.5 * cell.length_mm * (1.0 + y);
         for (int axis = 0; axis < 3; ++axis) out[axis] = ray.origin_mm[axis] + at_mm * ray.direction[axis];
     }
-    Sample lit(double y) const noexcept {
-        Sample sample = medium(y);
+    // The part of the light that arrives at a place.
+    double reaching(const double at_mm[3]) const {
+        if (!light.placed->shadows) return 1.0;
+        return transmittance_between(scene, at_mm, light.placed->place_mm, on_the_way);
+    }
+    Sample lit(double y) const {
+        Sample sample = this->medium(y);
         if (!(sample.extinction > 0.0)) return sample;
         double n[3];
         normal(y, n);
+        double at_mm[3];
+        place(y, at_mm);
         const double square = oracle::dot(n, n);
-        if (!(square > oracle::kLeastLength * oracle::kLeastLength)) return sample;
+        if (!(square > oracle::kLeastLength * oracle::kLeastLength)) {
+            // What has no normal is no surface, but may lie in a shadow.
+            if (light.placed != nullptr && light.placed->shadows) {
+                const double ambient = light.placed->ambient;
+                const double share = ambient + (1.0 - ambient) * reaching(at_mm);
+                for (double& channel : sample.colour) channel *= share;
+            }
+            return sample;
+        }
         if (light.placed != nullptr) {
-            double at_mm[3];
-            place(y, at_mm);
-            oracle::light_at(*light.placed, n, at_mm, ray.direction, sample.colour, [] { return 1.0; });
+            oracle::light_at(*light.placed, n, at_mm, ray.direction, sample.colour, [&] { return reaching(at_mm); });
             return sample;
         }
         const double cosine = std::fabs(oracle::dot(n, ray.direction)) / std::sqrt(square);
@@ -201,42 +174,37 @@ struct LitCell {
 
 // Working memory of a thread.
 struct Work {
-    oracle::MixedCuts cuts;
-    std::vector<oracle::Part> parts;
-    std::vector<double> ends;
+    MediumWork medium;
+    MediumWork on_the_way;
     std::vector<double> kinks;
 };
 
 // Lists where the media of a cell change, and where splines do.
 template <typename Voxel>
 void list_ends(Work& work, const LitCell<Voxel>& lit) {
-    work.ends.assign({-1.0, 1.0});
-    if (lit.scene.labels.crisp) oracle::list_roots(work.ends, lit.meeting, lit.weights);
-    for (int i = 0; i < lit.meeting.count; ++i) {
-        if (lit.look(i) == kHidden) continue;
-        list_parts(work.parts, lit.path, lit.scene.transfers[static_cast<std::size_t>(lit.look(i))], work.cuts.cuts);
-        for (const oracle::Part& part : work.parts) work.ends.push_back(part.end);
-    }
+    lit.list_ends(work.medium);
+    std::vector<double>& ends = work.medium.ends;
     for (int axis = 0; axis < 3; ++axis) {
         const double turn = (0.5 - lit.cell.middle[axis]) / lit.cell.half[axis];
-        if (turn > -1.0 && turn < 1.0) work.ends.push_back(turn);
+        if (turn > -1.0 && turn < 1.0) ends.push_back(turn);
     }
-    std::sort(work.ends.begin(), work.ends.end());
+    std::sort(ends.begin(), ends.end());
 }
 
 // Lists the ends of the parts of a cell on which its light is smooth.
 template <typename Voxel>
 void list_kinks(Work& work, const LitCell<Voxel>& lit) {
     list_ends(work, lit);
-    work.kinks = work.ends;
+    const std::vector<double>& ends = work.medium.ends;
+    work.kinks = ends;
     const auto along = [&](const double direction[3], double y) {
         double n[3];
         lit.normal(y, n);
         return oracle::dot(n, direction);
     };
-    for (std::size_t i = 1; i < work.ends.size(); ++i) {
-        const double from = work.ends[i - 1];
-        const double to = work.ends[i];
+    for (std::size_t i = 1; i < ends.size(); ++i) {
+        const double from = ends[i - 1];
+        const double to = ends[i];
         // Labels and functions may jump at the ends themselves.
         const double inset = 1e-9 * (to - from);
         if (!(to - from > 1e-9)) continue;
@@ -278,8 +246,9 @@ void refine_cell(Beam& beam, const LitCell<Voxel>& lit, const RayLimits& limits,
     };
     const double alpha = 1.0 - std::exp(-lit.medium(0.0).extinction * length_mm);
     const double tolerance = 0.25 * limits.tolerance * (alpha + length_mm / (limits.length_mm * beam.transmittance));
-    double change = 0.0;
-    const Light light = oracle::settled(sum_of, tolerance, change);
+    // Light of at most the tolerance needs no refinement.
+    double change = alpha;
+    const Light light = alpha <= tolerance ? sum_of(1) : oracle::settled(sum_of, tolerance, change);
     for (int channel = 0; channel < 3; ++channel) beam.colour[channel] += beam.transmittance * light.rgba[channel];
     beam.colour_error += beam.transmittance * change;
     beam.depth_error += limits.position_error_mm;
@@ -296,21 +265,16 @@ void gather_cell_of(Beam& beam, const LabelledScene<Voxel>& scene, const OracleL
     if (!path_of(path, scene, cell, all)) return;
     oracle::CellNormals normals{};
     const bool has_normals = cell_normals(normals, scene.field, cell.axes, cell.middle, cell.half, cell.relative_error);
-    const LitCell<Voxel> lit(scene, light, cell, ray, path, meeting, normals);
-    bool shows = false;
-    for (int i = 0; i < meeting.count; ++i) {
-        const int32_t look = lit.look(i);
-        shows = shows || (look != kHidden &&
-                          !scene.transfers[static_cast<std::size_t>(look)].empty_between(path.low, path.high));
-    }
-    if (!shows) return;
+    const MediumCell<Voxel> medium(scene, cell, path, meeting);
+    if (!medium.shows()) return;
     if (meeting.count > 1 || light.placed != nullptr) {
+        const LitCell<Voxel> lit(medium, light, ray, normals, work.on_the_way);
         refine_cell(beam, lit, limits, work);
         return;
     }
     std::copy_n(ray.direction, 3, normals.direction);
     path.normals = has_normals ? &normals : nullptr;
-    gather_cell(beam, path, scene.transfers[static_cast<std::size_t>(lit.look(0))], limits, work.cuts.cuts);
+    gather_cell(beam, path, medium.transfer(0), limits, work.medium.cuts.cuts);
 }
 
 }  // namespace

@@ -61,18 +61,16 @@ def with_segments(scene: Scene, channels: int) -> Scene:
 
 
 def require_possible(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3220 for what segments do not go with, VP3221 for smoothing."""
+    """Raise VP3220 for what segments do not go with."""
     if scene.segments is None:
         return
-    if scene.segments.smoothing_mm:
-        raise VolprepError("VP3221", path=scene.name, width=scene.segments.smoothing_mm)
     for what, wanted in _obstacles(scene, profile):
         if wanted:
             raise VolprepError("VP3220", path=scene.name, what=what)
 
 
 def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool]]:
-    render = scene.render
+    render, shadows = scene.render, scene.lighting.shadows
     has_format = all(first_of(formats, profile) for formats in LABEL_FORMATS.values())
     yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format
     yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None
@@ -81,8 +79,7 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     if render.compositing in OF_ONE_VALUE:
         yield "transfer functions of several isovalues", len({each.isovalue for each in scene.transfer}) > 1
         yield "transfer functions of several reference_mm", len({each.reference_mm for each in scene.transfer}) > 1
-    shadows = scene.lighting.shadows
-    yield f"lighting.shadows {shadows}", render.lighting != "none" and shadows != "none"
+    yield f"lighting.shadows {shadows}", render.lighting != "none" and shadows not in {"none", "rays"}
     yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none"
     yield f"textures.compression {scene.textures.compression}", scene.textures.compression != "none"
     yield "textures.mipmaps", scene.textures.mipmaps

@@ -35,10 +35,11 @@ void render_oracle_labels(const Voxel* voxels, const OracleVolume& volume, const
 
 // Light of a scan with labels. Normals are those of the values (OracleVolume.normals, slopes as a shader takes them),
 // and in cells whose voxels differ in visible extinction, at the value of the place, also the gradient of its
-// logarithm: of the field in which voxels have the weights of quadratic B-splines, with the value held.
+// logarithm: of the field in which voxels have the weights of quadratic B-splines, with the value held. The
+// transmittance of a shadow is exact up to rounding (oracle/labelled_medium.hpp).
 struct OracleLabelsLight {
     double border_scale;        // slope of normals for a gradient of 1 per millimetre
-    const OracleLight* placed;  // none: from where the viewer is; shadows are left out
+    const OracleLight* placed;  // none: from where the viewer is
 };
 
 // As render_oracle_labels, lit. Where several looks meet, or with a light at a place, the bound is an estimate.
