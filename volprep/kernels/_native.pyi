@@ -508,8 +508,9 @@ def light_samples(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
         1, that goes on where scattered light is stopped again.
     sky, suns
-        float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
-        cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+        float64 [3, 4]: for each of red, green and blue the light that comes from everywhere, and its change along x, y and z:
+        from the direction w comes sky[:, 0] + sky[:, 1:] @ w. float64 [n, 7]: direction, colour and cosine of half the angle
+        of each sun. Colours are what an unshadowed place gets.
     lamp_mm_xyz, ambient
         A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
     reach_mm, scatters
@@ -760,7 +761,7 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         If an array has another type or order.
     """
 
-def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, labels: numpy.typing.NDArray[numpy.uint16], looks: numpy.typing.NDArray[numpy.int32], points: Sequence[numpy.typing.NDArray[numpy.float64]], crisp: bool, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], kernel: str = '', slope_scale: float = 0.0, border_scale: float = 0.0, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, threads: int = 0) -> None:
+def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, labels: numpy.typing.NDArray[numpy.uint16], looks: numpy.typing.NDArray[numpy.int32], points: Sequence[numpy.typing.NDArray[numpy.float64]], crisp: bool, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], kernel: str = '', slope_scale: float = 0.0, border_scale: float = 0.0, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, threads: int = 0) -> None:
     """
     Write the picture of a scan with labels and a bound on the error of each pixel.
 
@@ -796,8 +797,8 @@ def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: flo
         "forward" or "central" where it is lit: normals are slopes of stored values as a shader takes them, times slope_scale.
     border_scale
         What a gradient of the logarithm of the visible extinction of 1 per millimetre adds to a normal.
-    light, halfway
-        As in render_refined, without shadows; without a light it comes from the viewer. The bound is then an estimate.
+    light, halfway, shadows
+        As in render_refined; without a light it comes from the viewer. The bound is then an estimate.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
@@ -1032,8 +1033,9 @@ def trace_picture(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
         1, that goes on where scattered light is stopped again.
     sky, suns
-        float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
-        cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+        float64 [3, 4]: for each of red, green and blue the light that comes from everywhere, and its change along x, y and z:
+        from the direction w comes sky[:, 0] + sky[:, 1:] @ w. float64 [n, 7]: direction, colour and cosine of half the angle
+        of each sun. Colours are what an unshadowed place gets.
     lamp_mm_xyz, ambient
         A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
     reach_mm, scatters
@@ -1071,8 +1073,9 @@ def trace_places(volume: numpy.typing.NDArray[numpy.generic], slope: float, inte
         Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
         1, that goes on where scattered light is stopped again.
     sky, suns
-        float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
-        cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+        float64 [3, 4]: for each of red, green and blue the light that comes from everywhere, and its change along x, y and z:
+        from the direction w comes sky[:, 0] + sky[:, 1:] @ w. float64 [n, 7]: direction, colour and cosine of half the angle
+        of each sun. Colours are what an unshadowed place gets.
     lamp_mm_xyz, ambient
         A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
     reach_mm, scatters
