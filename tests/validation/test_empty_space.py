@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import volprep
+from judged import validate
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline.build import build
 from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation.rays import settled
 from volprep.validation.records import EmptySpace

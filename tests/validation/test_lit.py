@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from blobs import blobs
+from judged import validate
 from phantom_scene import write_phantom_scene
 from tiny_packages import ES3, function, tiny_package
 
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.scene.scene import NormalSettings
 from volprep.truth.camera import standard_views

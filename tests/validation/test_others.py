@@ -1,6 +1,7 @@
 """Coarse levels and pieces of level 0: drawn, judged, and named when nothing has drawn them."""
 
 import pytest
+from judged import validate
 from phantom_scene import write_phantom_scene
 from tamper_scenes import write_kind
 from tampering import built
@@ -8,7 +9,6 @@ from tampering import built
 from volprep.parts.levels import preview
 from volprep.pipeline.build import build
 from volprep.report.page import page
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation import others
 from volprep.validation.folder import ReportFolder

@@ -9,11 +9,11 @@ import numpy as np
 import OpenImageIO
 import pytest
 from command_line import volprep
+from judged import validate
 from phantom_scene import SHAPE_ZYX, SPACING_MM_ZYX, phantom, write_phantom_scene
 
 from volprep.pipeline.build import build
 from volprep.pipeline.origin import origin_path
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
@@ -211,7 +211,7 @@ def test_a_tolerance_that_is_not_kept_ends_with_status_1_and_the_worst_view(beyo
     report = Report.model_validate_json((tmp_path / "report" / "report.json").read_bytes())
     assert (report.verdict.passed, report.verdict.failed) == (False, 9)
     assert f"the worst is {report.verdict.worst_view} of program {report.verdict.worst_program}" in done.stderr
-    assert f"RMSE {report.verdict.worst_rmse:.4g} of 0.0001" in done.stderr
+    assert f"RMSE {report.verdict.worst_rmse:.4g} (limit 0.0001)" in done.stderr
     assert done.stdout.count("beyond\n") == 10
     assert "Traceback" not in done.stderr
 

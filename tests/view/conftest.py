@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from judged import validate
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline.build import build
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation.folder import default_report_path
 from volprep.validation.report_record import Report
