@@ -34,7 +34,7 @@ from volprep_formats.readers.volpkg import open_level
 from volprep_formats.source import SourceSpec
 
 
-@pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
+@pytest.fixture(scope="module", params=["gles3", pytest.param("gles2-2048", marks=pytest.mark.long)])
 def package(request, tmp_path_factory) -> Package:
     folder = tmp_path_factory.mktemp(request.param)
     target = folder / "tissues.volpkg"

@@ -36,7 +36,7 @@ def package_of(folder: Path, profile: str, wishes: str) -> Path:
     return folder / "phantom.volpkg"
 
 
-@pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
+@pytest.fixture(scope="module", params=["gles3", pytest.param("gles2-2048", marks=pytest.mark.long)])
 def package(request, tmp_path_factory) -> Path:
     return package_of(tmp_path_factory.mktemp("both"), request.param, BOTH)
 
