@@ -20,7 +20,7 @@ from volprep_formats.progress import Silent
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     folder = tmp_path_factory.mktemp("phantom")
-    build(load_request(write_phantom_scene(folder)), folder / "phantom.volpkg", Silent())
+    build(load_request(write_phantom_scene(folder, level_filter="box")), folder / "phantom.volpkg", Silent())
     return folder
 
 

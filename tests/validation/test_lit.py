@@ -28,7 +28,7 @@ SIZE = 40
 
 def built(folder: Path, code: str = "biased8", profile: str = "gles3") -> Package:
     """The phantom with one transfer function, lit; its window cuts off no value."""
-    scene = write_phantom_scene(folder, profile)
+    scene = write_phantom_scene(folder, profile, "box")
     text, _, _ = scene.read_text().rpartition("[[transfer]]")
     more = f'[render]\nlighting = "headlight"\n[normals]\ncode = "{code}"\n[quantize]\nwindow = [0, 1500]\n'
     scene.write_text(text + more)
