@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from channel_scene import write_channel_scene
+from judged import validate
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline.build import build, plan_build
@@ -12,7 +13,6 @@ from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.validation.uncut import uncut

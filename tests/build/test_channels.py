@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import tifffile
 from channel_scene import channels, write_channel_scene
+from judged import validate
 
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
@@ -16,7 +17,6 @@ from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.stages import run_stages
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.channels import ONLY_CHANNEL, drawn_channels, left_out, with_listed_channels
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
@@ -34,7 +34,7 @@ from volprep_formats.readers.volpkg import open_level
 from volprep_formats.source import SourceSpec
 
 
-@pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
+@pytest.fixture(scope="module", params=["gles3", pytest.param("gles2-2048", marks=pytest.mark.long)])
 def package(request, tmp_path_factory) -> Package:
     folder = tmp_path_factory.mktemp(request.param)
     target = folder / "tissues.volpkg"

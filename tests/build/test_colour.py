@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import tifffile
 from colour_scene import LARGEST_PER_MM, SHAPE_ZYX, ball, waves, write_colour_scene, write_pictures
+from judged import validate
 
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.colour_look import in_colour
 from volprep.pipeline.look import look_at, picture
 from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_request, request_for_source
 from volprep.scene.scene import Scene, load_scene
 from volprep.truth.camera import standard_views

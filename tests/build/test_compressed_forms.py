@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from channel_scene import write_channel_scene
+from judged import validate
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 from plans import plan_of_one
 
@@ -16,7 +17,6 @@ from volprep.pipeline.origin import read_origin
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.render.choose import renderer_of
-from volprep.report.validate import validate
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Gauge
 from volprep.scene.profiles import load_profile

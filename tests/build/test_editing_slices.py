@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from command_line import volprep
+from judged import validate
 from slice_packages import missing_es11, slice_package
 
 from volprep.parts.editing.renderer import edited_renderer
 from volprep.render.slices import SliceRenderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_edit
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError

@@ -7,9 +7,9 @@ import nibabel
 import numpy as np
 import pytest
 from command_line import volprep
+from judged import validate
 
 from volprep.pipeline.build import build, plan_build
-from volprep.report.validate import validate
 from volprep.scene.request import load_request, request_for_source
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.parts.subvolumes.record import decode_grid

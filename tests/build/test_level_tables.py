@@ -55,7 +55,7 @@ def built(folder, profile="gles3", made_by="auto", top="") -> Package:
     return Package.open(folder / "thin.volpkg")
 
 
-@pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
+@pytest.fixture(scope="module", params=["gles3", pytest.param("gles2-2048", marks=pytest.mark.long)])
 def package(tmp_path_factory, request) -> Package:
     return built(tmp_path_factory.mktemp(request.param), request.param)
 
@@ -93,7 +93,7 @@ def test_a_level_is_drawn_with_its_own_table(package) -> None:
     assert common > 3 * own
 
 
-@pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
+@pytest.fixture(scope="module", params=["gles3", pytest.param("gles2-2048", marks=pytest.mark.long)])
 def preintegrated(tmp_path_factory, request) -> Package:
     top = '[render]\nclassification = "preintegrated"\n'
     return built(tmp_path_factory.mktemp(f"preintegrated-{request.param}"), request.param, "box", top)

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from judged import validate
 
 from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume, table_function

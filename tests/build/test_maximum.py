@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 from command_line import volprep
+from judged import validate
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_edit, load_request
 from volprep.truth.camera import standard_views
 from volprep.validation.uncut import unskipped

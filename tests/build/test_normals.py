@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 import pytest
+from judged import validate
 from phantom_scene import write_phantom_scene
 from tiny_packages import function, tiny_package
 
@@ -13,7 +14,6 @@ from volprep.parts.mosaic.montage import write_montage
 from volprep.parts.normals.gradient import gradients
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scan import slabs
 from volprep.scene import profiles
 from volprep.scene.request import load_request

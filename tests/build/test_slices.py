@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from channel_scene import write_channel_scene
+from judged import validate
 from phantom_scene import write_phantom_scene
 from slice_packages import missing_es11, slice_package, stack_of
 
@@ -11,7 +12,6 @@ from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
 from volprep.plan.products import SlicesPlan
-from volprep.report.validate import validate
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request
 from volprep.scene.scene import SliceSettings

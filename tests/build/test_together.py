@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from channel_scene import channels, write_channel_scene
+from judged import validate
 
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
@@ -14,7 +15,6 @@ from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.preview import preview_png
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
 from volprep.truth.camera import standard_views

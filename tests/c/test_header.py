@@ -288,7 +288,7 @@ int main(int count, char** names) {
 
 
 def test_an_app_moves_the_light(tmp_path: Path):
-    scene = write_phantom_scene(tmp_path)
+    scene = write_phantom_scene(tmp_path, level_filter="box")
     lit = '[render]\nlighting = "phong"\n[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nnormals = "central"\n'
     scene.write_text(f"{scene.read_text()}\n{lit}")
     build(load_request(scene), tmp_path / "p.volpkg", Silent())

@@ -239,6 +239,7 @@ export { mm, same };
 """
 
 
+@pytest.mark.long
 def test_the_examples_of_the_readme_and_typed_apps_compile(app) -> None:
     tsc = npm_package("typescript", "7.0.2") / "node_modules" / "typescript" / "bin" / "tsc"
     types = npm_package("@types/three", "0.187.0") / "node_modules" / "@types"

@@ -26,7 +26,7 @@ def levels_of(package: Package, transfer: str) -> list[int]:
     return sorted({level for each in package.manifest.programs if each.transfer == transfer for level in each.levels})
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", SCENES)
 def test_all_nine_views_are_those_of_the_reference_renderer(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -58,7 +58,7 @@ def test_no_rounding_of_corners_moves_the_rays_of_layers(browser, server, scene_
     assert max(np.abs(picture - other).max() for picture, other in zip(found.pictures, wanted, strict=True)) < 1 / 255
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", SCENES)
 def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) -> None:
     package = scene_package(name)

@@ -32,7 +32,7 @@ def sample(request, scans, tmp_path) -> Package:
     return Package.open(target)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_a_page_draws_a_sample_as_the_reference_renderer_does(browser, server, sample) -> None:
     matrices = box_from_clip_of(sample)
     kind = "webgl2" if sample.manifest.profile.api == "es3.0" else "webgl"

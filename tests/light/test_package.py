@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from judged import validate
 from light_scene import scene_of
 
 from volprep.parts.light import decision, solve
 from volprep.parts.light.trial import choice
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError

@@ -5,11 +5,11 @@ from pathlib import Path
 import nibabel
 import numpy as np
 import pytest
+from judged import validate
 from segment_scan import AFFINE, INSIDE, SOFT, built, drawn, scene_of, truth, write_segments
 
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
 from volprep.truth.camera import standard_views

@@ -5,9 +5,9 @@ from pathlib import Path
 import nibabel
 import numpy as np
 import pytest
+from judged import validate
 from segment_scan import AFFINE, TINTS, built, drawn, truth, write_segments
 
-from volprep.report.validate import validate
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package

@@ -5,9 +5,9 @@ from pathlib import Path
 import nibabel
 import numpy as np
 import pytest
+from judged import validate
 from segment_scan import AFFINE, TINTS, built, drawn, write_segments
 
-from volprep.report.validate import validate
 from volprep.truth.decoded import level_volume
 from volprep.validation.labelled_subject import LabelledSubject
 from volprep_formats.diagnostics import VolprepError

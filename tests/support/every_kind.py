@@ -43,14 +43,14 @@ def single_file(package: Path, target: Path | None = None) -> Path:
 
 
 def _together(folder: Path) -> Path:
-    scene = write_channel_scene(folder)
+    scene = write_channel_scene(folder, level_filter="box")
     scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n')
     return scene
 
 
 def _several_units(folder: Path) -> Path:
     (folder / "small.toml").write_text(SMALL_PROFILE)
-    scene = write_phantom_scene(folder, "gles2-2048")
+    scene = write_phantom_scene(folder, "gles2-2048", "box")
     text = scene.read_text().replace('profile = "gles2-2048"', 'profile = "small.toml"')
     light = '[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nshininess = 5.0\nnormals = "central"\n'
     lit = f'[render]\nprojection = "perspective"\nlighting = "blinn-phong"\n{light}'
@@ -59,7 +59,7 @@ def _several_units(folder: Path) -> Path:
 
 
 def _hybrid(folder: Path) -> Path:
-    scene = write_phantom_scene(folder, "gles3")
+    scene = write_phantom_scene(folder, "gles3", "box")
     scene.write_text(f'{scene.read_text()}\n[render]\ntechnique = "tiles"\n[hybrid]\nlongest_side = 32\n')
     return scene
 

@@ -3,13 +3,13 @@
 import json
 
 import pytest
+from judged import validate
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline import make_plan
 from volprep.pipeline.build import build
 from volprep.plan.crop import choose_crop
 from volprep.report.ablation_page import ablation_page
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
 from volprep.validation.ablation import gauge, judge, measure
@@ -177,7 +177,7 @@ def test_the_page_shows_every_row_and_the_data_come_back_as_they_were(found, pac
 def test_devices_without_shaders_are_refused(package, tmp_path) -> None:
     manifest = Package.open(package).manifest
     profile = manifest.profile.model_copy(update={"name": "old", "api": "es1.1"})
-    with pytest.raises(VolprepError, match="VP6080 leaving out can be measured with shaders only"):
+    with pytest.raises(VolprepError, match="VP6080 --ablate needs shaders"):
         measure_ablation(
             manifest.model_copy(update={"profile": profile}), find_scan(package, None), tmp_path, Silent(), 32
         )
@@ -329,7 +329,7 @@ def test_a_plan_that_is_wrong_ends_with_status_1_and_its_items(found, monkeypatc
     wrong = row_of(found, "bricks").model_copy(update={"outcome": "wrongly left out", "chosen_by": "plan"})
     right = [row for row in found.rows if row.outcome not in FAULTS]
     reported(found.model_copy(update={"rows": (*right, wrong)}), monkeypatch)
-    with pytest.raises(VolprepError, match=r"VP6081 .*wrong about 1 items: bricks") as caught:
+    with pytest.raises(VolprepError, match=r"VP6081 .*contradict the plan about 1 items: bricks") as caught:
         command_line(["validate"])(["validate", "p.volpkg", "--ablate"], standalone_mode=False)
     assert caught.value.status is ExitStatus.TOLERANCE
     said = capsys.readouterr().out

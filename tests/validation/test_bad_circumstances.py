@@ -5,12 +5,12 @@ import shutil
 import numpy as np
 import pytest
 from command_line import volprep
+from judged import validate
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline.build import build, plan_build
 from volprep.render.bindings import GLError
 from volprep.render.gl import Gl
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation.folder import DATA_FILE
 from volprep_formats.diagnostics import ExitStatus, VolprepError
@@ -20,7 +20,7 @@ from volprep_formats.progress import Silent
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     folder = tmp_path_factory.mktemp("phantom")
-    build(load_request(write_phantom_scene(folder)), folder / "phantom.volpkg", Silent())
+    build(load_request(write_phantom_scene(folder, level_filter="box")), folder / "phantom.volpkg", Silent())
     return folder
 
 

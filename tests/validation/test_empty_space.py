@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import volprep
+from judged import validate
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline.build import build
 from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation.rays import settled
 from volprep.validation.records import EmptySpace
@@ -36,7 +36,7 @@ def package_of(folder: Path, profile: str, wishes: str) -> Path:
     return folder / "phantom.volpkg"
 
 
-@pytest.fixture(scope="module", params=["gles3", "gles2-2048"])
+@pytest.fixture(scope="module", params=["gles3", pytest.param("gles2-2048", marks=pytest.mark.long)])
 def package(request, tmp_path_factory) -> Path:
     return package_of(tmp_path_factory.mktemp("both"), request.param, BOTH)
 

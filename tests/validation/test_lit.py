@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from blobs import blobs
+from judged import validate
 from phantom_scene import write_phantom_scene
 from tiny_packages import ES3, function, tiny_package
 
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.scene.scene import NormalSettings
 from volprep.truth.camera import standard_views
@@ -28,7 +28,7 @@ SIZE = 40
 
 def built(folder: Path, code: str = "biased8", profile: str = "gles3") -> Package:
     """The phantom with one transfer function, lit; its window cuts off no value."""
-    scene = write_phantom_scene(folder, profile)
+    scene = write_phantom_scene(folder, profile, "box")
     text, _, _ = scene.read_text().rpartition("[[transfer]]")
     more = f'[render]\nlighting = "headlight"\n[normals]\ncode = "{code}"\n[quantize]\nwindow = [0, 1500]\n'
     scene.write_text(text + more)

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from judged import validate
 from phantom_scene import write_phantom_scene
 from sample_report import seen
 from tamper_scenes import write_kind
@@ -12,7 +13,6 @@ from tampering import built
 from volprep.parts.levels import preview
 from volprep.pipeline.build import build
 from volprep.report.page import page
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation import others
 from volprep.validation.clock import Clock

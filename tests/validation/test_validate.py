@@ -9,11 +9,11 @@ import numpy as np
 import OpenImageIO
 import pytest
 from command_line import volprep
+from judged import validate
 from phantom_scene import SHAPE_ZYX, SPACING_MM_ZYX, phantom, write_phantom_scene
 
 from volprep.pipeline.build import build
 from volprep.pipeline.origin import origin_path
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
@@ -100,6 +100,7 @@ def test_every_picture_is_there_and_none_without_a_name(report, folder) -> None:
         assert f'src="{name}"' in page
 
 
+@pytest.mark.long(keep=1)
 def test_the_parts_of_the_error_agree_with_the_whole(report) -> None:
     for program in report.programs:
         for view in program.views:
@@ -114,6 +115,7 @@ def test_the_parts_of_the_error_agree_with_the_whole(report) -> None:
         assert drawing.rmse <= sum(others) + 1e-12
 
 
+@pytest.mark.long(keep=1)
 def test_the_sweep_has_six_steps_at_the_finest_level_and_covers_every_level(report) -> None:
     for program in report.programs:
         levels = [level.index for level in report.package.manifest.levels]
@@ -129,6 +131,7 @@ def test_the_sweep_has_six_steps_at_the_finest_level_and_covers_every_level(repo
         assert counts[-1] / counts[0] == pytest.approx(32, rel=0.05)
 
 
+@pytest.mark.long(keep=1)
 def test_no_coarser_level_is_clearly_nearer_to_the_truth_than_level_0(report) -> None:
     for program in report.programs:
         floors = [floor.data.rmse for floor in program.sweep.floors]
@@ -137,6 +140,7 @@ def test_no_coarser_level_is_clearly_nearer_to_the_truth_than_level_0(report) ->
         assert floors[0] < floors[-1]
 
 
+@pytest.mark.long(keep=1)
 def test_the_quadrature_error_of_the_smooth_transfer_function_is_of_second_order(report) -> None:
     sweep = report.programs[0].sweep
     assert sweep.float_target == "rgba32f"
@@ -151,11 +155,13 @@ def test_the_quadrature_error_of_the_smooth_transfer_function_is_of_second_order
     assert np.mean(sweep.convergence.slopes) > 0.5
 
 
+@pytest.mark.long(keep=1)
 def test_progress_is_told_to_the_end(report, progress) -> None:
     assert len(progress.tasks) >= 5
     assert [task for task in progress.tasks if task[1] != task[2]] == []
 
 
+@pytest.mark.long(keep=1)
 def test_the_report_names_what_it_validated_and_on_what(report, built_package) -> None:
     assert report.package.file_name == "phantom.volpkg"
     files = [path for path in built_package.rglob("*") if path.is_file()]
@@ -195,7 +201,7 @@ def test_the_report_lies_beside_the_package_unless_told_otherwise(tmp_path) -> N
 def beyond(tmp_path_factory) -> Path:
     """A package of one transfer function and one level that its scene's tolerance does not let pass."""
     folder = tmp_path_factory.mktemp("beyond")
-    scene = write_phantom_scene(folder)
+    scene = write_phantom_scene(folder, level_filter="box")
     text = scene.read_text()
     text = text[: text.rindex("[[transfer]]")].replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 64")
     scene.write_text(text + "[quantize]\nbits = 8\n[tolerance]\nrmse = 0.0001\nmaximum = 1.0\n")
@@ -211,7 +217,7 @@ def test_a_tolerance_that_is_not_kept_ends_with_status_1_and_the_worst_view(beyo
     report = Report.model_validate_json((tmp_path / "report" / "report.json").read_bytes())
     assert (report.verdict.passed, report.verdict.failed) == (False, 9)
     assert f"the worst is {report.verdict.worst_view} of program {report.verdict.worst_program}" in done.stderr
-    assert f"RMSE {report.verdict.worst_rmse:.4g} of 0.0001" in done.stderr
+    assert f"RMSE {report.verdict.worst_rmse:.4g} (limit 0.0001)" in done.stderr
     assert done.stdout.count("beyond\n") == 10
     assert "Traceback" not in done.stderr
 
@@ -309,6 +315,7 @@ def test_a_moved_scan_is_read_as_the_origin_says(package, tmp_path) -> None:
     )
 
 
+@pytest.mark.long(keep=1)
 def test_the_truth_is_the_oracle_on_the_scan_and_not_on_what_the_package_made_of_it(report, folder) -> None:
     manifest = report.package.manifest
     scan = Grid.of(SHAPE_ZYX, SPACING_MM_ZYX)
@@ -322,6 +329,7 @@ def test_the_truth_is_the_oracle_on_the_scan_and_not_on_what_the_package_made_of
         assert (shown < 250).mean() > 0.03
 
 
+@pytest.mark.long(keep=1)
 def test_the_picture_of_the_rendering_is_close_to_the_truth(report, folder) -> None:
     pictures = report.programs[0].views[0].pictures
     truth, drawn = (

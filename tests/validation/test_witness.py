@@ -8,12 +8,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from judged import validate
 from tamper_scenes import write_kind
 from tampering import built
 
 from volprep.compositing import COMPOSITINGS
 from volprep.report.page import page
-from volprep.report.validate import validate
 from volprep.scene.presets import load_preset
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from judged import validate
 from phantom_scene import write_phantom_scene
 
 from volprep.pipeline.build import build
-from volprep.report.validate import validate
 from volprep.scene.request import load_request
 from volprep.validation.folder import default_report_path
 from volprep.validation.report_record import Report
@@ -29,6 +29,6 @@ class Validated:
 def phantom(tmp_path_factory) -> Validated:
     folder = tmp_path_factory.mktemp("viewed")
     package = folder / "phantom.volpkg"
-    build(load_request(write_phantom_scene(folder)), package, Silent())
+    build(load_request(write_phantom_scene(folder, level_filter="box")), package, Silent())
     place = default_report_path(package)
     return Validated(package, place, validate(package, place, Silent(), picture_size=SIZE))

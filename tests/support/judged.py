@@ -1,0 +1,30 @@
+"""`validate` for tests of a verdict: every plot of the page is drawn, but none becomes SVG.
+
+That takes matplotlib a second of processor time for each page, a third of the validation of a small package.
+tests/report looks at the plots.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from volprep.report import validate as complete
+from volprep.validation.report_record import Report
+from volprep_formats.progress import Progress
+
+
+def validate(path: Path, report_path: Path, progress: Progress, **options: Any) -> Report:
+    """Validate a package as `volprep.report.validate` does."""
+    with patch("volprep.report.plots._svg", _drawn):
+        return complete.validate(path, report_path, progress, **options)
+
+
+def _drawn(draw: Callable[[Axes], None], *, name: str, **_size: object) -> str:
+    # The narrow plot is the wide one in other axes.
+    if name.endswith("-wide"):
+        draw(Figure().add_subplot())
+    return f'<svg aria-hidden="true" data-plot="{name}"></svg>'
