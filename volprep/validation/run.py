@@ -44,6 +44,7 @@ from volprep.validation.whole import open_whole
 from volprep.validation.witness.judge import ask_witness
 from volprep.validation.witness.records import Witness
 from volprep.validation.witness.second_reading import read_again
+from volprep.validation.witness.step_checks import check_steps
 from volprep.vtk.layouts import draw_figure
 from volprep.vtk.process import has_pyvista
 from volprep_formats.diagnostics import VolprepError
@@ -250,7 +251,8 @@ def _witnessed(
     """Ask VTK, and read scan, scene and package a second time."""
     asked = ask_witness(measured.statements, SWEEP_VIEW, scratch)
     again = read_again(path, source, channels, measured.statements)
-    return asked.model_copy(update={"checks": tuple(again.checks), "missing": (*asked.missing, *again.missing)})
+    checks = (*again.checks, *check_steps(measured.programs))
+    return asked.model_copy(update={"checks": checks, "missing": (*asked.missing, *again.missing)})
 
 
 def _layout_picture(package: Package, folder: ReportFolder) -> str | None:

@@ -18,11 +18,13 @@ from volprep.validation.witness.read_checks import NUMPY
 _MOST_VOXELS = 2**24
 """Voxels of level 0 that levels are compared on; of a larger scan, so many in its middle slices."""
 _EXTREMES = {"maximum": np.max, "minimum": np.min}
-_UNLIKE_MEANS = frozenset(("nearest", "mode", "mode-foreground", "maximum", "minimum"))
+_UNLIKE_MEANS = frozenset(("nearest", "mode", "mode-foreground", "raised"))
 _SHIFT_VOXELS = 0.15
 _LEAST_VOXELS = 50
 """Fewer voxels say nothing of a shift."""
 _ANGLE_DEG = 5.0
+_LEAST_NORMAL = 2.0**-14
+"""Half floats below this have one distance."""
 
 
 def on_level_0(scan: WitnessedScan, grid: Json, window: tuple[float, float], factor: int) -> tuple[Floats, int]:
@@ -49,12 +51,12 @@ def on_level_0(scan: WitnessedScan, grid: Json, window: tuple[float, float], fac
 
 
 def check_levels(
-    subject: Subject, channel: Json, scan: WitnessedScan, wanted: str, functions: Sequence[tuple[Floats, Floats]]
+    subject: Subject, channel: Json, scan: WitnessedScan, functions: Sequence[tuple[Floats, Floats]]
 ) -> Iterator[WitnessCheck]:
     """Compare the codes of level 0, and each coarser level, with the scan.
 
-    `wanted` is the filter that must be there, "" if any may be. `functions` are the values and extinctions of the
-    points of transfer functions: voxels far from all that they show may have another hidden value.
+    `functions` are the values and extinctions of the points of transfer functions: voxels far from all that they show
+    may have another hidden value.
     """
     name, quantization, levels = channel["name"], channel["quantization"], channel["levels"]
     low, high = (float(each) for each in quantization["window"])
@@ -71,21 +73,22 @@ def check_levels(
         volume = subject.level(int(level["index"]))
         slices = -(-len(fine) // factors[0])
         held = volume.slope * volume.stored[first // factors[0] :][:slices].astype(np.float64) + volume.intercept
-        found = _check_values(f"level {level['index']} of {name}", level, held, _blocks(fine, factors), wanted)
+        found = _check_values(f"level {level['index']} of {name}", level, held, _blocks(fine, factors))
         if found is not None:
-            yield found(step, _near_seen(fine, factors, functions))
+            apart = step + (_half_float_steps(held, (low, high)) if _is_half_float(subject, level) else 0.0)
+            yield found(apart, _near_seen(fine, factors, functions))
 
 
 def _check_values(
-    item: str, level: Json, held: Floats, blocks: Floats, wanted: str
-) -> Callable[[float, NDArray[np.bool_]], WitnessCheck] | None:
-    """Return the comparison of the values of a level with its blocks, of voxels that a mask chooses."""
+    item: str, level: Json, held: Floats, blocks: Floats
+) -> Callable[[Floats | float, NDArray[np.bool_]], WitnessCheck] | None:
+    """Return the comparison of the values of a level with its blocks; it takes the steps of codes, and a mask."""
     if blocks.shape[1::2] == (1, 1, 1):
         return partial(_close, item, "a code from its value, in steps of codes", held - blocks[:, 0, :, 0, :, 0])
-    if wanted in _EXTREMES:
-        extremes = _EXTREMES[wanted](blocks, axis=(1, 3, 5))
-        return partial(_close, item, f"a value from the {wanted} of its block, in steps of codes", held - extremes)
-    if level["filter"] in _UNLIKE_MEANS:
+    if (name := level["filter"]) in _EXTREMES:
+        extremes = _EXTREMES[name](blocks, axis=(1, 3, 5))
+        return partial(_close, item, f"a value from the {name} of its block, in steps of codes", held - extremes)
+    if name in _UNLIKE_MEANS:
         return None
     return partial(_beside, item, held, blocks.mean(axis=(1, 3, 5)))
 
@@ -103,12 +106,25 @@ def _near_seen(fine: Floats, factors: tuple[int, ...], functions: Sequence[tuple
     return seen
 
 
-def _close(item: str, what: str, difference: Floats, step: float, seen: NDArray[np.bool_]) -> WitnessCheck:
-    found = np.abs(difference[seen]).max(initial=0.0) / step
+def _is_half_float(subject: Subject, level: Json) -> bool:
+    textures = [each for each in subject.package.manifest.textures if each.role == "volume"]
+    return any(each.gl.type == "HALF_FLOAT" and each.level == int(level["index"]) for each in textures)
+
+
+def _half_float_steps(held: Floats, window: tuple[float, float]) -> Floats:
+    """Return the distance of half floats near each value, where they hold 0 to 1 for the window: 11 bits."""
+    low, high = window
+    share = np.maximum((held - low) / (high - low), _LEAST_NORMAL)
+    steps: Floats = 2.0 ** (np.floor(np.log2(share)) - 10.0) * (high - low)
+    return steps
+
+
+def _close(item: str, what: str, difference: Floats, step: Floats | float, seen: NDArray[np.bool_]) -> WitnessCheck:
+    found = np.abs(difference / step)[seen].max(initial=0.0)
     return WitnessCheck(item=item, by=NUMPY, what=f"largest distance of {what}", found=float(found), limit=0.5 + 1e-3)
 
 
-def _beside(item: str, held: Floats, mean: Floats, _step: float, seen: NDArray[np.bool_]) -> WitnessCheck:
+def _beside(item: str, held: Floats, mean: Floats, _step: Floats | float, seen: NDArray[np.bool_]) -> WitnessCheck:
     what = "shift of the level from the box mean, in its voxels"
     return WitnessCheck(item=item, by=NUMPY, what=what, found=_shift(held, mean, seen), limit=_SHIFT_VOXELS)
 

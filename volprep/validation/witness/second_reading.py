@@ -114,10 +114,9 @@ def _compare_channel(  # noqa: PLR0917 - the package, one channel of it, and who
         result.compare(f"transfer function {function.name}", check_function, subject, function, diagonal)
     if not channel.get("quantization"):
         return
-    wanted = scene.compositing if scene.compositing in {"maximum", "minimum"} and not subject.is_classified else ""
     if not subject.is_classified:
         shown = _shown_values(channel, own, diagonal)
-        result.compare(f"levels of {name}", check_levels, subject, channel, scans[name], wanted, shown)
+        result.compare(f"levels of {name}", check_levels, subject, channel, scans[name], shown)
     window = tuple(channel["quantization"]["window"])
     for texture in manifest["textures"]:
         if texture["role"] == "transfer" and texture["transfer"] in names and texture.get("level") is None:
