@@ -30,8 +30,8 @@ _FILTERS: tuple[LevelFilter, ...] = ("box", "appearance", "feature-preserving", 
 _WITHOUT = tuple(name for name in CANDIDATES if name != "refined")
 _RANDOM_VIEWS = 3
 _TOLERANCE = 1e-3
-SHOWN = ("box", "appearance", "auto", "optimum")
-"""Ways whose pictures are written."""
+SHOWN = ("box", "auto, not refined", "auto", "optimum")
+"""Ways whose pictures are written: the second is "auto" as it was before levels were refined."""
 
 
 @dataclass(frozen=True)

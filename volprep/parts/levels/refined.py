@@ -4,7 +4,7 @@ A refined level begins as the filter "raised" makes it, so that a thin thing is 
 function does not show: there no change of a voxel changes any light. In turn, tables are fitted to the light of rays
 (adapted.py), and voxels take accelerated gradient steps that the adjoint of the emission-absorption sum gives
 (`refine_sums` of the native core; separable surrogates as in tomography, with Nesterov's momentum). Each voxel stays
-within the range of its cell. The method is volprep's own.
+near the range of its cell. The method is volprep's own.
 
 The number of rays follows from how many voxels of the level show something. Too few rays fit themselves only: with 20
 rays for a voxel the error in pictures fell by 10 to 20 %, with 4 it did not, and with less it rose on opaque volumes. A
