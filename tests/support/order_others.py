@@ -35,6 +35,7 @@ from volprep_formats.progress import Silent
 from volprep_formats.textures.gl_formats import SRGB
 
 NOMINAL_VOXELS = 0.0625
+_SHADOWS = '[lighting]\nlight_mm = [-60.0, -80.0, 40.0]\nshadows = "rays"\n'
 _ONE_HIDDEN = "[[segments.style]]\nlabels = [1]\nvisible = false\n"
 EMISSION_ABSORPTION = COMPOSITINGS["emission-absorption"]
 
@@ -134,9 +135,9 @@ def _colour(profile: str) -> Callable[[Path], Falling]:
     return falling
 
 
-def _segments(border: str, lighting: str = "none", compositing: str = "") -> Callable[[Path], Falling]:
+def _segments(border: str, lighting: str = "none", compositing: str = "", light: str = "") -> Callable[[Path], Falling]:
     def falling(folder: Path) -> Falling:
-        more = f'border = "{border}"\n[render]\nlighting = "{lighting}"\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n'
+        more = f'border = "{border}"\n[render]\nlighting = "{lighting}"\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n{light}'
         folder.mkdir(parents=True, exist_ok=True)
         path = segments_scene("gles3", more)(folder)
         if compositing:
@@ -152,6 +153,9 @@ def _segments(border: str, lighting: str = "none", compositing: str = "") -> Cal
         box_from_clip, shape_hw = camera(package), (PIXELS, PIXELS)
         # One value of a ray is exact for steps of up to a voxel.
         steps_mm = STEPS_MM[2:] if compositing else STEPS_MM
+        if light:
+            # Mesa's software driver ends the loops of shadow rays with finer steps.
+            steps_mm = tuple(step for step in steps_mm if step > 0.12)
         with Renderer(package, level=0, transfer="segments", target="rgba32f") as renderer:
             errors = [rmse(renderer.render(box_from_clip, shape_hw, step), truth) for step in steps_mm]
         return Falling(steps_mm, errors)
@@ -204,6 +208,7 @@ OTHERS = (
     # Normals jump where a cell between voxels of several labels ends.
     Other("segments, mixed, headlight, texture3d", "steps", 1.0, _segments("mixed", "headlight"), 0.5),
     Other("segments, crisp, headlight, texture3d", "steps", 1.0, _segments("crisp", "headlight"), 0.5),
+    Other("segments, mixed, shadows, texture3d", "steps", 1.0, _segments("mixed", "phong", light=_SHADOWS), 0.5),
     Other("segments, mixed, maximum, texture3d", "steps", 0.0, _segments("mixed", compositing="maximum")),
     Other("segments, mixed, first-hit, texture3d", "steps", 0.0, _segments("mixed", compositing="first-hit")),
     Other("two channels, packed, texture3d", "steps", 2.0, _together("gles3", "packed")),

@@ -9,8 +9,14 @@ alone: eight labels with their weights alone make 1.96, eight looks, two styles 
 or no better in quality (a cube of 96³ voxels, 192² to 768² pixels, lookup tables; tests/benchmarks/bench_segments.py):
 loops over corners with one turn where a cell has one label 4.3 to 5.2; runs of such cells in a loop of their own 6.8 to
 8.1; one table of values and labels in place of styles and looks 2.8 with nearest entries, 5.5 with linear ones;
-constant offsets of fetches 3.3. Without the flag in the labels it would be 2.85; with all eight labels in two texels,
-which is four bytes a voxel, 1.75.
+constant offsets of fetches 3.3. Without the flag in the labels it would be 2.85.
+
+More memory does not reach 1.7 either. A label costs 0.2, a look 0.08, the table of a second style 0.33. A texel of four
+bytes for each cell with two labels and a bit for each corner, read once, takes 1.73 with one style and 2.08 with two,
+and lacks cells of three and more labels, 7 % there. With a table of values and labels it takes 1.87, or 1.6 with
+nearest values. A label and two bytes for each cell take 2.2. A loop that ends before its first turn is no way out: the
+driver tests the mask of a loop after each turn, so that a loop of no turns costs one, and one of one turn two (2.75 in
+place of 2.2, and 10 with another one for the third label). Eight labels in two texels take 2.6.
 """
 
 from collections.abc import Iterator, Sequence
