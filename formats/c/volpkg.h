@@ -5152,6 +5152,7 @@ static volpkg_code volpkg__source_rules(volpkg__reader* r, const volpkg_program*
             slices;
         given |= source == (int)VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE && program->slab_samples > 0;
         given |= source == (int)VOLPKG_UNIFORM_SOURCE_LIGHT_MM && program->light != NULL;
+        given |= source == (int)VOLPKG_UNIFORM_SOURCE_ENVIRONMENT && program->baked;
         given |= source >= (int)VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH && program->tiles != NULL;
         given |= (source == (int)VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT ||
                   source == (int)VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX) &&
