@@ -182,8 +182,8 @@ _HALF_ANGLE = _SHADOWS.format("half-angle").replace(
 _PERSPECTIVE = '[render]\nprojection = "perspective"\n'
 _LIT = '[render]\nlighting = "headlight"\n'
 _TURNS = (
-    '[lighting]\nbaked = "occlusion"\nresolution = 4\nturnable = true\nsky = [3.0, 2.0, 1.2]\n'
-    "ground = [0.1, 0.2, 0.4]\nsuns = [{ direction = [-1.0, -1.0, 0.5], colour = [0.4, 0.4, 0.2] }]\n"
+    '[lighting]\nbaked = "occlusion"\nresolution = 4\nturnable = true\nsky = [1.5, 1.0, 0.6]\n'
+    "ground = [0.1, 0.2, 0.4]\nsuns = [{ direction = [-1.0, -1.0, 0.5], colour = [2.0, 1.6, 0.8] }]\n"
 )
 SCENES: dict[str, Callable[[Path], Path]] = {
     "lit, skips by distance": _phantom(_LIT + _SKIP.format("distance")),
