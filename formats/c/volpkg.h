@@ -631,8 +631,8 @@ typedef struct volpkg_light_model {
     /* Whether light has a brightness or a colour on its way through the volume. luminance: colours of the volume
        scatter as grey of their luminance. */
     volpkg_light_channels channels;
-    /* Whether the texture holds the light of four environments, so that an app may turn the light around the volume and
-       change its colours. Suns are then spread over half of the sky, and colours of the surroundings are kept. */
+    /* Whether textures hold the light of four environments, so that an app may turn the light around the volume and
+       change its colours. Suns are then spread over half of the sky, and the surroundings keep their colours. */
     int32_t turnable;
     /* Linear RGB of the light from above, the patient's head; a place under a whole sky of it has this light. */
     double sky[3];
@@ -640,7 +640,7 @@ typedef struct volpkg_light_model {
     double ground[3];
     /* Lights that are far away. */
     VOLPKG_LIST(volpkg_sun) suns;
-    /* Matter farther away than this blocks no light; None: everything in the volume does. 0 if absent. */
+    /* Matter farther away than this blocks no light; if absent, all of the volume does. 0 if absent. */
     double radius_mm;
     /* Place of the light of kind shadow, in the patient's space (LPS). */
     double light_mm[3];
@@ -807,7 +807,7 @@ typedef struct volpkg_texture {
     volpkg_gl gl;
     /* For a volume that holds its level as bricks: layout of the bricks. NULL if absent. */
     const volpkg_bricks* bricks;
-    /* Number of the texture in its mosaic or its stack of slices, from 0. */
+    /* Number of the texture in its mosaic, its stack of slices or its light, from 0. */
     int32_t part;
     /* For a lookup table of 8 bits: extinction = this * a^2, where a is the alpha channel. Larger ones are clamped to
        this one, which makes a step of the package opaque. For a pre-integrated table: the extinction of a segment from
@@ -891,8 +891,8 @@ typedef struct volpkg_sampler {
     /* In a program that draws several transfer functions: the transfer function of the table, or of the channel's
        volume. "" if absent. */
     const char* transfer;
-    /* Number of the texture in a mosaic, from 0. For sub-volumes: 1 for the upper one along x, plus 2 along y, plus 4
-       along z. */
+    /* Number of the texture in a mosaic, or of a light, from 0. For sub-volumes: 1 for the upper one along x, plus 2
+       along y, plus 4 along z. */
     int32_t part;
 } volpkg_sampler;
 
@@ -5218,6 +5218,7 @@ static volpkg_code volpkg__source_rules(volpkg__reader* r, const volpkg_program*
             slices;
         given |= source == (int)VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE && program->slab_samples > 0;
         given |= source == (int)VOLPKG_UNIFORM_SOURCE_LIGHT_MM && program->light != NULL;
+        given |= source == (int)VOLPKG_UNIFORM_SOURCE_ENVIRONMENT && program->baked;
         given |= source >= (int)VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH && program->tiles != NULL;
         given |= (source == (int)VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT ||
                   source == (int)VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX) &&

@@ -12,12 +12,14 @@ import pytest
 from compiled_c import WARNINGS
 from every_kind import single_file
 from phantom_scene import write_phantom_scene
+from web_scenes import build_scene
 
 from volprep.pipeline.build import build
 from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.manifest import VERSION
+from volprep_formats.package.parts.light.environment import environment_of, environment_uniform
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST, names_in
 from volprep_formats.package.transport import write_converted
@@ -267,7 +269,7 @@ int main(int count, char** names) {
     volpkg_drawing drawing;
     double matrix[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     float value[16];
-    int turn, i;
+    int turn, i, k;
     const volpkg_package* p;
     if (count < 2 || volpkg_map(names[1], &file, &error)) return 2;
     p = volpkg_open(file.data, file.size, arena, sizeof arena, &error);
@@ -277,7 +279,11 @@ int main(int count, char** names) {
             if (drawing.program->uniforms.at[i].source == VOLPKG_UNIFORM_SOURCE_LIGHT_MM) {
                 volpkg_uniform(&drawing, &drawing.program->uniforms.at[i], matrix, 1.0, value);
                 printf("%.9g %.9g %.9g\\n", value[0], value[1], value[2]);
+            } else if (drawing.program->uniforms.at[i].source == VOLPKG_UNIFORM_SOURCE_ENVIRONMENT) {
+                int numbers = volpkg_uniform(&drawing, &drawing.program->uniforms.at[i], matrix, 1.0, value);
+                for (k = 0; k < numbers; ++k) printf("%.9g%c", value[k], k + 1 < numbers ? ' ' : '\\n');
             }
+        for (k = 0; k < 3; ++k) drawing.environment[0][k] = 0.5 + k, drawing.environment[2][k] = 0.25 * k;
         drawing.light_mm_xyz[0] = 7;
         drawing.light_mm_xyz[1] = -8;
         drawing.light_mm_xyz[2] = 9;
@@ -287,16 +293,32 @@ int main(int count, char** names) {
 """
 
 
+def moved(folder: Path, package: Path) -> str:
+    """Return what the program above prints for a package."""
+    (folder / "moved.c").write_text("#include <stdio.h>\n" + MOVED)
+    command = ["cc", "-std=c99", *WARNINGS, f"-I{HEADER.parent}", folder / "moved.c", "-o", folder / "moved", "-lm"]
+    subprocess.run(command, check=True)
+    status, text = told(folder / "moved", single_file(package))
+    assert status == 0, text
+    return text
+
+
+def test_an_app_turns_the_light_around_the_volume(tmp_path: Path):
+    package = build_scene("light that turns, in a mosaic", tmp_path)
+    model = next(each.light.model for each in package.manifest.textures if each.light is not None)
+    environment = environment_of(model)
+    lines = [[float(word) for word in line.split()] for line in moved(tmp_path, package.path).splitlines()]
+    np.testing.assert_allclose(lines[0], environment_uniform(environment).T.ravel(), atol=1e-6)
+    environment[0], environment[2] = [0.5, 1.5, 2.5], [0.0, 0.25, 0.5]
+    np.testing.assert_allclose(lines[1], environment_uniform(environment).T.ravel(), atol=1e-6)
+
+
 def test_an_app_moves_the_light(tmp_path: Path):
     scene = write_phantom_scene(tmp_path, level_filter="box")
     lit = '[render]\nlighting = "phong"\n[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nnormals = "central"\n'
     scene.write_text(f"{scene.read_text()}\n{lit}")
     build(load_request(scene), tmp_path / "p.volpkg", Silent())
-    (tmp_path / "moved.c").write_text("#include <stdio.h>\n" + MOVED)
-    command = ["cc", "-std=c99", *WARNINGS, f"-I{HEADER.parent}", tmp_path / "moved.c", "-o", tmp_path / "moved", "-lm"]
-    subprocess.run(command, check=True)
-    status, text = told(tmp_path / "moved", single_file(tmp_path / "p.volpkg"))
-    assert status == 0, text
+    text = moved(tmp_path, tmp_path / "p.volpkg")
     grid = Package.open(tmp_path / "p.volpkg").manifest.grid
     for line, place in zip(text.splitlines(), ((20.0, -30.0, 40.0), (7.0, -8.0, 9.0)), strict=True):
         wanted = np.linalg.inv(grid.world_from_box) @ [*place, 1.0]

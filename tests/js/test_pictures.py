@@ -12,6 +12,7 @@ from npm_package import npm_package
 from web_pictures import SIZE, TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse
 from web_scenes import EDIT, SCENES
 
+from volprep.render.inputs import turned_by
 from volprep.render.renderer import Renderer
 from volprep_formats.meshes import read_glb, write_glb
 from volprep_formats.package.reader import Package
@@ -96,6 +97,16 @@ def test_the_pieces_around_a_point_are_drawn(browser, server, scene_package, nam
         wanted = drawn_by_reference(package, matrices, point=point)
         assert max(picture[..., 3].max() for picture in wanted) > 0.1
         assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
+
+
+def test_pieces_have_the_light_that_was_computed_once(browser, server, scene_package) -> None:
+    package = scene_package("pieces with light")
+    matrices = box_from_clip_of(package)[::3]
+    found = drawn_in_page(browser, server, package.path, matrices, point=31)
+    wanted = drawn_by_reference(package, matrices, point=31)
+    assert package.manifest.subvolumes.programs[0].baked
+    assert max(picture[..., 3].max() for picture in wanted) > 0.1
+    assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
 
 
 @pytest.mark.long(keep=1)
@@ -246,6 +257,32 @@ def test_a_light_that_is_moved_lights_as_if_the_package_had_it_there(browser, se
             drawn_in_page(browser, server, package.path, matrices, light=light)
     with pytest.raises(Exception, match=r"VP7063.*no program of the package is lit"):
         drawn_in_page(browser, server, scene_package("mipmaps").path, matrices, light=place)
+
+
+TURN = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def test_an_app_turns_the_light_around_the_volume(browser, server, scene_package) -> None:
+    package = scene_package("light that turns, in a mosaic")
+    matrices = box_from_clip_of(package)[:3]
+    how = {"kind": kind_of(package)}
+    found = drawn_in_page(browser, server, package.path, matrices, light={"turn": TURN.ravel().tolist()}, **how)
+    with Renderer(package, edit=turned_by(TURN)) as renderer:
+        wanted = [renderer.render(matrix, (SIZE, SIZE)) for matrix in matrices]
+    assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
+    assert max(map(rmse, drawn_by_reference(package, matrices), wanted)) > 2 * TWO_STEPS
+    dark = {"sky": [0.0] * 3, "ground": [0.0] * 3, "suns": []}
+    unlit = drawn_in_page(browser, server, package.path, matrices, light=dark, **how)
+    assert max(picture[..., :3].max() for picture in unlit.pictures) == 0.0
+    wrong = (
+        {"turn": [2.0, 0, 0, 0, 1, 0, 0, 0, 1]},
+        {"sky": [1.0]},
+        {"suns": [{"direction": [0, 0, 0]}]},
+        [1.0, 2.0, 3.0],
+    )
+    for light, words in zip(wrong, ("rotation", "sky", "sun", "a light with a place"), strict=True):
+        with pytest.raises(Exception, match=f"VP7063.*{words}"):
+            drawn_in_page(browser, server, package.path, matrices, light=light, **how)
 
 
 def test_a_light_that_throws_shadows_is_not_moved_into_the_volume(browser, server, scene_package) -> None:

@@ -7,6 +7,7 @@ tests ask for 0.0078). These scenes keep the default filter.
 
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import patch
 
 import nibabel
 import numpy as np
@@ -14,6 +15,7 @@ from channel_scene import write_channel_scene
 from colour_scene import write_colour_scene
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 
+from volprep.parts.light import decision, solve
 from volprep.pipeline.build import build
 from volprep.scene.request import load_request
 from volprep_formats.package.reader import Package
@@ -179,10 +181,15 @@ _HALF_ANGLE = _SHADOWS.format("half-angle").replace(
 )
 _PERSPECTIVE = '[render]\nprojection = "perspective"\n'
 _LIT = '[render]\nlighting = "headlight"\n'
+_TURNS = (
+    '[lighting]\nbaked = "occlusion"\nresolution = 4\nturnable = true\nsky = [1.5, 1.0, 0.6]\n'
+    "ground = [0.1, 0.2, 0.4]\nsuns = [{ direction = [-1.0, -1.0, 0.5], colour = [2.0, 1.6, 0.8] }]\n"
+)
 SCENES: dict[str, Callable[[Path], Path]] = {
     "lit, skips by distance": _phantom(_LIT + _SKIP.format("distance")),
     "lit mosaic, skips by octants": _phantom(_LIT + _SKIP.format("octants"), "gles2-4096"),
     "baked light, lit": _one(_LIT + '[lighting]\nbaked = "occlusion"\n'),
+    "light that turns, in a mosaic": _one(_TURNS, "gles2-2048"),
     "mipmaps": _phantom("[textures]\nmipmaps = true\n"),
     "pre-integrated": _phantom('[render]\nclassification = "preintegrated"\n'),
     "palette": _phantom('[render]\nclassification = "palette"\n'),
@@ -232,6 +239,9 @@ OTHERS = {
     "segments, one hidden": segments_scene("gles3", _ONE_HIDDEN + _LIT),
     "segments in a mosaic, one hidden": segments_scene("gles2-2048", _ONE_HIDDEN + _LIT),
     "pieces in mosaics": _phantom("[grid]\nsize = 12\n", "gles2-2048"),
+    "pieces with light": _one(
+        '[grid]\nsize = 12\n[lighting]\nbaked = "shadow"\nresolution = 4\nlight_mm = [20.0, -30.0, 40.0]\n'
+    ),
     "slices": _one("", "gles1"),
     "published slices for OpenGL ES 2": _phantom('[render]\ntechnique = "view-slices-as-published"\n', "gles2-4096"),
     "half-angle slices, light at another place": _phantom(_HALF_ANGLE.replace(_LIGHT, _ELSEWHERE)),
@@ -243,5 +253,7 @@ def build_scene(name: str, folder: Path) -> Package:
     """Build the scene of a name."""
     scene = (SCENES | OTHERS)[name](folder)
     target = folder / "p.volpkg"
-    build(load_request(scene), target, Silent())
+    # Readers draw light as it is: few samples do.
+    with patch.object(solve, "BATCH", 1 << 13), patch.object(decision, "_LEAST_SAMPLES", 1 << 13):
+        build(load_request(scene), target, Silent())
     return Package.open(target)

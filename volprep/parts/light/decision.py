@@ -51,6 +51,7 @@ def require_light(scene: Scene, profile: DeviceProfile) -> None:
         f"textures.compression {scene.textures.compression}": scene.textures.compression == "none",
         "[together]": scene.together is None,
         "lighting.turnable, which is for light from all around": baked != "shadow" or not model.turnable,
+        'channels = "rgb", as its light is white': baked != "shadow" or model.channels != "rgb",
         'lighting.turnable and channels = "rgb" together': not (model.turnable and model.channels == "rgb"),
     }
     for what, goes in possible.items():

@@ -43,8 +43,8 @@ class LightModel(Record):
     """Whether light has a brightness or a colour on its way through the volume. luminance: colours of the volume
     scatter as grey of their luminance."""
     turnable: bool = False
-    """Whether the texture holds the light of four environments, so that an app may turn the light around the volume
-    and change its colours. Suns are then spread over half of the sky, and colours of the surroundings are kept."""
+    """Whether textures hold the light of four environments, so that an app may turn the light around the volume and
+    change its colours. Suns are then spread over half of the sky, and the surroundings keep their colours."""
     sky: LightColour = (1.0, 1.0, 1.0)
     """Linear RGB of the light from above, the patient's head; a place under a whole sky of it has this light."""
     ground: LightColour = (1.0, 1.0, 1.0)
@@ -52,7 +52,7 @@ class LightModel(Record):
     suns: tuple[Sun, ...] = ()
     """Lights that are far away."""
     radius_mm: Annotated[float, Field(gt=0.0)] | None = None
-    """Matter farther away than this blocks no light; None: everything in the volume does."""
+    """Matter farther away than this blocks no light; if absent, all of the volume does."""
     light_mm: Vector | None = None
     """Place of the light of kind shadow, in the patient's space (LPS)."""
     ambient: Annotated[float, Field(ge=0.0, le=1.0)] = 0.2
