@@ -39,8 +39,8 @@ _SECONDS = {
 """Of each in full, and quick, on two quiet cores with llvmpipe: what is said of the time that is left."""
 
 
-def main() -> None:
-    """Measure what is asked for; all papers and the contact sheet if nothing is."""
+def command_line() -> argparse.ArgumentParser:
+    """Return the parser of the arguments."""
     parser = argparse.ArgumentParser(prog="make papers", description=__doc__)
     parser.add_argument(
         "papers", nargs="*", metavar="PAPER", help=f"some of {', '.join((*PAPERS, _SHEET))}; all if none"
@@ -55,10 +55,18 @@ def main() -> None:
     )
     parser.add_argument("--again", action="store_true", help="begin anew, though an earlier run was ended")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/papers"), help="folder of the pages")
+    return parser
+
+
+def main() -> None:
+    """Measure what is asked for; all papers and the contact sheet if nothing is."""
+    parser = command_line()
     asked = parser.parse_args()
     unknown = set(asked.papers) - {*PAPERS, _SHEET}
     if unknown:
         parser.error(f"no paper is named {', '.join(sorted(unknown))}")
+    if asked.views < 0:
+        parser.error("--views is a number of views, from 1")
     wanted = asked.papers or [*PAPERS, _SHEET]
     asked.output.mkdir(parents=True, exist_ok=True)
     driver = _driver()
