@@ -39,26 +39,42 @@ _SECONDS = {
 """Of each in full, and quick, on two quiet cores with llvmpipe: what is said of the time that is left."""
 
 
-def main() -> None:
-    """Measure what is asked for; all papers and the contact sheet if nothing is."""
+def command_line() -> argparse.ArgumentParser:
+    """Return the parser of the arguments."""
     parser = argparse.ArgumentParser(prog="make papers", description=__doc__)
     parser.add_argument(
         "papers", nargs="*", metavar="PAPER", help=f"some of {', '.join((*PAPERS, _SHEET))}; all if none"
     )
     parser.add_argument("--quick", action="store_true", help="fewer and smaller pictures: a minute for a paper")
+    parser.add_argument(
+        "--views",
+        type=int,
+        default=0,
+        metavar="N",
+        help="means of diaz-garcia over N views around each volume, in two zooms; few if not given",
+    )
     parser.add_argument("--again", action="store_true", help="begin anew, though an earlier run was ended")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/papers"), help="folder of the pages")
+    return parser
+
+
+def main() -> None:
+    """Measure what is asked for; all papers and the contact sheet if nothing is."""
+    parser = command_line()
     asked = parser.parse_args()
     unknown = set(asked.papers) - {*PAPERS, _SHEET}
     if unknown:
         parser.error(f"no paper is named {', '.join(sorted(unknown))}")
+    if asked.views < 0:
+        parser.error("--views is a number of views, from 1")
     wanted = asked.papers or [*PAPERS, _SHEET]
     asked.output.mkdir(parents=True, exist_ok=True)
     driver = _driver()
-    kept = Kept(asked.output, "quick" if asked.quick else "full", driver)
+    form = "quick" if asked.quick else "full"
+    kept = Kept(asked.output, f"views{asked.views}-{form}" if asked.views else form, driver)
     if asked.again:
         kept.forget()
-    bench = Bench(kept.folder, quick=asked.quick, driver=driver)
+    bench = Bench(kept.folder, quick=asked.quick, driver=driver, views=asked.views)
     missing = _measure(wanted, bench, kept, asked.output)
     if missing:
         parser.exit(1, f"not measured: {', '.join(missing)}\n")

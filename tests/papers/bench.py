@@ -5,10 +5,12 @@ picture with fewer pixels, because the truth in double precision takes much long
 """
 
 import hashlib
-from collections.abc import Iterator
+import pickle
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -34,6 +36,7 @@ from volprep_formats.progress import Silent
 from .record import Measured
 from .volumes import Volume
 
+Kept = TypeVar("Kept")
 ALONE = "[pyramid]\ncoarsest_longest_axis = 100000\n"
 """A package of one level."""
 TRUTH_PIXELS = 128
@@ -65,10 +68,14 @@ class View:
 class Bench:
     """Makes packages and truths, and remembers them."""
 
-    def __init__(self, folder: Path, *, quick: bool, driver: str = "") -> None:
-        """Keep files in `folder`; with `quick` each paper takes fewer and smaller pictures."""
+    def __init__(self, folder: Path, *, quick: bool, driver: str = "", views: int = 0) -> None:
+        """Keep files in `folder`; with `quick` each paper takes fewer and smaller pictures.
+
+        Means are over so many `views` around a volume, or over the few of a whole run if that is 0.
+        """
         self.quick = quick
         self.driver = driver
+        self.views = views
         self._folder = folder
         self._truths: dict[str, Float64Array] = {}
 
@@ -76,6 +83,17 @@ class Bench:
     def software(self) -> bool:
         """Whether the driver draws with the processor."""
         return is_software(self.driver)
+
+    def remembered(self, what: str, make: Callable[[], Kept]) -> Kept:
+        """Return what an earlier run has made under these words, or make it and keep it for the next one."""
+        path = self._folder / f"made-{_digest(what)}.pickle"
+        if path.exists():
+            kept: Kept = pickle.loads(path.read_bytes())  # noqa: S301 - our own, of the same code
+            return kept
+        made = make()
+        path.with_suffix(".part").write_bytes(pickle.dumps(made))
+        path.with_suffix(".part").rename(path)
+        return made
 
     def package(
         self,

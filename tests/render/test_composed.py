@@ -1,5 +1,6 @@
 """Every shader that can be composed: as if one person had written it for one package, and accepted by the driver."""
 
+import hashlib
 import re
 import shutil
 import subprocess
@@ -12,14 +13,16 @@ import pytest
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.mosaic.packing import Packing
+from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic
+from volprep.parts.subvolumes.cuts import grid_points
 from volprep.render.egl import Context
 from volprep.render.gl import Gl, ShaderText
 from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
 from volprep.shading.half_floats import in_half_floats, with_half_coordinates
 from volprep.shading.program import compose_program
 from volprep.techniques import TECHNIQUES
-from volprep_formats.package.manifest import Channel
+from volprep_formats.package.manifest import Channel, FileRecord, SubvolumeFiles
+from volprep_formats.package.parts.subvolumes.record import Subvolume, SubvolumeGrid, ViewThresholds, encode_grid
 from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.program import Light, ProgramDesign
 from volprep_formats.package.reader import Package
@@ -101,8 +104,9 @@ def designs(package):
         if program.classification in technique.classifications:
             for light, rays in product(LIGHTS[:2], meshes if technique.meshes else ("box",)):
                 yield ProgramDesign(**base | light | {"technique": technique.name, "rays": rays})
-    if program.sampling == "texture3d" and program.classification != "preclassified":
-        yield ProgramDesign(**base | {"sampling": "subvolumes"})
+    if program.sampling in {"texture3d", "mosaic"} and program.classification != "preclassified":
+        for light in ({}, {"lighting": "headlight", "normals_from": "central"}):
+            yield ProgramDesign(**base | {"sampling": "subvolumes"} | light)
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +115,37 @@ def composed(package):
     return sorted(set(compose_all(package)))
 
 
+def with_pieces(package):
+    """Add the grid of sub-volumes of one piece, as the level is stored: a 3D texture or a mosaic."""
+    manifest, path = package.manifest, "subvolumes/grid.json"
+    volume = next(texture for texture in manifest.textures if texture.role == "volume")
+    depth, *sides = manifest.grid.shape_zyx
+    held, mosaic = volume.mosaic, None
+    if held is not None:
+        mosaic = fit_mosaic((depth + 1, *sides), Packing(held.slices_per_texel, held.order), Room(256))
+    cuts = tuple((0, n - 1) for n in (depth, *sides))
+    data = encode_grid(
+        SubvolumeGrid(
+            shape_zyx=(depth, *sides),
+            size=max(depth, *sides, 2),
+            cuts_zyx=cuts,
+            gl=volume.gl,
+            filter=volume.filter,
+            mosaic=mosaic,
+            subvolumes=(Subvolume(minimum=0, maximum=255),),
+            points=grid_points(cuts),
+            view=ViewThresholds(),
+        )
+    )
+    (package.path / path).parent.mkdir(exist_ok=True)
+    (package.path / path).write_bytes(data)
+    record = FileRecord(path=path, role="grid", size_bytes=len(data), sha256=hashlib.sha256(data).hexdigest())
+    changes = {"files": (*manifest.files, record), "subvolumes": SubvolumeFiles(grid=path)}
+    return Package(package.path, manifest.model_copy(update=changes))
+
+
 def compose_all(package):
+    package = with_pieces(package)
     for design, skips, ends_early in product(designs(package), (True, False), (True, False)):
         if ends_early and not COMPOSITINGS[design.compositing].ends_early:
             continue

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Literal
 from unittest.mock import patch
 
@@ -144,8 +145,11 @@ def tiny_package(
         draft.commit(StageRecord(name="quantize", key=KEY, made=(Contribution(channel=part),)))
         layout = mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE if bricks is None else bricks_stage.STAGE
         for stage in (transfer.STAGE, *vectors, layout, *skipping, *meshes, shaders.STAGE):
-            assert stage.channel is not None
-            made = stage.channel.run(draft, plan, Silent())
+            # Proxy meshes are made for all channels of a package: of this one.
+            work, planned = (
+                (stage.channel, plan) if stage.channel else (stage.package, SimpleNamespace(channels=(plan,)))
+            )
+            made = work.run(draft, planned, Silent())
             draft.commit(StageRecord(name=stage.name, key=KEY, made=(made,)))
     return Package.open(folder, allow_draft=True)
 

@@ -69,9 +69,7 @@ def _written(draft: Draft, draco: DracoWish, made: Sequence[_Made]) -> tuple[Pro
     return tuple(found)
 
 
-def _mesh(
-    draft: Draft, plan: ChannelPlan, proxy: ProxyPlan, wanted: ProxyMeshPlan, ranges: BlockRanges
-) -> _Made:
+def _mesh(draft: Draft, plan: ChannelPlan, proxy: ProxyPlan, wanted: ProxyMeshPlan, ranges: BlockRanges) -> _Made:
     """Return the record of a mesh, and its file if it has triangles."""
     level = plan.level(wanted.level)
     threshold = threshold_per_mm(proxy.epsilon, math.hypot(*plan.grid.extent_mm_zyx))
