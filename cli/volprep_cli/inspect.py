@@ -236,7 +236,7 @@ def _scan(manifest: "Manifest") -> Rows:
         low, high = stored.window
         clipped = f"{stored.clipped_below} below, {stored.clipped_above} above"
         rows.append(("stored as", f"{stored.bits} bits over {low:g} to {high:g}; voxels outside: {clipped}"))
-        rows.append(("error made", f"RMSE {stored.rmse:.3g}, largest {stored.max_error:.3g}"))
+        rows.append(("loss", f"RMSE {stored.rmse:.3g}, largest {stored.max_error:.3g}"))
     return rows
 
 

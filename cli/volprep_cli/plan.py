@@ -152,7 +152,7 @@ def _plan_devices(
 
 def _print_costs(costs: "Sequence[DrawCost]") -> None:
     print_line("")
-    print_line("what drawing takes on a device, without pictures and meshes")
+    print_line("memory for drawing on a device, without pictures and meshes")
     rows = [
         (each.transfer, str(each.level), bytes_text(each.upload_bytes), bytes_text(each.gpu_bytes)) for each in costs
     ]

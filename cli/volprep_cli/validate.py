@@ -172,7 +172,7 @@ def _print(report: "Report", folder: Path) -> None:
     if report.ablation is not None:
         _print_ablation(report.ablation)
     if report.derivation is not None:
-        print_line(f"made again from the scan and compared: {report.derivation.files} files")
+        print_line(f"derived again from the scan and compared: {report.derivation.files} files")
     if report.verdict.previews:
         print_line(f"levels for previews only: {_previews(report.verdict)}")
         loose = allowed.of_previews
@@ -203,7 +203,18 @@ def _print_views(program: "ProgramResult", bound: float) -> None:
         )
         for view in program.views
     ]
-    heads = ("view", "RMSE", "seen RMSE", "largest", "off", "FLIP", "kept light", "of data", "of drawing", "verdict")
+    heads = (
+        "view",
+        "RMSE",
+        "seen RMSE",
+        "largest",
+        "off",
+        "FLIP",
+        "kept light",
+        "from data",
+        "from drawing",
+        "verdict",
+    )
     print_table(heads, rows)
 
 

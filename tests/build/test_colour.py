@@ -32,6 +32,8 @@ from volprep_formats.textures import ktx2
 
 PARTS = ("red", "green", "blue", "opacity")
 
+pytestmark = pytest.mark.usefixtures("kept_workers")
+
 
 def built(scene: Path) -> Package:
     build(load_request(scene), scene.with_suffix(".volpkg"), Silent())

@@ -141,12 +141,12 @@ def test_spacing_comes_from_the_scene_alone(tmp_path) -> None:
     write(tmp_path / "1.tif", voxels()[0], XResolution=72.0, YResolution=72.0)
     _, info = read(tmp_path)
     assert info.grid.spacing_mm_zyx == (1, 1, 1)
-    assert any("1 mm is taken" in remark for remark in info.remarks)
+    assert any("1 mm is assumed" in remark for remark in info.remarks)
     assert any("resolution" in remark for remark in info.remarks)
     told = SourceSpec(path=str(tmp_path), stack=StackLayout(spacing_mm_zyx=(3, 2, 0.5)))
     with open_source(told, Path(), Silent()) as source:
         assert source.info.grid.extent_mm_zyx == (3, 6, 2.5)
-        assert not any("1 mm is taken" in remark for remark in source.info.remarks)
+        assert not any("1 mm is assumed" in remark for remark in source.info.remarks)
 
 
 def test_missing_numbers_are_named_and_refused_unless_the_scene_ignores_them(tmp_path) -> None:

@@ -89,7 +89,7 @@ def test_spacings_place_a_volume_without_a_space_and_a_remark_says_so(tmp_path) 
 def test_a_volume_without_spacings_has_one_millimetre_and_a_remark_says_so(tmp_path) -> None:
     _, info = read(save(tmp_path / "v.nrrd", ORIENTATION))
     assert info.grid.spacing_mm_zyx == (1, 1, 1)
-    assert any("1 mm is taken" in remark for remark in info.remarks)
+    assert any("1 mm is assumed" in remark for remark in info.remarks)
 
 
 def test_a_volume_without_an_origin_is_put_at_zero_and_a_remark_says_so(tmp_path) -> None:

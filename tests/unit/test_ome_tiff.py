@@ -228,7 +228,7 @@ def test_without_lengths_a_millimetre_is_taken_and_said(tmp_path) -> None:
     tifffile.imwrite(tmp_path / "a.ome.tif", noise("ZYX"), ome=True, metadata={"axes": "ZYX"})
     info, _ = read(tmp_path / "a.ome.tif")
     assert info.grid.spacing_mm_zyx == (1.0, 1.0, 1.0)
-    assert "1 mm is taken" in info.remarks[0]
+    assert "1 mm is assumed" in info.remarks[0]
 
 
 def test_a_missing_length_beside_others_is_refused_unless_there_is_one_slice(tmp_path) -> None:

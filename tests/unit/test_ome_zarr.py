@@ -183,7 +183,7 @@ def test_without_a_unit_millimetres_are_taken_and_said(tmp_path) -> None:
     store(tmp_path / "a.zarr", told=told)
     info = read(tmp_path / "a.zarr")[0]
     assert info.grid.spacing_mm_zyx == (3.0, 2.0, 1.0)
-    assert "millimetres are taken" in info.remarks[0]
+    assert "millimetres are assumed" in info.remarks[0]
 
 
 def test_the_finest_level_is_read_unless_another_is_chosen(tmp_path) -> None:

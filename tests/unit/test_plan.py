@@ -351,7 +351,7 @@ class TestRayTermination:
         found = item(decided, "early ray termination")
         assert decided.render.opacity_cutoff is None
         assert not found.kept
-        assert "to ask each sample costs more time than that" in found.reason
+        assert "testing each sample costs more time than that" in found.reason
         assert plan(voxels, scene(points, render={"opacity_cutoff": 0.99})).render.opacity_cutoff == 0.99
         assert plan(voxels, scene(points, render={"opacity_cutoff": 1.0})).render.opacity_cutoff is None
 

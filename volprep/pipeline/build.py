@@ -31,6 +31,7 @@ from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.isolation import workers
 from volprep_formats.output import output_errors
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.storage.draft import Draft
@@ -42,6 +43,8 @@ _MOST_KEPT = 128_000_000
 """Bytes of a scan that is kept in memory while it is planned without being imported."""
 
 
+# Decoders start once, not each time that a source is opened: a third of a second for each channel of a stack in colour.
+@workers()
 def build(request: Request, target: Path, progress: Progress) -> Manifest:
     """Build the package of a scene at `target`; an older package there stays until the new one is whole.
 
@@ -88,6 +91,7 @@ def _origin(prepared: Prepared, scene: Scene, plan: Plan, made: tuple[LevelChoic
     return Origin(scene_path=scene_path, scene=scene, profile=prepared.profile, levels=levels, forms=plan.forms)
 
 
+@workers()
 def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceRecord] | None = None) -> Plan:
     """Return the plan of a scene without building anything: one pass over the source. Raises the errors of `build`.
 

@@ -54,7 +54,7 @@ _PREVIEW = PlanItem(
     name="preview",
     kind=PREVIEW_KIND,
     kept=True,
-    reason="a picture for people who browse packages",
+    reason="a thumbnail for people who browse packages",
     files=(PREVIEW,),
 )
 

@@ -111,11 +111,11 @@ def _header(path: Path) -> tuple[Fields, int]:
 def _grid(path: Path, fields: Fields, shape_zyx: tuple[int, int, int]) -> tuple[Grid, list[str]]:
     remarks = []
     if "transformmatrix" not in fields:
-        remarks.append("the file does not say how the volume lies in the patient; left, back and up are taken")
+        remarks.append("the file does not say how the volume lies in the patient; left, back and up are assumed")
     if "offset" not in fields:
         remarks.append("the file does not say where the volume lies; its first voxel is taken to be at 0, 0, 0")
     if "elementspacing" not in fields and "elementsize" not in fields:
-        remarks.append("the file does not say how far apart its voxels are; 1 mm is taken")
+        remarks.append("the file does not say how far apart its voxels are; 1 mm is assumed")
     unit = _MM_PER_UNIT.get(fields.get("distanceunits", "mm").lower())
     if unit is None:
         raise VolprepError("VP1120", path=path, error=f"DistanceUnits is {fields['distanceunits'][:40]!r}")

@@ -169,7 +169,7 @@ def _grid(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Gri
         raise VolprepError("VP2021", path=path, which="unit of length")
     affine = affine * _MM_PER_UNIT[unit]
     if unit == _UNKNOWN_UNIT:
-        remarks.append("the file does not say its unit of length; millimetres are taken")
+        remarks.append("the file does not say its unit of length; millimetres are assumed")
     lps = _LPS_FROM_RAS @ affine[:3]
     return grid_from_affine(path, which, shape_zyx, lps[:, :3], lps[:, 3]), remarks
 
@@ -189,7 +189,7 @@ def _affine_ras(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tup
         remarks += _spacing_remarks(header, sform)
     if affine is None:
         affine, which = np.diag([*header["pixdim"][1:4].astype(np.float64), 1.0]), "pixdim"
-        remarks.append("the file does not say how the volume lies in the patient; right, front and up are taken")
+        remarks.append("the file does not say how the volume lies in the patient; right, front and up are assumed")
     return np.asarray(affine, dtype=np.float64), which, remarks
 
 

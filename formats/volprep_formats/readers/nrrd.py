@@ -74,7 +74,7 @@ _COLOUR_KINDS = frozenset(
 )
 """Kinds of an axis that holds the colours of a voxel. Writers that know no colours say vector."""
 _VECTOR = re.compile(r"none|\([^()]*\)")
-_UNPLACED = "the file does not say how the volume lies in the patient; left, back and up are taken"
+_UNPLACED = "the file does not say how the volume lies in the patient; left, back and up are assumed"
 
 Fields = dict[str, str]
 
@@ -262,7 +262,7 @@ def _spacings(path: Path, fields: Fields, axes: _Axes, remarks: list[str]) -> Fl
     if "spacings" not in fields:
         if "axis mins" in fields or "axismins" in fields:
             raise VolprepError("VP1103", path=path, what=Said("axis mins and maxs without spacings"))
-        remarks.append("the file does not say how far apart its voxels are; 1 mm is taken")
+        remarks.append("the file does not say how far apart its voxels are; 1 mm is assumed")
         return np.ones(3)
     steps = _numbers(path, "spacings", fields["spacings"].split(), len(axes.sizes))[axes.spatial]
     return steps * _units(path, fields, "units", axes.spatial)

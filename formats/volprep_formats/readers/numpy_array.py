@@ -45,7 +45,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
             dtype, shape_zyx, start = _header(path, file, in_colour=colour is not None)
         check_declared(path, prod(shape_zyx) * dtype.itemsize, start, path.stat().st_size, path.stat().st_size)
         voxels = VoxelFile(path, dtype, shape_zyx, start, open_unbuffered(path))
-    remarks = () if spec.array is not None else ("the array has no spacing; 1 mm along each axis is taken",)
+    remarks = () if spec.array is not None else ("the array has no spacing; 1 mm along each axis is assumed",)
     facts = HeaderFacts("npy", Grid.of(voxels.shape_zyx, layout.spacing_mm_zyx), remarks)
     return source_of(facts, voxels, progress) if colour is None else ColourVoxels(facts, voxels, colour)
 

@@ -149,7 +149,7 @@ def describe_early_end(found: EarlyEnd, cutoff: float | None, scene: Scene) -> P
     if light_cost(scene) > 0.0:
         reason = f"{reason}, which cost as much as {found.saved:.1%} without light"
     if cutoff is None and found.opacity > wanted:
-        reason = f"{reason}; to ask each sample costs more time than that"
+        reason = f"{reason}; testing each sample costs more time than that"
     if scene.editable:
         reason = f"{reason}, and users may edit transfer functions"
     return PlanItem(name="early ray termination", kind=KIND, kept=cutoff is not None, reason=reason)

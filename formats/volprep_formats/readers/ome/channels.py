@@ -67,7 +67,7 @@ def grid_of(
     given = [h for h in spacing_mm_zyx if h is not None]
     if not given:
         return Grid.of(shape_zyx, (1.0, 1.0, 1.0)), [
-            "the file does not say how far apart its voxels are; 1 mm is taken"
+            "the file does not say how far apart its voxels are; 1 mm is assumed"
         ]
     remarks = []
     spacing: list[float] = []
@@ -76,7 +76,7 @@ def grid_of(
         if h is None or not (math.isfinite(h) and h > 0.0):
             raise VolprepError("VP1227", path=path, axis=axis, found="no distance" if h is None else f"{h:g} mm")
         if told is None:
-            remarks.append(f"the file gives no distance along {axis}, where there is one voxel; {h:g} mm is taken")
+            remarks.append(f"the file gives no distance along {axis}, where there is one voxel; {h:g} mm is assumed")
         spacing.append(h)
     z, y, x = spacing
     if not all(map(math.isfinite, (*(n * h for n, h in zip(shape_zyx, spacing, strict=True)), *origin_mm_zyx))):

@@ -207,7 +207,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
         grid, remarks = grid_of(path, volume.shape_zyx, *_lengths_mm_zyx(picture, level))
         remarks += missing
         if not picture.has_units:
-            remarks.append("the file does not say its unit of length; millimetres are taken")
+            remarks.append("the file does not say its unit of length; millimetres are assumed")
         slabs = _Slabs(volume, pool)
         if colours is not None:
             colours.channel(slabs.read(0, 1))

@@ -85,7 +85,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
     remarks: list[str] = []
     if spec.stack is None:
         remarks.append(
-            "pictures do not say how far apart their pixels are; 1 mm is taken: see source.stack in the scene"
+            "pictures do not say how far apart their pixels are; 1 mm is assumed: see source.stack in the scene"
         )
     names = [path.name]
     if path.is_dir():

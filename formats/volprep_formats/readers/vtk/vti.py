@@ -31,7 +31,7 @@ from volprep_formats.readers.vtk.vti_xml import Array, Attributes, Document, par
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
 
-UNPLACED = "VTK files have no unit and no patient: millimetres are taken, and x, y, z as left, back and up"
+UNPLACED = "VTK files have no unit and no patient: millimetres are assumed, and x, y, z as left, back and up"
 
 _CHUNK_BYTES = 2**18
 # The table of blocks is held in memory; in blocks of VTK's usual 32 KiB these are 128 GiB.
