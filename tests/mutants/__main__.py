@@ -118,7 +118,9 @@ def _trial(overlay: Overlay, scene: str) -> dict[str, object]:
 
 def _tested(overlay: Overlay, tests: Iterable[str]) -> tuple[bool, str]:
     """Return whether a test fails, and the first that does."""
-    arguments = ("-m", "pytest", "-x", "-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", *tests)
+    # A folder of its own: pytest removes those of other runs.
+    own = ("-p", "no:cacheprovider", f"--basetemp={overlay.folder.parent / 'tests'}")
+    arguments = ("-m", "pytest", "-x", "-q", "--no-header", "--tb=no", *own, *tests)
     try:
         done = overlay.run(*arguments, seconds=_SECONDS)
     except subprocess.TimeoutExpired:

@@ -3,6 +3,9 @@
 Both leave out samples that show nothing and move no other sample, so the pictures must be the same. A table is left out
 by composing the shader without it; a mesh, by drawing with the program that begins at the volume's box.
 
+Pictures without a table take three times as long. So the view of the sweep is compared in all its pixels, the others in
+every second row and column: what is left out wrongly is at least a block, and other views see it from other sides.
+
 A ray that begins at a mesh differs only by rounding. That has no effect if the driver filters texels with float
 weights. A GPU has few weights, usually 256: a sample that rounding moves to the next weight changes by a step. Where
 pictures differ by more than a step of the target, validation measures how much rays moved by that rounding change a
@@ -47,6 +50,8 @@ H100 meshes of a shell change pixels by 0.03 at most (RMSE 0.0001 to 0.0002), ra
 _DIRECTIONS_XYZ = ((1.0, 1.0, 1.0), (-1.0, 1.0, -1.0), (1.0, -1.0, -1.0), (-1.0, -1.0, 1.0))
 
 Counts = list[tuple[Float64Array, Float64Array]]
+_Rays = tuple[Float64Array, tuple[int, int]]
+"""Camera of a view, and height and width of its pictures."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,8 @@ class SkippingWay:
 
 @dataclass(frozen=True)
 class _Drawn:
-    pictures: list[Float32Array]
+    pictures: dict[str, Float32Array]
+    """By view."""
     counts: Counts | None
     """Samples and looks of each view, in half the width and height; None without a float target."""
 
@@ -100,19 +106,20 @@ def measure_empty_space(
     if not ways:
         return None
     bench.progress.start(f"empty space, {program.name}", len(ways))
+    rays = {name: (subject if name == SWEEP_VIEW else subject.sparse).rays(name) for name in subject.views}
     found = []
     for way in ways:
-        pictures = [*viewed.drawn.values()] if way is ways[-1] else None
-        found.append(_drawn(bench, way, level, pictures))
+        known = viewed.drawn if way is ways[-1] else {}
+        found.append(_drawn(bench, way, level, rays, known))
         bench.progress.advance()
     results = tuple(
-        SavingWay(way=way.name, draw=times[way.name], views=_views(subject, drawn, found[0]))
+        SavingWay(way=way.name, draw=times[way.name], views=_views(subject, rays, drawn, found[0]))
         for way, drawn in zip(ways, found, strict=True)
     )
     limit, rounding = _limit(subject), 0.0
     largest = max(view.difference for way in results for view in way.views)
     if largest > limit:
-        rounding = _rounding(bench, ways[0], level, found[0].pictures)
+        rounding = _rounding(bench, ways[0], level, rays, found[0].pictures)
     return EmptySpace(
         drawn_by=ways[-1].program.name,
         ways=results,
@@ -142,29 +149,34 @@ def _ways(subject: Subject, program: Program, level: int) -> Iterator[SkippingWa
             yield SkippingWay(with_table, kind, package, own)
 
 
-def _drawn(bench: Bench, way: SkippingWay, level: int, drawn: list[Float32Array] | None) -> _Drawn:
+def _drawn(
+    bench: Bench, way: SkippingWay, level: int, rays: Mapping[str, _Rays], known: Mapping[str, Float32Array]
+) -> _Drawn:
+    """Draw the rays of each view, except pictures of the same rays that are `known`."""
     subject = bench.subject
-    cameras = list(subject.views.values())
-    pictures = drawn or []
-    if not pictures:
-        with way.open(level) as renderer, bench.clock.part("drawing"):
-            pictures = [renderer.render(camera, subject.shape_hw) for camera in cameras]
+    pictures = {}
+    with way.open(level) as renderer, bench.clock.part("drawing"):
+        for name, (camera, shape_hw) in rays.items():
+            is_known = name in known and known[name].shape[:2] == shape_hw
+            pictures[name] = known[name] if is_known else renderer.render(camera, shape_hw)
     with bench.clock.part("counting"):
-        return _Drawn(pictures, _counts(way, level, cameras, _half(subject)))
+        return _Drawn(pictures, _counts(way, level, list(subject.views.values()), _half(subject)))
 
 
-def _rounding(bench: Bench, way: SkippingWay, level: int, pictures: list[Float32Array]) -> float:
+def _rounding(
+    bench: Bench, way: SkippingWay, level: int, rays: Mapping[str, _Rays], pictures: Mapping[str, Float32Array]
+) -> float:
     """Return the largest change, in any view, of a picture whose rays are moved by rounding."""
     subject = bench.subject
     moved_mm = _MOVED * max(subject.grid.extent_mm_zyx)
     largest = 0.0
     with bench.clock.part("drawing"), way.open(level) as renderer:
-        for camera, picture in zip(subject.views.values(), pictures, strict=True):
+        for name, (camera, shape_hw) in rays.items():
             for direction_xyz in _DIRECTIONS_XYZ:
                 moved = camera.copy()
                 moved[:3] += np.outer(np.array(direction_xyz) * moved_mm, camera[3])
-                found = renderer.render(moved, subject.shape_hw)
-                largest = max(largest, _difference(subject, camera, found, picture))
+                found = renderer.render(moved, shape_hw)
+                largest = max(largest, _difference(subject, camera, found, pictures[name]))
     return largest
 
 
@@ -177,13 +189,13 @@ def _counts(way: SkippingWay, level: int, cameras: list[Float64Array], shape_hw:
         return None
 
 
-def _views(subject: Subject, drawn: _Drawn, plain: _Drawn) -> tuple[SavingView, ...]:
+def _views(subject: Subject, rays: Mapping[str, _Rays], drawn: _Drawn, plain: _Drawn) -> tuple[SavingView, ...]:
     return tuple(
         SavingView(
             view=name,
             samples_mean=_mean(subject, camera, drawn.counts[number][0]) if drawn.counts else None,
             looks_mean=_mean(subject, camera, drawn.counts[number][1]) if drawn.counts else None,
-            difference=_difference(subject, camera, drawn.pictures[number], plain.pictures[number]),
+            difference=_difference(subject, rays[name][0], drawn.pictures[name], plain.pictures[name]),
         )
         for number, (name, camera) in enumerate(subject.views.items())
     )
@@ -197,7 +209,7 @@ def _difference(subject: Subject, camera: Float64Array, one: Float32Array, other
     difference = np.abs(one - other).max(axis=-1)
     if subject.render.projection == "perspective":
         # Rounding may give a ray one sample more, which is neither better nor worse.
-        chords = chords_mm(camera, subject.shape_hw, subject.grid)
+        chords = chords_mm(camera, one.shape[:2], subject.grid)
         difference = difference[settled(chords, subject.render.step_mm)]
     return float(difference.max(initial=0.0))
 

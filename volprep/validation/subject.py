@@ -277,6 +277,10 @@ class Subject:
     def _seen(self, media: Sequence[tuple[Volume, TransferFunction]], camera: Camera) -> OraclePicture:
         return self._pictured(media, *self._rays(camera, media[0][0].grid))
 
+    def rays(self, view: str) -> tuple[Float64Array, tuple[int, int]]:
+        """Return the camera of a standard view in the package's box, and height and width of its pictures."""
+        return self._rays(self.cameras[view], self.grid)
+
     def _rays(self, camera: Camera, grid: Grid) -> tuple[Float64Array, tuple[int, int]]:
         """Return the camera in the box of a grid, and height and width of its pictures."""
         height, width = self.shape_hw

@@ -5,9 +5,8 @@ it is. The quadrature error is that of a float target, rays running to their end
 table as transfer function: it excludes data, table, early termination, and the 8 bits of the target, so its order is
 visible.
 
-The parts of the error (table, quadrature, termination, target; at coarse levels data and drawing) are drawn in a
-quarter of the report's pixels: both pictures of a difference have the same rays. The total errors, which decide whether
-a step or a level is good enough, come from the report's pictures.
+All of this is drawn in a quarter of the report's pixels, which are a sample of its rays; both pictures of a difference
+have the same. Only the errors of the nominal step, which the verdict judges, are those of the report's own picture.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -73,7 +72,8 @@ class _Sweeper:
         self.small = subject.small
         """The same in fewer pixels."""
         self._program = program
-        self._truth = viewed.truth.rgba
+        self._finest = viewed.level
+        self._nominal = next((view for view in viewed.views if view.view == SWEEP_VIEW), None)
         self._clock = bench.clock
         self._progress = bench.progress
         self._box_from_clip = subject.views[SWEEP_VIEW]
@@ -163,37 +163,32 @@ class _Sweeper:
     def points(
         self,
         level: int,
-        on_data: Float64Array,
         ratios: tuple[float, ...],
-        subject: Subject,
+        on_data: Float64Array,
+        truth: Float64Array,
         times: Mapping[TimedStep, Milliseconds],
     ) -> list[SweepPoint]:
-        """Draw one level with every step; `on_data` is as large as the pictures of `subject`."""
+        """Draw one level with every step in the few pixels that the oracle has drawn."""
         with self._renderer(self._subject.package, level, "rgba8") as renderer:
-            return [
-                self._point(renderer, on_data, level, ratio, subject, times.get((level, ratio))) for ratio in ratios
-            ]
+            return [self._point(renderer, ratio, on_data, truth, times.get((level, ratio))) for ratio in ratios]
 
     def _renderer(self, package: Package, level: int, target: Target) -> Renderer:
         transfer = self._program.transfer
         return ray_caster_of(package, level, transfer)(package, level=level, transfer=transfer, target=target)
 
-    def _point(  # noqa: PLR0917 - a step, and its known results
-        self,
-        renderer: Renderer,
-        on_data: Float64Array,
-        level: int,
-        ratio: float,
-        subject: Subject,
-        draw: Milliseconds | None,
+    def _point(
+        self, renderer: Renderer, ratio: float, on_data: Float64Array, truth: Float64Array, draw: Milliseconds | None
     ) -> SweepPoint:
+        level = renderer.level.index
         step_mm = ratio * self._subject.render.step_of(level)
-        as_on_data = None if subject is self._subject else self.draw(renderer, ratio, subject)
-        picture = self.draw(renderer, ratio, self._subject)
         counts = samples(self._chords, step_mm)
-        with self._clock.part("comparing"):
-            total = errors(picture, self._truth)
-            drawing = errors(picture if as_on_data is None else as_on_data, on_data)
+        known = self._nominal if (level, ratio) == (self._finest, 1.0) else None
+        if known is None:
+            picture = self.draw(renderer, ratio, self.small)
+            with self._clock.part("comparing"):
+                total, drawing = errors(picture, truth), errors(picture, on_data)
+        else:
+            total, drawing = known.total, known.drawing
         self._progress.advance()
         return SweepPoint(
             level=level,
@@ -239,7 +234,7 @@ def measure_sweep(
     precise = sweeper.precise(finest, ratios)
     timed = [(finest, ratio) for ratio in ratios] + [(level, ratio) for level in coarser for ratio in _COARSE_RATIOS]
     timed_size, times, of_others = sweeper.times(timed, others)
-    points = sweeper.points(finest, viewed.on_data.rgba, ratios, subject, times)
+    points = sweeper.points(finest, ratios, small_on_data, small_truth.rgba, times)
     if precise is not None:
         points = [
             point.model_copy(update={"quadrature": errors(picture, on_table)})
@@ -269,7 +264,7 @@ def measure_sweep(
     for level in coarser:
         with clock.part("oracle"):
             on_data = small.on_data(program.transfer, SWEEP_VIEW, level).rgba
-        points += sweeper.points(level, on_data, _COARSE_RATIOS, small, times)
+        points += sweeper.points(level, _COARSE_RATIOS, on_data, small_truth.rgba, times)
         floors.append(sweeper.floor(level, on_data, small_truth.rgba))
     sweep = Sweep(
         view=SWEEP_VIEW,
