@@ -203,6 +203,7 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "colour in a mosaic": lambda folder: write_colour_scene(folder, "gles2-2048"),
     "segments": segments_scene("gles3", _LIT),
     "segments in a mosaic": segments_scene("gles2-2048", _LIT),
+    "segments with shadows": segments_scene("gles3", _SHADOWS.format("rays")),
     "bricks": _phantom("[bricks]\nsize = 4\n"),
     "half floats": _phantom("[quantize]\nbits = 16\n"),
     "norm16, perspective": _phantom('[quantize]\nbits = 16\n[render]\nprojection = "perspective"\n', "gles3-norm16"),
