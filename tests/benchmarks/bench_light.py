@@ -1,9 +1,10 @@
 """Light that is computed once beside what shaders can do at run time, against the same path-traced truth.
 
-`python -m tests.benchmarks.bench_light SCAN [--every N] [--preset NAME]` prints a table in Markdown: decibels, size,
-preparation and drawing. Each way is a package that is built as a user builds it, and drawn on the driver at hand. The
-truth is multiple scattering under a white sky; every picture may have one factor of brightness, the one that suits it
-best, so that a way is not judged by its exposure. `--every` takes each Nth voxel along each axis.
+`python -m tests.benchmarks.bench_light SCAN [--every N] [--preset NAME] [--profile NAME] [--ways WORDS]` prints a table
+in Markdown: decibels, size, preparation and drawing. Each way is a package that is built as a user builds it, and drawn
+on the driver at hand. The truth is multiple scattering under a white sky; every picture may have one factor of
+brightness, the one that suits it best, so that a way is not judged by its exposure. `--every` takes each Nth voxel
+along each axis. `--ways` takes the first way and those whose names have the words: OpenGL ES 2 has no shadows.
 """
 
 import argparse
@@ -18,6 +19,7 @@ import numpy as np
 
 from volprep.library.scans import read_scan
 from volprep.pipeline.build import build
+from volprep.render.gl import TargetFormat
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
@@ -32,6 +34,7 @@ PIXELS = 64
 PATHS = 256
 _LAMP = "light_mm = [-150.0, -220.0, 180.0]\n"
 _SCENE = """name = "s"
+profile = "{profile}"
 crop = "none"
 [source]
 path = "scan.raw"
@@ -54,6 +57,8 @@ WAYS = {
     "baked occlusion, 1/2": ("", 'baked = "occlusion"\nresolution = 2'),
     "baked scattering, 1/4": ("", 'baked = "scattering"\nresolution = 4'),
     "baked scattering, 1/2": ("", 'baked = "scattering"\nresolution = 2'),
+    "baked scattering in colour, 1/2": ("", 'baked = "scattering"\nresolution = 2\nchannels = "rgb"'),
+    "baked scattering that turns, 1/2": ("", 'baked = "scattering"\nresolution = 2\nturnable = true'),
 }
 """Settings of [render] and of [lighting]."""
 
@@ -73,7 +78,9 @@ class Made:
         return sum(len(self.package.read_bytes(each.file)) for each in manifest.textures) / 1e6
 
 
-def make(folder: Path, way: str, voxels: np.ndarray, spacing_mm_zyx: Sequence[float], preset: str) -> Made:
+def make(
+    folder: Path, way: str, voxels: np.ndarray, spacing_mm_zyx: Sequence[float], asked: argparse.Namespace
+) -> Made:
     """Build the package of a way."""
     folder.mkdir()
     voxels.tofile(folder / "scan.raw")
@@ -84,7 +91,8 @@ def make(folder: Path, way: str, voxels: np.ndarray, spacing_mm_zyx: Sequence[fl
         spacing=list(spacing_mm_zyx),
         render=render,
         lighting=lighting,
-        preset=preset,
+        preset=asked.preset,
+        profile=asked.profile,
     )
     (folder / "s.toml").write_text(scene, encoding="utf-8")
     # Without light that is computed once the plan tries nothing: the difference is what this light takes.
@@ -110,7 +118,8 @@ def draw(made: Made) -> tuple[list[Float64Array], list[float]]:
     """Draw all views, and return the processor's milliseconds of each."""
     grid = made.package.manifest.levels[0].grid
     pictures, took = [], []
-    with Renderer(made.package, level=0, target="rgba32f") as renderer:
+    target: TargetFormat = "rgba8" if made.package.manifest.profile.dialect == "es100" else "rgba32f"
+    with Renderer(made.package, level=0, target=target) as renderer:
         for name in VIEWS:
             camera = standard_views(grid)[name].box_from_clip(grid, 1.0)
             renderer.render(camera, (PIXELS, PIXELS))
@@ -136,19 +145,22 @@ def main() -> None:
     parser.add_argument("scan", type=Path)
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--preset", default="mr-head")
+    parser.add_argument("--profile", default="gles3")
+    parser.add_argument("--ways", default="")
     asked = parser.parse_args()
+    ways = [way for number, way in enumerate(WAYS) if number == 0 or asked.ways in way]
     found = read_scan(asked.scan)
     n = asked.every
     voxels = np.ascontiguousarray(found.stored[::n, ::n, ::n])
     spacing = [n * h for h in found.grid.spacing_mm_zyx]
     with tempfile.TemporaryDirectory() as folder:
-        made = [make(Path(folder) / str(i), way, voxels, spacing, asked.preset) for i, way in enumerate(WAYS)]
+        made = [make(Path(folder) / str(i), way, voxels, spacing, asked) for i, way in enumerate(ways)]
         traced = list(truths(made[0], voxels).values())
         drawn = [draw(each) for each in made]
         again = [[draw(each)[1] for each in made] for _ in range(3)]
         megabytes = [each.megabytes for each in made]
     write = sys.stdout.write
-    write(f"{asked.scan.name}, {'×'.join(map(str, voxels.shape))} voxels, preset {asked.preset}\n\n")
+    write(f"{asked.scan.name}, {'×'.join(map(str, voxels.shape))} voxels, preset {asked.preset}, {asked.profile}\n\n")
     write(
         "| way | dB | brightness | MB | preparation, processor s | ms | times unlit |\n|---|---|---|---|---|---|---|\n"
     )

@@ -51,7 +51,7 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
     later = set(modules) - needed(modules, "volpkg.js")
     assert later == {
         *("beside.js", "blocks.js", "camera.js", "clip.js", "draco.js", "edit.js", "element.js", "element_tools.js"),
-        *("finisher.js", "rotate.js"),
+        *("environment.js", "finisher.js", "rotate.js"),
         *("annotations.js", "sheet.js", "slices.js", "unpack_worker.js", "values.js", "worker_loop.js"),
         *("fallbacks.js", "fidelity.js", "gestures.js", "half_angle.js", "ruler.js", "service_worker.js", "stage.js"),
         *(
