@@ -170,8 +170,11 @@ def cameras_around(grid: Grid, count: int) -> Iterator[Camera]:
 def _views_text(bench: Bench) -> str:
     """Say over how many pictures means are."""
     cameras, zooms = bench.views or len(_cameras(bench)), len(_zooms(bench))
-    around = "views spread evenly around the volume" if bench.views else "views"
-    return f"{cameras} {around}, {zooms} zooms; the paper takes 20 on a sphere for each of 3 zooms"
+    around = " spread evenly around the volume" if bench.views else ""
+    return (
+        f"{cameras} {'view' if cameras == 1 else 'views'}{around}, {zooms} {'zoom' if zooms == 1 else 'zooms'}; "
+        "the paper takes 20 on a sphere for each of 3 zooms"
+    )
 
 
 _Found = dict[tuple[str, Order], list[Progress]]
@@ -361,7 +364,7 @@ def _finding(found: _Found, names: list[str], orders: tuple[Order, ...], figures
         f"{longest(_CLASSIC):.3g} milliseconds, that of the others: {worst}. {tiles} Slabs lose early ray termination "
         f"from slab to slab, and look at no skip table. A tenth of the first DSSIM is reached by: {'; '.join(early)}. "
         f"At equal DSSIM, half of the first one, the first progressive form is: {_first_at_half(figures12)}. "
-        f"Farther from the last frame than the one before, by DSSIM, in figure 12 of {len(figures12)} scans: "
+        f"Farther from the last frame than the one before, by DSSIM, in figure 12 (scans: {len(figures12)}): "
         f"{'; '.join(_rises(figures12, each) for each in progressive)}. "
         "The errors of the whole pictures are those of ray casting: no order changes what a pixel shows in the end, "
         "but slabs round it to 8 bits once for each slab."

@@ -100,15 +100,21 @@ def about_sizes(sized: list[Sized]) -> str:
         return float(np.mean(_changes(sized, size)))
 
     least, most = SIZES[0], SIZES[-1]
-    larger_is_faster = seconds(most) <= seconds(_CHOSEN) <= seconds(least)
-    smoother = change(least) <= change(_CHOSEN) <= change(most)
+    faster = [seconds(_CHOSEN) <= seconds(least), seconds(most) <= seconds(_CHOSEN)]
+    where = {
+        (True, True): "holds",
+        (True, False): f"holds up to {_CHOSEN}² only",
+        (False, True): f"holds from {_CHOSEN}² on only",
+        (False, False): "does not hold here",
+    }[faster[0], faster[1]]
+    larger_changes_more = change(most) >= change(_CHOSEN)
     return (
         f" Tiles of {most}² pixels finish a picture in {seconds(most):.3g} seconds, of {_CHOSEN}² in "
-        f"{seconds(_CHOSEN):.3g}, single pixels in {seconds(least):.3g}: that larger tiles are faster "
-        f"{'holds' if larger_is_faster else 'does not hold here'}. A frame differs from the one before it by "
-        f"{change(most):.4f} with the largest tiles, by {change(_CHOSEN):.4f} with those of {_CHOSEN}², by "
-        f"{change(least):.4f} with single pixels: that smaller tiles make the change harder to see "
-        f"{'holds' if smoother else 'does not hold here'}."
+        f"{seconds(_CHOSEN):.3g}, single pixels in {seconds(least):.3g}: that larger tiles are faster {where}. "
+        f"A frame differs from the one before it by {change(most):.4f} with the largest tiles and by "
+        f"{change(_CHOSEN):.4f} with those of {_CHOSEN}²: that larger ones change more from frame to frame "
+        f"{'holds' if larger_changes_more else 'does not hold here'}. The paper has all smaller ones alike; here "
+        f"single pixels change by {change(least):.4f}, {change(least) / change(_CHOSEN):.1f} times as much."
     )
 
 
