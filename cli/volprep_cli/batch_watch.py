@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress as Bar
 
-    from volprep.batch.work import Ended
+    from volprep.batch.work import TaskResult
 
 
 @contextmanager
@@ -77,7 +77,7 @@ class BatchWatcher:
         else:
             self._line(str(error))
 
-    def ended(self, ended: "Ended") -> None:
+    def ended(self, ended: "TaskResult") -> None:
         """Take the end of a job."""
         record = ended.record
         if record is None:
@@ -106,12 +106,12 @@ class BatchWatcher:
             f"{seconds:.1f} s; {shown(os.fspath(page))}"
         )
 
-    def _print_json(self, ended: "Ended") -> None:
+    def _print_json(self, ended: "TaskResult") -> None:
         job = ended.task.job
         record = None if ended.record is None else ended.record.model_dump(mode="json")
         self._line(json.dumps({"name": job.name, "profile": job.profile, "new": ended.is_new, "record": record}))
 
-    def _print(self, ended: "Ended") -> None:
+    def _print(self, ended: "TaskResult") -> None:
         job, record = ended.task.job, ended.record
         name = f"{job.name} {job.profile}"
         if record is None:

@@ -11,7 +11,7 @@ from volprep_cli.console import Json, bytes_text, print_json, print_line, voxels
 from volprep_cli.outputs import Force, require_new
 
 if TYPE_CHECKING:
-    from volprep.pipeline.look import Looked
+    from volprep.pipeline.look import ScanPreview
 
 Scan = Annotated[Path, typer.Argument(help="A scan, or a scene file that names one.", metavar="SCAN|SCENE")]
 Output = Annotated[
@@ -47,7 +47,7 @@ def look(scan: Scan, output: Output = None, *, force: Force = False, choices: Ch
         _draw(looked)
 
 
-def facts(looked: "Looked") -> dict[str, object]:
+def facts(looked: "ScanPreview") -> dict[str, object]:
     """Return the findings for JSON."""
     info = looked.info
     return {
@@ -67,7 +67,7 @@ def facts(looked: "Looked") -> dict[str, object]:
     }
 
 
-def _print(looked: "Looked") -> None:
+def _print(looked: "ScanPreview") -> None:
     from volprep.pipeline.look import size_bytes
 
     info = looked.info
@@ -92,7 +92,7 @@ def _print(looked: "Looked") -> None:
         print_line(f"note: {remark}")
 
 
-def _histogram(looked: "Looked") -> str:
+def _histogram(looked: "ScanPreview") -> str:
     """Return the histogram in one line, heights by the logarithm of the counts."""
     import math
 
@@ -101,7 +101,7 @@ def _histogram(looked: "Looked") -> str:
     return "".join(_BARS[round(height / most * (len(_BARS) - 1))] for height in heights)
 
 
-def _draw(looked: "Looked") -> None:
+def _draw(looked: "ScanPreview") -> None:
     """Draw the slices in the terminal: each character holds two pixels, one above the other."""
     from volprep.pipeline.look import picture
 

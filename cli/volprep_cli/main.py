@@ -85,8 +85,9 @@ def volprep(
 ) -> None:
     """Turn a scan into a validated package for direct volume rendering on phones, tablets and the web.
 
-    volprep build SCENE -o PACKAGE makes a package, and volprep validate PACKAGE proves it. A scene is a short text
-    file; a scan alone can take its place. The verbs from quantize to seal are the stages of a build, one by one.
+    volprep look SCAN shows a scan. volprep build SCAN -o PACKAGE makes a package of it, and volprep build SCENE of a
+    scene, a short text file that names a scan and describes its look. volprep view PACKAGE shows a package, and
+    volprep validate PACKAGE proves it. The verbs from quantize to seal are the stages of a build, one by one.
     """
 
 

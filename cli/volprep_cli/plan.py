@@ -133,13 +133,13 @@ def _plan_devices(
     as_json: bool,
 ) -> None:
     from volprep.pipeline.build import scan_digests
-    from volprep.plan.device_cheapest import Wish, cheapest
+    from volprep.plan.device_cheapest import DeviceLimits, cheapest
     from volprep.plan.device_files import read_devices_of_scan
     from volprep_cli.plan_devices import print_cheapest, require_all
 
     with progress() as watcher:
         records, others = read_devices_of_scan(folder, scan_digests(request, watcher))
-    wish = Wish(frame_ms, request.scene.tolerance.rmse if error is None else error, canvas)
+    wish = DeviceLimits(frame_ms, request.scene.tolerance.rmse if error is None else error, canvas)
     found = cheapest(records, wish)
     if others:
         print_note(f"{folder}: {others} measurements of other scans are left out")

@@ -14,7 +14,7 @@ Extra = Literal["validate", "batch", "zarr", "convex"]
 
 
 @dataclass(frozen=True)
-class Needed:
+class ExtraUse:
     """Use of an extra."""
 
     purpose: str
@@ -23,13 +23,13 @@ class Needed:
     """Python modules that it brings. A test compares them with pyproject.toml."""
 
 
-EXTRAS: dict[Extra, Needed] = {
-    "validate": Needed(
+EXTRAS: dict[Extra, ExtraUse] = {
+    "validate": ExtraUse(
         "comparing pictures and writing reports", ("scipy", "skimage", "matplotlib", "flip_evaluator", "jinja2")
     ),
-    "batch": Needed("volprep batch", ("dask", "distributed", "fsspec", "psutil", "jinja2")),
-    "zarr": Needed("OME-Zarr", ("zarr",)),
-    "convex": Needed('form = "convex" of a proxy', ("scipy",)),
+    "batch": ExtraUse("volprep batch", ("dask", "distributed", "fsspec", "psutil", "jinja2")),
+    "zarr": ExtraUse("OME-Zarr", ("zarr",)),
+    "convex": ExtraUse('form = "convex" of a proxy', ("scipy",)),
 }
 
 

@@ -9,7 +9,7 @@ from command_line import volprep
 from volprep.batch.explain import explain
 from volprep.batch.place import Place
 from volprep.batch.records import job_error
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_the_command_line_explains_a_name(place: Place) -> None:
 
 def test_reasons_in_our_own_words_stay_in_the_ledger_and_foreign_text_does_not() -> None:
     own = job_error(
-        VolprepError("VP1002", path="JANE", problem=Said("the file is empty"), known=Said("nifti")), "scan-1"
+        VolprepError("VP1002", path="JANE", problem=SafeText("the file is empty"), known=SafeText("nifti")), "scan-1"
     )
     assert own.summary == "scan-1: the file is empty"
     foreign = job_error(VolprepError("VP1002", path="JANE", problem="JANE", known="JANE"), "scan-1")

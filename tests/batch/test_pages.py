@@ -9,7 +9,7 @@ from rich.console import Console
 from volprep.batch.page import page, write_pages
 from volprep.batch.place import Place
 from volprep.batch.records import JobRecord, job_error
-from volprep.batch.work import Ended
+from volprep.batch.work import TaskResult
 from volprep_cli.batch_watch import BatchWatcher, bar_on, watching
 from volprep_formats.diagnostics import VolprepError
 
@@ -75,7 +75,7 @@ def test_the_bar_of_a_terminal_shows_scans_bytes_failures_and_the_dashboard(caps
         watcher.begin(3)
         for each in (RECORDS[0], RECORDS[3]):
             task = SimpleNamespace(job=each)
-            watcher.ended(Ended(task, each, is_new=True))
+            watcher.ended(TaskResult(task, each, is_new=True))
     text = shown.getvalue()
     assert "dashboard: http://127.0.0.1:8787/status" in text
     last = text[text.rindex("scans") :]

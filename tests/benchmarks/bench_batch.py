@@ -22,7 +22,7 @@ from volprep.batch.guard import Limits
 from volprep.batch.jobs import Defaults, Job
 from volprep.batch.place import Place
 from volprep.batch.run import Wishes, find_jobs, run_batch
-from volprep.batch.work import Ended
+from volprep.batch.work import TaskResult
 from volprep.pipeline.build import build
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import available_cores
@@ -49,7 +49,7 @@ class Clock:
     def begin(self, jobs: int) -> None:
         """Jobs begin."""
 
-    def ended(self, ended: Ended) -> None:
+    def ended(self, ended: TaskResult) -> None:
         """Note an end."""
         self.ends.append(time.monotonic())
         assert ended.record is not None

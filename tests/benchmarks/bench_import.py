@@ -51,13 +51,13 @@ _OURS_BARE = (
     """
 import hashlib, os
 import numpy as np
-from volprep.scan.statistics import Gauge, _Sampler
+from volprep.scan.statistics import SlabMeasurer, _Sampler
 class NoDigest:
     def __init__(self, data=b""): pass
     def update(self, data): pass
     def hexdigest(self): return "0" * 64
-measured = Gauge.add
-Gauge.add = lambda gauge, slab: None if gauge._slices else measured(gauge, slab)
+measured = SlabMeasurer.add
+SlabMeasurer.add = lambda gauge, slab: None if gauge._slices else measured(gauge, slab)
 _Sampler.rays_zyx = lambda sampler, slope, intercept: (np.zeros((1, 1)),) * 3
 hashlib.sha256 = NoDigest
 os.fsync = lambda descriptor: None

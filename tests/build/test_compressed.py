@@ -11,7 +11,7 @@ from plans import PlanOfOne, plan_of_one
 from volprep.parts.skip.visible import entry_extinctions
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
@@ -199,7 +199,7 @@ def plan(voxels: np.ndarray, profile: str = "gles3-astc", **scene: object) -> Pl
         {"name": "s", "source": {"path": "x"}, "transfer": [{"name": "a", "points": points}], "crop": "none", **scene}
     )
     info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type=voxels.dtype.name)
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(voxels)
     return plan_of_one(wanted, load_profile(profile, Path()), info, gauge.result("0" * 64))
 

@@ -18,7 +18,7 @@ from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.render.choose import renderer_of
 from volprep.scan.slabs import RawVolume
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
@@ -164,7 +164,7 @@ def test_a_coarser_level_is_tried_where_it_is_the_finest_that_fits(tmp_path) -> 
     wanted |= {"textures": {"compression": "eac"}, "render": {"picture_size": 24}}
     scene = Scene.model_validate({**wanted, "pyramid": {"coarsest_longest_axis": 16}})
     info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.5, 0.5)), stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(voxels)
     source = RawVolume(tmp_path / "level0.raw", voxels.shape, voxels.dtype)
     whole = WholeSource(source, info, "0" * 64, Silent())

@@ -9,7 +9,7 @@ from volprep.parts.programs.step_bench import STEP_SHARE
 from volprep.pipeline.build import build
 from volprep.plan.records import CropPlan
 from volprep.render.renderer import Renderer
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume, table_function
@@ -92,7 +92,7 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
             slope=slope,
             intercept=intercept,
         )
-        gauge = Gauge(info)
+        gauge = SlabMeasurer(info)
         gauge.add(stored)
         measured = gauge.result("0" * 64)
         crop = CropPlan(start_zyx=start_zyx, stop_zyx=stop_zyx)
@@ -111,7 +111,7 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
 def test_a_scan_of_which_nothing_is_seen_has_no_rays() -> None:
     codes = long_body()
     info = SourceInfo(format="raw", grid=Grid.of(codes.shape, (1.0, 1.0, 1.0)), stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(codes)
     measured = gauge.result("0" * 64)
     nothing = np.zeros(measured.blocks.shape_zyx, bool)

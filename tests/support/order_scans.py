@@ -15,8 +15,8 @@ from volprep.scene.scene import (
     LightingSettings,
     PyramidSettings,
     QuantizeSettings,
-    RenderWishes,
     Scene,
+    SceneRender,
     SkipSettings,
 )
 from volprep.scene.transfer import SceneTransfer
@@ -97,7 +97,7 @@ def built(
         bricks=BrickSettings(size=4) if way.sampling == "bricks" else None,
         grid=GridSettings(size=half) if way.sampling == "subvolumes" else None,
         lighting=LightingSettings(light_mm=(40.0, -60.0, 50.0)),
-        render=RenderWishes.model_validate(
+        render=SceneRender.model_validate(
             {
                 "classification": way.classification,
                 "step_voxels": step_voxels,

@@ -7,7 +7,7 @@ import pytest
 from plans import PlanOfOne, plan_of_one
 
 from volprep.parts.classification.automatic import KIND
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
 from volprep.truth.phantoms import distance, sampled
@@ -32,7 +32,7 @@ def planned(scene: Scene, profile: str = "gles3") -> PlanOfOne:
     centre = tuple(extent / 2 for extent in GRID.extent_mm_zyx[::-1])
     codes = np.rint(np.clip(255 - 9 * sampled(distance(centre), GRID), 0, 255)).astype(np.uint8)
     info = SourceInfo(format="raw", grid=GRID, stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(codes)
     return plan_of_one(scene, load_profile(profile, Path()), info, gauge.result("0" * 64))
 

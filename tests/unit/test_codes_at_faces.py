@@ -5,7 +5,7 @@ import pytest
 
 from volprep.parts.values.decision import choose_values
 from volprep.plan.probe import Quantizer, difference
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
 from volprep.truth.camera import standard_views
@@ -29,7 +29,7 @@ def test_the_plan_sees_what_clipped_values_do_to_opaque_faces(tissue, tmp_path):
     settings = {"transfer": [{"preset": "ct-bone"}], "quantize": {"bits": 8, "window": window}}
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **settings})
     info = SourceInfo(format="raw", grid=GRID, stored_type="uint16")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(tissue)
     functions = tuple(each.resolved() for each in scene.transfer)
     profile = load_profile("gles3", tmp_path)

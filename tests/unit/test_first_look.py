@@ -7,7 +7,7 @@ import pytest
 
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import request_for_source
@@ -34,7 +34,7 @@ def look(
     voxels = np.array(values, np.float32).reshape(1, 1, -1)
     grid = Grid.of(voxels.shape, (spacing_mm, spacing_mm, spacing_mm))
     info = SourceInfo(format="raw", grid=grid, stored_type="float32", unit=unit, level_set=level_set)
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(voxels)
     points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
     scene = Scene.model_validate(
@@ -139,7 +139,7 @@ def test_a_stack_of_few_slices_looks_as_its_slices_do() -> None:
     voxels = np.random.default_rng(1).integers(0, 200, (5, 40, 40)).astype(np.float32)
     grid = Grid.of(voxels.shape, (1.0, 1.0, 1.0))
     info = SourceInfo(format="raw", grid=grid, stored_type="float32")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(voxels)
     statistics = gauge.result("0" * 64).statistics
     scene = with_first_look(look([0, 1]), GLES3, info, statistics, voxels.astype(np.float64).ravel())
@@ -150,7 +150,7 @@ def test_a_thin_stack_of_a_ct_is_drawn_as_its_slices_look_whatever_its_padding()
     voxels = np.full((2, 40, 40), -2000, np.float32)
     voxels[:, 8:32, 8:32] = 40
     info = SourceInfo(format="dicom", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type="float32", unit="HU")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(voxels)
     scene = with_first_look(
         look([0, 1]), GLES3, info, gauge.result("0" * 64).statistics, voxels.astype(np.float64).ravel()
@@ -187,7 +187,7 @@ def test_a_strip_shows_the_colours_of_a_function_over_black() -> None:
 @pytest.mark.parametrize(("profile", "lighting"), [("gles3", "headlight"), ("gles1", "none")])
 def test_segments_are_lit_and_dense_in_a_thin_veil(profile, lighting):
     info = SourceInfo(format="raw", grid=Grid.of((20, 20, 20), (1.0, 1.0, 1.0)), stored_type="float32")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(np.linspace(0.0, 100.0, 8000, dtype=np.float32).reshape(20, 20, 20))
     points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
     table = {"name": "s", "source": {"path": "x"}, "transfer": [{"name": "none", "points": points}]}

@@ -12,7 +12,7 @@ from plans import PlanOfOne, plan_of_one
 from volumes import shapes
 
 from volprep.parts.texture.mipmaps import mipmap_levels
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
@@ -35,7 +35,7 @@ def plan(wanted: Scene, profile=GLES3) -> PlanOfOne:
     """Plan for 9×70×33 voxels of noise."""
     voxels = np.random.default_rng(3).integers(0, 256, (9, 70, 33)).astype(np.uint8)
     info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(voxels)
     return plan_of_one(wanted, profile, info, gauge.result("0" * 64))
 

@@ -13,7 +13,7 @@ from volprep.parts.layout.fit import fit_level
 from volprep.parts.levels.decision import candidate_levels
 from volprep.plan.records import LevelPlan
 from volprep.plan.room import Beside, texture_bytes
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import MosaicSettings, Scene
 from volprep_formats.diagnostics import VolprepError
@@ -44,7 +44,7 @@ def plan(voxels: np.ndarray, wanted: Scene | None = None, profile=GLES3, *, slop
         slope=slope,
         intercept=intercept,
     )
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(voxels)
     return plan_of_one(wanted or scene(), profile, info, gauge.result("0" * 64))
 

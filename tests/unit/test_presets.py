@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from plans import plan_of_one
 
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.points import Measure, ScenePoint
 from volprep.scene.presets import load_preset, preset_names
 from volprep.scene.profiles import load_profile
@@ -30,7 +30,7 @@ def transfer(*points, **fields) -> SceneTransfer:
 
 def plan(scene_transfer: dict, voxels: np.ndarray):
     info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type=voxels.dtype.name)
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(voxels)
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [scene_transfer]})
     return plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
@@ -208,7 +208,7 @@ def test_a_wish_of_the_verb_replaces_the_scenes() -> None:
 @pytest.mark.parametrize("profile", ["gles2-2048", "gles3"])
 def test_a_palette_has_entries_and_no_texture(profile: str) -> None:
     info = SourceInfo(format="raw", grid=Grid.of((4, 4, 4), (1.0, 1.0, 1.0)), stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(np.arange(64).reshape(4, 4, 4).astype(np.uint8))
     tables = {"transfer": [{"preset": "labels"}], "render": {"classification": "palette"}}
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
@@ -220,7 +220,7 @@ def test_a_palette_has_entries_and_no_texture(profile: str) -> None:
 
 def test_the_plan_says_what_pre_integration_gains_and_how_large_its_tables_are() -> None:
     info = SourceInfo(format="raw", grid=Grid.of((40, 16, 16), (1.0, 1.0, 1.0)), stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     z = np.arange(40)[:, None, None] + np.random.default_rng(5).uniform(0, 6, (1, 16, 16))
     gauge.add(np.rint(127 + 120 * np.sin(z / 3)).astype(np.uint8))
     points = [
@@ -249,7 +249,7 @@ def classified(**tables) -> Scene:
 
 def ramp_plan(scene: Scene, profile=GLES3):
     info = SourceInfo(format="raw", grid=Grid.of((9, 8, 8), (1.0, 1.0, 1.0)), stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add((np.arange(576).reshape(9, 8, 8) % 13).astype(np.uint8))
     return plan_of_one(scene, profile, info, gauge.result("0" * 64))
 

@@ -9,7 +9,7 @@ from plans import PlanOfOne, plan_of_one
 
 from volprep.plan.products import SkipPlan
 from volprep.scan.block_ranges import BlockGauge, block_ranges
-from volprep.scan.statistics import MEASURED_BLOCK, Gauge
+from volprep.scan.statistics import MEASURED_BLOCK, SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene, SkipSettings, changed
 from volprep_formats.diagnostics import VolprepError
@@ -32,7 +32,7 @@ def scene(points=((100.0, 0.0), (200.0, 0.5)), **skip) -> Scene:
 
 def plan(voxels, wanted, profile=GLES3) -> PlanOfOne:
     info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type=voxels.dtype.name)
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(voxels)
     return plan_of_one(wanted, profile, info, gauge.result("0" * 64))
 

@@ -14,7 +14,7 @@ from volprep.parts.programs.step_bench import STEP_SHARE
 from volprep.plan.decisions import StepChoice
 from volprep.plan.records import LevelPlan
 from volprep.render.renderer import Renderer
-from volprep.scan.statistics import Gauge
+from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
 from volprep.truth.camera import standard_views
@@ -38,7 +38,7 @@ def scene_of(points=POINTS, **tables) -> Scene:
 
 def planned(codes: np.ndarray, scene: Scene, grid: Grid = GRID) -> PlanOfOne:
     info = SourceInfo(format="raw", grid=grid, stored_type=codes.dtype.name)
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(codes)
     return plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
 
@@ -104,7 +104,7 @@ def test_coarser_levels_have_longer_steps_and_the_plan_says_why() -> None:
 def test_steps_of_levels_whose_cells_are_wider_than_a_patch_take_no_more_memory() -> None:
     grid = Grid.of((1200, 96, 96), (1.0, 1.0, 1.0))
     info = SourceInfo(format="raw", grid=grid, stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(np.random.default_rng(1).integers(0, 256, grid.shape_zyx).astype(np.uint8))
     measured = gauge.result("0" * 64)
     level = LevelPlan(channel="a", index=7, factors_zyx=(128, 128, 128), shape_zyx=(10, 1, 1), filter="auto")
@@ -148,7 +148,7 @@ def test_of_layers_that_are_rounded_to_8_bits_the_step_with_the_least_error_is_t
     tolerance = {"rmse": 4e-3, "maximum": 0.1}
     render = {"technique": "axis-slices"}
     info = SourceInfo(format="raw", grid=GRID, stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(ball())
     measured = gauge.result("0" * 64)
     bytes_, floats = (
@@ -226,7 +226,7 @@ def test_a_level_0_in_pieces_has_a_step_of_its_own_beside_that_of_the_finest_lev
 def test_the_step_of_pieces_is_measured_at_their_own_resolution():
     small = GLES3.model_copy(update={"max_3d_texture_size": 32})
     info = SourceInfo(format="raw", grid=GRID, stored_type="uint8")
-    gauge = Gauge(info)
+    gauge = SlabMeasurer(info)
     gauge.add(waves(3.0))
     measured = gauge.result("0" * 64)
     pieces, whole = (plan_of_one(scene_of(grid={"size": 16}), profile, info, measured) for profile in (small, GLES3))

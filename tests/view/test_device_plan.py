@@ -8,7 +8,7 @@ import pytest
 from command_line import volprep
 from device_files import device_record_text
 
-from volprep.plan.device_cheapest import Wish, cheapest
+from volprep.plan.device_cheapest import DeviceLimits, cheapest
 from volprep.plan.device_choice import choose_for_frame
 from volprep.plan.device_files import ENDING
 from volprep.plan.device_records import DeviceProgram, DeviceRecord
@@ -92,7 +92,7 @@ def other_profile(profile: str, digit: str, **changes: object) -> dict:
     return found
 
 
-def answer(found: list[dict], wish: Wish):
+def answer(found: list[dict], wish: DeviceLimits):
     (device,) = cheapest([DeviceRecord.model_validate_json(json.dumps(each)) for each in found], wish).devices
     return device
 
@@ -101,19 +101,19 @@ def test_the_cheapest_package_is_the_one_with_the_fewest_bytes_that_fits() -> No
     gles3 = json.loads(device_record_text())
     gles2 = other_profile("gles2-2048", "2", form="ray-casting, RGBA mosaic", upload_bytes=30_000)
     # Within RMSE 0.01: level 0, or level 1 with a step of 0.5 mm. Level 1 has fewer bytes.
-    chosen = answer([gles3], Wish(frame_ms=50.0, seen_rmse=0.01)).package
+    chosen = answer([gles3], DeviceLimits(frame_ms=50.0, seen_rmse=0.01)).package
     assert (chosen.profile, chosen.draws[0].level, chosen.draws[0].step_mm) == ("gles3", 1, 0.5)
-    assert answer([gles3, gles2], Wish(50.0, 0.01)).package.profile == "gles2-2048"
-    assert answer([gles3, gles2], Wish(50.0, 0.01)).package.draws[0].form == "ray-casting, RGBA mosaic"
+    assert answer([gles3, gles2], DeviceLimits(50.0, 0.01)).package.profile == "gles2-2048"
+    assert answer([gles3, gles2], DeviceLimits(50.0, 0.01)).package.draws[0].form == "ray-casting, RGBA mosaic"
     # Level 1 is beyond this error.
-    assert answer([gles3], Wish(50.0, 0.005)).package.draws[0].level == 0
+    assert answer([gles3], DeviceLimits(50.0, 0.005)).package.draws[0].level == 0
 
 
 def test_a_package_must_fit_each_time_that_it_was_measured() -> None:
     slow = json.loads(device_record_text())
     for point in slow["programs"][0]["points"]:
         point.update(draw_ms=900.0, fastest_ms=890.0, slowest_ms=910.0)
-    assert answer([slow, json.loads(device_record_text())], Wish(50.0, 0.01)).package is None
+    assert answer([slow, json.loads(device_record_text())], DeviceLimits(50.0, 0.01)).package is None
 
 
 def test_a_package_must_fit_with_each_of_its_transfer_functions() -> None:
@@ -123,7 +123,7 @@ def test_a_package_must_fit_with_each_of_its_transfer_functions() -> None:
     for point in second["points"]:
         point["seen_rmse"] = 0.5
     both["programs"].append(second)
-    found = answer([both], Wish(50.0, 0.01))
+    found = answer([both], DeviceLimits(50.0, 0.01))
     assert found.package is None
     assert found.reason == "the least error is 0.5 (gles3, core, level 0, step 0.25 mm)"
 
@@ -136,17 +136,17 @@ def test_the_transfer_function_that_binds_is_told() -> None:
         point["slowest_ms"] = 10 * point["slowest_ms"]
     both["programs"].append(second)
     # The other one misses the time, too, by less.
-    found = answer([both], Wish(frame_ms=10.0, seen_rmse=0.01))
+    found = answer([both], DeviceLimits(frame_ms=10.0, seen_rmse=0.01))
     assert found.reason == "the fastest with this error takes up to 310 ms (gles3, core, level 1, step 0.5 mm)"
 
 
 def test_why_nothing_fits_is_told() -> None:
     gles3 = json.loads(device_record_text())
-    late = answer([gles3], Wish(frame_ms=10.0, seen_rmse=0.01))
+    late = answer([gles3], DeviceLimits(frame_ms=10.0, seen_rmse=0.01))
     assert late.reason == "the fastest with this error takes up to 31 ms (gles3, shell, level 1, step 0.5 mm)"
     gles3["programs"][0]["points"] = []
     gles3["left_out"] = ["shell, level 0: no time"]
-    assert answer([gles3], Wish(10.0, 0.01)).reason == "nothing was timed: shell, level 0: no time"
+    assert answer([gles3], DeviceLimits(10.0, 0.01)).reason == "nothing was timed: shell, level 0: no time"
 
 
 def folder_of(phantom, tmp_path, **devices: str):

@@ -5,7 +5,7 @@ import signal
 from collections.abc import Iterable, Iterator
 from multiprocessing.connection import Connection
 
-from volprep.batch.work import ATTEMPTS, Ended, Task, answer, give_up, understood
+from volprep.batch.work import ATTEMPTS, Task, TaskResult, answer, give_up, understood
 
 # Not forked: threads and graphics contexts do not survive that.
 _CONTEXT = multiprocessing.get_context("spawn")
@@ -14,7 +14,7 @@ _CONTEXT = multiprocessing.get_context("spawn")
 class Alone:
     """An engine of one process."""
 
-    def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
+    def run(self, tasks: Iterable[Task]) -> Iterator[TaskResult]:
         """Do each task; yield its result as soon as it is available. Raises the errors of `work`."""
         worker = _Worker()
         try:
@@ -38,7 +38,7 @@ class _Worker:
         self._process.start()
         theirs.close()
 
-    def work(self, task: Task) -> Ended | None:
+    def work(self, task: Task) -> TaskResult | None:
         """Return the result of a task; None if the process crashed. Raises the errors of `work`."""
         try:
             self._connection.send(task)

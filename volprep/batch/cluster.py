@@ -19,7 +19,7 @@ from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin, as_c
 from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
-from volprep.batch.work import ATTEMPTS, Ended, Refused, Task, answer, give_up, understood
+from volprep.batch.work import ATTEMPTS, Task, TaskError, TaskResult, answer, give_up, understood
 from volprep_formats.diagnostics import VolprepError
 
 _WAIT_S = 30.0
@@ -51,7 +51,7 @@ class Local:
         self._workers = workers
         self._dashboard = dashboard
 
-    def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
+    def run(self, tasks: Iterable[Task]) -> Iterator[TaskResult]:
         """Do tasks; yield each result as soon as it is available. Raises the errors of `work`."""
         quiet = logging.CRITICAL
         with (
@@ -77,7 +77,7 @@ class Remote:
         self._address = address
         self._dashboard = dashboard
 
-    def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
+    def run(self, tasks: Iterable[Task]) -> Iterator[TaskResult]:
         """Do tasks; yield each result as soon as it is available.
 
         Raises VP8030 for a scheduler that does not answer, VP8031 for workers of another version, VP8032 if there are
@@ -133,11 +133,11 @@ def _version() -> str:
         return "none"
 
 
-def _run(client: Client, tasks: Iterable[Task]) -> Iterator[Ended]:
+def _run(client: Client, tasks: Iterable[Task]) -> Iterator[TaskResult]:
     waiting = iter(tasks)
-    pending: dict[Future[Ended | Refused], tuple[Task, int]] = {}
+    pending: dict[Future[TaskResult | TaskError], tuple[Task, int]] = {}
 
-    def submitted(task: Task, attempt: int) -> "Future[Ended | Refused]":
+    def submitted(task: Task, attempt: int) -> "Future[TaskResult | TaskError]":
         future = client.submit(answer, task, pure=False)
         pending[future] = task, attempt
         return future

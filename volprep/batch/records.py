@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep.truth.verdict_code import VerdictCode
-from volprep_formats.diagnostics import CATALOGUE, ExitStatus, Said, VolprepError
+from volprep_formats.diagnostics import CATALOGUE, ExitStatus, SafeText, VolprepError
 from volprep_formats.package.values import Sha256
 from volprep_formats.record import Record
 
@@ -109,6 +109,6 @@ def unexpected(error: Exception, name: str) -> JobError:
 
 
 def _harmless(key: str, value: object, name: str) -> object:
-    if isinstance(value, Number | Said) or str(value) in _SYSTEM_TEXTS:
+    if isinstance(value, Number | SafeText) or str(value) in _SYSTEM_TEXTS:
         return value
     return name if key == "path" else "…"

@@ -16,7 +16,7 @@ from volprep.batch.storage import is_url, require_target
 from volprep.batch.store_tree import scans_in_store
 from volprep.batch.table import is_table, scans_in_table
 from volprep.batch.tree import scans_in_tree
-from volprep.batch.work import Ended, Task, is_done
+from volprep.batch.work import Task, TaskResult, is_done
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.output import output_errors
 from volprep_formats.progress import Progress
@@ -25,7 +25,7 @@ from volprep_formats.progress import Progress
 class Engine(Protocol):
     """Does tasks, somewhere."""
 
-    def run(self, tasks: Iterable[Task]) -> Iterator[Ended]:
+    def run(self, tasks: Iterable[Task]) -> Iterator[TaskResult]:
         """Do tasks; yield each result as soon as it is available, in any order."""
         ...
 
@@ -37,7 +37,7 @@ class Watcher(Protocol):
         """Take the number of jobs."""
         ...
 
-    def ended(self, ended: Ended) -> None:
+    def ended(self, ended: TaskResult) -> None:
         """Take the end of a job."""
         ...
 
@@ -121,7 +121,7 @@ def run_batch(jobs: Sequence[Job], place: Place, wishes: Wishes, engine: Engine,
             if record is not None and is_done(record, task):
                 with output_errors(place.folder):
                     forget_done(place.job_lock(job.name, job.profile))
-                watcher.ended(Ended(task, record, is_new=False))
+                watcher.ended(TaskResult(task, record, is_new=False))
                 highest = max(highest, record.status)
             else:
                 waiting.append(task)

@@ -62,7 +62,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Ended:
+class TaskResult:
     """Result of a task."""
 
     task: Task
@@ -73,30 +73,30 @@ class Ended:
 
 
 @dataclass(frozen=True)
-class Refused:
+class TaskError:
     """Reason why the batch cannot continue: an error in a form that can be sent between processes."""
 
     code: str
     fields: dict[str, object]
 
 
-def answer(task: Task) -> Ended | Refused:
+def answer(task: Task) -> TaskResult | TaskError:
     """Do a job as `work` does, for an engine in another process."""
     try:
         return work(task)
     except VolprepError as error:
-        return Refused(error.code, error.fields)
+        return TaskError(error.code, error.fields)
 
 
-def understood(given: object) -> Ended:
+def understood(given: object) -> TaskResult:
     """Return the result in an answer. Raises the error in it."""
-    if isinstance(given, Refused):
+    if isinstance(given, TaskError):
         raise VolprepError(given.code, **given.fields)
-    assert isinstance(given, Ended)  # noqa: S101 - `answer` gives nothing else
+    assert isinstance(given, TaskResult)  # noqa: S101 - `answer` gives nothing else
     return given
 
 
-def work(task: Task) -> Ended:
+def work(task: Task) -> TaskResult:
     """Do a job, if it is not done, and return its record. Faults of the scan are in the record.
 
     Raises VP8011 if the folder of the batch cannot be reached, VP4020 for a ledger that cannot be used.
@@ -106,12 +106,12 @@ def work(task: Task) -> Ended:
         raise VolprepError("VP8011", path=place.folder)
     with output_errors(place.folder), job_locked(place.job_lock(job.name, job.profile), task.run) as attempts:
         if attempts is None:
-            return Ended(task, None, is_new=False)
+            return TaskResult(task, None, is_new=False)
         ledger = Ledger(place)
         last = ledger.last(job.name, job.profile)
         if last is not None and is_done(last, task):
             attempts.forget()
-            return Ended(task, last, is_new=False)
+            return TaskResult(task, last, is_new=False)
         deaths = attempts.deaths()
         if len(deaths) < ATTEMPTS:
             attempts.begin()
@@ -121,24 +121,24 @@ def work(task: Task) -> Ended:
         shutil.rmtree(place.fetched(job.name, job.profile), ignore_errors=True)
         ledger.append(record)
         attempts.forget()
-        return Ended(task, record, is_new=True)
+        return TaskResult(task, record, is_new=True)
 
 
-def give_up(task: Task) -> Ended:
+def give_up(task: Task) -> TaskResult:
     """Record that this job kills every process, unless it is done."""
     job, place = task.job, task.place
     with output_errors(place.folder), job_locked(place.job_lock(job.name, job.profile), task.run) as attempts:
         if attempts is None:
-            return Ended(task, None, is_new=False)
+            return TaskResult(task, None, is_new=False)
         ledger = Ledger(place)
         last = ledger.last(job.name, job.profile)
         if last is not None and is_done(last, task):
-            return Ended(task, last, is_new=False)
+            return TaskResult(task, last, is_new=False)
         record = _record_of_deaths(task, attempts.deaths() or ["killed"] * ATTEMPTS)
         shutil.rmtree(place.fetched(job.name, job.profile), ignore_errors=True)
         ledger.append(record)
         attempts.forget()
-        return Ended(task, record, is_new=True)
+        return TaskResult(task, record, is_new=True)
 
 
 def is_done(record: JobRecord, task: Task) -> bool:

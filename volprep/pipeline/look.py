@@ -34,7 +34,7 @@ _MOST_COLOUR_PIXELS = 256
 
 
 @dataclass(frozen=True)
-class Looked:
+class ScanPreview:
     """Results of a look at a scan."""
 
     info: SourceInfo
@@ -56,7 +56,7 @@ class Looked:
     """The kind that was recognised; "" if a scene says how it is drawn."""
 
 
-def look_at(request: Request) -> Looked:
+def look_at(request: Request) -> ScanPreview:
     """Look at the first channel of a scan. Raises the errors of its reader."""
     prepared = prepare(request)
     try:
@@ -79,7 +79,7 @@ def look_at(request: Request) -> Looked:
     if prepared.first_look and sample.size:
         statistics = Statistics(minimum=ends[0], maximum=ends[1], non_finite=0)
         recognised = with_first_look(prepared.scene, prepared.profile, info, statistics, sample).recognised
-    return Looked(
+    return ScanPreview(
         info=info,
         slices=(middle, shown[:, shown.shape[1] // 2], shown[:, :, shown.shape[2] // 2]),
         shapes_mm=((y_mm, x_mm), (z_mm, x_mm), (z_mm, y_mm)),
@@ -120,7 +120,7 @@ def _planes(source: VolumeSource) -> tuple[Float64Array, NDArray[np.intp]]:
     return physical, places
 
 
-def picture(looked: Looked) -> UInt8Array:
+def picture(looked: ScanPreview) -> UInt8Array:
     """Draw the three slices beside each other, the histogram below, as [H, W, 3]. The top of a slice is its last z."""
     low, high = _window(looked)
     tallest_mm = max(each for shape in looked.shapes_mm for each in shape)
@@ -140,7 +140,7 @@ def picture(looked: Looked) -> UInt8Array:
     return drawn
 
 
-def _window(looked: Looked) -> tuple[float, float]:
+def _window(looked: ScanPreview) -> tuple[float, float]:
     if looked.slices[0].ndim == 3:
         return 0.0, 1.0
     finite = np.concatenate([each[np.isfinite(each)].ravel() for each in looked.slices])
@@ -156,7 +156,7 @@ def _resized(values: Float64Array, rows: int, columns: int) -> Float64Array:
     return resized
 
 
-def _bars(looked: Looked, width: int) -> Float64Array:
+def _bars(looked: ScanPreview, width: int) -> Float64Array:
     """Draw the histogram, heights by the logarithm of the counts."""
     heights = np.log1p(looked.counts)
     heights = heights / max(float(heights.max()), 1e-9) * (_HISTOGRAM_PIXELS - 1)

@@ -89,7 +89,7 @@ class CheapestFrame(Record):
 
 
 @dataclass(frozen=True)
-class Wish:
+class DeviceLimits:
     """The limits that a package must keep."""
 
     frame_ms: float
@@ -108,7 +108,7 @@ class _Candidate:
     time_ms: Interval
     proportional: bool
 
-    def fits(self, wish: Wish) -> bool:
+    def fits(self, wish: DeviceLimits) -> bool:
         return self.point.seen_rmse <= wish.seen_rmse and self.time_ms.most <= wish.frame_ms
 
     @property
@@ -127,7 +127,7 @@ class _Candidate:
         )
 
 
-def cheapest(records: Iterable[DeviceRecord], wish: Wish) -> CheapestFrame:
+def cheapest(records: Iterable[DeviceRecord], wish: DeviceLimits) -> CheapestFrame:
     """Choose the cheapest package for each device of `records`, which are measurements of packages of one scan."""
     devices: dict[tuple[str, ...], list[DeviceRecord]] = {}
     for record in records:
@@ -138,7 +138,7 @@ def cheapest(records: Iterable[DeviceRecord], wish: Wish) -> CheapestFrame:
     return CheapestFrame(frame_ms=wish.frame_ms, canvas=wish.canvas, seen_rmse=wish.seen_rmse, devices=answers)
 
 
-def _answer(records: Sequence[DeviceRecord], wish: Wish) -> DeviceAnswer:
+def _answer(records: Sequence[DeviceRecord], wish: DeviceLimits) -> DeviceAnswer:
     packages: dict[str, list[CheapestPackage | None]] = {}
     for record in records:
         packages.setdefault(record.package.manifest_sha256, []).append(_package(record, wish))
@@ -167,7 +167,7 @@ def _cost(package: CheapestPackage) -> tuple[int, float, float]:
     return package.cost
 
 
-def _package(record: DeviceRecord, wish: Wish) -> CheapestPackage | None:
+def _package(record: DeviceRecord, wish: DeviceLimits) -> CheapestPackage | None:
     """Return the cheapest draws of a measured package; None if one of its transfer functions has none that fits."""
     draws = [
         min((each.draw for each in _candidates(record, program, wish) if each.fits(wish)), key=_draw_cost, default=None)
@@ -186,13 +186,13 @@ def _draw_cost(draw: CheapestDraw) -> tuple[int, float, float]:
     return draw.upload_bytes, draw.seen_rmse, draw.time_ms.expected
 
 
-def _candidates(record: DeviceRecord, program: DeviceProgram, wish: Wish) -> Iterator[_Candidate]:
+def _candidates(record: DeviceRecord, program: DeviceProgram, wish: DeviceLimits) -> Iterator[_Candidate]:
     growth = growth_of(program, record.picture_size, wish.canvas)
     for point in program.points:
         yield _Candidate(record, program, point, growth.time_ms(point), growth.proportional)
 
 
-def _why_none(records: Sequence[DeviceRecord], wish: Wish) -> str:
+def _why_none(records: Sequence[DeviceRecord], wish: DeviceLimits) -> str:
     """Say which draw comes nearest to the wish; of each package the transfer function that binds counts."""
     binding = [found for record in records if (found := _binding(record, wish)) is not None]
     late = [each for each in binding if each.point.seen_rmse <= wish.seen_rmse]
@@ -205,7 +205,7 @@ def _why_none(records: Sequence[DeviceRecord], wish: Wish) -> str:
     return "nothing was timed: " + (next((told for each in records for told in each.left_out), "no reason is given"))
 
 
-def _binding(record: DeviceRecord, wish: Wish) -> _Candidate | None:
+def _binding(record: DeviceRecord, wish: DeviceLimits) -> _Candidate | None:
     """Return the least error that is too large, else the fastest draw that is too slow; None if nothing misses."""
     programs = [[*_candidates(record, program, wish)] for program in record.programs if program.points]
     missed = [candidates for candidates in programs if not any(each.fits(wish) for each in candidates)]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from volprep.scan.import_segments import SegmentSource
 from volprep.scan.slabs import bytes_of
-from volprep.scan.statistics import Gauge, Measured, source_slabs
+from volprep.scan.statistics import Measured, SlabMeasurer, source_slabs
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import source_name
 from volprep_formats.progress import Progress
@@ -55,7 +55,7 @@ def import_volume(draft: Draft, source: VolumeSource, progress: Progress, channe
 
     Raises the errors of the reader, VP1090 for NaN or infinite voxels, VP4020 where the draft cannot be written.
     """
-    gauge = Gauge(source.info)
+    gauge = SlabMeasurer(source.info)
     progress.start("import", source.info.grid.shape_zyx[0])
     slabs = source_slabs(source, gauge, progress)
     written = draft.write(source_name(channel), "work", (bytes_of(slab) for slab in slabs))

@@ -64,7 +64,7 @@ class Measured:
     """
 
 
-class Gauge:
+class SlabMeasurer:
     """Measures the slabs of one source, given in order."""
 
     def __init__(self, info: SourceInfo) -> None:
@@ -113,7 +113,7 @@ def _digest(info: SourceInfo, values_sha256: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def source_slabs(source: VolumeSource, gauge: Gauge, progress: Progress) -> Iterator[NDArray[np.generic]]:
+def source_slabs(source: VolumeSource, gauge: SlabMeasurer, progress: Progress) -> Iterator[NDArray[np.generic]]:
     """Read a source slab by slab, the next one while this one is used; each is measured before it is given."""
     depth, height, width = source.info.grid.shape_zyx
     slice_bytes = height * width * np.dtype(source.info.stored_type).itemsize
@@ -134,7 +134,7 @@ def measure(
     source: VolumeSource, progress: Progress, *, keep: Callable[[NDArray[np.generic]], object] | None = None
 ) -> Measured:
     """Measure a whole source; `keep` gets its slabs. Raises the errors of the reader, VP1090 for NaN or infinity."""
-    gauge = Gauge(source.info)
+    gauge = SlabMeasurer(source.info)
     progress.start("measure", source.info.grid.shape_zyx[0])
     digest = hashlib.sha256()
     for slab in source_slabs(source, gauge, progress):

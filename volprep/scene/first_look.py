@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from volprep.scene.label_look import label_transfer
 from volprep.scene.points import ScenePoint
 from volprep.scene.presets import PRESET_LABELS, load_preset
-from volprep.scene.scene import LightingSettings, RenderWishes, Scene
+from volprep.scene.scene import LightingSettings, Scene, SceneRender
 from volprep.scene.transfer import SceneTransfer
 from volprep.scene.values import BONE_HU, Values, hounsfield_offset, values_of
 from volprep_formats.arrays import Float64Array
@@ -176,7 +176,7 @@ def _with_surface(scene: Scene, statistics: Statistics) -> Scene:
     surface = SceneTransfer(name="surface", points=points, reference_mm=1.0, isovalue=0.0)
     # At an outline a pixel shows the surface or nothing: only the mean error says something.
     tolerance = scene.tolerance.model_copy(update={"maximum": 1.0})
-    update = {"render": RenderWishes.model_validate(wishes), "tolerance": tolerance}
+    update = {"render": SceneRender.model_validate(wishes), "tolerance": tolerance}
     return scene.with_transfer((surface,)).model_copy(update=update)
 
 

@@ -122,7 +122,7 @@ class NormalSettings(Record):
     needs a matrix. "patient": patient axes (LPS), for an app that lights several volumes in one space."""
 
 
-class RenderWishes(Record):
+class SceneRender(Record):
     """How the scene is to be drawn."""
 
     compositing: CompositingName = "emission-absorption"
@@ -388,7 +388,7 @@ class Scene(Record):
     """Normals, whether or not lighting needs them. If absent, only if lighting needs them."""
     lighting: LightingSettings = LightingSettings()
     """How light falls, where `render.lighting` asks for it."""
-    render: RenderWishes = RenderWishes()
+    render: SceneRender = SceneRender()
     """How the scene is to be drawn."""
     tolerance: Tolerance = Tolerance()
     """Largest error of a standard view against the oracle."""

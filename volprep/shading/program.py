@@ -21,7 +21,7 @@ from volprep.shading.shadows import SHADOW_MAP, layer_feature, light_texels, map
 from volprep.shading.skipping import skipping_of
 from volprep.shading.tiles import TileTexts, cost_feature, tile_texts
 from volprep.shading.together import drawn_together
-from volprep.shading.walk import PassText, Walk, Wanted
+from volprep.shading.walk import PassText, TechniqueInput, Walk
 from volprep.shading.walks import WALKS
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import package_of_transfer
@@ -98,7 +98,7 @@ def compose_program(
         msg = "a package without a grid has no programs"
         raise ValueError(msg)
     dialect = package.manifest.profile.dialect
-    walk = WALKS[program.technique](Wanted(program, grid, dialect, render.step_of(min(program.levels))))
+    walk = WALKS[program.technique](TechniqueInput(program, grid, dialect, render.step_of(min(program.levels))))
     own = package_of_transfer(package, program.transfer)
     features = [
         walk.feature,
@@ -155,7 +155,7 @@ def _shadow_map(
 ) -> PassText:
     """Return the pass that draws the surface of a program from its light: rays through the same volume."""
     unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
-    walk = WALKS["ray-casting"](Wanted(unlit, grid, "es300", render.step_of(min(program.levels))))
+    walk = WALKS["ray-casting"](TechniqueInput(unlit, grid, "es300", render.step_of(min(program.levels))))
     sampling, _, *skipping = _features(package, unlit, grid, skips=skips)
     sampled = (sampling, *skipping)
     surface = compositing(package.manifest, program, render, walk, ends_early=False)
@@ -191,7 +191,7 @@ def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Wa
 def _tiles(package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool) -> TileTexts:
     """Return the shaders that sort the tiles of a picture: rays that count their samples. Lighting does not count."""
     unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
-    walk = WALKS[program.technique](Wanted(unlit, grid, "es300", render.step_of(min(program.levels))))
+    walk = WALKS[program.technique](TechniqueInput(unlit, grid, "es300", render.step_of(min(program.levels))))
     taken = compositing(package.manifest, unlit, render, walk, ends_early=True)
     features = [
         walk.feature,

@@ -7,7 +7,7 @@ from volprep.shading.compose import literal
 from volprep.shading.compositing import CELL_BY_CELL
 from volprep.shading.feature import Feature
 from volprep.shading.rays import passes_of_rays, ray_feature, vertex_shader
-from volprep.shading.walk import Walk, Wanted
+from volprep.shading.walk import TechniqueInput, Walk
 from volprep_formats.grid import Grid
 from volprep_formats.package.program import CompositingName, Uniform
 
@@ -19,7 +19,7 @@ MOST_STEPS = 2**23
 """float32 counts halves exactly up to here, and a loop that cannot count on never ends."""
 
 
-def ray_casting(wanted: Wanted) -> Walk:
+def ray_casting(wanted: TechniqueInput) -> Walk:
     """Return rays that begin and end at the box, or at proxy geometry."""
     from_where = wanted.program.rays
     rays = ray_feature(from_where, wanted.grid, backwards=wanted.program.compositing in BACKWARDS)
@@ -41,7 +41,7 @@ def ray_casting(wanted: Wanted) -> Walk:
     )
 
 
-def published_ray_casting(wanted: Wanted) -> Walk:
+def published_ray_casting(wanted: TechniqueInput) -> Walk:
     """Return rays with the same number of samples, whose opacity does not depend on their distance."""
     walk = ray_casting(wanted)
     feature = replace(
@@ -52,7 +52,7 @@ def published_ray_casting(wanted: Wanted) -> Walk:
     return replace(walk, feature=feature, compositing="ray/published")
 
 
-def samples_along(wanted: Wanted) -> tuple[Feature, float]:
+def samples_along(wanted: TechniqueInput) -> tuple[Feature, float]:
     """Return how all samples of a ray are taken in one fragment, and the finest step."""
     longest_mm = math.hypot(*wanted.grid.extent_mm_zyx)
     step_mm_min = longest_mm / MOST_STEPS

@@ -12,14 +12,14 @@ from volprep.shading.feature import Feature
 from volprep.shading.raycast import MOST_STEPS
 from volprep.shading.rays import passes_of_rays, ray_feature, vertex_shader
 from volprep.shading.slices import UNDER
-from volprep.shading.walk import Walk, Wanted
+from volprep.shading.walk import TechniqueInput, Walk
 from volprep_formats.package.program import Uniform
 
 SLAB_SAMPLES = 40
 """Samples of a ray in a slab."""
 
 
-def slabs(wanted: Wanted) -> Walk:
+def slabs(wanted: TechniqueInput) -> Walk:
     """Return rays that are drawn a slab of samples at a time."""
     from_where = wanted.program.rays
     rays = ray_feature(from_where, wanted.grid)

@@ -14,7 +14,7 @@ import math
 
 from volprep.shading.compose import Dialect, Slot, compose
 from volprep.shading.feature import Feature
-from volprep.shading.walk import Walk, Wanted
+from volprep.shading.walk import TechniqueInput, Walk
 from volprep_formats.package.program import Blend, Geometry, PassTarget, Uniform
 
 MOST_LAYERS = 2**14
@@ -29,18 +29,18 @@ AS_PUBLISHED = Blend(order="front-to-back", colour=("ONE_MINUS_DST_ALPHA", "ONE"
 """Opacities are added. Fragments are premultiplied."""
 
 
-def view_slices(wanted: Wanted) -> Walk:
+def view_slices(wanted: TechniqueInput) -> Walk:
     """Return layers across the view, or, where the light has to go through them, too, across the half angle."""
     light = wanted.program.light
     return _layers("half-angle-slices" if light and light.shadows == "half-angle" else "view-slices", wanted)
 
 
-def axis_slices(wanted: Wanted) -> Walk:
+def axis_slices(wanted: TechniqueInput) -> Walk:
     """Return layers across the axis of the volume that faces the viewer most."""
     return _layers("axis-slices", wanted)
 
 
-def published_view_slices(wanted: Wanted) -> Walk:
+def published_view_slices(wanted: TechniqueInput) -> Walk:
     """Return slices across the view as Noguera and Jiménez have them."""
     part = "slices/published"
     slots: dict[str, Slot] = {"steps": f"{part}:uniform", "cut": f"{part}:cut", "count": f"{part}:count"}
@@ -66,7 +66,7 @@ def layer_target(dialect: Dialect) -> PassTarget:
     return "rgba8" if dialect == "es100" else "rgba16f"
 
 
-def _layers(geometry: Geometry, wanted: Wanted) -> Walk:
+def _layers(geometry: Geometry, wanted: TechniqueInput) -> Walk:
     along = geometry == "axis-slices"
     slots: dict[str, Slot] = {
         "rays": "slices/layer",

@@ -11,14 +11,14 @@ bits; the second draws back faces, which every ray leaves through, also one that
 from volprep.shading.compose import Slot, compose, literal
 from volprep.shading.feature import Feature
 from volprep.shading.raycast import BACKWARDS, ray_casting, samples_along
-from volprep.shading.walk import PassText, Walk, Wanted
+from volprep.shading.walk import PassText, TechniqueInput, Walk
 from volprep_formats.package.program import Uniform
 
 _CLIP_FROM_BOX = Uniform(name="u_clip_from_box", type="mat4", source="clip_from_box")
 _BOX_FROM_CLIP = Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip")
 
 
-def two_pass(wanted: Wanted) -> Walk:
+def two_pass(wanted: TechniqueInput) -> Walk:
     """Return rays whose first pass says exactly where they enter the box, or where they meet proxy geometry."""
     if wanted.program.rays == "mesh":
         return ray_casting(wanted)
@@ -40,7 +40,7 @@ def two_pass(wanted: Wanted) -> Walk:
     return _walk(wanted, own, entries, place="whole")
 
 
-def published_two_pass(wanted: Wanted) -> Walk:
+def published_two_pass(wanted: TechniqueInput) -> Walk:
     """Return rays between a front face and a colour that encodes a position on a back face."""
     slots: dict[str, Slot] = {
         "rays": "passes/published",
@@ -52,7 +52,7 @@ def published_two_pass(wanted: Wanted) -> Walk:
     return _walk(wanted, own, PassText(text, "back-faces", "u_exit", "rgba8", (_CLIP_FROM_BOX,)), place="clipped")
 
 
-def _walk(wanted: Wanted, own: Feature, first: PassText, place: str) -> Walk:
+def _walk(wanted: TechniqueInput, own: Feature, first: PassText, place: str) -> Walk:
     samples, step_mm_min = samples_along(wanted)
     box_mm = literal(*wanted.grid.extent_mm_zyx[::-1])
     backwards = wanted.program.compositing in BACKWARDS
@@ -78,7 +78,7 @@ def _walk(wanted: Wanted, own: Feature, first: PassText, place: str) -> Walk:
     )
 
 
-def _positions(wanted: Wanted, form: str, declared: str | None) -> str:
+def _positions(wanted: TechniqueInput, form: str, declared: str | None) -> str:
     part = "passes/positions"
     slots: dict[str, Slot] = {
         "dialect": f"ray/dialect_{wanted.dialect}",

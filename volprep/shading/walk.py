@@ -58,7 +58,7 @@ class Walk:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class TechniqueInput:
     """Inputs of a technique."""
 
     program: ProgramDesign
@@ -71,5 +71,5 @@ class Wanted:
     """Nominal step."""
 
 
-WalkOf = Callable[[Wanted], Walk]
+WalkOf = Callable[[TechniqueInput], Walk]
 """Makes the walk of a program."""

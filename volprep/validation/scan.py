@@ -10,7 +10,7 @@ from volprep.pipeline.origin import Origin, origin_path, read_origin
 from volprep.plan.form_trial import FormTrial
 from volprep.scan.repair import open_scan
 from volprep.scan.slabs import bytes_of
-from volprep.scan.statistics import Gauge, source_slabs
+from volprep.scan.statistics import SlabMeasurer, source_slabs
 from volprep.scene.channels import drawn_channels, with_listed_channels
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import at_place, load_request
@@ -101,7 +101,7 @@ def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volum
     """
     with open_scan(spec, Path(), progress) as source:
         info = source.info
-        gauge = Gauge(info)
+        gauge = SlabMeasurer(info)
         stored = np.empty(info.grid.shape_zyx, dtype=info.stored_type)
         progress.start("read the scan", info.grid.shape_zyx[0])
         digest = hashlib.sha256()

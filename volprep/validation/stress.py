@@ -20,7 +20,7 @@ from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
-from volprep.scene.scene import PyramidSettings, RenderWishes, Scene
+from volprep.scene.scene import PyramidSettings, Scene, SceneRender
 from volprep.scene.transfer import SceneTransfer
 from volprep.truth.laws import broken_laws
 from volprep.truth.oracle import DEFAULT_TOLERANCE
@@ -146,7 +146,7 @@ def _built(
             source=spec,
             transfer=(SceneTransfer(name=TRANSFER, points=case.points),),
             pyramid=_levels(max(shape_zyx), wanted=trials.levels and case.techniques),
-            render=RenderWishes(
+            render=SceneRender(
                 compositing=COMPOSITING, classification=classification, lighting="headlight" if case.lit else "none"
             ),
         )

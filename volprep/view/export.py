@@ -13,7 +13,7 @@ from volprep.view.site import (
     RUNTIME,
     SETTINGS,
     ZIP,
-    Served,
+    ServedFile,
     ShownPackage,
     Site,
     ViewSettings,
@@ -131,7 +131,7 @@ def _once(text: str, what: str, instead: str) -> str:
     return text.replace(what, instead)
 
 
-def _copy(served: Served, path: Path) -> None:
+def _copy(served: ServedFile, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with served.open() as contents, path.open("wb") as file:
         contents.file.seek(contents.start_bytes)

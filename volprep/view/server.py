@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, cast
 from volprep.plan.device_files import MOST_BYTES
 from volprep.plan.device_records import DeviceRecord
 from volprep.view.ranges import UnsatisfiableError, part_of
-from volprep.view.site import DEVICES, INDEX, Served, Site
+from volprep.view.site import DEVICES, INDEX, ServedFile, Site
 from volprep.view.stored_devices import store_device
 from volprep_formats.diagnostics import VolprepError
 
@@ -222,7 +222,7 @@ class _Handler(BaseHTTPRequestHandler):
         except (ConnectionError, TimeoutError):
             self.close_connection = True
 
-    def _send_file(self, served: Served, *, with_body: bool) -> None:
+    def _send_file(self, served: ServedFile, *, with_body: bool) -> None:
         with served.open() as contents:
             try:
                 part = part_of(self.headers.get("Range"), contents.size_bytes)
@@ -252,7 +252,7 @@ class _Handler(BaseHTTPRequestHandler):
             # The file became shorter: only a closed connection tells the browser that bytes are missing.
             self.close_connection = self.close_connection or left > 0
 
-    def _takes_gzip(self, served: Served, size: int) -> bool:
+    def _takes_gzip(self, served: ServedFile, size: int) -> bool:
         """Return whether a file is text that is sent smaller: scripts and manifests are, textures are not."""
         accepted = {each.strip() for each in self.headers.get("Accept-Encoding", "").split(",")}
         return "gzip" in accepted and size < _MOST_GZIPPED_BYTES and not served.content_type.startswith(_BINARY)

@@ -64,7 +64,7 @@ class ViewSettings(Record):
 
 
 @dataclass(frozen=True)
-class Served:
+class ServedFile:
     """A file that a browser can ask for."""
 
     content_type: str
@@ -73,7 +73,7 @@ class Served:
     """Gives it, open."""
 
 
-Site = Mapping[str, Served]
+Site = Mapping[str, ServedFile]
 """Each file by its address, relative to the page."""
 
 
@@ -137,7 +137,7 @@ def make_site(shown: ShownPackage, *, takes_devices: bool) -> Site:
     return site
 
 
-def read_served(served: Served) -> bytes:
+def read_served(served: ServedFile) -> bytes:
     """Return all bytes of a file."""
     with served.open() as contents:
         return contents.read()
@@ -148,7 +148,7 @@ def page_modules() -> dict[str, str]:
     return {path.name: path.read_text(encoding="utf-8") for path in sorted(_PAGE_FOLDER.glob("*.js"))}
 
 
-def _files_of_page() -> Iterator[tuple[str, Served]]:
+def _files_of_page() -> Iterator[tuple[str, ServedFile]]:
     index = _PAGE_FOLDER / INDEX
     runtime = sent_modules()
     for needed, found in ((index, index.is_file()), (runtime_folder(), bool(runtime))):
@@ -187,25 +187,25 @@ def _content_type(name: str) -> str:
     return _TYPES.get(Path(name).suffix, "application/octet-stream")
 
 
-def file_served(path: Path) -> Served:
+def file_served(path: Path) -> ServedFile:
     """Return a file of the disk."""
 
     def opened() -> Contents:
         file = open_regular(path)
         return Contents(path.name, file, 0, os.fstat(file.fileno()).st_size)
 
-    return Served(_content_type(path.name), opened)
+    return ServedFile(_content_type(path.name), opened)
 
 
-def _part(package: Path, name: str) -> Served:
-    return Served(_content_type(name), lambda: open_contents(package, name))
+def _part(package: Path, name: str) -> ServedFile:
+    return ServedFile(_content_type(name), lambda: open_contents(package, name))
 
 
-def text_served(text: str, name: str) -> Served:
+def text_served(text: str, name: str) -> ServedFile:
     """Return a file that is only a text."""
     data = text.encode()
 
     def opened() -> Contents:
         return Contents(name, io.BufferedReader(io.BytesIO(data)), 0, len(data))
 
-    return Served(_content_type(name), opened)
+    return ServedFile(_content_type(name), opened)

@@ -18,9 +18,9 @@ from volprep_formats.diagnostics import (
     validation,
 )
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
-from volprep_formats.diagnostics.shown import Lines, Said, shown
+from volprep_formats.diagnostics.shown import Lines, SafeText, shown
 
-__all__ = ["CATALOGUE", "Diagnostic", "ExitStatus", "Lines", "Said", "VolprepError"]
+__all__ = ["CATALOGUE", "Diagnostic", "ExitStatus", "Lines", "SafeText", "VolprepError"]
 
 CATALOGUE: dict[str, Diagnostic] = {
     **sources.ENTRIES,

@@ -21,7 +21,7 @@ class Lines(tuple[str, ...]):
     __slots__ = ()
 
 
-class Shown(str):
+class EscapedText(str):
     """Text that has been escaped. Its `!r` puts quotes around it and escapes nothing twice."""
 
     __slots__ = ()
@@ -37,18 +37,18 @@ def shown(value: object) -> object:
         return value
     if isinstance(value, Lines):
         more = [f"and {len(value) - _MOST_LINES} more"] if len(value) > _MOST_LINES else []
-        return Shown("".join(f"\n  {visible(line)}" for line in (*value[:_MOST_LINES], *more)))
+        return EscapedText("".join(f"\n  {visible(line)}" for line in (*value[:_MOST_LINES], *more)))
     return visible(str(value))
 
 
-def visible(text: str) -> Shown:
+def visible(text: str) -> EscapedText:
     """Return `text` cut to a length, and safe to print."""
     if len(text) > _HEAD + _TAIL:
         text = f"{text[:_HEAD]} … {text[-_TAIL:]}"
-    return Shown(printable(text))
+    return EscapedText(printable(text))
 
 
-class Said(str):
+class SafeText(str):
     """Text of volprep's own words, without anything from a file: a batch may repeat it where names must not be seen."""
 
     __slots__ = ()

@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.path_text import no_such_path, path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.kind import has_prefix
@@ -225,10 +225,10 @@ def _reader(spec: SourceSpec, path: Path) -> Reader:
     if found is None or found.name in {"vti", "vtk"}:
         other = recognised(path, head)
         if other is not None:
-            raise VolprepError("VP1289", path=path, what=Said(other.what), how=Said(other.how))
+            raise VolprepError("VP1289", path=path, what=SafeText(other.what), how=SafeText(other.how))
     if found is None:
-        problem = Said("no reader knows this format" if head or path.is_dir() else "the file is empty")
-        known = Said(", ".join(sorted(each.name for each in READERS)))
+        problem = SafeText("no reader knows this format" if head or path.is_dir() else "the file is empty")
+        known = SafeText(", ".join(sorted(each.name for each in READERS)))
         raise VolprepError("VP1002", path=path, problem=problem, known=known)
     return found
 

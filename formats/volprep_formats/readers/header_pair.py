@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.readers.detached import data_file
 
 _VOXELS = (".img", ".img.gz", ".IMG")
@@ -22,5 +22,5 @@ def voxels_beside(header: Path) -> Path:
     """Return the file of the voxels of a header. Raises VP1006 if it is missing or not a file of the same folder."""
     there = [each for each in _VOXELS if header.with_suffix(each).is_file()]
     if not there:
-        raise VolprepError("VP1006", path=header, name=header.with_suffix(".img").name, problem=Said("is missing"))
+        raise VolprepError("VP1006", path=header, name=header.with_suffix(".img").name, problem=SafeText("is missing"))
     return data_file(header, header.with_suffix(there[0]).name)

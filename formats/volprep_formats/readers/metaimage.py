@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -81,7 +81,9 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
         voxels = _voxels(path, fields, end_bytes, shape_zyx)
         return source_of(HeaderFacts("metaimage", grid, remarks, slope, intercept), voxels, progress)
     if (slope, intercept) != (1.0, 0.0):
-        raise VolprepError("VP1290", path=path, problem=Said("it rescales its components (ElementToIntensityFunction)"))
+        raise VolprepError(
+            "VP1290", path=path, problem=SafeText("it rescales its components (ElementToIntensityFunction)")
+        )
     voxels = _voxels(path, fields, end_bytes, shape_zyx, channels)
     return ColourVoxels(HeaderFacts("metaimage", grid, remarks), voxels, spec.colour)
 
@@ -95,7 +97,7 @@ def _header(path: Path) -> tuple[Fields, int]:
     while "elementdatafile" not in fields:
         line_end = head.find(b"\n", end)
         if line_end < 0 and (end >= len(head) or len(head) == _MOST_HEADER_BYTES):
-            raise VolprepError("VP1120", path=path, error=Said("no line ElementDataFile ends its header"))
+            raise VolprepError("VP1120", path=path, error=SafeText("no line ElementDataFile ends its header"))
         line_end = line_end if line_end >= 0 else len(head)  # the last line of a detached header may lack its end
         line = head[end:line_end].decode("utf-8", "replace").strip()
         end = line_end + 1
@@ -157,7 +159,7 @@ def _voxels(
     number = np.dtype(order + _TYPES[element]) if binary or packed else np.dtype(_TYPES[element])
     dtype = number if colours is None else colour_type(path, number, colours)
     if fields.get("headersizeperslice", "0") not in {"0", "-1"}:
-        raise VolprepError("VP1122", path=path, what=Said("HeaderSizePerSlice"))
+        raise VolprepError("VP1122", path=path, what=SafeText("HeaderSizePerSlice"))
     name = fields["elementdatafile"]
     is_list = _LIST.fullmatch(name) is not None
     if is_list or _PATTERN.search(name):
@@ -238,7 +240,7 @@ def _data_start(path: Path, fields: Fields, file: Path, start: int, voxel_bytes:
     """Offset of the data: `start`, or a later HeaderSize."""
     header_bytes = _integers(path, fields, "headersize", "0", (-1, 2**63 - 1))[0]
     if header_bytes == -1 and not plain:
-        raise VolprepError("VP1122", path=path, what=Said("HeaderSize -1 and data that are packed or text"))
+        raise VolprepError("VP1122", path=path, what=SafeText("HeaderSize -1 and data that are packed or text"))
     size = file.stat().st_size
     at = size - voxel_bytes if header_bytes == -1 else header_bytes or start
     if at < start:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -74,7 +74,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
             raise VolprepError("VP1005", path=path, error=error or "it ends too early") from error
     if not _is_sound(head):
         raise VolprepError(
-            "VP1280", path=path, error=Said("its header has impossible sizes or an unknown type of voxels")
+            "VP1280", path=path, error=SafeText("its header has impossible sizes or an unknown type of voxels")
         )
     fields = np.frombuffer(head, _FIELDS, 1)[0]
     nx, ny, nz = (int(size) for size in fields["size_xyz"])

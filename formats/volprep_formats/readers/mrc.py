@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -56,9 +56,9 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
         try:
             head = file.read(HEADER_BYTES)
         except EOFError as error:
-            raise VolprepError("VP1005", path=path, error=Said("it ends too early")) from error
+            raise VolprepError("VP1005", path=path, error=SafeText("it ends too early")) from error
     if not is_mrc(head):
-        raise VolprepError("VP1301", path=path, problem=Said("its header has no MAP at byte 208"))
+        raise VolprepError("VP1301", path=path, problem=SafeText("its header has no MAP at byte 208"))
     # The stamp of big-endian machines is 0x11 0x11; a mode that only one byte order gives settles files without one.
     order = ">" if head[212] == 0x11 or int.from_bytes(head[12:16], "little") > 255 else "<"
     fields = np.frombuffer(head, _fields(order), 1)[0]

@@ -13,7 +13,7 @@ import nibabel
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -99,7 +99,7 @@ def _header(path: Path) -> Any:
         raise VolprepError("VP1020", path=path, error=error or type(error).__name__) from error
     if not known or not offset < _LARGEST_OFFSET:
         raise VolprepError(
-            "VP1020", path=path, error=Said("its header is neither that of a .nii file nor that of a pair")
+            "VP1020", path=path, error=SafeText("its header is neither that of a .nii file nor that of a pair")
         )
     # The voxels of a pair have a file of their own.
     least = sizes[kind] + _EXTENDER_BYTES if _is_single(header) else 0
@@ -156,7 +156,7 @@ def _scaling(path: Path, header: Any) -> tuple[float, float]:
         return 1.0, 0.0
     intercept = 0.0 if np.isnan(intercept) else intercept
     if not np.isfinite([slope, intercept]).all():
-        raise VolprepError("VP1020", path=path, error=Said("its slope or intercept is infinite"))
+        raise VolprepError("VP1020", path=path, error=SafeText("its slope or intercept is infinite"))
     return slope, intercept
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -169,10 +169,10 @@ def _lines(path: Path) -> tuple[list[str], re.Match[bytes] | None, int]:
     with open_regular(path) as file:
         head = file.read(_MOST_HEADER_BYTES)
     if re.match(rb"NRRD000[1-5]\r?\n", head) is None:
-        raise VolprepError("VP1100", path=path, error=Said("it does not begin with NRRD0001 to NRRD0005"))
+        raise VolprepError("VP1100", path=path, error=SafeText("it does not begin with NRRD0001 to NRRD0005"))
     blank = re.search(rb"\n\r?\n", head)
     if blank is None and len(head) == _MOST_HEADER_BYTES:
-        raise VolprepError("VP1100", path=path, error=Said("its header has no end"))
+        raise VolprepError("VP1100", path=path, error=SafeText("its header has no end"))
     text = head[: blank.start() if blank else len(head)].decode("utf-8", "replace")
     return text.split("\n")[1:], blank, len(head)
 
@@ -190,9 +190,9 @@ def _header(path: Path) -> tuple[Fields, int]:
             raise VolprepError("VP1100", path=path, error=f"line {line[:60]!r} is no field, or comes twice")
         fields[name] = value.strip()
         if name == "data file" and value.split()[0:1] == ["LIST"]:
-            raise VolprepError("VP1102", path=path, what=Said("a data file: LIST"))
+            raise VolprepError("VP1102", path=path, what=SafeText("a data file: LIST"))
     if blank is None and "data file" not in fields:
-        raise VolprepError("VP1100", path=path, error=Said("no empty line ends its header"))
+        raise VolprepError("VP1100", path=path, error=SafeText("no empty line ends its header"))
     return fields, blank.end() if blank else size
 
 
@@ -261,7 +261,7 @@ def _spacings(path: Path, fields: Fields, axes: _Axes, remarks: list[str]) -> Fl
     """Steps in millimetres along the three axes of a file without directions."""
     if "spacings" not in fields:
         if "axis mins" in fields or "axismins" in fields:
-            raise VolprepError("VP1103", path=path, what=Said("axis mins and maxs without spacings"))
+            raise VolprepError("VP1103", path=path, what=SafeText("axis mins and maxs without spacings"))
         remarks.append("the file does not say how far apart its voxels are; 1 mm is assumed")
         return np.ones(3)
     steps = _numbers(path, "spacings", fields["spacings"].split(), len(axes.sizes))[axes.spatial]
@@ -295,13 +295,15 @@ def _voxels(
     if number.itemsize > 1 and encoding != "ascii":
         order = fields.get("endian", "").lower()
         if order not in {"little", "big"}:
-            raise VolprepError("VP1100", path=path, error=Said("its byte order (endian) is not given as little or big"))
+            raise VolprepError(
+                "VP1100", path=path, error=SafeText("its byte order (endian) is not given as little or big")
+            )
         number = number.newbyteorder("<" if order == "little" else ">")
     dtype = number if colours is None else colour_type(path, number, colours)
     file, start = path, end_bytes
     if "data file" in fields:
         if re.search(r"%\d*d", fields["data file"]):
-            raise VolprepError("VP1102", path=path, what=Said("a numbered data file"))
+            raise VolprepError("VP1102", path=path, what=SafeText("a numbered data file"))
         file, start = data_file(path, fields["data file"]), 0
     start = _skip_lines(file, start, _integers(path, fields, "line skip", 0, 2**31)[0] if "line skip" in fields else 0)
     skip = _integers(path, fields, "byte skip", -1, 2**63)[0] if "byte skip" in fields else 0

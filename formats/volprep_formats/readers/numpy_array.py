@@ -15,7 +15,7 @@ from typing import IO
 import numpy as np
 from numpy.lib import format as npy
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
@@ -100,7 +100,7 @@ def _chosen(path: Path, members: list[zipfile.ZipInfo], wanted: str | None) -> z
         raise VolprepError("VP1284", path=path, fits=len(fitting), found=", ".join(names[:20]) or "none")
     if fitting[0].compress_type not in _METHODS or fitting[0].flag_bits & 1:
         raise VolprepError(
-            "VP1281", path=path, error=Said("its arrays are encrypted, or packed in a way NumPy does not use")
+            "VP1281", path=path, error=SafeText("its arrays are encrypted, or packed in a way NumPy does not use")
         )
     return fitting[0]
 

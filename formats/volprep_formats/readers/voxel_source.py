@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.voxel_file import VoxelFile
@@ -110,7 +110,7 @@ def chosen_volume(path: Path, shape_zyx: tuple[int, int, int], volumes: int, wan
     """
     if not 1 <= (wanted or volumes) <= volumes or (wanted is None and volumes > 1):
         shape = "×".join(str(n) for n in (*reversed(shape_zyx), volumes))
-        problem = Said("one volume is needed" if wanted is None else f"there is no volume {wanted}")
+        problem = SafeText("one volume is needed" if wanted is None else f"there is no volume {wanted}")
         raise VolprepError("VP1021", path=path, shape=shape, volumes=volumes, problem=problem)
     return (wanted or 1) - 1
 

@@ -18,7 +18,7 @@ from volprep.plan.item_kinds import TABLES as TABLE_KINDS
 from volprep.plan.probe import PictureDifference, difference_of_views
 from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, PreintegratedPlan
 from volprep.scan.statistics import Measured
-from volprep.scene.scene import RenderWishes, Scene
+from volprep.scene.scene import Scene, SceneRender
 from volprep.transfer.integral import ends_of_entries, integrate
 from volprep.transfer.lookup import lookup_table
 from volprep.transfer.palette import even_palette
@@ -47,7 +47,7 @@ CLASSIFIED_BITS = 32
 """Bits of a classified voxel."""
 
 
-def tables_bytes(wishes: RenderWishes, profile: DeviceProfile, entries: int) -> int:
+def tables_bytes(wishes: SceneRender, profile: DeviceProfile, entries: int) -> int:
     """Return the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
     if not TABLES[wishes.decided_classification]:
         return 0

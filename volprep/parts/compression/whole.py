@@ -24,7 +24,7 @@ from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
 from volprep.scan.slabs import RawVolume, slab_ranges
-from volprep.scene.scene import RenderWishes
+from volprep.scene.scene import SceneRender
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import Medium
 from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
@@ -69,7 +69,7 @@ class LevelData:
     """Its codes."""
     functions: tuple[TransferFunction, ...]
     """Transfer functions."""
-    render: RenderWishes
+    render: SceneRender
     """Projection and size of the pictures."""
     tolerance: Tolerance
     """Of which codes and blocks together may take half."""

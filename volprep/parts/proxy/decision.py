@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from volprep.parts.programs.decision import shader_files
-from volprep.parts.skip.decision import Found, measured_occupied
+from volprep.parts.skip.decision import SkipInputs, measured_occupied
 from volprep.parts.skip.occupancy import Occupied
 from volprep.plan.products import ProxyMeshPlan, ProxyPlan
 from volprep.scan.statistics import MEASURED_BLOCK
@@ -33,7 +33,10 @@ VERTEX = "shaders/proxy.vert"
 
 
 def plan_proxy(
-    wanted: ProxySettings, functions: tuple[TransferFunction, ...], programs: tuple[ProgramDesign, ...], found: Found
+    wanted: ProxySettings,
+    functions: tuple[TransferFunction, ...],
+    programs: tuple[ProgramDesign, ...],
+    found: SkipInputs,
 ) -> ProxyPlan:
     """Decide which transfer functions get meshes on which levels.
 
@@ -94,7 +97,7 @@ def describe_proxy(
     plan: ProxyPlan | None,
     functions: tuple[TransferFunction, ...],
     wanted: ProxySettings,
-    found: Found,
+    found: SkipInputs,
     listed: Collection[str],
 ) -> Iterator[PlanItem]:
     """Return an item for each transfer function. Seal adds the meshes; some of them may be empty.

@@ -15,7 +15,7 @@ from volprep.parts.segments.beside import LOOK_UNITS, label_texture
 from volprep.parts.segments.extent import style_blocks
 from volprep.parts.segments.looks import segments_of
 from volprep.parts.skip.decision import KIND as SKIP_KIND
-from volprep.parts.skip.decision import Found, skip_together
+from volprep.parts.skip.decision import SkipInputs, skip_together
 from volprep.plan.products import LabelTexturePlan, SegmentsPlan, SkipTablePlan
 from volprep.plan.room import Misfit, first_of
 from volprep.scan.segments.record import FoundSegments
@@ -105,7 +105,7 @@ def used_functions(
     return tuple(each for each in functions if each.name in used)
 
 
-def plan_segments(channel: LaidOut, empty_space: Found) -> SegmentsPlan | None:
+def plan_segments(channel: LaidOut, empty_space: SkipInputs) -> SegmentsPlan | None:
     """Decide the picture of a scan with its segments.
 
     Raises VP3222 for a style of an unknown segment, VP3223 for an unknown transfer function, VP3224 where the profile
@@ -149,7 +149,7 @@ def _textures(channel: LaidOut, record: Segments, others: int) -> Iterator[Label
         yield texture
 
 
-def skip_tables(case: Case, record: Segments, found: Found) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
+def skip_tables(case: Case, record: Segments, found: SkipInputs) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
     """Decide whether rays skip what no style shows, whatever the labels are."""
     functions = {function.name: function for function in case.functions}
     blocks = style_blocks(record, case.segments, found.measured.blocks.shape_zyx)

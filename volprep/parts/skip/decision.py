@@ -48,7 +48,7 @@ _LARGEST_LOOKUP_BYTES = 4096 * 8
 
 
 @dataclass(frozen=True)
-class Found:
+class SkipInputs:
     """Inputs of the decision besides the scene."""
 
     profile: DeviceProfile
@@ -79,7 +79,7 @@ class Found:
     """Measured blocks of the source in which a transfer function may show something; None means all."""
 
 
-def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], found: Found) -> SkipPlan:
+def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], found: SkipInputs) -> SkipPlan:
     """Decide for which transfer functions empty space is skipped, and how."""
     ranges = tuple(_ranges(level, wanted, found) for level in found.levels) if wanted.ranges else ()
     shares = tuple(empty_share(function, wanted.epsilon, found) for function in functions)
@@ -93,7 +93,7 @@ def plan_skip(wanted: SkipSettings, functions: tuple[TransferFunction, ...], fou
     return SkipPlan(epsilon=wanted.epsilon, shares=shares, tables=tables, ranges=ranges)
 
 
-def empty_share(function: TransferFunction, epsilon: float, found: Found) -> float:
+def empty_share(function: TransferFunction, epsilon: float, found: SkipInputs) -> float:
     """Share of the samples that lie in measured blocks, within the crop, in which a transfer function shows nothing.
 
     The smaller of two fractions: of all samples, for rays that run to their end; and of the samples up to and including
@@ -107,7 +107,7 @@ def _share(occupied: Occupied) -> float:
 
 
 def skip_together(
-    wanted: SkipSettings, name: str, media: Sequence[tuple[TransferFunction, Found]], levels: Sequence[LevelPlan]
+    wanted: SkipSettings, name: str, media: Sequence[tuple[TransferFunction, SkipInputs]], levels: Sequence[LevelPlan]
 ) -> tuple[tuple[SkipTablePlan, ...], str, int]:
     """Decide whether the picture `name` of several channels skips what all of them leave empty.
 
@@ -126,7 +126,7 @@ def skip_together(
     return tables, f"{_part(share)} of all channels; kind {kind}, blocks of {block}³ cells", size
 
 
-def measured_occupied(function: TransferFunction, epsilon: float, found: Found) -> Occupied:
+def measured_occupied(function: TransferFunction, epsilon: float, found: SkipInputs) -> Occupied:
     """Return in which measured blocks within the crop a transfer function shows something."""
     low, high = found.quantize.window
     blocks = found.measured.blocks
@@ -156,7 +156,7 @@ def _share_in_front(occupied: Occupied) -> float:
     return empty / (empty + seen)
 
 
-def why_not(wanted: SkipSettings, share: float, found: Found) -> str | None:
+def why_not(wanted: SkipSettings, share: float, found: SkipInputs) -> str | None:
     """Why a transfer function gets no table, or None if it gets one."""
     if wanted.kind == "none":
         return "the scene does not ask for it"
@@ -175,7 +175,7 @@ def _part(share: float) -> str:
     return f"{share:.1%} of the samples of a ray lie in empty blocks of {MEASURED_BLOCK}³ voxels"
 
 
-def _no_room(wanted: SkipSettings, found: Found) -> str | None:
+def _no_room(wanted: SkipSettings, found: SkipInputs) -> str | None:
     profile = found.profile
     if one_channel(8, profile) is None:
         return f"profile {profile.name} has no format of one channel and 8 bits"
@@ -203,7 +203,7 @@ def _normals_of(level: LevelPlan, normals: NormalsPlan | None) -> tuple[int, int
 
 
 def describe_skip(
-    plan: SkipPlan, functions: tuple[TransferFunction, ...], wanted: SkipSettings, found: Found
+    plan: SkipPlan, functions: tuple[TransferFunction, ...], wanted: SkipSettings, found: SkipInputs
 ) -> Iterator[PlanItem]:
     """Return an item for each transfer function, and one for the ranges of blocks."""
     for function, share in zip(functions, plan.shares, strict=True):
@@ -266,7 +266,7 @@ def skip_table_plan(
     )
 
 
-def _ranges(level: LevelPlan, wanted: SkipSettings, found: Found) -> BlockRangesPlan:
+def _ranges(level: LevelPlan, wanted: SkipSettings, found: SkipInputs) -> BlockRangesPlan:
     _, block = _kind_and_block(wanted, found.levels[0])
     z, y, x = _blocks(level, block)
     texel, layout = one_channel(found.quantize.bits, found.profile), _layout((2 * z, y, x), found.profile)

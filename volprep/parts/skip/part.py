@@ -6,7 +6,7 @@ from typing import Literal
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.ablation import AblationItem, always, by_the_scene, time_or_wish
 from volprep.parts.part import Decided, Images, LaidOut, Part
-from volprep.parts.skip.decision import KIND, RANGES_KIND, Found, describe_skip, plan_skip
+from volprep.parts.skip.decision import KIND, RANGES_KIND, SkipInputs, describe_skip, plan_skip
 from volprep.parts.skip.stage import STAGE
 from volprep.parts.stage import required
 from volprep.plan.products import NormalsPlan, SkipPlan
@@ -17,10 +17,10 @@ from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.program import ProgramDesign
 
 
-def found_of(channel: LaidOut) -> Found:
+def found_of(channel: LaidOut) -> SkipInputs:
     """Return the inputs of decisions about empty space."""
     case, layout = channel.case, channel.layout
-    return Found(
+    return SkipInputs(
         profile=layout.profile,
         crop=case.crop,
         grid=case.grid,

@@ -11,7 +11,7 @@ from volprep.plan.products import SlicesPlan, SliceStackPlan, SliceTexturePlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Misfit
 from volprep.plan.shape_text import shape_text
-from volprep.scene.scene import RenderWishes, Scene, SliceSettings
+from volprep.scene.scene import Scene, SceneRender, SliceSettings
 from volprep.transfer.palette import best_palette
 from volprep.transfer.preclassified import code_colours
 from volprep_formats.diagnostics import VolprepError
@@ -80,8 +80,8 @@ def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> Tex
         "textures.mipmaps": scene.textures.mipmaps,
         "skip.ranges": scene.skip.ranges,
         f"skip.kind {scene.skip.kind}": scene.skip.kind not in {"auto", "none"},
-        f"technique {scene.render.technique}": scene.render.technique != RenderWishes().technique,
-        f"classification {scene.render.classification}": scene.render.classification != RenderWishes().classification,
+        f"technique {scene.render.technique}": scene.render.technique != SceneRender().technique,
+        f"classification {scene.render.classification}": scene.render.classification != SceneRender().classification,
     }
     for what, wanted in needs.items():
         if wanted:

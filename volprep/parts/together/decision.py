@@ -12,7 +12,7 @@ from typing import NoReturn
 
 from volprep.parts.programs.decision import ray_casters, shader_files
 from volprep.parts.skip.decision import KIND as SKIP_KIND
-from volprep.parts.skip.decision import Found, skip_together
+from volprep.parts.skip.decision import SkipInputs, skip_together
 from volprep.parts.texture.mipmaps import chain_bytes
 from volprep.parts.together.packing import Packed
 from volprep.plan.products import SkipTablePlan, TogetherPlan
@@ -121,7 +121,7 @@ def plan_together(
 
 def _skipping(
     group: Sequence[ChannelPlan],
-    founds: Mapping[str, Found],
+    founds: Mapping[str, SkipInputs],
     drawn: DrawnTogether,
     levels: Sequence[LevelPlan],
     scene: Scene,
@@ -149,9 +149,9 @@ def _function(plan: ChannelPlan, name: str) -> TransferFunction:
     return next(function for function in plan.transfer_functions if function.name == name)
 
 
-def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> Found:
+def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> SkipInputs:
     """Inputs of a decision about the empty space of one channel."""
-    return Found(
+    return SkipInputs(
         profile=plan.profile,
         crop=plan.crop,
         grid=plan.grid,

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 
 from volprep.scan.relabelled import LARGEST_LABEL, MOST_LABELS
-from volprep.scene.scene import RenderWishes, Scene
+from volprep.scene.scene import Scene, SceneRender
 from volprep.shading.classification import splits_voxels
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.function_table import Table
@@ -34,7 +34,7 @@ def require_distinct_labels(scene: Scene) -> None:
 
 
 def label_step_voxels(
-    render: RenderWishes, functions: Sequence[TransferFunction], voxel_mm: float, tolerance: Tolerance
+    render: SceneRender, functions: Sequence[TransferFunction], voxel_mm: float, tolerance: Tolerance
 ) -> tuple[float, str]:
     """Return the distance of samples in voxels of `voxel_mm`, and the reason.
 
@@ -49,7 +49,7 @@ def label_step_voxels(
     return voxels, "along one step the densest label stays within a quarter of the largest error"
 
 
-def label_reason(render: RenderWishes, functions: tuple[TransferFunction, ...], step_mm: float) -> str:
+def label_reason(render: SceneRender, functions: tuple[TransferFunction, ...], step_mm: float) -> str:
     """Say for people what becomes of labels, drawn with this step."""
     said = (
         "codes are labels, coarser levels hold no others, and a sample has the label of the voxel that it is in: "

@@ -17,7 +17,7 @@ from pydicom.filereader import read_dataset, read_file_meta_info
 from pydicom.tag import BaseTag
 from pydicom.uid import UID, ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.readers.dicom.element import PIXEL_DATA, pixel_element
 from volprep_formats.readers.dicom.fields import PRIVATE_TAGS, TAGS, raw_text, raw_value
 from volprep_formats.readers.dicom.frames import elements_of, frame_count, frame_slices, sequence
@@ -71,7 +71,7 @@ def _slices_of(
         if not raw_value(elements, "Rows")[0] and "Image Storage" not in sop_class.name:
             return ()
         # Not kept for later as the problem of this image: even the series that it names may be cut off.
-        raise VolprepError("VP1031", path=path, what=Said("it ends before the pixel data"))
+        raise VolprepError("VP1031", path=path, what=SafeText("it ends before the pixel data"))
     image = slice_image(path, elements, str(syntax), element)
     image = replace(image, has_real_world_values=bool(sequence(data, "RealWorldValueMappingSequence")))
     frames = frame_count(data)

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.readers.dicom.header import SliceImage, slice_image
 from volprep_formats.readers.dicom.inflate import DEFLATED, meta_end_bytes
 from volprep_formats.readers.dicom.kind import SUFFIXES, has_prefix
 from volprep_formats.readers.dicom.mosaic import is_mosaic, mosaic_slices
 from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
 
-NO_HEADER = Said("it has no DICOM header")
+NO_HEADER = SafeText("it has no DICOM header")
 _HEAD_BYTES = 2**12
 _BARE_BEGINNINGS = frozenset((b"\x02\0\0\0", b"\x08\0\0\0", b"\x08\0\x05\0", b"\x08\0\x08\0", b"\x08\0\x16\0"))
 
@@ -51,7 +51,7 @@ def _unusual_slices(path: Path) -> tuple[SliceImage, ...]:
             raise VolprepError("VP1032", path=path, error=type(error).__name__) from error
         return ()
     if cut_off:
-        raise VolprepError("VP1031", path=path, what=Said("it ends before its data set begins"))
+        raise VolprepError("VP1031", path=path, what=SafeText("it ends before its data set begins"))
     # macOS leaves a "._NAME" with its own data beside NAME.
     if path.suffix.lower() in SUFFIXES and not path.name.startswith("._"):
         raise VolprepError("VP1031", path=path, what=NO_HEADER)

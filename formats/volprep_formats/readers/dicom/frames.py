@@ -13,7 +13,7 @@ from pydicom.dataelem import RawDataElement
 from pydicom.dataset import Dataset
 from pydicom.uid import UID, ExplicitVRBigEndian
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.readers.dicom.element import PixelElement
 from volprep_formats.readers.dicom.fields import (
     PRIVATE_TAGS,
@@ -170,7 +170,7 @@ def _frame_pixels(pixels: EncodedPixels, element: PixelElement, frames: int) -> 
         expected, actual = f"{frames * size} bytes", f"{pixels.size_bytes} bytes"
         raise VolprepError("VP1045", path=pixels.path, frames=frames, expected=expected, actual=actual)
     if syntax == ExplicitVRBigEndian and pixels.bits_allocated == 8 and pixels.has_words and size % 2:
-        raise VolprepError("VP1041", path=pixels.path, frames=frames, what=Said("frames that begin within a word"))
+        raise VolprepError("VP1041", path=pixels.path, frames=frames, what=SafeText("frames that begin within a word"))
     return [replace(pixels, offset_bytes=pixels.offset_bytes + k * size, size_bytes=size) for k in range(frames)]
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.readers.dicom.fields import (
     CSA_CREATOR,
     CSA_HEADER,
@@ -71,7 +71,9 @@ def _slices(image: SliceImage, data: Elements) -> tuple[SliceImage, ...]:
     plane = np.reshape(np.array(image.orientation), (2, 3))
     along = np.cross(*plane)
     if not math.isclose(abs(along @ normal), 1.0, abs_tol=ORIENTATION_TOLERANCE):
-        raise VolprepError("VP1042", path=image.path, what=Said("the normal of its slices is not that of the picture"))
+        raise VolprepError(
+            "VP1042", path=image.path, what=SafeText("the normal of its slices is not that of the picture")
+        )
     # The sign alone is taken: the cross product is as exact as the header is.
     step = along * math.copysign(abs(image.spacing_between_slices_mm or 0.0), along @ normal)
     spacing_yx = np.array(image.pixel_spacing_mm_yx)

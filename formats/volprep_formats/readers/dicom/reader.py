@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import colour_remarks, of_colour
 from volprep_formats.readers.dicom.geometry import Stack, stack_images
@@ -269,7 +269,7 @@ def _with_colours(series: Series, grey: GreyOf | ColourChannel) -> Series:
             images.append(image)
             continue
         if isinstance(grey, ColourChannel) and (image.slope, image.intercept) != (1.0, 0.0):
-            raise VolprepError("VP1290", path=image.path, problem=Said("its colours are rescaled (RescaleSlope)"))
+            raise VolprepError("VP1290", path=image.path, problem=SafeText("its colours are rescaled (RescaleSlope)"))
         forgiven = image.problem is not None and image.problem.code == "VP1035"
         pixels = replace(image.pixels, grey=grey)
         images.append(replace(image, pixels=pixels, problem=None if forgiven else image.problem))
@@ -279,7 +279,7 @@ def _with_colours(series: Series, grey: GreyOf | ColourChannel) -> Series:
 def _check_no_other_problem(image: SliceImage) -> None:
     """Raise VP1290 for a picture without colours that can be kept, unless something else is wrong with it."""
     if image.problem is None:
-        raise VolprepError("VP1290", path=image.path, problem=Said("its pixels are grey"))
+        raise VolprepError("VP1290", path=image.path, problem=SafeText("its pixels are grey"))
     if image.problem.code == "VP1035":
         problem = f"its colours ({image.problem.fields['kind']}, or their compression) are not read"
         raise VolprepError("VP1290", path=image.path, problem=problem)

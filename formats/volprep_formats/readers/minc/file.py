@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.arrays import UInt8Array
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, is_gzip
 from volprep_formats.readers.voxel_source import check_declared
@@ -132,7 +132,7 @@ def _facts(request: MincFile) -> MincFacts:
 def _check_axes(path: Path, names: Sequence[str], shape: Sequence[int]) -> None:
     """Refuse axes other than x, y, z and time, each once, and impossible sizes. Raises VP1304."""
     if not _SPATIAL <= {*names} <= _SPATIAL | {"time"} or not len({*names}) == len(names) == len(shape):
-        # Names of a file are not `Said`: they may be anything.
+        # Names of a file are not `SafeText`: they may be anything.
         found = ", ".join(name[:_LONGEST_NAME] for name in names)
         raise VolprepError("VP1304", path=path, problem=f"its axes are {found}; x, y, z and time are read")
     if not all(1 <= n <= LONGEST_AXIS for n in shape):
@@ -283,4 +283,4 @@ def _is_hdf5(file: Any) -> bool:
 
 
 def _refusal(path: Path, problem: str) -> VolprepError:
-    return VolprepError("VP1304", path=path, problem=Said(problem))
+    return VolprepError("VP1304", path=path, problem=SafeText(problem))

@@ -13,7 +13,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 
 _MOST_ELEMENTS = 2**21
 _MOST_PLANES = 2**20
@@ -94,7 +94,7 @@ class _Handlers:
 
     def _doctype(self, *_: object) -> None:
         raise VolprepError(
-            "VP1220", path=self._path, error=Said("its OME-XML has a document type, which OME never writes")
+            "VP1220", path=self._path, error=SafeText("its OME-XML has a document type, which OME never writes")
         )
 
     def _start(self, name: str, attributes: Attributes) -> None:
@@ -133,7 +133,7 @@ def sizes_of(path: Path, image: Image) -> Sizes:
     per_channel = {_number(path, channel.get("SamplesPerPixel", "1"), "SamplesPerPixel") for channel in image.channels}
     samples = min(per_channel, default=1)
     if len(per_channel) > 1:
-        raise VolprepError("VP1224", path=path, what=Said("channels with different numbers of samples"))
+        raise VolprepError("VP1224", path=path, what=SafeText("channels with different numbers of samples"))
     if number["C"] % samples:
         raise VolprepError("VP1220", path=path, error=f"it has {number['C']} channels in pixels of {samples} samples")
     order = image.pixels.get("DimensionOrder", "")
@@ -169,7 +169,7 @@ def planes_of(path: Path, description: Description, image: Image, sizes: Sizes) 
         if start + planes > total or page > _MOST_PLANES:
             raise VolprepError("VP1220", path=path, error=f"it has {planes} planes from number {start} on, of {total}")
         if (where[start : start + planes] >= 0).any():
-            raise VolprepError("VP1220", path=path, error=Said("a plane is in two places"))
+            raise VolprepError("VP1220", path=path, error=SafeText("a plane is in two places"))
         where[start : start + planes, 0] = files.index(data)
         where[start : start + planes, 1] = np.arange(page, page + planes)
     if len(image.data) == 1 and (missing := int((where[:, 0] < 0).sum())):

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.readers.ome.channels import mm_per_unit
 from volprep_formats.readers.ome.zarr_files import check_key
 from volprep_formats.record import problems
@@ -149,5 +149,5 @@ def _level(path: Path, dataset: _Dataset, common: tuple[_Transformation, ...], r
         elif step.type == "translation":
             translation = tuple(t + b for t, b in zip(translation, by, strict=True))
     if not all(map(math.isfinite, (*scale, *translation))):
-        raise VolprepError("VP1220", path=path, error=Said("its scales multiply to infinity"))
+        raise VolprepError("VP1220", path=path, error=SafeText("its scales multiply to infinity"))
     return ResolutionLevel(dataset.path, scale, translation)

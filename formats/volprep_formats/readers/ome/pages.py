@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.isolation import WorkerRequest
 from volprep_formats.readers.colour import channel_of_colours
 from volprep_formats.readers.ome.tiff_chain import count_pages, description_of
@@ -79,7 +79,7 @@ def description_in(path: Path) -> bytes:
     """Return the description in the first page of a TIFF file, without decoding anything. Raises VP1220."""
     text = description_of(path, _MOST_TEXT_BYTES)
     if text is None or b"<OME" not in text:
-        raise VolprepError("VP1220", path=path, error=Said("there is no OME-XML in its first page"))
+        raise VolprepError("VP1220", path=path, error=SafeText("there is no OME-XML in its first page"))
     return text
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import colour_remarks, of_colour
@@ -147,10 +147,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSour
 def _chosen_image(spec: SourceSpec, path: Path) -> tuple[Description, Image]:
     description = parse_description(path, description_in(path))
     if description.metadata_file is not None:
-        raise VolprepError("VP1224", path=path, what=Said("its description, which lies in another file,"))
+        raise VolprepError("VP1224", path=path, what=SafeText("its description, which lies in another file,"))
     images = description.images
     if not images:
-        raise VolprepError("VP1220", path=path, error=Said("its OME-XML describes no image"))
+        raise VolprepError("VP1220", path=path, error=SafeText("its OME-XML describes no image"))
     return description, images[chosen(path, "series", "image", [image.name for image in images], spec.series)]
 
 

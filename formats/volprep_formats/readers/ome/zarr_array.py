@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.arrays import UInt8Array
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.isolation import WorkerRequest
 from volprep_formats.readers.ome.zarr_files import Files, open_files
 
@@ -140,7 +140,7 @@ def read_group(request: GroupRequest) -> UInt8Array:
             attributes = document.get("attributes") or {}
         if not isinstance(attributes, (dict, NoneType)):
             raise VolprepError(
-                "VP1220", path=request.store.path, error=Said("the attributes of a group are no JSON object")
+                "VP1220", path=request.store.path, error=SafeText("the attributes of a group are no JSON object")
             )
         return np.frombuffer(json.dumps(attributes).encode(), np.uint8)
 
@@ -209,7 +209,7 @@ def _facts_of_v2(path: Path, told: dict[str, Any]) -> ArrayFacts:
     codecs = [*filters, *([told["compressor"]] if told.get("compressor") else [])]
     _check_codecs(path, (codec.get("id") for codec in codecs), _V2_CODECS)
     if not isinstance(told["dtype"], str):
-        raise VolprepError("VP1224", path=path, what=Said("an array of records"))
+        raise VolprepError("VP1224", path=path, what=SafeText("an array of records"))
     return _facts(path, told["shape"], told["chunks"], np.dtype(told["dtype"]).name)
 
 
@@ -228,7 +228,7 @@ def _facts_of_v3(path: Path, told: dict[str, Any]) -> ArrayFacts:
             chunks = inner["chunk_shape"]
             _check_lengths(path, outer, chunks)
             if any(c["name"] == "sharding_indexed" for c in inner["codecs"]):
-                raise VolprepError("VP1224", path=path, what=Said("shards in shards"))
+                raise VolprepError("VP1224", path=path, what=SafeText("shards in shards"))
             if math.prod(n // max(1, m) for n, m in zip(outer, chunks, strict=True)) > _MOST_INNER_CHUNKS:
                 raise VolprepError("VP1225", path=path, size="more chunks in a shard", limit=str(_MOST_INNER_CHUNKS))
     return _facts(path, told["shape"], chunks, str(told["data_type"]))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.installation import require_extra
 from volprep_formats.isolation import WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
@@ -255,7 +255,7 @@ def _ask(path: Path, pool: Workers, request: WorkerRequest) -> Any:
     try:
         return json.loads(answers[0])
     except RecursionError as error:  # what the worker could read may be too deep here, where more calls are open
-        raise VolprepError("VP1220", path=path, error=Said("its metadata nest too deeply")) from error
+        raise VolprepError("VP1220", path=path, error=SafeText("its metadata nest too deeply")) from error
 
 
 def _facts(pool: Workers, array: ArrayRequest) -> ArrayFacts:
@@ -272,7 +272,9 @@ def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tu
             chosen(path, "series", "image", [""], wanted)
         return "", picture
     if not series_of(attributes):
-        raise VolprepError("VP1220", path=path, error=Said("it has no multiscales, which make a Zarr store an image"))
+        raise VolprepError(
+            "VP1220", path=path, error=SafeText("it has no multiscales, which make a Zarr store an image")
+        )
     pictures: list[Picture] = []
     while len(pictures) < _MOST_SERIES:
         attributes = _ask(path, pool, text_request(read_group, GroupRequest(store, str(len(pictures)))))

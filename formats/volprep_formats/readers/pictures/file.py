@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.isolation import WorkerRequest, Workers
 from volprep_formats.path_text import unicode_path
 from volprep_formats.progress import Progress
@@ -260,7 +260,9 @@ def check_black_is_zero(path: Path, spec: Any) -> None:
     programs do neither or both.
     """
     if spec.get_int_attribute("tiff:PhotometricInterpretation", _BLACK_IS_ZERO) == _WHITE_IS_ZERO:
-        raise VolprepError("VP1166", path=path, what=Said("values that grow from white to black (TIFF's MinIsWhite)"))
+        raise VolprepError(
+            "VP1166", path=path, what=SafeText("values that grow from white to black (TIFF's MinIsWhite)")
+        )
 
 
 def _page(path: Path, spec: Any) -> Page:
@@ -350,7 +352,7 @@ def _grey(part: DecodeRequest, values: NDArray[np.generic]) -> NDArray[np.generi
         raise VolprepError("VP1164", path=path, what=f"{len(colours)} colour channels that differ")
     opaque = 1.0 if page.stored_type == "float32" else np.iinfo(page.stored_type).max
     if colours and page.alpha >= 0 and not (values[..., page.alpha] == opaque).all():
-        raise VolprepError("VP1164", path=path, what=Said("transparent pixels"))
+        raise VolprepError("VP1164", path=path, what=SafeText("transparent pixels"))
     return first
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.isolation import workers
 from volprep_formats.progress import Progress
@@ -126,7 +126,7 @@ def _check_alike(path: Path, names: list[str], pages: list[tuple[Page, ...]]) ->
         for name, of_file in zip(names, pages, strict=True):
             if len(of_file) > 1:
                 raise VolprepError(
-                    "VP1166", path=path / name, what=Said("several pages in a folder of several pictures")
+                    "VP1166", path=path / name, what=SafeText("several pages in a folder of several pictures")
                 )
         each = [(name, page) for name, (page,) in zip(names, pages, strict=True)]
     else:

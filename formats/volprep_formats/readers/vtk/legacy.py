@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -63,12 +63,14 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     sizes = parse_integers(_field(lines, "DIMENSIONS") or [], 1, LONGEST_AXIS)
     points = parse_integers(_field(lines, "POINT_DATA") or [], 1, 2**63 - 1)
     if sizes is None or len(sizes) != 3 or points != [prod(sizes)]:
-        raise VolprepError("VP1140", path=path, error=Said("DIMENSIONS and POINT_DATA do not agree, or are no numbers"))
+        raise VolprepError(
+            "VP1140", path=path, error=SafeText("DIMENSIONS and POINT_DATA do not agree, or are no numbers")
+        )
     shape_zyx = (sizes[2], sizes[1], sizes[0])
     spacing = parse_floats(_field(lines, "SPACING") or _field(lines, "ASPECT_RATIO") or ["1", "1", "1"])
     origin = parse_floats(_field(lines, "ORIGIN") or ["0", "0", "0"])
     if spacing is None or origin is None or len(spacing) != 3 or len(origin) != 3:
-        raise VolprepError("VP1140", path=path, error=Said("SPACING or ORIGIN is not three numbers"))
+        raise VolprepError("VP1140", path=path, error=SafeText("SPACING or ORIGIN is not three numbers"))
     if min(spacing) <= 0:
         raise VolprepError("VP2021", path=path, which="field SPACING")
     grid = grid_from_affine(path, "field SPACING or ORIGIN", shape_zyx, np.diag(spacing), np.array(origin))
@@ -88,7 +90,7 @@ def _header(path: Path) -> tuple[bool, Lines, int]:
         head = file.read(_MOST_HEADER_BYTES)
     start = _START.match(head)
     if start is None:
-        raise VolprepError("VP1140", path=path, error=Said("it does not begin as a legacy VTK file"))
+        raise VolprepError("VP1140", path=path, error=SafeText("it does not begin as a legacy VTK file"))
     lines: Lines = []
     end = start.end()
     while not lines or lines[-1][0] not in _LAST:
@@ -96,7 +98,7 @@ def _header(path: Path) -> tuple[bool, Lines, int]:
             break  # files of version 1.0 may name no table
         line_end = head.find(b"\n", end)
         if line_end < 0:
-            raise VolprepError("VP1140", path=path, error=Said("its header has no end"))
+            raise VolprepError("VP1140", path=path, error=SafeText("its header has no end"))
         words = head[end:line_end].decode("utf-8", "replace").split()
         end = line_end + 1
         if not words:
@@ -115,7 +117,7 @@ def _check_line(path: Path, lines: Lines, words: list[str]) -> None:
     if not lines and (key != "DATASET" or [word.upper() for word in words[1:]] != ["STRUCTURED_POINTS"]):
         raise VolprepError("VP1142", path=path, what=f"{' '.join(words)[:60]!r} instead of DATASET STRUCTURED_POINTS")
     if key == "CELL_DATA":
-        raise VolprepError("VP1141", path=path, problem=Said("an array of cells where one of points is needed"))
+        raise VolprepError("VP1141", path=path, problem=SafeText("an array of cells where one of points is needed"))
     before = [line[0] for line in lines]
     if "POINT_DATA" not in before:
         wanted = ["DATASET", "DIMENSIONS", "SPACING", "ASPECT_RATIO", "ORIGIN", "POINT_DATA"]

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
@@ -200,7 +200,7 @@ class _Part:
         except binascii.Error as error:
             raise VolprepError("VP1005", path=self.path, error=error) from error
         if len(decoded) != min(count, len(piece) // 4 * 3):
-            raise VolprepError("VP1005", path=self.path, error=Said("base64 that ends too early"))
+            raise VolprepError("VP1005", path=self.path, error=SafeText("base64 that ends too early"))
         return decoded
 
 
@@ -218,7 +218,7 @@ def _part(path: Path, document: Document, array: Array, form: str) -> _Part:
         file.seek(tag_bytes)
         mark = re.match(rb"<[^>]*>\s*_", file.read(_CHUNK_BYTES))
     if mark is None:
-        raise VolprepError("VP1140", path=path, error=Said("no underscore begins its appended data"))
+        raise VolprepError("VP1140", path=path, error=SafeText("no underscore begins its appended data"))
     return _Part(path, tag_bytes + mark.end() + offset[0], path.stat().st_size, is_base64=encoding == "base64")
 
 
@@ -275,4 +275,4 @@ def _block(path: Path, read: Callable[[int], bytes], packed_bytes: int, unpacked
             break
         yield piece
     if unpacked_bytes or packed_bytes or decoder.unused_data:
-        raise VolprepError("VP1005", path=path, error=Said("a block is not of the size that its header says"))
+        raise VolprepError("VP1005", path=path, error=SafeText("a block is not of the size that its header says"))

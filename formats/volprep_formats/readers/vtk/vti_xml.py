@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from volprep_formats.diagnostics import Said, VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.regular_files import open_regular
 
 _CHUNK_BYTES = 2**18
@@ -56,7 +56,7 @@ def parse_image(path: Path) -> Document:
                 parser.Parse(chunk, False)
                 # Text is handed on as it comes, so only an endless tag makes the parser hold back this much.
                 if file.tell() - parser.CurrentByteIndex > _LONGEST_TAG + _CHUNK_BYTES:
-                    raise VolprepError("VP1140", path=path, error=Said("one of its tags has no end"))
+                    raise VolprepError("VP1140", path=path, error=SafeText("one of its tags has no end"))
             parser.Parse(b"", True)
         except _Done:
             pass
@@ -82,7 +82,7 @@ class _Handlers:
         parser.StartDoctypeDeclHandler = self._doctype
 
     def _doctype(self, *_: object) -> None:
-        raise VolprepError("VP1140", path=self._path, error=Said("it has a document type, which VTK never writes"))
+        raise VolprepError("VP1140", path=self._path, error=SafeText("it has a document type, which VTK never writes"))
 
     def _start(self, name: str, attributes: Attributes) -> None:
         self._count += 1
@@ -95,7 +95,7 @@ class _Handlers:
                 document.root = attributes
             case ["VTKFile", "ImageData"]:
                 if document.image is not None:
-                    raise VolprepError("VP1140", path=self._path, error=Said("it has two images"))
+                    raise VolprepError("VP1140", path=self._path, error=SafeText("it has two images"))
                 document.image = attributes
             case ["VTKFile", "ImageData", "Piece"]:
                 document.pieces.append(attributes)
