@@ -125,6 +125,7 @@ def drawn(package: Package, transfer: str, kind: type[Renderer] = Renderer) -> D
             for camera in cameras:
                 renderer.render(camera, (SIZE, SIZE))
             times.append((time.process_time() - start) * 1000 / len(cameras))
-    counts = samples_of_views(package, program, level.index, cameras, (SIZE, SIZE), kind=kind)
+    views = [(camera, (SIZE, SIZE)) for camera in cameras]
+    counts = samples_of_views(package, program, level.index, views, kind=kind)
     taken, looked = (float(sum(count.sum() for count in each)) for each in zip(*counts, strict=True))
     return Drawn(pictures, taken, looked, min(times))

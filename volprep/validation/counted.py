@@ -44,7 +44,7 @@ def samples_per_pixel(
     Raises the errors of `Renderer`. `kind` is the renderer that draws with `program`: programs that begin at proxy
     geometry need another one. Needs a float32 target.
     """
-    ((taken, looked),) = samples_of_views(package, program, level, [box_from_clip], shape_hw, kind=kind)
+    ((taken, looked),) = samples_of_views(package, program, level, [(box_from_clip, shape_hw)], kind=kind)
     return taken, looked
 
 
@@ -52,13 +52,12 @@ def samples_of_views(
     package: Package,
     program: Program,
     level: int,
-    views: Sequence[Float64Array],
-    shape_hw: tuple[int, int],
+    views: Sequence[tuple[Float64Array, tuple[int, int]]],
     *,
     kind: type[Renderer],
 ) -> list[tuple[Float64Array, Float64Array]]:
-    """Same as `samples_per_pixel`, for each view."""
+    """Same as `samples_per_pixel`, for each view: its camera, and height and width of the picture."""
     counted = counting(package, program)
     with kind(counted, level=level, transfer=program.transfer, target="rgba32f") as renderer:
-        pictures = [np.rint(renderer.render(view, shape_hw)).astype(np.float64) for view in views]
+        pictures = [np.rint(renderer.render(*view)).astype(np.float64) for view in views]
     return [(picture[..., 0], picture[..., 1]) for picture in pictures]
