@@ -1,7 +1,7 @@
 """The best level that an optimiser without a budget finds: what "auto" is compared with.
 
 It begins where "auto" ends, and goes on as refining does, but along many times the rays, for many times the steps, with
-voxels that may have any value and are not rounded, and more samples. It takes a minute for a level of 48³ voxels.
+voxels that are not rounded, and more samples. It takes a minute for a level of 48³ voxels.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from volprep.parts.levels.adapted import fitted_table
 from volprep.parts.levels.appearance import largest_code
 from volprep.parts.levels.level_input import Factors, LevelInput
 from volprep.parts.levels.rays import sample_slices
-from volprep.parts.levels.refined import LevelRange, RefineBudget, Refinement
+from volprep.parts.levels.refined import RefineBudget, Refinement
 from volprep.parts.levels.refining import refinements
 from volprep_formats.arrays import Float32Array, Float64Array
 
@@ -42,9 +42,8 @@ def optimum(scan: LevelInput, factors: Factors, start: NDArray[np.generic], tabl
     (name,) = scan.tables
     spacing_mm_zyx = scan.spacing_mm_zyx(factors)
     level = start.astype(np.float32) / np.float32(largest_code(start.dtype))
-    free = LevelRange(level, np.zeros_like(level), np.ones_like(level), spacing_mm_zyx)
     for _ in range(_ROUNDS):
-        level = replace(found, tables={name: table}).refined(replace(free, start=level))
+        level = replace(found, tables={name: table}).refined(level, spacing_mm_zyx)
         table = _table(found, level, table, spacing_mm_zyx)
     return Optimum(level, table)
 

@@ -35,7 +35,7 @@ def write_study(
         _draw([each for each in pictures if each.subject == subject], folder / image)
         parts.append(f"<h2>{escape(subject)}</h2>{_table([row for row in rows if row.subject == subject])}")
         parts += [f"<p>{escape(_promise(row))}</p>" for row in steps if row.subject == subject]
-        parts.append(f'<p>Truth, then for each level: {", ".join(SHOWN)}.</p><img src="{image}">')
+        parts.append(f'<p>A row for each level: {" | ".join(("truth", *SHOWN))}</p><img src="{image}">')
     (folder / "index.html").write_text("\n".join(parts))
 
 

@@ -3,8 +3,10 @@
 A refined level begins as the filter "raised" makes it, so that a thin thing is nowhere at values that its transfer
 function does not show: there no change of a voxel changes any light. In turn, tables are fitted to the light of rays
 (adapted.py), and voxels take accelerated gradient steps that the adjoint of the emission-absorption sum gives
-(`refine_sums` of the native core; separable surrogates as in tomography, with Nesterov's momentum). Each voxel stays
-near the range of its cell. The method is volprep's own.
+(`refine_sums` of the native core; separable surrogates as in tomography, with Nesterov's momentum). A voxel may
+leave the range of its cell: between two voxels a renderer sees their mean, so that a thin thing at its own brightness
+needs brighter ones. Within the range, errors in pictures were larger by 17 % (thin shells), 12 % (vessels; level 1) and
+6 % (soft tissue, level 2). The method is volprep's own.
 
 The number of rays follows from how many voxels of the level show something. Too few rays fit themselves only: with 20
 rays for a voxel the error in pictures fell by 10 to 20 %, with 4 it did not, and with less it rose on opaque volumes. A
@@ -105,17 +107,6 @@ def _seen_voxels(blocks: SeenBlocks, factors: Factors) -> int:
 
 
 @dataclass(frozen=True)
-class LevelRange:
-    """Where a level begins, and what its voxels may become; all [z, y, x] with values from 0 to 1."""
-
-    start: Float32Array
-    low: Float32Array
-    high: Float32Array
-    spacing_mm_zyx: tuple[float, float, float]
-    """Distances of the voxels."""
-
-
-@dataclass(frozen=True)
 class Refinement:
     """Target of the refinement of a level: the light of rays through level 0."""
 
@@ -130,16 +121,14 @@ class Refinement:
     per_voxel: int = 2
     """Samples along rays for each voxel of the level."""
 
-    def refined(self, given: LevelRange) -> Float32Array:
-        """Return the voxels of a level, values from 0 to 1."""
+    def refined(self, start: Float32Array, spacing_mm_zyx: tuple[float, float, float]) -> Float32Array:
+        """Return the voxels [z, y, x] of a level that begins as `start`; values from 0 to 1."""
         tables = dict(self.tables)
-        level = given.start
+        level = start
         for steps in _ROUNDS:
             if self.adapt:
-                tables = {
-                    name: self._fitted(level, name, table, given.spacing_mm_zyx) for name, table in tables.items()
-                }
-            level = self._moved(level, given, tables, steps)
+                tables = {name: self._fitted(level, name, table, spacing_mm_zyx) for name, table in tables.items()}
+            level = self._moved(level, spacing_mm_zyx, tables, steps)
         return level
 
     def _fitted(
@@ -151,25 +140,29 @@ class Refinement:
         return fitted_table(samples, np.ascontiguousarray(self.lights[name][:count]), table)
 
     def _moved(
-        self, begin: Float32Array, given: LevelRange, tables: Mapping[str, Float64Array], steps: int
+        self,
+        begin: Float32Array,
+        spacing_mm_zyx: tuple[float, float, float],
+        tables: Mapping[str, Float64Array],
+        steps: int,
     ) -> Float32Array:
         """Take gradient steps with momentum, which begins again where it points uphill."""
         sloped = {name: (table, smoothed_slopes(table, _REACH)) for name, table in tables.items()}
         level, ahead = begin, begin
         speed = 1.0
         for _ in range(steps):
-            gradient, curvature = self._sums(ahead, sloped, given.spacing_mm_zyx)
+            gradient, curvature = self._sums(ahead, sloped, spacing_mm_zyx)
             met = curvature > 0
             if not met.any():
                 return level
             tie = np.float32(_TIE * curvature[met].mean(dtype=np.float64))
-            moved = np.clip(ahead - (gradient + tie * (ahead - begin)) / (curvature + tie), given.low, given.high)
+            moved = np.clip(ahead - (gradient + tie * (ahead - begin)) / (curvature + tie), 0.0, 1.0)
             if float(((ahead - moved) * (moved - level)).sum(dtype=np.float64)) > 0.0:
                 speed, ahead = 1.0, moved
             else:
                 faster = (1.0 + math.sqrt(1.0 + 4.0 * speed**2)) / 2.0
                 further = moved + np.float32((speed - 1.0) / faster) * (moved - level)
-                speed, ahead = faster, np.clip(further, given.low, given.high)
+                speed, ahead = faster, np.clip(further, 0.0, 1.0)
             level = moved
         return level
 
