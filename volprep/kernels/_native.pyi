@@ -760,7 +760,7 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         If an array has another type or order.
     """
 
-def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, labels: numpy.typing.NDArray[numpy.uint16], looks: numpy.typing.NDArray[numpy.int32], points: Sequence[numpy.typing.NDArray[numpy.float64]], crisp: bool, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], kernel: str = '', slope_scale: float = 0.0, border_scale: float = 0.0, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, threads: int = 0) -> None:
+def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, labels: numpy.typing.NDArray[numpy.uint16], looks: numpy.typing.NDArray[numpy.int32], points: Sequence[numpy.typing.NDArray[numpy.float64]], crisp: bool, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], kernel: str = '', slope_scale: float = 0.0, border_scale: float = 0.0, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, threads: int = 0) -> None:
     """
     Write the picture of a scan with labels and a bound on the error of each pixel.
 
@@ -796,8 +796,8 @@ def render_oracle_labels(volume: numpy.typing.NDArray[numpy.generic], slope: flo
         "forward" or "central" where it is lit: normals are slopes of stored values as a shader takes them, times slope_scale.
     border_scale
         What a gradient of the logarithm of the visible extinction of 1 per millimetre adds to a normal.
-    light, halfway
-        As in render_refined, without shadows; without a light it comes from the viewer. The bound is then an estimate.
+    light, halfway, shadows
+        As in render_refined; without a light it comes from the viewer. The bound is then an estimate.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
