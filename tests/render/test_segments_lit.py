@@ -133,6 +133,7 @@ def test_segments_cast_shadows_on_each_other(folder, border):
     assert rms(picture[..., :3] - drawn(bare)[..., :3]) > 0.01
 
 
+@pytest.mark.long
 def test_hidden_segments_cast_no_shadow(folder):
     numbers = nibabel.load(folder / "labels.nii").get_fdata()
     nibabel.save(nibabel.Nifti1Image(np.where(numbers == 3, 3, 0).astype(np.int16), AFFINE), folder / "alone.nii")
@@ -150,7 +151,8 @@ def test_hidden_segments_cast_no_shadow(folder):
 
 @pytest.mark.long
 def test_a_package_with_shadows_is_validated(folder):
-    package = built(folder, "shadows", change=SHADED, border="mixed", outside_opacity=0.3)
+    small = {**SHADED, "render": {**SHADED["render"], "picture_size": 24}}
+    package = built(folder, "shadows", change=small, border="mixed", outside_opacity=0.3)
     assert validate(package.path, folder / "shadows.report", Silent(), witness=False).verdict.passed
 
 

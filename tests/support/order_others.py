@@ -137,7 +137,8 @@ def _colour(profile: str) -> Callable[[Path], Falling]:
 
 def _segments(border: str, lighting: str = "none", compositing: str = "", light: str = "") -> Callable[[Path], Falling]:
     def falling(folder: Path) -> Falling:
-        more = f'border = "{border}"\n[render]\nlighting = "{lighting}"\nopacity_cutoff = 1.0\n[skip]\nkind = "none"\n{light}'
+        render = f'[render]\nlighting = "{lighting}"\nopacity_cutoff = 1.0\n'
+        more = f'border = "{border}"\n{render}[skip]\nkind = "none"\n{light}'
         folder.mkdir(parents=True, exist_ok=True)
         path = segments_scene("gles3", more)(folder)
         if compositing:
