@@ -508,8 +508,9 @@ def light_samples(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
         1, that goes on where scattered light is stopped again.
     sky, suns
-        float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
-        cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+        float64 [3, 4]: for each of red, green and blue the light that comes from everywhere, and its change along x, y and z:
+        from the direction w comes sky[:, 0] + sky[:, 1:] @ w. float64 [n, 7]: direction, colour and cosine of half the angle
+        of each sun. Colours are what an unshadowed place gets.
     lamp_mm_xyz, ambient
         A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
     reach_mm, scatters
@@ -1032,8 +1033,9 @@ def trace_picture(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
         1, that goes on where scattered light is stopped again.
     sky, suns
-        float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
-        cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+        float64 [3, 4]: for each of red, green and blue the light that comes from everywhere, and its change along x, y and z:
+        from the direction w comes sky[:, 0] + sky[:, 1:] @ w. float64 [n, 7]: direction, colour and cosine of half the angle
+        of each sun. Colours are what an unshadowed place gets.
     lamp_mm_xyz, ambient
         A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
     reach_mm, scatters
@@ -1071,8 +1073,9 @@ def trace_places(volume: numpy.typing.NDArray[numpy.generic], slope: float, inte
         Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
         1, that goes on where scattered light is stopped again.
     sky, suns
-        float64 [3, 3]: light from the direction up, light from below, that direction. float64 [n, 7]: direction, colour and
-        cosine of half the angle of each sun. Colours are what an unshadowed place gets.
+        float64 [3, 4]: for each of red, green and blue the light that comes from everywhere, and its change along x, y and z:
+        from the direction w comes sky[:, 0] + sky[:, 1:] @ w. float64 [n, 7]: direction, colour and cosine of half the angle
+        of each sun. Colours are what an unshadowed place gets.
     lamp_mm_xyz, ambient
         A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
     reach_mm, scatters
