@@ -58,7 +58,9 @@ def test_a_photograph_is_a_preset_with_light_that_is_computed_once_where_the_pro
     assert load_preset("ct-bone-photograph").points == load_preset("ct-bone").points
     assert (photograph.lighting.baked, photograph.render.lighting) == ("scattering", "none")
     mosaics = scene.with_preset("ct-bone-photograph", load_profile("gles2-2048", Path()))
-    assert (mosaics.lighting.baked, mosaics.render.lighting) == ("none", "headlight")
+    assert (mosaics.lighting.baked, mosaics.render.lighting) == ("scattering", "none")
+    slices = scene.with_preset("ct-bone-photograph", load_profile("gles1", Path()))
+    assert (slices.lighting.baked, slices.render.lighting) == ("none", "none")
     stated = scene.model_copy(update={"lighting": LightingSettings(baked="occlusion")})
     assert stated.with_preset("ct-bone-photograph", GLES3).lighting.baked == "occlusion"
 
