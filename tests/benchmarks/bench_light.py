@@ -47,7 +47,7 @@ step_voxels = 0.5
 [lighting]
 {lighting}
 [[transfer]]
-preset = "{preset}"
+{transfer}
 """
 WAYS = {
     "unlit": ('lighting = "none"', ""),
@@ -79,9 +79,14 @@ class Made:
 
 
 def make(
-    folder: Path, way: str, voxels: np.ndarray, spacing_mm_zyx: Sequence[float], asked: argparse.Namespace
+    folder: Path,
+    way: str,
+    voxels: np.ndarray,
+    spacing_mm_zyx: Sequence[float],
+    transfer: str,
+    profile: str = "gles3",
 ) -> Made:
-    """Build the package of a way."""
+    """Build the package of a way; `transfer` is the transfer function in TOML."""
     folder.mkdir()
     voxels.tofile(folder / "scan.raw")
     render, lighting = WAYS[way]
@@ -91,8 +96,8 @@ def make(
         spacing=list(spacing_mm_zyx),
         render=render,
         lighting=lighting,
-        preset=asked.preset,
-        profile=asked.profile,
+        transfer=transfer,
+        profile=profile,
     )
     (folder / "s.toml").write_text(scene, encoding="utf-8")
     # Without light that is computed once the plan tries nothing: the difference is what this light takes.
@@ -101,7 +106,9 @@ def make(
     return Made(way, Package.open(folder / "s.volpkg"), time.process_time() - start)
 
 
-def truths(made: Made, voxels: np.ndarray) -> dict[str, TracedPicture]:
+def truths(
+    made: Made, voxels: np.ndarray, views: Sequence[str] = VIEWS, pixels: int = PIXELS
+) -> dict[str, TracedPicture]:
     """Path trace multiple scattering under a white sky."""
     manifest = made.package.manifest
     info, grid = manifest.channels[0].source.info, manifest.levels[0].grid
@@ -109,22 +116,22 @@ def truths(made: Made, voxels: np.ndarray) -> dict[str, TracedPicture]:
         voxels, grid, info.slope, info.intercept, manifest.transfer_functions[0], LightModel(kind="scattering")
     )
     return {
-        name: traced_picture(lit, standard_views(grid)[name].box_from_clip(grid, 1.0), (PIXELS, PIXELS), PATHS)
-        for name in VIEWS
+        name: traced_picture(lit, standard_views(grid)[name].box_from_clip(grid, 1.0), (pixels, pixels), PATHS)
+        for name in views
     }
 
 
-def draw(made: Made) -> tuple[list[Float64Array], list[float]]:
+def draw(made: Made, views: Sequence[str] = VIEWS, pixels: int = PIXELS) -> tuple[list[Float64Array], list[float]]:
     """Draw all views, and return the processor's milliseconds of each."""
     grid = made.package.manifest.levels[0].grid
     pictures, took = [], []
     target: TargetFormat = "rgba8" if made.package.manifest.profile.dialect == "es100" else "rgba32f"
     with Renderer(made.package, level=0, target=target) as renderer:
-        for name in VIEWS:
+        for name in views:
             camera = standard_views(grid)[name].box_from_clip(grid, 1.0)
-            renderer.render(camera, (PIXELS, PIXELS))
+            renderer.render(camera, (pixels, pixels))
             start = time.process_time()
-            pictures.append(renderer.render(camera, (PIXELS, PIXELS)).astype(np.float64))
+            pictures.append(renderer.render(camera, (pixels, pixels)).astype(np.float64))
             took.append((time.process_time() - start) * 1000)
     return pictures, took
 
@@ -153,8 +160,11 @@ def main() -> None:
     n = asked.every
     voxels = np.ascontiguousarray(found.stored[::n, ::n, ::n])
     spacing = [n * h for h in found.grid.spacing_mm_zyx]
+    transfer = f'preset = "{asked.preset}"'
     with tempfile.TemporaryDirectory() as folder:
-        made = [make(Path(folder) / str(i), way, voxels, spacing, asked) for i, way in enumerate(ways)]
+        made = [
+            make(Path(folder) / str(i), way, voxels, spacing, transfer, asked.profile) for i, way in enumerate(ways)
+        ]
         traced = list(truths(made[0], voxels).values())
         drawn = [draw(each) for each in made]
         again = [[draw(each)[1] for each in made] for _ in range(3)]

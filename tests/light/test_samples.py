@@ -54,6 +54,25 @@ def test_rays_into_all_octants_have_the_mean_of_paths_and_less_noise(cube) -> No
     assert rays.std() < 0.95 * paths.std()
 
 
+@pytest.mark.parametrize("bounces", [1, 2, 3])
+def test_paths_end_at_the_known_light_after_so_many_bounces(cube, bounces) -> None:
+    _, dark = sampled(cube, known=0.0, bounces=bounces)
+    _, lit = sampled(cube, known=1.0, bounces=bounces)
+    ends = (lit - dark) / 0.6**bounces * 8
+    assert ends == pytest.approx(np.rint(ends), abs=1e-4)
+    # Each bounce lets some of the paths out.
+    assert 0.1 < ends.mean() / 8 < 0.75**bounces
+
+
+def test_more_bounces_leave_less_of_an_error_of_the_known_light(cube) -> None:
+    bright = LitVolume(cube.volume, cube.grid, 1.0, 0.0, function((100.0, (1.0, 1.0, 1.0), 0.3)), cube.model)
+    # Without any loss there is as much light as the sky has, everywhere.
+    off = [abs(sampled(bright, known=0.5, bounces=bounces)[1].mean() - 1.0) for bounces in (1, 4, 16)]
+    assert off[1] < 0.6 * off[0]
+    assert off[2] < 0.3 * off[1]
+    assert sampled(bright, known=1.0, bounces=16)[1] == pytest.approx(1.0, abs=1e-6)
+
+
 def depths_mm(places):
     return np.minimum(places[:, :3], 8.0 - places[:, :3]).min(axis=1)
 

@@ -494,7 +494,7 @@ def solve_light(rows: numpy.typing.NDArray[numpy.int32], pairs: numpy.typing.NDA
         If an array has another type or order.
     """
 
-def light_samples(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, seed: int, first: int, paths: int, inner_each: int, places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], kinds: numpy.typing.NDArray[numpy.uint8], known: numpy.typing.NDArray[numpy.float32] | None = None, known_curve: numpy.typing.NDArray[numpy.float64] | None = None, known_per_mm_xyz: Sequence[float] | None = None, lighting: bool = False, threads: int = 0) -> None:
+def light_samples(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, seed: int, first: int, paths: int, inner_each: int, places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], kinds: numpy.typing.NDArray[numpy.uint8], known: numpy.typing.NDArray[numpy.float32] | None = None, known_curve: numpy.typing.NDArray[numpy.float64] | None = None, known_per_mm_xyz: Sequence[float] | None = None, lighting: bool = False, bounces: int = 1, threads: int = 0) -> None:
     """
     Write the places where pictures need light, and an estimate of the light at each.
 
@@ -528,10 +528,11 @@ def light_samples(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
     kinds
         uint8 [n], written: 0 nothing was found, 1 seen from outside, 2 uniform in the volume.
     known, known_curve, known_per_mm_xyz
-        A field of light as the oracle takes it; a path ends where it is first stopped, with the light that the field holds
-        there. None: paths go on.
+        A field of light as the oracle takes it, whose light paths end with. None: they go on until they leave.
     lighting
         Whether places are, instead of seen ones, those where light toward a seen place was last stopped.
+    bounces
+        How often a path is stopped before it ends with the light that `known` holds there, at least 1.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 

@@ -17,10 +17,11 @@ void sample(const AnyVolume& volume, double slope, double intercept, Vector3 spa
             double reach_mm, bool scatters, uint64_t seed, int64_t first, int64_t paths, int64_t inner_each,
             const Rows4& places, const Rows3& light, const Kinds& kinds, const std::optional<Texels>& known,
             const std::optional<Curve>& known_curve, const std::optional<Vector3>& known_per_mm_xyz, bool lighting,
-            int threads) {
+            int64_t bounces, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
-    require(first >= 0 && paths >= 1 && inner_each >= 0, "first, paths or inner_each is too small");
+    require(first >= 0 && paths >= 1 && inner_each >= 0 && bounces >= 1,
+            "first, paths, inner_each or bounces is too small");
     const std::size_t count = places.shape(0);
     require(light.shape(0) == count && kinds.shape(0) == count, "places, light and kinds must have one length");
     std::vector<light::Sun> kept;
@@ -36,6 +37,7 @@ void sample(const AnyVolume& volume, double slope, double intercept, Vector3 spa
                                first,
                                paths,
                                known.has_value() ? &stored : nullptr,
+                               bounces,
                                lighting,
                                inner_each,
                                places.data(),
@@ -54,7 +56,7 @@ void light_samples(nb::module_& module) {
                nb::arg("inner_each"), nb::arg("places").noconvert(), nb::arg("light").noconvert(),
                nb::arg("kinds").noconvert(), nb::arg("known").noconvert().none() = nb::none(),
                nb::arg("known_curve").noconvert().none() = nb::none(), nb::arg("known_per_mm_xyz").none() = nb::none(),
-               nb::arg("lighting") = false, nb::arg("threads") = 0,
+               nb::arg("lighting") = false, nb::arg("bounces") = 1, nb::arg("threads") = 0,
                nb::sig((std::string("def light_samples(") + kLightSignature +
                         "seed: int, first: int, paths: int, inner_each: int, "
                         "places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], "
@@ -62,7 +64,7 @@ void light_samples(nb::module_& module) {
                         "known: numpy.typing.NDArray[numpy.float32] | None = None, "
                         "known_curve: numpy.typing.NDArray[numpy.float64] | None = None, "
                         "known_per_mm_xyz: collections.abc.Sequence[float] | None = None, lighting: bool = False, "
-                        "threads: int = 0) -> None")
+                        "bounces: int = 1, threads: int = 0) -> None")
                            .c_str()),
                described("Write the places where pictures need light, and an estimate of the light at each.\n\n"
                          "Parameters\n----------\n" +
@@ -79,10 +81,11 @@ light
 kinds
     uint8 [n], written: 0 nothing was found, 1 seen from outside, 2 uniform in the volume.
 known, known_curve, known_per_mm_xyz
-    A field of light as the oracle takes it; a path ends where it is first stopped, with the light that the field holds
-    there. None: paths go on.
+    A field of light as the oracle takes it, whose light paths end with. None: they go on until they leave.
 lighting
     Whether places are, instead of seen ones, those where light toward a seen place was last stopped.
+bounces
+    How often a path is stopped before it ends with the light that `known` holds there, at least 1.
 )",
                          "a size does not fit")
                    .c_str());

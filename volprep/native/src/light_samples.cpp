@@ -102,7 +102,7 @@ void mean_light(const light::Medium<Voxel>& medium, const light::Surroundings& a
             if (path % 8 == 0) stream.direction(drawn);
             double way[3];
             for (int axis = 0; axis < 3; ++axis) way[axis] = (path >> axis & 1) != 0 ? -drawn[axis] : drawn[axis];
-            light::gathered_near(medium, around, *samples.known, place, way, stream, arriving);
+            light::gathered_near(medium, around, *samples.known, samples.bounces, place, way, stream, arriving);
         }
         for (int c = 0; c < 3; ++c) mean[c] += arriving[c] / static_cast<double>(samples.paths);
     }

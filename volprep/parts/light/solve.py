@@ -41,10 +41,12 @@ _SMOOTH = (1 / 16, 0.5, 4.0, 32.0, 256.0)
 """Weights of smoothness in samples for each node; each grid tries them until one is worse than the one before."""
 _COARSER = (4, 2, 1)
 """Cells of the grids, in cells of the one that is wanted."""
-_DRAFT = 4
-"""One sample in so many fits the field that the others end at."""
+_PATHS_EACH, _DRAFT_EACH = 8, 4
+"""One sample in so many is a whole path, and one in so many fits the draft that the other paths end at."""
 _RAYS = 8
-"""Rays from each place, one into each octant."""
+"""Paths from each place, one into each octant."""
+_BOUNCES = 3
+"""How often a path is stopped before it ends at the draft."""
 _NOTHING = (np.zeros((1, 1, 1, 2, 1), np.float32), np.array([[0.0, 1.0], [0.0, 1.0]]), (1.0, 1.0, 1.0))
 _TOLERANCE = 1e-4
 _MOST_STEPS = 200
@@ -102,7 +104,8 @@ def solve_fields(lit: LitVolume, factors: Sequence[int], count: int, progress: P
     if lit.model.kind == "occlusion":
         nothing = LightField(*_NOTHING, samples=0, smoothness=0.0, residual=0.0)
         return _fields(lit, _Gather(nothing), factors, count, progress)
-    draft = _fields(lit, _Gather(lighting=True), factors, -(-count // _DRAFT), progress)[-1]
+    rough = _fields(lit, _Gather(lighting=True), factors, -(-count // _PATHS_EACH), progress)[-1]
+    draft = _fields(lit, _Gather(rough, lighting=True), factors, -(-count // _DRAFT_EACH), progress)[-1]
     return _fields(lit, _Gather(draft), factors, count, progress)
 
 
@@ -179,18 +182,20 @@ class _Gather(NamedTuple):
     """How the light at a place is estimated, and where the places are."""
 
     known: LightField | None = None
-    """Light where rays are stopped; None: random paths."""
+    """Light where paths end; None: they go on until they leave."""
     lighting: bool = False
     """Whether places are those where light toward seen places was last stopped, instead of seen ones."""
 
     def native(self) -> dict[str, Any]:
         """Return the arguments of the native kernel for one batch."""
-        if self.known is None:
-            return {"seed": _SEED + self.lighting, "paths": 1, "lighting": self.lighting}
         known = self.known
+        if known is None:
+            return {"seed": _SEED + self.lighting, "paths": 1, "lighting": self.lighting}
         return {
-            "seed": _SEED,
+            "seed": _SEED + 2 * self.lighting,
             "paths": _RAYS,
+            "lighting": self.lighting,
+            "bounces": _BOUNCES,
             "known": known.texels,
             "known_curve": known.curve,
             "known_per_mm_xyz": known.nodes_per_mm_xyz,

@@ -18,7 +18,8 @@ struct LightSamples {
     uint64_t seed;
     int64_t first;                    // index of the first sample: the sample k has the stream (seed, first + k)
     int64_t paths;                    // of each place
-    const light::StoredLight* known;  // light where paths are stopped: they end there; none: they go on
+    const light::StoredLight* known;  // light where paths end; none: they go on until they leave
+    int64_t bounces;                  // how often paths are stopped before they end in `known`, at least 1
     bool lighting;                    // whether the places are those that light seen places, instead of seen ones
     int64_t inner_each;               // every so many samples one is uniform in the volume; 0: none
     float* places;                    // [count, 4]: x, y and z in mm in box space; physical value

@@ -138,29 +138,39 @@ double gathered(const Medium<Voxel>& medium, const Surroundings& around, const d
     return std::max({weight[0], weight[1], weight[2]}) * around.brightest();
 }
 
-// Light [3] at a place in index coordinates, by one ray in the direction `way`. Where the ray is stopped, `known` says
-// how much light there is to go on; so the estimate is as right as `known`, and has less noise than a path. Not for
+// Light [3] at a place in index coordinates, by one path that begins in the direction `way` and ends where it is
+// stopped the last of `bounces` times, at least 1, with the light that `known` has there. It has less noise than a
+// whole path. Errors of `known` are averaged over the places where paths end: more bounces leave less of them. Not for
 // lamps.
 template <typename Voxel>
-void gathered_near(const Medium<Voxel>& medium, const Surroundings& around, const StoredLight& known,
+void gathered_near(const Medium<Voxel>& medium, const Surroundings& around, const StoredLight& known, int64_t bounces,
                    const double from[3], const double way[3], Stream& stream, double light[3]) noexcept {
     std::fill_n(light, 3, 0.0);
     double place[3] = {from[0], from[1], from[2]};
-    const double whole[3] = {1.0, 1.0, 1.0};
-    add_suns(medium, around, place, whole, stream, light);
-    double value = 0.0;
-    double arriving[3] = {0.0, 0.0, 0.0};
-    if (!stopped(medium, place, way, around.reach_mm, stream, value)) {
-        around.sky_from(way, arriving);
-    } else if (around.scatters) {
-        double place_mm[3];
-        for (int axis = 0; axis < 3; ++axis) place_mm[axis] = (place[axis] + 0.5) * medium.spacing_mm[axis];
-        known.at(place_mm, value, arriving);
+    double weight[3] = {1.0, 1.0, 1.0};
+    double next[3] = {way[0], way[1], way[2]};
+    for (int64_t bounce = 1;; ++bounce) {
+        add_suns(medium, around, place, weight, stream, light);
+        double value = 0.0;
+        double arriving[3];
+        if (!stopped(medium, place, next, around.reach_mm, stream, value)) {
+            around.sky_from(next, arriving);
+            for (int c = 0; c < 3; ++c) light[c] += weight[c] * arriving[c];
+            return;
+        }
+        if (!around.scatters) return;
         double albedo[3];
         medium.function->blend(medium.function->albedos, value, albedo);
-        for (int c = 0; c < 3; ++c) arriving[c] *= albedo[c];
+        for (int c = 0; c < 3; ++c) weight[c] *= albedo[c];
+        if (bounce == bounces) {
+            double place_mm[3];
+            for (int axis = 0; axis < 3; ++axis) place_mm[axis] = (place[axis] + 0.5) * medium.spacing_mm[axis];
+            known.at(place_mm, value, arriving);
+            for (int c = 0; c < 3; ++c) light[c] += weight[c] * arriving[c];
+            return;
+        }
+        stream.direction(next);
     }
-    for (int c = 0; c < 3; ++c) light[c] += arriving[c];
 }
 
 }  // namespace volprep::light
