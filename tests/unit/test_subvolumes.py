@@ -79,6 +79,15 @@ def test_points_are_numbered_x_first_and_touch_the_pieces_beside_them() -> None:
     assert points[5].subvolumes == (1, 3)
 
 
+def test_even_cuts_are_as_many_and_differ_by_a_voxel() -> None:
+    for voxels, size in ((2, 2), (45, 12), (78, 65), (100, 100), (101, 100), (1000, 7)):
+        cuts = cuts_along(voxels, size, even=True)
+        steps = np.diff(cuts)
+        assert (cuts[0], cuts[-1], len(cuts)) == (0, voxels - 1, len(cuts_along(voxels, size)))
+        assert steps.max() < size
+        assert steps.max() - steps.min() <= 1
+
+
 def test_no_move_leads_out_of_the_grid() -> None:
     grid = grid_of((5, 4, 7), 3)
     nz, ny, nx = (count + 1 for count in grid.counts_zyx)

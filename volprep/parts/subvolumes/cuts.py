@@ -19,10 +19,16 @@ from volprep_formats.package.parts.subvolumes.record import (
 )
 
 
-def cuts_along(voxels: int, size: int) -> Cuts:
-    """Cut an axis into pieces of at most `size` voxels. Neighbours share one voxel."""
+def cuts_along(voxels: int, size: int, *, even: bool = False) -> Cuts:
+    """Cut an axis into pieces of at most `size` voxels. Neighbours share one voxel.
+
+    The last piece is a remainder; or, with `even`, all have the same size but for one voxel.
+    """
     if voxels == 1:
         return (0, 0)
+    if even:
+        cells, pieces = voxels - 1, -(-(voxels - 1) // (size - 1))
+        return tuple(number * cells // pieces for number in range(pieces + 1))
     return (*range(0, voxels - 1, size - 1), voxels - 1)
 
 

@@ -50,7 +50,8 @@ def form_of(  # noqa: PLR0917 - the piece, the device class, and the settings
     scene: Scene, profile: DeviceProfile, grid: Grid, size: int, bits: int, between: SampleFilter
 ) -> Form | Misfit:
     """Return the texture of pieces of at most `size` voxels along an axis, or why the profile has none."""
-    z, y, x = (max(b - a for a, b in pairwise(cuts_along(n, size))) + 1 for n in grid.shape_zyx)
+    even = not profile.max_3d_texture_size
+    z, y, x = (max(b - a for a, b in pairwise(cuts_along(n, size, even=even))) + 1 for n in grid.shape_zyx)
     if profile.max_3d_texture_size:
         texel = one_channel(bits, profile)
         if texel is None or size > profile.max_3d_texture_size:
@@ -122,7 +123,11 @@ def _mosaic(
 
 
 def _fetches(form: Form, between: SampleFilter) -> float:
-    """Return the fetches of a sample, on the average. Each chooses among eight textures, so that they count most."""
+    """Return the fetches of a sample, on the average. Each chooses among eight textures, so that they count most.
+
+    An engine of 128×128×64 voxels in pieces of 65, 256² pixels, llvmpipe: overlapping 68 ms, interleaved 95, one
+    channel 105; pieces as 3D textures 85.
+    """
     if form.mosaic is None or between == "nearest":
         return 1.0
     return 2.0 if form.mosaic.slices_per_texel == 1 else _FETCHES[form.mosaic.order]

@@ -43,7 +43,8 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     wanted = required(plan.part(SubvolumesPlan))
     codes = codes_of_source(draft, plan)
-    z, y, x = (cuts_along(n, wanted.size) for n in codes.shape_zyx)
+    # Mosaics have one layout, in which a remainder would take as much as a whole piece.
+    z, y, x = (cuts_along(n, wanted.size, even=wanted.mosaic is not None) for n in codes.shape_zyx)
     progress.start("grid", (len(z) - 1) * (len(y) - 1) * (len(x) - 1))
     subvolumes = tuple(_pieces(draft, plan, codes, (z, y, x), progress))
     if wanted.whole is not None and all(wanted.whole not in volume.files for volume in plan.volumes):
