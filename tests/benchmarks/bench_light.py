@@ -84,6 +84,7 @@ def make(
     voxels: np.ndarray,
     spacing_mm_zyx: Sequence[float],
     transfer: str,
+    *,
     profile: str = "gles3",
 ) -> Made:
     """Build the package of a way; `transfer` is the transfer function in TOML."""
@@ -163,7 +164,8 @@ def main() -> None:
     transfer = f'preset = "{asked.preset}"'
     with tempfile.TemporaryDirectory() as folder:
         made = [
-            make(Path(folder) / str(i), way, voxels, spacing, transfer, asked.profile) for i, way in enumerate(ways)
+            make(Path(folder) / str(i), way, voxels, spacing, transfer, profile=asked.profile)
+            for i, way in enumerate(ways)
         ]
         traced = list(truths(made[0], voxels).values())
         drawn = [draw(each) for each in made]
