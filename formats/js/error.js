@@ -79,10 +79,7 @@ export const WORDS = {
     "a package cannot be opened from {what}",
     "Give the address of a folder or of a .volpkg.zip, a File, a Blob or an ArrayBuffer.",
   ],
-  VP7018: [
-    "this renderer cannot draw: {problem}",
-    "Make a new renderer, or wait until the context is there again.",
-  ],
+  VP7018: ["this renderer cannot draw: {problem}", "Make a new renderer, or wait until the context is there again."],
 };
 
 const LONGEST = 400;

@@ -28,7 +28,10 @@ Object.assign(WORDS, {
     "program {name} draws {technique}, which is not possible here: {problem}",
     "Use a browser and a device that have it, or build the package with another technique.",
   ],
-  VP7041: ["this browser cannot draw with WebGL: {reason}", "Use a browser with WebGL, and allow it graphics acceleration."],
+  VP7041: [
+    "this browser cannot draw with WebGL: {reason}",
+    "Use a browser with WebGL, and allow it graphics acceleration.",
+  ],
   VP7063: [
     "the light cannot be changed: {problem}",
     "Give x, y and z in millimetres for lighting phong or blinn-phong, or the light around for turnable = true.",

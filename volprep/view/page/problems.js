@@ -3,10 +3,7 @@ import { byId, make } from "./dom.js";
 
 /** The words of the catalogue of volprep for what only the page finds; a test compares. @type {Record<string, [string, string]>} */
 export const WORDS = {
-  VP7042: [
-    "the page failed: {reason}",
-    "Load it again; if that does not help, report the browser and these words.",
-  ],
+  VP7042: ["the page failed: {reason}", "Load it again; if that does not help, report the browser and these words."],
   VP7043: [
     "the measurements did not arrive: {reason}",
     "Save it as a file, and put the file into the folder of measurements.",
