@@ -72,9 +72,14 @@ def remember(folder: Path, *, whole_plan: bool = False) -> Iterator[None]:
 @contextmanager
 def in_full() -> Iterator[None]:
     """Run every stage."""
-    with patch("volprep.pipeline.stages._made", _run), patch.dict(os.environ):
-        os.environ.pop(FOLDER, None)
-        yield
+    folder = os.environ.pop(FOLDER, None)
+    try:
+        with patch("volprep.pipeline.stages._made", _run):
+            yield
+    finally:
+        # This variable alone: EGL is told its platform in the environment, by the first test that draws.
+        if folder is not None:
+            os.environ[FOLDER] = folder
 
 
 def _remembered(path: Path, stage: Stage, draft: Draft, plan: Plan, progress: Progress) -> tuple[Contribution, ...]:
