@@ -109,6 +109,19 @@ def test_kept_light_is_known_less_well_where_the_background_changes_by_chance():
     assert np.std(off) == pytest.approx(np.mean(within), rel=0.6)
 
 
+def test_kept_light_of_lines_on_a_body_without_other_background_is_uncertain_by_the_change_of_the_body():
+    body = np.zeros((SIZE, SIZE, 4))
+    body[36:-36, 4:-4] = 0.5
+    lines = body + 0.3 * (vessel() > 0)
+    (sure,) = thin_things(lines, lines, 8.0)
+    (thing,) = thin_things(0.95 * lines, lines, 8.0)
+    assert (sure.kept, sure.within) == (pytest.approx(1.0), pytest.approx(0.0, abs=1e-6))
+    assert thing.kept < 0.7
+    assert thing.kept + thing.within > 0.9
+    (lost,) = thin_things(body, lines, 8.0)
+    assert lost.kept + lost.within < 0.5
+
+
 def test_what_is_wider_than_the_width_is_no_thin_thing():
     assert thin_things(0 * vessel(half_width=6), vessel(half_width=6), 4.0) == ()
     assert len(thin_things(0 * vessel(half_width=6), vessel(half_width=6), 16.0)) == 1

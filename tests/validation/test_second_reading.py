@@ -13,6 +13,7 @@ import SimpleITK
 import tifffile
 from foreign_scans import SCENES, blobs
 from oracle_views import HILLS, LIGHT, MIDDLE, views
+from sample_report import report_of
 
 from volprep.scan.repair import open_scan
 from volprep.scene.request import load_request
@@ -27,6 +28,8 @@ from volprep.validation.witness.independent.scan import CannotWitnessError, Witn
 from volprep.validation.witness.independent.scene import WitnessedScene, read_scene
 from volprep.validation.witness.independent.sources import read_scan
 from volprep.validation.witness.read_checks import box_of, check_cameras, check_function, check_voxels
+from volprep.validation.witness.step_checks import check_steps
+from volprep_formats.package.manifest import Tolerance
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceSpec
 
@@ -237,6 +240,40 @@ def test_a_level_that_is_shifted_by_half_a_voxel_is_seen() -> None:
     everywhere = np.ones(means.shape, bool)
     assert data_checks._shift(means, means, everywhere) < 1e-9
     assert data_checks._shift(shifted, means, everywhere) > 2 * data_checks._SHIFT_VOXELS
+
+
+def test_codes_of_16_bits_in_half_floats_agree_with_their_values() -> None:
+    window, step = (-100.0, 789.0), 889.0 / 65535
+    values = np.random.default_rng(4).uniform(*window, (20, 20, 20))
+    held = np.rint((values - window[0]) / step).astype(np.float64) / 65535
+    held = window[0] + 889.0 * held.astype(np.float16).astype(np.float64)
+    everywhere = np.ones(values.shape, bool)
+    apart = step + data_checks._half_float_steps(held, window)
+    assert data_checks._close("it", "codes", held - values, apart, everywhere).passed
+    assert not data_checks._close("it", "codes", held - values, step, everywhere).passed
+    assert not data_checks._close("it", "codes", held - values + 2 * step, step, everywhere).passed
+
+
+@pytest.mark.parametrize(
+    ("errors", "agrees"),
+    [
+        ((8e-3, 2e-3, 5e-4), True),
+        ((8e-3, 4e-3, 2e-3), True),
+        ((4e-3, 3.2e-3, 3.1e-3), False),
+        ((3e-6, 2e-6, 3e-6), True),
+    ],
+)
+def test_finer_steps_must_reach_the_truth_of_the_table(errors, agrees) -> None:
+    (program,) = report_of((0.002, 0.002, 0.002), Tolerance()).programs
+    finest = [point for point in program.sweep.points if point.level == program.level][:3]
+    points = [
+        point.model_copy(update={"quadrature": numbers.model_copy(update={"seen_rmse": error})})
+        for point, error in zip(finest, errors, strict=True)
+        if (numbers := point.quadrature) is not None
+    ]
+    sweep = program.sweep.model_copy(update={"points": tuple(points), "float_target": "rgba32f"})
+    (check,) = check_steps([program.model_copy(update={"sweep": sweep})])
+    assert (check.item, check.passed) == ("steps of raycast", agrees)
 
 
 POINTS = (
