@@ -5,7 +5,7 @@ function does not show: there no change of a voxel changes any light. In turn, t
 (adapted.py), and voxels take accelerated gradient steps that the adjoint of the emission-absorption sum gives
 (`refine_sums` of the native core; separable surrogates as in tomography, with Nesterov's momentum). A voxel may
 leave the range of its cell: between two voxels a renderer sees their mean, so that a thin thing at its own brightness
-needs brighter ones. Within the range, errors in pictures were larger by 17 % (thin shells), 12 % (vessels; level 1) and
+needs brighter ones. Within the range, errors in pictures are larger by 17 % (thin shells), 12 % (vessels; level 1) and
 6 % (soft tissue, level 2). The method is volprep's own.
 
 The number of rays follows from how many voxels of the level show something. Too few rays fit themselves only: with 20
