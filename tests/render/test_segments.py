@@ -213,6 +213,7 @@ def test_smoothed_borders_follow_from_the_scan_and_their_losses_are_said(folder)
 @pytest.mark.parametrize(
     ("change", "code"),
     [
+        ({"smoothing_mm": 10.0}, "VP3225"),
         ({"style": [{"labels": ["liver"]}]}, "VP3222"),
         ({"inside": "bone"}, "VP3223"),
     ],

@@ -66,6 +66,21 @@ def test_pictures_are_those_of_the_oracle(folder, compositing, border, profile):
 
 
 @SLOW
+def test_visible_segments_cast_hard_shadows_on_a_first_hit(folder):
+    light = {"light_mm": [-60.0, -80.0, 40.0]}
+    pictures = {}
+    for shadows in ("none", "rays"):
+        changed = {**change("first-hit", lighting="phong"), "lighting": {**light, "shadows": shadows}}
+        package = one_value(folder, f"first-hit-{shadows}", changed, border="mixed")
+        pictures[shadows] = drawn(package)
+        difference = np.abs(pictures[shadows] - expected(package)).max(axis=-1)
+        # At the rim of a shadow single pixels may be on either side.
+        assert np.sort(difference, axis=None)[-8] < 2e-3
+    is_dark = np.abs(pictures["rays"] - pictures["none"]).max(axis=-1) > 0.05
+    assert 0.002 < is_dark.mean() < 0.5
+
+
+@SLOW
 @pytest.mark.parametrize("compositing", ["maximum", "first-hit"])
 def test_bricks_show_the_same_values(folder, compositing):
     plain = one_value(folder, f"plain-{compositing}", change(compositing))

@@ -8,8 +8,9 @@ import numpy as np
 
 from volprep.scan.segments.fitted import Fitted, fitted_segments
 from volprep.scan.segments.record import FoundSegments, found_segments
-from volprep.scan.segments.smoothing import smoothed_labels
+from volprep.scan.segments.smoothing import smoothed_labels, widest_smoothing_mm
 from volprep.scan.slabs import bytes_of
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.label_tables import companion_table
 from volprep_formats.label_tables.hints import label_hint
@@ -52,7 +53,10 @@ class SegmentSource:
 
 
 def find_segments(source: SegmentSource, grid: Grid, progress: Progress) -> FoundSegments:
-    """Return what an import would find. Raises what `fitted_segments` raises, VP1300 for a table that is not one."""
+    """Return what an import would find.
+
+    Raises what `fitted_segments` raises, VP1300 for a table that is not one, VP3225 for too wide a smoothing.
+    """
     fitted = _fitted(source, grid, progress)
     return found_segments(fitted, hashlib.sha256(bytes_of(fitted.labels)).hexdigest(), source.known_table)
 
@@ -69,7 +73,12 @@ def _fitted(source: SegmentSource, grid: Grid, progress: Progress) -> Fitted:
     from volprep_formats.readers.dicom.frame import frame_of_reference  # noqa: PLC0415 - only scans with segments
 
     fitted = fitted_segments(source.path, grid, frame_of_reference(source.scan, progress), progress)
-    return _smoothed(fitted, grid, source.smoothing_mm) if source.smoothing_mm else fitted
+    if not source.smoothing_mm:
+        return fitted
+    widest_mm = widest_smoothing_mm(grid.shape_zyx, grid.spacing_mm_zyx)
+    if source.smoothing_mm > widest_mm:
+        raise VolprepError("VP3225", path=source.path, width=source.smoothing_mm, widest=widest_mm)
+    return _smoothed(fitted, grid, source.smoothing_mm)
 
 
 def _smoothed(fitted: Fitted, grid: Grid, smoothing_mm: float) -> Fitted:

@@ -102,4 +102,9 @@ SCENE_ENTRIES: dict[str, Diagnostic] = {
         "Let segments share transfer functions, or set render.classification to control-points, which takes no "
         "textures.",
     ),
+    "VP3225": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: segments.smoothing_mm is {width:g}, wider than the {widest:.4g} mm that its voxels allow",
+        "Choose a narrower one: its Gaussian may reach a quarter of each axis, or eight voxels.",
+    ),
 }

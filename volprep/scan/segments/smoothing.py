@@ -19,8 +19,16 @@ from volprep_formats.arrays import Float64Array
 _CUT_OFF = 3.0
 _NARROWEST = 0.1
 """Of a narrower Gaussian, in voxels, less than 1e-20 reaches the next voxel."""
+_FARTHEST, _PART = 8, 4
+"""The Gaussian may reach this many voxels, or this part of an axis: edges are repeated as far as it reaches."""
 _BYTES_PER_VOXEL = 32
 """Of a slab, at most: masks in float64, and what filters them."""
+
+
+def widest_smoothing_mm(shape_zyx: tuple[int, int, int], spacing_mm_zyx: tuple[float, float, float]) -> float:
+    """Return the largest standard deviation with which labels of this shape can be smoothed."""
+    reach_mm = (max(n / _PART, _FARTHEST) * each for n, each in zip(shape_zyx, spacing_mm_zyx, strict=True))
+    return min(reach_mm) / _CUT_OFF
 
 
 def smoothed_labels(labels: LabelArray, spacing_mm_zyx: tuple[float, float, float], smoothing_mm: float) -> LabelArray:
