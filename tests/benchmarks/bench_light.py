@@ -25,7 +25,7 @@ from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.path_traced import LitVolume, TracedPicture, traced_picture
 from volprep_formats.arrays import Float64Array
-from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.parts.light.model import LightChannels, LightModel
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
@@ -108,14 +108,18 @@ def make(
 
 
 def truths(
-    made: Made, voxels: np.ndarray, views: Sequence[str] = VIEWS, pixels: int = PIXELS
+    made: Made,
+    voxels: np.ndarray,
+    views: Sequence[str] = VIEWS,
+    pixels: int = PIXELS,
+    *,
+    channels: LightChannels = "luminance",
 ) -> dict[str, TracedPicture]:
-    """Path trace multiple scattering under a white sky."""
+    """Path trace multiple scattering under a white sky, as a brightness or in colour."""
     manifest = made.package.manifest
     info, grid = manifest.channels[0].source.info, manifest.levels[0].grid
-    lit = LitVolume(
-        voxels, grid, info.slope, info.intercept, manifest.transfer_functions[0], LightModel(kind="scattering")
-    )
+    model = LightModel(kind="scattering", channels=channels)
+    lit = LitVolume(voxels, grid, info.slope, info.intercept, manifest.transfer_functions[0], model)
     return {
         name: traced_picture(lit, standard_views(grid)[name].box_from_clip(grid, 1.0), (pixels, pixels), PATHS)
         for name in views
@@ -167,7 +171,8 @@ def main() -> None:
             make(Path(folder) / str(i), way, voxels, spacing, transfer, profile=asked.profile)
             for i, way in enumerate(ways)
         ]
-        traced = list(truths(made[0], voxels).values())
+        grey = list(truths(made[0], voxels).values())
+        colour = list(truths(made[0], voxels, channels="rgb").values())
         drawn = [draw(each) for each in made]
         again = [[draw(each)[1] for each in made] for _ in range(3)]
         megabytes = [each.megabytes for each in made]
@@ -179,7 +184,7 @@ def main() -> None:
     for i, (each, (pictures, _)) in enumerate(zip(made, drawn, strict=True)):
         ms = float(np.median([sum(took[i]) / len(VIEWS) for took in again]))
         times = float(np.median([sum(took[i]) / sum(took[0]) for took in again]))
-        db, factor = decibels(pictures, traced)
+        db, factor = decibels(pictures, colour if "colour" in each.way else grey)
         cells = f"{db:.1f} | {factor:.2f} | {megabytes[i]:.2f} | {each.seconds:.1f} | {ms:.1f} | {times:.2f}"
         write(f"| {each.way} | {cells} |\n")
 

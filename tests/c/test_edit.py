@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from slice_packages import slice_package
 from tamper_scenes import write_kind
 
 from volprep.parts.editing.inputs import edited_inputs
+from volprep.parts.light import decision, solve
 from volprep.pipeline.build import build
 from volprep.render.inputs import level_inputs
 from volprep.scene.request import load_request
@@ -56,7 +58,8 @@ def built(folder: Path, *changes: tuple[str, str]) -> Editable:
         assert before in text
         text = text.replace(before, after)
     scene.write_text(text)
-    build(load_request(scene), folder / "p.volpkg", Silent())
+    with patch.object(solve, "BATCH", 1 << 13), patch.object(decision, "_LEAST_SAMPLES", 1 << 13):
+        build(load_request(scene), folder / "p.volpkg", Silent())
     return Editable(Package.open(folder / "p.volpkg"), single_file(folder / "p.volpkg"))
 
 
@@ -70,6 +73,9 @@ SCENES = {
     "euclidean": ((SKIP, f'{SKIP}\nkind = "euclidean"\nblock = 2'),),
     "mosaic": (('profile = "gles3"', 'profile = "gles2-2048"'), (SKIP, f"{SKIP}\nblock = 2")),
     "baked light": ((SKIP, f'{SKIP}\nblock = 2\n[lighting]\nbaked = "shadow"\nlight_mm = [40.0, -60.0, 50.0]'),),
+    "light that turns": (
+        (SKIP, f'{SKIP}\nblock = 2\n[lighting]\nbaked = "occlusion"\nresolution = 4\nturnable = true'),
+    ),
     "maximum": ((SKIP, f'{SKIP}\nblock = 2\n[render]\ncompositing = "maximum"'),),
 }
 

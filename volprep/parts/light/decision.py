@@ -187,7 +187,8 @@ def light_items(
 
 def _held_text(model: LightModel) -> str:
     if model.turnable:
-        return "an app may turn it: light of four environments, for four times the bytes and the time"
+        suns = "; suns shine from half of the sky" if model.suns else ""
+        return f"an app may turn it: four environments, for four times the bytes and two to three times the time{suns}"
     if model.channels == "rgb":
         return "in red, green and blue, for three times the bytes of a brightness"
     return "its brightness only"
