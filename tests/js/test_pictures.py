@@ -110,7 +110,7 @@ def test_pieces_have_the_light_that_was_computed_once(browser, server, scene_pac
 
 
 @pytest.mark.long(keep=1)
-@pytest.mark.parametrize("name", ["editable", "editable mosaic", "editable, baked light"])
+@pytest.mark.parametrize("name", ["editable", "editable mosaic", "editable, baked light", "editable, light that turns"])
 def test_an_edited_transfer_function_is_drawn_on_every_level(browser, server, scene_package, name) -> None:
     package = scene_package(name)
     matrices = box_from_clip_of(package)

@@ -181,6 +181,15 @@ _HALF_ANGLE = _SHADOWS.format("half-angle").replace(
 )
 _PERSPECTIVE = '[render]\nprojection = "perspective"\n'
 _LIT = '[render]\nlighting = "headlight"\n'
+
+
+def _edited_turning_light(folder: Path) -> Path:
+    """The phantom with its first transfer function only, editable, under light that an app turns."""
+    scene = _one(_TURNS, "gles2-2048")(folder)
+    scene.write_text(f"editable = true\n{scene.read_text()}")
+    return scene
+
+
 _TURNS = (
     '[lighting]\nbaked = "occlusion"\nresolution = 4\nturnable = true\nsky = [1.5, 1.0, 0.6]\n'
     "ground = [0.1, 0.2, 0.4]\nsuns = [{ direction = [-1.0, -1.0, 0.5], colour = [2.0, 1.6, 0.8] }]\n"
@@ -240,6 +249,7 @@ OTHERS = {
     "segments, one hidden": segments_scene("gles3", _ONE_HIDDEN + _LIT),
     "segments in a mosaic, one hidden": segments_scene("gles2-2048", _ONE_HIDDEN + _LIT),
     "pieces in mosaics": _phantom("[grid]\nsize = 12\n", "gles2-2048"),
+    "editable, light that turns": _edited_turning_light,
     "pieces with light": _one(
         '[grid]\nsize = 12\n[lighting]\nbaked = "shadow"\nresolution = 4\nlight_mm = [20.0, -30.0, 40.0]\n'
     ),
