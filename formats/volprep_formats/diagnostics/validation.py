@@ -173,7 +173,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6081": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: by its own measure the plan is wrong about {count} items: {listed}",
+        "{path}: measured, decisions of the plan that do not pay ({count}): {listed}",
         "See {report}. The package is right; it could be smaller or faster. Say in the scene what the plan shall do.",
     ),
     "VP6082": Diagnostic(
