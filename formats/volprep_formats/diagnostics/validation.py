@@ -174,7 +174,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP6081": Diagnostic(
         ExitStatus.TOLERANCE,
-        "{path}: measurements contradict the plan about {count} items: {listed}",
+        "{path}: measured, decisions of the plan that do not pay ({count}): {listed}",
         "See {report}. The package is correct, but could be smaller or faster. Set these items in the scene.",
     ),
     "VP6082": Diagnostic(
