@@ -39,7 +39,7 @@ raw = {{ shape_zyx = {shape}, dtype = "{dtype}", spacing_mm_zyx = {spacing} }}
 [pyramid]
 coarsest_longest_axis = 4096
 [render]
-step_voxels = 0.5
+step_voxels = {step_voxels}
 {render}
 [lighting]
 {lighting}
@@ -73,7 +73,15 @@ class Made:
         return sum(len(self.package.read_bytes(each.file)) for each in manifest.textures) / 1e6
 
 
-def make(folder: Path, way: str, voxels: np.ndarray, spacing_mm_zyx: Sequence[float], transfer: str) -> Made:
+def make(
+    folder: Path,
+    way: str,
+    voxels: np.ndarray,
+    spacing_mm_zyx: Sequence[float],
+    transfer: str,
+    *,
+    step_voxels: float = 0.5,
+) -> Made:
     """Build the package of a way; `transfer` is the transfer function in TOML."""
     folder.mkdir()
     voxels.tofile(folder / "scan.raw")
@@ -85,6 +93,7 @@ def make(folder: Path, way: str, voxels: np.ndarray, spacing_mm_zyx: Sequence[fl
         render=render,
         lighting=lighting,
         transfer=transfer,
+        step_voxels=step_voxels,
     )
     (folder / "s.toml").write_text(scene, encoding="utf-8")
     # Without light that is computed once the plan tries nothing: the difference is what this light takes.
