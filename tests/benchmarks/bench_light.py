@@ -42,7 +42,7 @@ raw = {{ shape_zyx = {shape}, dtype = "{dtype}", spacing_mm_zyx = {spacing} }}
 [pyramid]
 coarsest_longest_axis = 4096
 [render]
-step_voxels = 0.5
+step_voxels = {step_voxels}
 {render}
 [lighting]
 {lighting}
@@ -86,6 +86,7 @@ def make(
     transfer: str,
     *,
     profile: str = "gles3",
+    step_voxels: float = 0.5,
 ) -> Made:
     """Build the package of a way; `transfer` is the transfer function in TOML."""
     folder.mkdir()
@@ -99,6 +100,7 @@ def make(
         lighting=lighting,
         transfer=transfer,
         profile=profile,
+        step_voxels=step_voxels,
     )
     (folder / "s.toml").write_text(scene, encoding="utf-8")
     # Without light that is computed once the plan tries nothing: the difference is what this light takes.

@@ -147,6 +147,38 @@ def test_the_field_comes_near_to_what_paths_bring(few, kind) -> None:
     assert light[:, 0].std() > 0.06
 
 
+@pytest.mark.parametrize("shape", [(1, 1, 2), (2, 1, 1), (1, 1, 1)])
+def test_volumes_of_two_voxels_have_the_light_of_the_furnace(few, shape) -> None:
+    look = function((0.0, WHITE, 3.0))
+    grid = Grid.of(shape, (1.0, 1.0, 1.0))
+    lit = LitVolume(np.ones(shape, np.uint8), grid, 1.0, 0.0, look, LightModel(kind="scattering"))
+    field = solve_field(lit, 2, 1, Silent())
+    assert field.texels.shape == (1, 1, 1, 2, 1)
+    assert field.at(np.array([[0.5, 0.5, 0.5]]), np.array([1.0])) == pytest.approx(1.0, abs=0.02)
+
+
+def slit(colour, top):
+    """A block of one density with a slit through it along x, one voxel wide."""
+    volume = np.full((8, 9, 8), 200, np.uint8)
+    volume[:6, 4, :] = 0
+    look = function((90.0, colour, 0.0), (110.0, colour, top))
+    return LitVolume(volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), 1.0, 0.0, look, LightModel(kind="scattering"))
+
+
+@pytest.mark.parametrize(("grey", "top"), [(0.5, 8.0), (0.8, 64.0)], ids=["dense", "opaque"])
+def test_the_bottom_of_a_slit_is_as_dark_as_paths_find_it(few, grey, top) -> None:
+    lit = slit((grey,) * 3, top)
+    field = solve_field(lit, 1, 1 << 15, Silent())
+    # On the wall of the slit: half a voxel beside its middle, where the value is 100.
+    depths = np.array([0.5, 2.5, 4.5])
+    places = np.column_stack([np.full(3, 4.0), np.full(3, 4.01), depths])
+    values = np.full(3, 200.0 * 0.49)
+    light, _ = traced_places(lit, places, 2000)
+    found = field.at(places, values)[:, 0]
+    assert found == pytest.approx(light[:, 0], abs=0.12)
+    assert light[0, 0] > light[2, 0]
+
+
 def test_a_finer_grid_begins_with_the_field_of_the_coarser_one() -> None:
     coarse = solve._NodeGrid((3, 2, 1), (1.0, 1.0, 1.0))
     z, y, _ = np.meshgrid(*((np.arange(n) + 0.5) * 2 for n in coarse.shape_zyx), indexing="ij")

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.light_study.subjects import SCANS, subjects
+from tests.light_study.subjects import KINDS, SCANS, subjects
 from volprep.parts.light.codes import coded
 from volprep.parts.light.decision import sample_count
 from volprep.parts.light.lit import behind_a_cut
@@ -98,13 +98,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.light_study", description=__doc__)
     parser.add_argument("scans", nargs="*", metavar="SCAN", help=f"of {', '.join(SCANS)}; all if absent")
     parser.add_argument("--data", type=Path, default=os.environ.get("VOLPREP_TEST_DATA"), help="the data for tests")
+    parser.add_argument("--function", choices=KINDS, help="both if absent")
     parser.add_argument("--pixels", type=int, default=64)
     parser.add_argument("--paths", type=int, default=256)
     parser.add_argument("--batches", type=int, help="of samples; as many as a build makes if absent")
     asked = parser.parse_args()
     head = "| scan | function | unlit | 1/4 | 1/2 | 1/2, floats | cut, unlit | cut, 1/2 | processor s |\n" + "|---" * 9
     sys.stdout.write(f"{head}|\n")
-    for name, kind, lit in subjects(asked.data, asked.scans or list(SCANS)):
+    for name, kind, lit in subjects(
+        asked.data, asked.scans or list(SCANS), [asked.function] if asked.function else KINDS
+    ):
         sys.stdout.write(row(name, kind, lit, asked) + "\n")
         sys.stdout.flush()
 

@@ -1,6 +1,6 @@
 """What is studied: real scans, thinned, each with a soft and with a hard transfer function."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,11 +37,11 @@ def read(data: Path, name: str) -> tuple[np.ndarray, Grid]:
     return voxels, Grid.of(voxels.shape, spacing)
 
 
-def subjects(data: Path, names: list[str]) -> Iterator[tuple[str, str, LitVolume]]:
+def subjects(data: Path, names: Sequence[str], kinds: Sequence[str] = KINDS) -> Iterator[tuple[str, str, LitVolume]]:
     """Return the name of each scan and of the kind of function, and the scan under a white sky with scattering."""
     for name in names:
         voxels, grid = read(data, name)
-        for kind in KINDS:
+        for kind in kinds:
             lit = LitVolume(voxels, grid, 1.0, 0.0, function(voxels, grid, kind), LightModel(kind="scattering"))
             yield name, kind, lit
 

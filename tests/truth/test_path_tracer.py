@@ -95,6 +95,16 @@ def test_half_of_the_sky_reaches_an_opaque_half_space() -> None:
     assert_holds(light, variance, 20000, 0.5)
 
 
+@pytest.mark.parametrize("albedo", [0.5, 0.9, 0.999])
+def test_an_opaque_half_space_that_scatters_has_the_light_of_the_closed_form(albedo) -> None:
+    # An isothermal half space with sqrt(1 - albedo) as its source at the surface (Chandrasekhar, "Radiative transfer",
+    # 1950) and this one add up to the furnace.
+    paths = 500 if albedo > 0.99 else 10000
+    lit = slab(1e6, LightModel(kind="scattering"), colour=(albedo,) * 3)
+    light, variance = traced_places(lit, in_slab(0.0), paths)
+    assert_holds(light, variance, paths, 1.0 / (1.0 + math.sqrt(1.0 - albedo)))
+
+
 @pytest.mark.parametrize("kind", ["occlusion", "scattering"])
 def test_single_scattering_is_that_of_quadrature(kind) -> None:
     # Scattering with an albedo of 0 after the first collision is single scattering.
@@ -153,6 +163,16 @@ def test_a_lamp_lights_what_it_sees_and_leaves_the_rest_ambient() -> None:
     lit = slab(1e9, LightModel(kind="shadow", light_mm=(0.5 * WIDE, 0.5 * WIDE, -50.0), ambient=0.25))
     front, behind = traced_places(lit, in_slab(0.0, 4.0), 8)[0][:, 0]
     assert (front, behind) == (1.0, 0.25)
+
+
+def test_a_lamp_in_a_cavity_lights_its_walls_and_nothing_outside() -> None:
+    volume = np.ones((9, 9, 9), np.uint8)
+    volume[3:6, 3:6, 3:6] = 0
+    lamp = LightModel(kind="shadow", light_mm=(4.0, 4.0, 4.0), ambient=0.25)
+    look = function((0.5, WHITE, 0.0), (0.6, WHITE, 1e6))
+    lit = LitVolume(volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), 1.0, 0.0, look, lamp)
+    places = np.array([[4.5, 4.5, 4.5], [5.5, 4.5, 3.5], [4.5, 4.5, 8.9], [0.1, 4.5, 4.5]])
+    assert traced_places(lit, places, 8)[0][:, 0].tolist() == [1.0, 1.0, 0.25, 0.25]
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])

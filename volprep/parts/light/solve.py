@@ -1,10 +1,16 @@
 """Fit a coarse field of light to estimates of the light where pictures need it.
 
 Rays from everywhere outside are followed to where the volume stops them, so that places are as frequent as pictures
-show them, and a random path from each place estimates the light there (native/src/light_samples.cpp). The field is the
+show them, and random paths from each place estimate the light there (native/src/light_samples.cpp). The field is the
 one that comes nearest to these estimates in the sense of least squares (native/src/light_sums.cpp, light_solve.cpp).
 So values of the field are those for which *pictures* are right, also where a wall is thinner than a cell of the field.
 Every eighth place is anywhere inside, with little weight: cuts show these.
+
+Scattered light takes three rounds. Whole paths from places that light seen places give a rough field. Paths from such
+places that end at the rough field after a few bounces give a draft, and paths from seen places that end at the draft
+give the result. Errors of the field where paths end are errors of the result, and more places do not remove them: on an
+engine of 64×128×128 voxels that is opaque within half a voxel, they had an RMSE of 0.020 at seen places where paths
+ended at the first bounce and 0.011 after three, while the noise of 2 million places was 0.007.
 
 The field is fitted from coarse to fine: a grid of four times the cell first, then twice, then the one that is wanted.
 Each begins with what the coarser one has found, and only its difference from that is smoothed. So large bright and dark
