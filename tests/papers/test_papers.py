@@ -13,6 +13,7 @@ from tests.papers.bench import Bench, techniques_of
 from tests.papers.browsers import about_browsers, native_and_browser
 from tests.papers.page import write_page
 from tests.papers.record import Measured, Paper, PaperCurves, PaperTable
+from tests.papers.tile_sizes import Sized, about_sizes
 from tests.papers.volumes import Volume
 from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
@@ -42,6 +43,39 @@ def test_the_middle_stays_where_it_is(ball):
     assert part.stored.shape == (10, 10, 10)
     place = ball.info.grid.world_from_index @ [13, 13, 13, 1]
     np.testing.assert_allclose(part.info.grid.origin_mm_xyz, place[:3])
+
+
+def test_views_for_means_are_spread_evenly_over_a_sphere(ball):
+    grid = ball.info.grid
+    ways = np.array([camera.forward for camera in diaz_garcia.cameras_around(grid, 60)])
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    assert np.linalg.norm(ways.mean(axis=0)) < 0.02
+    # 60 equal caps that filled a sphere would have 21 degrees between neighbours.
+    nearest = np.sort(ways @ ways.T, axis=1)[:, -2]
+    assert np.degrees(np.arccos(nearest)).min() > 15
+    for camera in diaz_garcia.cameras_around(grid, 5):
+        assert np.linalg.norm(np.cross(camera.forward, camera.up)) > 0
+
+
+def test_what_a_run_has_made_is_not_made_again(tmp_path):
+    made = count()
+    for _ in range(2):
+        assert Bench(tmp_path, quick=True).remembered("a picture", lambda: next(made)) == 0
+    assert Bench(tmp_path, quick=True).remembered("another", lambda: next(made)) == 1
+
+
+@pytest.mark.parametrize(
+    ("seconds", "where"),
+    [
+        ((3.0, 2.0, 1.0), "are faster holds."),
+        ((1.0, 3.0, 2.0), "holds from 8² on only."),
+        ((2.0, 1.0, 3.0), "holds up to 8² only."),
+        ((1.0, 2.0, 3.0), "does not hold here."),
+    ],
+)
+def test_the_sentence_about_tiles_says_where_larger_ones_are_faster(seconds, where):
+    sized = [Sized("ball", size, (1000 * each,), (0.5,)) for size, each in zip((1, 8, 32), seconds, strict=True)]
+    assert where in about_sizes(sized)
 
 
 @pytest.mark.long
