@@ -49,7 +49,7 @@ OF_SHADERS = (
         '"LOOKUP_OFFSET": literal(0.5 / entries)',
         '"LOOKUP_OFFSET": literal(0.0)',
         "nifti",
-        ("tests/render/test_lookup.py", "tests/render/test_classification.py"),
+        ("tests/render/test_pictures.py",),
     ),
     Mutant(
         "extinction-not-squared",

@@ -47,8 +47,9 @@ class Overlay:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Environment variables that make Python import the copy."""
-        return {**os.environ, "PYTHONPATH": str(self.folder), "PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0"}
+        """Environment variables that make Python import the copy, and tests run at full length."""
+        own = {"PYTHONPATH": str(self.folder), "PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0", "VOLPREP_LONG": "1"}
+        return {**os.environ, **own}
 
     def plant(self, mutant: Mutant) -> None:
         """Put a bug into the copy; a native one is there already, as a library."""

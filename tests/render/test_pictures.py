@@ -70,6 +70,20 @@ def test_a_homogeneous_volume_has_opacity_1_minus_exp_of_the_path_in_all_nine_vi
         check_homogeneous(grid, package, camera, 0.125)
 
 
+@pytest.mark.parametrize("code", [92, 94])
+def test_a_shader_finds_the_entry_of_a_value(tmp_path, code):
+    # A ramp of 8 entries: half an entry beside the value would be 0.016 per mm beside its extinction.
+    ramp = function((90.0, COLOUR, 0.0), (98.0, COLOUR, 0.25))
+    grid = Grid.of((7, 5, 9), (1.3, 2.1, 0.9))
+    package = tiny_package(tmp_path / "p", np.full(grid.shape_zyx, code, np.uint8), ramp, ES3, grid=grid, step_mm=0.5)
+    with Renderer(package, target="rgba32f") as renderer:
+        box_from_clip = standard_views(grid)["anterior-left"].box_from_clip(grid, ASPECT)
+        opacity = renderer.render(box_from_clip, SHAPE_HW)[..., 3]
+    wanted = 1 - np.exp(-(code - 90) / 32 * chords_mm(grid, box_from_clip))
+    assert wanted.max() > 0.3
+    np.testing.assert_allclose(opacity, wanted, rtol=0, atol=1e-3)
+
+
 @pytest.mark.parametrize("step_mm", [0.06, 0.3, 1.7, 50.0])
 def test_opacity_does_not_depend_on_the_step(tmp_path, step_mm):
     grid = Grid.of((7, 5, 9), (1.3, 2.1, 0.9))

@@ -251,7 +251,9 @@ def _witnessed(
     """Ask VTK, and read scan, scene and package a second time."""
     asked = ask_witness(measured.statements, SWEEP_VIEW, scratch)
     again = read_again(path, source, channels, measured.statements)
-    checks = (*again.checks, *check_steps(measured.programs))
+    manifests = [each.bench.subject.package.manifest for each in measured.statements]
+    classifications = {program.name: program.classification for each in manifests for program in each.programs}
+    checks = (*again.checks, *check_steps(measured.programs, classifications))
     return asked.model_copy(update={"checks": checks, "missing": (*asked.missing, *again.missing)})
 
 
