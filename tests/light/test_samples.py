@@ -73,6 +73,11 @@ def test_more_bounces_leave_less_of_an_error_of_the_known_light(cube) -> None:
     assert sampled(bright, known=1.0, bounces=16)[1] == pytest.approx(1.0, abs=1e-6)
 
 
+def test_threads_do_not_show_in_samples(cube) -> None:
+    one, other = (sampled(cube, known=0.5, bounces=3, threads=threads) for threads in (1, 3))
+    assert [part.tobytes() for part in one] == [part.tobytes() for part in other]
+
+
 def depths_mm(places):
     return np.minimum(places[:, :3], 8.0 - places[:, :3]).min(axis=1)
 

@@ -23,8 +23,9 @@ from volprep_formats.package.transfer_function import TransferFunction
 
 WAYS = ("unlit", "headlight", "Phong, shadow rays", "baked occlusion, 1/2", "baked scattering, 1/2")
 VIEW = "anterior-left"
-_STEP_VOXELS = 0.125
-"""Short enough for what is opaque within half a voxel."""
+_STEP, _SHADOW_STEP = 0.125, 0.5
+"""Steps in voxels. The first is short enough for what is opaque within half a voxel. With shadow rays, drivers end the
+loops of so short a step."""
 _TIMES = 4.0
 """Factor of the difference from the truth in its picture; grey is none."""
 _INCHES = 1.6
@@ -38,7 +39,8 @@ def pictures(folder: Path, name: str, asked: argparse.Namespace) -> dict[str, Fl
     z, y, x = (n * each for each in grid.spacing_mm_zyx)
     look = transfer(function(voxels, Grid.of(voxels.shape, (z, y, x)), asked.function))
     made = {
-        way: make(folder / str(i), way, voxels, (z, y, x), look, step_voxels=_STEP_VOXELS) for i, way in enumerate(WAYS)
+        way: make(folder / str(i), way, voxels, (z, y, x), look, step_voxels=_SHADOW_STEP if "shadow" in way else _STEP)
+        for i, way in enumerate(WAYS)
     }
     found = {way: draw(each, (VIEW,), asked.pixels)[0][0] for way, each in made.items()}
     truth = truths(made["unlit"], voxels, (VIEW,), asked.pixels)[VIEW]
