@@ -1,4 +1,4 @@
-"""volprep doctor: check what volprep needs on this machine, and say how to get what is missing."""
+"""volprep doctor: check what volprep needs on this machine, and explain how to install missing programs."""
 
 from typing import TYPE_CHECKING, Annotated
 

@@ -581,9 +581,9 @@ typedef struct volpkg_level_step {
     double step_mm;
 } volpkg_level_step;
 
-/* Largest error of a level for previews, which stands in for a finer one where one of its voxels is one pixel. A person
-   who compares the two pictures sees a difference, but not a plain one, and no thin structure is missing. Where the
-   tolerance of the package allows more, that holds. */
+/* Largest error of a level for previews, drawn where one of its voxels covers about one pixel. A person who compares
+   the two pictures sees a difference, but not a plain one, and no thin structure is missing. Where the tolerance of the
+   package allows more, that holds. */
 typedef struct volpkg_level_tolerance {
     /* Root mean square over seen pixels and the four channels, premultiplied linear: 9 or 10 of 255 steps of sRGB at
        middle grey, from where on people see a difference side by side. */
@@ -738,7 +738,7 @@ typedef struct volpkg_normals {
 typedef struct volpkg_baked_light {
     /* The light around the volume, and how it travels. */
     volpkg_light_model model;
-    /* Texture coordinates for each box millimetre; of a mosaic, those of a 3D texture of its slices. */
+    /* Texture coordinates for each box millimetre; for a mosaic, in the 3D texture that its slices would form. */
     double texture_from_box_per_mm_xyz[3];
     /* Light of a component that is 1, before `subtracted`. */
     double largest;

@@ -25,7 +25,7 @@ const RGB = [0, 1, 2];
 const areNumbers = (numbers, count) =>
   Array.isArray(numbers) && numbers.length === count && numbers.every(Number.isFinite);
 
-/** What is wrong with an environment that an app gives; empty if nothing is. @param {Environment} environment */
+/** Check an app's environment: returns the problem, or an empty text. @param {Environment} environment */
 export function problemOf({ sky, ground, suns = [], turn }) {
   if (sky && !areNumbers(sky, 3)) return "sky is no colour of three numbers";
   if (ground && !areNumbers(ground, 3)) return "ground is no colour of three numbers";

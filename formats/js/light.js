@@ -45,7 +45,7 @@ export function lightOf(grid, { program, textures }, { light, edits }) {
   const values = program.light ? placeOf(grid, program, place) : {};
   const model = textures.find((each) => each.light?.model.turnable)?.light?.model;
   if (!model) return values;
-  // The texels of an edited function are those of a light of 1 from everywhere.
+  // After an edit the texels hold a light of 1 from all sides.
   const environment = environmentOf(model, around, edits.has(program.transfer));
   return { ...values, environment: sharesOf(environment) };
 }

@@ -41,7 +41,7 @@ class SegmentsSettings(Record):
     """How segments meet between voxels. "mixed": as their voxels weigh, without steps. "crisp": sharply."""
     smoothing_mm: Annotated[float, Field(ge=0.0, le=100.0)] = 0.0
     """Standard deviation of the Gaussian that smooths borders; 0 leaves them. Each voxel gets the label whose filtered
-    mask is greatest there; what is thinner than that may vanish."""
+    mask is greatest there; structures thinner than the Gaussian may vanish."""
     inside: str | None = None
     """Transfer function of segments whose style names none; the last one of the scene if absent."""
     outside: str | None = None

@@ -23,7 +23,7 @@ def with_baked_light(
 ) -> tuple[Feature, Feature]:
     """Return a classification that keeps the value of each sample, and the light with what else lights samples.
 
-    `textures` are those of the light, in the order of their parts. Raises ValueError for a texture without light.
+    `textures` hold the light, in the order of their parts. Raises ValueError for a texture without light.
     """
     light = textures[0].light
     if light is None:

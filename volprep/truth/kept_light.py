@@ -16,7 +16,7 @@ measured by itself:
    the empty air beside it, as the mean of the background does.
 6. It is *uncertain* by the scatter of the background's differences about that line, taken as independent in patches of
    the width squared, summed over the surroundings and divided by the light. Where a thing lies on a body that is
-   brighter than all background near it, the line says nothing of this body: what it is brighter counts times the mean
+   brighter than all background near it, the line does not cover this body: its excess brightness counts times the mean
    change of the whole picture. Lines on a lit head, which are a tenth of its light, had no other background than air.
 
 A picture that spreads a vessel's light over two voxels keeps 1, one that has lost the vessel 0. If the opacity is near

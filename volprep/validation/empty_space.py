@@ -4,7 +4,7 @@ Both leave out samples that show nothing and move no other sample, so the pictur
 by composing the shader without it; a mesh, by drawing with the program that begins at the volume's box.
 
 Pictures without a table take three times as long. So the view of the sweep is compared in all its pixels, the others in
-every second row and column: what is left out wrongly is at least a block, and other views see it from other sides.
+every second row and column: a wrong table hides at least a block, and other views see it from other sides.
 
 A ray that begins at a mesh differs only by rounding. That has no effect if the driver filters texels with float
 weights. A GPU has few weights, usually 256: a sample that rounding moves to the next weight changes by a step. Where

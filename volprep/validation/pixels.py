@@ -51,7 +51,7 @@ def judged_level(  # noqa: PLR0917 - a view, and how it is looked at
     """Compare one view of a coarse level with the truth, at the size that the level is meant for.
 
     Its largest error is only reported: it is the error of one pixel at an outline, where any smaller picture differs.
-    Thin things of a lit level are those of the opacity: gradients of coarser voxels shade a crease or a cut face
+    Thin things of a lit level are measured in the opacity: gradients of coarser voxels shade a crease or a cut face
     otherwise, and nothing is missing there. A head's ear seemed to keep -3.1 of the light of a crease.
     With pictures `boxes` of the box reference by view, the shift is measured in these views alone, against truth and
     reference, and the smaller one counts: means of a solid head that the volume cuts off seem to be shifted by 0.3

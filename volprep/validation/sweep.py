@@ -6,7 +6,7 @@ table as transfer function: it excludes data, table, early termination, and the 
 visible.
 
 All of this is drawn in a quarter of the report's pixels, which are a sample of its rays; both pictures of a difference
-have the same. Only the errors of the nominal step, which the verdict judges, are those of the report's own picture.
+have the same. Only the errors of the nominal step, which the verdict judges, come from the report's own picture.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -46,7 +46,7 @@ class FileRecord(Record):
 
 
 class LevelTolerance(Record):
-    """Largest error of a level for previews, which stands in for a finer one where one of its voxels is one pixel.
+    """Largest error of a level for previews, drawn where one of its voxels covers about one pixel.
 
     A person who compares the two pictures sees a difference, but not a plain one, and no thin structure is missing.
     Where the tolerance of the package allows more, that holds.

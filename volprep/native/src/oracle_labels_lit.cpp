@@ -154,7 +154,7 @@ struct LitCell : MediumCell<Voxel> {
         place(y, at_mm);
         const double square = oracle::dot(n, n);
         if (!(square > oracle::kLeastLength * oracle::kLeastLength)) {
-            // What has no normal is no surface, but may lie in a shadow.
+            // A place without a normal is not a surface, but may lie in a shadow.
             if (light.placed != nullptr && light.placed->shadows) {
                 const double ambient = light.placed->ambient;
                 const double share = ambient + (1.0 - ambient) * reaching(at_mm);

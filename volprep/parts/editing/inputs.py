@@ -59,7 +59,7 @@ def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) 
             texels[texture.name] = _no_light(texture, texture.light)
     values = {**inputs.values}
     if "environment" in values:
-        # The texels are then those of a light of 1 from everywhere.
+        # The texels then hold a light of 1 from all sides.
         values["environment"] = environment_uniform(WHITE)
     return replace(inputs, texels={**inputs.texels, **texels}, values=values)
 

@@ -195,7 +195,7 @@ def _held_text(model: LightModel) -> str:
 
 
 def _coarser_text(plan: LightPlan, scene: Scene, tried: LightChoice | None, grid: Grid) -> str:
-    """Say so if the device class holds less than what was wanted."""
+    """Explain a coarser texture than wanted; empty if the device class holds the wanted one."""
     wanted = (tried and tried.factor) or _factor(scene.lighting, grid.shape_zyx)
     return "" if plan.factor == wanted else "; no texture of the device class holds half the resolution"
 

@@ -1,9 +1,9 @@
 """Borders of segments smoothed before the build: each voxel gets the label whose filtered mask is greatest there.
 
 The mask of a label is 1 in its voxels and 0 elsewhere. A Gaussian, cut off at three standard deviations, filters the
-masks of all labels, that of no segment and those of overlaps among them; outside the volume the edge is repeated. So
-ragged outlines, and steps between hand-drawn slices, become smooth as far as voxels can show it. What is thinner than
-about the width of the Gaussian shrinks or vanishes.
+masks of all labels, also of the background and of overlaps; outside the volume the edge is repeated. Ragged outlines,
+and steps between hand-drawn slices, become smooth up to single voxels. Structures thinner than about the width of the
+Gaussian shrink or vanish.
 """
 
 import math
@@ -26,7 +26,7 @@ _BYTES_PER_VOXEL = 32
 
 
 def widest_smoothing_mm(shape_zyx: tuple[int, int, int], spacing_mm_zyx: tuple[float, float, float]) -> float:
-    """Return the largest standard deviation with which labels of this shape can be smoothed."""
+    """Return the largest standard deviation for labels of this shape."""
     reach_mm = (max(n / _PART, _FARTHEST) * each for n, each in zip(shape_zyx, spacing_mm_zyx, strict=True))
     return min(reach_mm) / _CUT_OFF
 

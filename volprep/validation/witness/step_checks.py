@@ -18,7 +18,7 @@ pre-integrated tables are constant between."""
 _CHANGES = 4.0
 """Of an order of a third or more, the error that is left is at most so many times what the last halving changed."""
 _FLOOR = 0.001
-"""What the 8 bits of weight of a GPU's texture filter may leave. On llvmpipe 1e-6 to 1e-4 were left; half an entry of
+"""Error that the 8-bit weights of a GPU's texture filter may cause. On llvmpipe it is 1e-6 to 1e-4; half an entry of
 256 left 0.003, an isovalue off by a twentieth of the window 0.13."""
 
 
@@ -27,7 +27,7 @@ def check_steps(
 ) -> Iterator[WitnessCheck]:
     """Compare the finest step of each program of samples with the oracle on its own data and table.
 
-    `classifications` are those of the package's programs, by name.
+    `classifications` has an entry for each of the package's programs, by name.
     """
     for each in programs:
         errors = [point.quadrature.seen_rmse for point in each.sweep.points if point.quadrature is not None]

@@ -23,7 +23,7 @@ const OUTSIDE = 0.55;
  * @param {() => void} changed told when the light is elsewhere
  */
 export function lightControls({ renderer }, manifest, changed) {
-  /** What the light was changed to. @type {Light} */
+  /** The light that the user chose. @type {Light} */
   let moved = null;
   const put = async (/** @type {Light} */ light) => {
     moved = light;
@@ -89,7 +89,7 @@ function withPlace({ programs, grid }) {
   };
 }
 
-/** Light around the volume: what comes from the front is raised, then turned around the patient. @param {any} manifest @returns {Movable | null} */
+/** Light around the volume: its front is raised, then turned around the patient. @param {any} manifest @returns {Movable | null} */
 function turning({ textures }) {
   if (!textures.some((/** @type {any} */ each) => each.light?.model.turnable)) return null;
   return {

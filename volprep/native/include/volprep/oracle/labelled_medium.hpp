@@ -36,7 +36,7 @@ struct MediumWork {
     std::vector<double> ends;
 };
 
-// What the part of a ray in one cell consists of; y in [-1, 1] along it.
+// The labelled medium along the part of a ray in one cell; y in [-1, 1] along it.
 template <typename Voxel>
 struct MediumCell {
     const LabelledScene<Voxel>& scene;
