@@ -21,7 +21,6 @@ from rich.table import Table as Rows
 from volprep.parts.levels.choose_level import Chooser
 from volprep.parts.levels.joint_histogram import joint_shares
 from volprep.parts.levels.level_input import LevelInput
-from volprep.parts.levels.records import Trial
 from volprep.parts.levels.stage import CANDIDATES, FREE_CANDIDATES
 from volprep.parts.work import codes_of_source, source_volume
 from volprep.pipeline.import_draft import import_draft
@@ -29,6 +28,7 @@ from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.stage_graph import STAGES
 from volprep.pipeline.stages import run_stage
+from volprep.plan.level_choice import Trial
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume
 from volprep.scene.request import Request, load_request

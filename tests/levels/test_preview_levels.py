@@ -11,9 +11,9 @@ from volprep.parts.levels.choose_level import Chooser
 from volprep.parts.levels.level_input import LevelInput, level_slices, written
 from volprep.parts.levels.preview import preview_levels, preview_reason
 from volprep.parts.levels.rays import RaySegments, sample_level
-from volprep.parts.levels.records import LevelChoice, LightError, Trial
 from volprep.parts.levels.rendered_rays import RaySight, SeenLevels
 from volprep.pipeline.build import build
+from volprep.plan.level_choice import LevelChoice, LightError, Trial
 from volprep.scan.slabs import RawVolume
 from volprep.scene.request import load_request
 from volprep.transfer.lookup import lookup_table

@@ -43,6 +43,14 @@ def test_no_rooms_import_each_other_in_a_circle(package: str) -> None:
     assert len(list(order)) > 10
 
 
+def test_parts_stand_on_no_more_floors_than_the_house() -> None:
+    floor: dict[str, int] = {}
+    rooms = imports(ROOT / "volprep/parts", "volprep.parts")
+    for room in TopologicalSorter(rooms).static_order():
+        floor[room] = 1 + max((floor[other] for other in rooms.get(room, ())), default=0)
+    assert max(floor.values()) <= len(FLOORS), floor
+
+
 def test_a_room_imports_from_lower_floors_alone() -> None:
     floor = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
     for room, others in imports(ROOT / "volprep", "volprep").items():

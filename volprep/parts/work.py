@@ -47,11 +47,6 @@ def classified_name(level: int) -> str:
     return f"work/classified{level}.raw"
 
 
-def choice_name(level: int, channel: str) -> str:
-    """Return the name of the decision about a level of a channel, made with the level."""
-    return f"work/choice{level}-{channel}.json"
-
-
 def code_type(plan: "ChannelPlan") -> np.dtype[np.generic]:
     """Type of a code."""
     return np.dtype(np.uint8 if plan.quantize.bits == 8 else np.uint16)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.levels.in_memory import InMemory
-from volprep.parts.levels.records import LevelChoice
 from volprep.pipeline.drafts import require_sound
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.machine_start import START, start_of_machine
@@ -23,6 +22,7 @@ from volprep.pipeline.prepare import Prepared, prepare
 from volprep.pipeline.stages import run_stages
 from volprep.plan.device_files import require_same_scan
 from volprep.plan.device_records import DeviceRecord
+from volprep.plan.level_choice import LevelChoice
 from volprep.plan.records import Plan
 from volprep.scan.import_segments import find_segments
 from volprep.scan.statistics import measure

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from volprep.parts.levels.level_results import choices_of
+from volprep.parts.level_choices import choices_of
 from volprep.pipeline.import_draft import scene_of
 from volprep.pipeline.origin import Origin, read_origin, write_origin
 from volprep.pipeline.plan_draft import plan_draft

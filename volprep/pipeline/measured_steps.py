@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from volprep.parts.levels.level_results import choices_of
-from volprep.parts.levels.records import MeasuredStep
+from volprep.parts.level_choices import choices_of
+from volprep.plan.level_choice import MeasuredStep
 from volprep.plan.records import ChannelPlan, Plan
 from volprep_formats.package.manifest import LevelStep, PlanItem, RenderSettings
 from volprep_formats.package.storage.draft import Draft

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from volprep.parts.levels.records import LevelChoice
 from volprep.plan.form_trial import FormTrial
+from volprep.plan.level_choice import LevelChoice
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import write_file

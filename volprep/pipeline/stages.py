@@ -4,14 +4,14 @@ import hashlib
 import json
 from collections.abc import Iterator
 
-from volprep.parts.levels.level_results import choices_of
-from volprep.parts.levels.records import LevelChoice
+from volprep.parts.level_choices import choices_of
 from volprep.parts.stage import Planned, Stage, Work
 from volprep.parts.work import FORMS, SCENE, generator, is_current, scene_bytes
 from volprep.pipeline.measured_steps import with_measured_steps
 from volprep.pipeline.seal import STAGE as SEAL
 from volprep.pipeline.seal import settled
 from volprep.pipeline.stage_graph import STAGES, dependents, sources
+from volprep.plan.level_choice import LevelChoice
 from volprep.plan.records import Plan
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError

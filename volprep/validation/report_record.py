@@ -4,9 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep.parts.levels.records import LevelChoice
 from volprep.plan.device_records import DeviceRecord
 from volprep.plan.form_trial import FormTrial
+from volprep.plan.level_choice import LevelChoice
 from volprep.validation.ablation.records import Ablation
 from volprep.validation.records import Derivation, Driver, ProgramResult, Target
 from volprep.validation.seen_records import NonNegative

@@ -10,10 +10,10 @@ from importlib.metadata import version
 from pathlib import Path
 
 from volprep.kernels import _native
-from volprep.parts.levels.records import LevelChoice
 from volprep.pipeline.origin import read_origin
 from volprep.pipeline.remarks import warnings
 from volprep.plan.form_trial import FormTrial
+from volprep.plan.level_choice import LevelChoice
 from volprep.truth.decoded import holds_labels, light_of_scan
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench

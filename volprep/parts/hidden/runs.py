@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.levels.level_results import own_tables
+from volprep.parts.level_choices import own_tables
 from volprep.plan.records import ChannelPlan
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table

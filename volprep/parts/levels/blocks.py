@@ -21,7 +21,7 @@ from volprep.parts.levels.joint_histogram import joint_counts, reference_mm, sha
 from volprep.parts.levels.level_input import Factors, LevelInput, level_slices
 from volprep.parts.levels.light import Histogram, RayLight, Sampled, score
 from volprep.parts.levels.rays import RaySegments, random_lines, sample_sets
-from volprep.parts.levels.records import Trial
+from volprep.plan.level_choice import Trial
 from volprep.scan.slabs import RawVolume
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter

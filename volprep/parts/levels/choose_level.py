@@ -22,9 +22,9 @@ from volprep.parts.levels.joint_histogram import joint_shares, reference_mm
 from volprep.parts.levels.level_input import Factors, LevelInput, Slices, level_slices, written
 from volprep.parts.levels.light import Histogram, RayLight, Sampled, score
 from volprep.parts.levels.rays import RaySegments, fewer_if_long, random_lines, sample_sets
-from volprep.parts.levels.records import AdaptedTable, LevelChoice, Trial
 from volprep.parts.levels.refined import RefineBudget, Refinement
 from volprep.parts.levels.refining import refined_slices, refinements
+from volprep.plan.level_choice import AdaptedTable, LevelChoice, Trial
 from volprep.scan.slabs import RawVolume
 from volprep_formats.package.channel import LevelFilter
 

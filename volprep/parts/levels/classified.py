@@ -26,7 +26,7 @@ from volprep.parts.levels.fitted import fitted_slabs
 from volprep.parts.levels.level_input import LevelInput, level_slices, written
 from volprep.parts.levels.light import rmse_of
 from volprep.parts.levels.rays import random_lines, sample_level
-from volprep.parts.levels.records import LevelChoice, Trial
+from volprep.plan.level_choice import LevelChoice, Trial
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.transfer.preclassified import Voxels, medium_of_texels
 from volprep_formats.arrays import Float64Array, UInt8Array

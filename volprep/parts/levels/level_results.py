@@ -1,44 +1,18 @@
-"""Decisions made while levels were built, for later stages: filters, tables, and the reasons."""
+"""Items of the plan about coarser levels, completed with what was decided while they were made; names of own tables."""
 
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Literal, TypeVar
 
 import numpy as np
 
+from volprep.parts.level_choices import choices_of
 from volprep.parts.levels.preview import preview_levels, preview_reason
-from volprep.parts.levels.records import LevelChoice, Trial
-from volprep.parts.work import choice_name
 from volprep.plan.item_kinds import LEVEL, OWN_TABLE, TABLE_NAMES, TABLES
+from volprep.plan.level_choice import LevelChoice, Trial
 from volprep.plan.products import EditingPlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, Plan, PreintegratedPlan
-from volprep_formats.arrays import Float64Array
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
-
-
-def choices_of(draft: Draft, plan: ChannelPlan) -> tuple[LevelChoice, ...]:
-    """Return the decisions about the levels that are coarser than level 0."""
-    named = {record.path for record in draft.manifest.files}
-    names = [choice_name(level.index, plan.channel) for level in plan.levels]
-    return tuple(_parsed(draft.read_bytes(name)) for name in names if name in named)
-
-
-# A build asks a dozen times for the same few files, and parsing their tables took a tenth of a small build.
-@lru_cache(maxsize=16)
-def _parsed(text: bytes) -> LevelChoice:
-    return LevelChoice.model_validate_json(text)
-
-
-def own_tables(draft: Draft, plan: ChannelPlan, transfer: str) -> dict[int, Float64Array]:
-    """Return the tables of levels that have one of their own for a transfer function, by level."""
-    return {
-        choice.level: np.array(table.entries)
-        for choice in choices_of(draft, plan)
-        for table in choice.tables
-        if table.transfer == transfer
-    }
-
 
 LevelTable = TypeVar("LevelTable", LookupPlan, PreintegratedPlan)
 """A table that a level may have of its own."""

@@ -12,10 +12,10 @@ import numpy as np
 from volprep.compositing import Compositing
 from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.level_input import Factors, LevelInput
-from volprep.parts.levels.records import AdaptedTable, MeasuredStep
 from volprep.parts.levels.view_rays import ViewGroup, cut, sampled
 from volprep.parts.programs.patch_rays import PatchRays
 from volprep.parts.programs.step_bench import STEP_SHARE, StepBench, in_voxels, longest_step
+from volprep.plan.level_choice import AdaptedTable, MeasuredStep
 from volprep.scan.slabs import RawVolume
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance

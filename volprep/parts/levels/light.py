@@ -15,7 +15,7 @@ import numpy as np
 from volprep.parts.levels.adapted import fitted_table
 from volprep.parts.levels.joint_histogram import level_table
 from volprep.parts.levels.rays import RaySamples
-from volprep.parts.levels.records import AdaptedTable, Trial
+from volprep.plan.level_choice import AdaptedTable, Trial
 from volprep.truth.seen import seen_pixels
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import LevelFilter

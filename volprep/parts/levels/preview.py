@@ -15,7 +15,7 @@ of a scan with its segments, whose borders move with coarser labels: all their c
 
 from collections.abc import Iterable, Sequence
 
-from volprep.parts.levels.records import LevelChoice, Trial
+from volprep.plan.level_choice import LevelChoice, Trial
 from volprep_formats.package.manifest import Tolerance
 
 _CERTAIN = 0.5

@@ -26,8 +26,8 @@ from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.level_input import Factors, LevelInput, level_slices, written
 from volprep.parts.levels.light import badness, trial_of
 from volprep.parts.levels.rays import RaySegments, fewer_if_long
-from volprep.parts.levels.records import LevelChoice, Trial
 from volprep.parts.levels.rendered_rays import RaySight, SeenLevels, check_lines
+from volprep.plan.level_choice import LevelChoice, Trial
 from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import LevelFilter

@@ -18,7 +18,7 @@ from volprep.parts.levels.choose_level import CHECK_RAYS
 from volprep.parts.levels.level_input import Factors, LevelInput
 from volprep.parts.levels.light import rmse_of
 from volprep.parts.levels.rays import RaySamples, RaySegments, random_lines, sample_sets
-from volprep.parts.levels.records import AdaptedTable, LightError
+from volprep.plan.level_choice import AdaptedTable, LightError
 from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid

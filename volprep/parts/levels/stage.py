@@ -8,6 +8,7 @@ are classified, too (classified.py).
 from collections.abc import Iterator, Sequence
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.level_choices import choice_name
 from volprep.parts.levels.appearance import Look
 from volprep.parts.levels.choose_level import Chooser
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
@@ -16,13 +17,13 @@ from volprep.parts.levels.level_steps import LevelSteps
 from volprep.parts.levels.means import are_kept, keep_means
 from volprep.parts.levels.preview import error_along_rays, preview_levels
 from volprep.parts.levels.projected import ProjectedChooser
-from volprep.parts.levels.records import LevelChoice
 from volprep.parts.levels.refined import AUTO, THOROUGH, RefineBudget
 from volprep.parts.levels.rendered_rays import RaySight, SeenLevels
 from volprep.parts.programs.step import layers_of
 from volprep.parts.stage import Stage, Work, any_channel, present
 from volprep.parts.texels import voxels_of
-from volprep.parts.work import choice_name, classified_name, coarser_levels, codes_name, codes_of_source
+from volprep.parts.work import classified_name, coarser_levels, codes_name, codes_of_source
+from volprep.plan.level_choice import LevelChoice
 from volprep.plan.products import EditingPlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
