@@ -13,7 +13,7 @@ from volprep_formats.path_text import path_text
 
 if TYPE_CHECKING:
     from volprep_formats.package.channel import Channel
-    from volprep_formats.package.manifest import Manifest
+    from volprep_formats.package.manifest import Manifest, Tolerance
     from volprep_formats.package.reader import Package
     from volprep_formats.package.texture import GlFormat, Texture
 
@@ -210,13 +210,20 @@ def _general(manifest: "Manifest") -> Rows:
     if manifest.render is not None:
         render = manifest.render
         cutoff = "" if render.opacity_cutoff is None else f", rays stop at opacity {render.opacity_cutoff:g}"
-        allowed = f"RMSE {render.tolerance.rmse:g}, largest {render.tolerance.maximum:g}"
+        allowed, previews = render.tolerance, render.tolerance.of_previews
         longer = "".join(f", {each.step_mm:.4g} mm at level {each.level}" for each in render.level_steps)
         rows.append(("drawing", f"{render.projection}, step {render.step_mm:.4g} mm{longer}{cutoff}"))
-        rows.append(("tolerance", allowed))
+        rows += [
+            ("tolerance", f"{_limits(allowed)}, largest error {allowed.maximum:g}"),
+            ("of previews", _limits(previews)),
+        ]
     if manifest.state == "draft":
         rows.append(("stages done", ", ".join(stage.name for stage in manifest.stages) or "none"))
     return rows
+
+
+def _limits(tolerance: "Tolerance") -> str:
+    return f"RMSE {tolerance.rmse:g}, FLIP {tolerance.flip:g}, kept light {tolerance.kept_light:g}"
 
 
 def _scan(manifest: "Manifest") -> Rows:
