@@ -27,10 +27,8 @@ def fetch_text(
 ) -> str:
     """The part of a fragment shader that samples a mosaic."""
     sampling = raycast_mosaic.sampling(layout, spacing_mm_zyx, between=between)
-    # The nearest of four to a texel is a part of its own, which no segments use, so that its function has a fixed name.
-    named = between == "linear" or layout.slices == 1 or layout.slices_per_texel == 1
-    words = {"STORED": "stored_value"} if named else {}
-    return declarations("sampling", sampling, "precision highp float;\nvarying vec4 v_near;\n", words)
+    before = "precision highp float;\nvarying vec4 v_near;\n"
+    return declarations("sampling", sampling, before, {"STORED": "stored_value"})
 
 
 def declarations(slot: str, feature: Feature, before: str = "", words: Mapping[str, str] = MappingProxyType({})) -> str:

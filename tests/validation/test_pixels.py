@@ -26,7 +26,7 @@ def blob(right: float) -> np.ndarray[Any, np.dtype[np.float32]]:
 def shift(name: str, boxes: dict[str, np.ndarray[Any, np.dtype[np.float32]]] | None = None) -> float | None:
     """The shift in voxels that is measured for a level, drawn half a voxel right of the truth."""
     level = Level(index=2, factors_zyx=(4, 4, 4), grid=GRID, texture_from_box_per_mm_xyz=(1.0, 1.0, 1.0), filter=name)
-    subject: Any = SimpleNamespace(shape_hw=(SIDE, SIDE), cameras=standard_views(GRID))
+    subject: Any = SimpleNamespace(shape_hw=(SIDE, SIDE), cameras=standard_views(GRID), is_lit=False)
     return judged_level("anterior", blob(HALF), blob(0.0), Tolerance(), subject, level, boxes).shift_voxels
 
 

@@ -1,7 +1,7 @@
-//: GLSL ES 1.00. In: the pieces around a point of the grid as eight textures of a mosaic, one piece in each, whose slices
-//: are numbered through all of them: block_value reads it. A piece that does not exist is never reached: u_split lies outside
-//: the volume there. Slot slopes, where gradients are taken: section slopes of subvolumes.glsl. Words: SLICES, the slices
-//: of a texture.
+//: GLSL ES 1.00. In: the pieces around a point of the grid as eight textures of a mosaic, one piece in each. Slices are
+//: numbered through all of them, and block_value reads them. A piece that does not exist is never reached: u_split lies
+//: outside the volume there. Slot slopes, where gradients are taken: section slopes of subvolumes.glsl. Words: SLICES,
+//: the slices of a texture.
 // Level 0 as up to eight pieces that share a layer of voxels with their neighbours. They fill the box from u_box_low_mm
 // to u_box_high_mm.
 uniform vec3 u_split;
