@@ -176,6 +176,7 @@ def test_sky_and_ground_are_exact_and_a_sun_is_spread_over_half_of_the_sky() -> 
     np.testing.assert_allclose(turned_once[2], [0.5, 0.4, 0.3])
 
 
+@pytest.mark.long
 def test_the_field_of_four_environments_is_the_light_of_any_of_them(monkeypatch) -> None:
     monkeypatch.setattr(solve, "BATCH", 1 << 15)
     scan = Grid.of(
