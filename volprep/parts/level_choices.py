@@ -1,11 +1,15 @@
-"""Decisions about coarser levels, as the stage that makes levels stores them in the draft for later stages."""
+"""Decisions about coarser levels, as the stage that makes levels stores them in the draft for later stages.
+
+The names of the tables that a level has of its own follow from those of the common ones.
+"""
 
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 
 from volprep.plan.level_choice import LevelChoice
-from volprep.plan.records import ChannelPlan
+from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.storage.draft import Draft
 
@@ -36,3 +40,17 @@ def own_tables(draft: Draft, plan: ChannelPlan, transfer: str) -> dict[int, Floa
         for table in choice.tables
         if table.transfer == transfer
     }
+
+
+LevelTable = TypeVar("LevelTable", LookupPlan, PreintegratedPlan)
+"""A table that a level may have of its own."""
+
+
+def table_of_level(table: LevelTable, level: int) -> LevelTable:
+    """Return the names of the table that a level has of its own."""
+    return table.model_copy(update={"name": f"{table.name}-level{level}", "file": file_of_level(table.name, level)})
+
+
+def file_of_level(name: str, level: int) -> str:
+    """Return the file of the table that a level has instead of the one of this name."""
+    return f"textures/{name}-level{level}.ktx2"

@@ -9,9 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from volprep.parts.level_choices import own_tables
+from volprep.parts.level_choices import file_of_level, own_tables, table_of_level
 from volprep.parts.levels.joint_histogram import joint_shares
-from volprep.parts.levels.level_results import file_of_level, table_of_level
 from volprep.parts.stage import Shapes, Stage, Work, present
 from volprep.parts.work import codes_of_level, codes_of_source
 from volprep.plan.products import EditingPlan, SubvolumesPlan

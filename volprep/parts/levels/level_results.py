@@ -1,11 +1,11 @@
-"""Items of the plan about coarser levels, completed with what was decided while they were made; names of own tables."""
+"""Items of the plan about coarser levels, completed with what was decided while they were made."""
 
 from collections.abc import Iterator
-from typing import Literal, TypeVar
+from typing import Literal
 
 import numpy as np
 
-from volprep.parts.level_choices import choices_of
+from volprep.parts.level_choices import choices_of, file_of_level
 from volprep.parts.levels.preview import preview_levels, preview_reason
 from volprep.plan.item_kinds import LEVEL, OWN_TABLE, TABLE_NAMES, TABLES
 from volprep.plan.level_choice import LevelChoice, Trial
@@ -13,19 +13,6 @@ from volprep.plan.products import EditingPlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, Plan, PreintegratedPlan
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
-
-LevelTable = TypeVar("LevelTable", LookupPlan, PreintegratedPlan)
-"""A table that a level may have of its own."""
-
-
-def table_of_level(table: LevelTable, level: int) -> LevelTable:
-    """Return the names of the table that a level has of its own."""
-    return table.model_copy(update={"name": f"{table.name}-level{level}", "file": file_of_level(table.name, level)})
-
-
-def file_of_level(name: str, level: int) -> str:
-    """Return the file of the table that a level has instead of the one of this name."""
-    return f"textures/{name}-level{level}.ktx2"
 
 
 def settle(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:
