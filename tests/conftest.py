@@ -14,6 +14,8 @@ from hypothesis import settings
 from long_runs import LONG, MARKERS, split
 from phantom_scene import write_phantom_scene
 from remembered_stages import in_full, kept_in, remember
+from small_previews import small_previews
+from temporary_folder import use_memory
 
 settings.register_profile("deterministic", derandomize=True, deadline=None)
 settings.load_profile("deterministic")
@@ -28,6 +30,7 @@ def pytest_configure(config) -> None:
     # Tests start hundreds of processes. Without byte code each compiles volprep anew, which takes a third of a second.
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
+    use_memory()
     # Where there are more threads than cores they spin, a quarter of all the time.
     if "PYTEST_XDIST_WORKER" in os.environ:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -50,6 +53,13 @@ def nothing_waits_for_the_disk() -> Iterator[None]:
     processes that tests start do sync.
     """
     with patch("os.fsync"):
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def previews_are_small() -> Iterator[None]:
+    """Draw small previews (tests/support/small_previews.py)."""
+    with small_previews():
         yield
 
 

@@ -1,13 +1,14 @@
-"""The cache of slow stages gives what the stage gives, and only where nothing that it depends on differs."""
+"""The cache of plans and slow stages gives what they give, and only where nothing that they depend on differs."""
 
 from pathlib import Path
 
 import pytest
+import remembered_stages
 from phantom_scene import write_phantom_scene
 from remembered_stages import kept_in, remember
 
 from volprep.parts.levels import stage
-from volprep.pipeline.build import build
+from volprep.pipeline.build import build, plan_build
 from volprep.scene.request import load_request
 from volprep_formats.progress import Silent
 
@@ -49,6 +50,27 @@ def test_levels_are_made_again_only_if_what_they_depend_on_differs(tmp_path, run
             contents(scene)
             contents(scene)
         assert runs == ["levels"] * 4
+
+
+def test_a_plan_is_made_again_only_if_what_it_follows_from_differs(tmp_path, monkeypatch) -> None:
+    made: list[str] = []
+    plan = remembered_stages._plan
+    monkeypatch.setattr(remembered_stages, "_plan", lambda *given: made.append("plan") or plan(*given))
+    scenes = []
+    for name in ("one", "other"):
+        (tmp_path / name).mkdir()
+        scenes.append(write_phantom_scene(tmp_path / name, "gles2-2048", "box"))
+    with remember(tmp_path / "cache"):
+        first, second = (plan_build(load_request(scene), Silent()) for scene in scenes)
+        assert first == second
+        assert made == ["plan"]
+        scenes[0].write_text(scenes[0].read_text().replace("value = 600.0", "value = 610.0"))
+        assert plan_build(load_request(scenes[0]), Silent()) != first
+        assert made == ["plan"] * 2
+        raw = tmp_path / "other" / "phantom.raw"
+        raw.write_bytes(raw.read_bytes()[::-1])
+        plan_build(load_request(scenes[1]), Silent())
+        assert made == ["plan"] * 3
 
 
 def test_the_cache_of_another_version_is_removed(tmp_path) -> None:

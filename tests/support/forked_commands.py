@@ -88,6 +88,7 @@ def serve(descriptor: int) -> None:
     from importlib import import_module
 
     from remembered_stages import FOLDER, remember
+    from small_previews import small_previews
 
     from volprep_cli.main import command_line
 
@@ -96,6 +97,7 @@ def serve(descriptor: int) -> None:
         import_module(module)
     gc.freeze()
     with ExitStack() as lasting, socket.socket(fileno=descriptor) as connection:
+        lasting.enter_context(small_previews())
         if FOLDER in os.environ:
             lasting.enter_context(remember(Path(os.environ[FOLDER])))
         while True:
