@@ -1,6 +1,7 @@
 """What all tests share: the folder of real scans, and hypothesis without chance."""
 
 import os
+import resource
 import signal
 import sys
 from collections.abc import Iterator
@@ -43,6 +44,13 @@ def pytest_collection_modifyitems(config, items) -> None:
     items[:], left = split(items)
     if left:
         config.hook.pytest_deselected(items=left)
+
+
+def pytest_terminal_summary(terminalreporter) -> None:
+    """Print the processor time of the run: wall time depends on what else the machine does."""
+    used = [resource.getrusage(which) for which in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    seconds = sum(each.ru_utime + each.ru_stime for each in used)
+    terminalreporter.write_line(f"processor time: {seconds:.0f} s, browsers not counted")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -77,7 +77,7 @@ def test_nothing_is_cropped_or_skipped_and_levels_hold_means(package) -> None:
     assert all(level.filter == "box" for level in package.manifest.levels[1:])
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("package", ["gles3", "gles2-2048"], indirect=True)
 def test_it_is_within_the_tolerance_and_the_error_falls_with_the_step(package) -> None:
     report = validate(package.path, package.path.with_name("chest.report"), Silent())

@@ -81,6 +81,7 @@ def test_the_picture_is_that_of_emission_and_absorption(tmp_path, profile, more,
         assert np.abs(one - other).mean() < (1e-4 if target == "rgba8" else 4e-6)
 
 
+@pytest.mark.long
 def test_skipping_changes_no_pixel(tmp_path) -> None:
     package = package_of(tmp_path, "back-to-front", "gles3", shape=(50, 66, 66))
     plain = unskipped(package, package.manifest.programs[0], package.manifest.render)

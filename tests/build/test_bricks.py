@@ -82,6 +82,7 @@ def test_bricks_that_show_nothing_are_left_out(tmp_path) -> None:
     assert volume.shape_zyx == finest.texture_zyx
 
 
+@pytest.mark.long
 def test_the_verb_makes_what_build_makes(tmp_path) -> None:
     package = built(tmp_path / "built", BRICKS)
     request = load_request(tmp_path / "built" / "phantom.toml")

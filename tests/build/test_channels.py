@@ -99,7 +99,7 @@ class TestWhatItHolds:
         planned = sorted(path for item in package.manifest.plan for path in item.files)
         assert planned == [record.path for record in package.manifest.files]
 
-    @pytest.mark.long(keep=1)
+    @pytest.mark.long
     @pytest.mark.usefixtures("stages_run_again")
     def test_the_same_scene_gives_the_same_bytes(self, package, tmp_path) -> None:
         again = tmp_path / "again.volpkg"
@@ -173,6 +173,7 @@ class TestWhatItDraws:
 
 
 class TestOneChannel:
+    @pytest.mark.long
     def test_a_scene_that_draws_one_channel_gives_the_package_of_that_file_alone(self, tmp_path) -> None:
         text = write_channel_scene(tmp_path).read_text()
         begin, end = text.index('[[transfer]]\nname = "red"'), text.index('[[transfer]]\nname = "white"')
@@ -306,7 +307,7 @@ class TestWhatChannelsShare:
 
 
 class TestStageByStage:
-    @pytest.mark.long(keep=1)
+    @pytest.mark.long
     def test_verbs_make_the_package_that_build_makes(self, tmp_path, package) -> None:
         request = load_request(write_channel_scene(tmp_path, package.manifest.profile.name))
         draft = import_draft(prepare(request), tmp_path / "d.volpkg", Silent()).draft

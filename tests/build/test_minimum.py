@@ -92,7 +92,7 @@ def test_each_coarse_level_was_made_of_means_and_of_the_least_of_its_voxels(pack
     assert all("box 0." in reason and "minimum 0." in reason for reason in reasons)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("package", ["gles3", "gles2-2048"], indirect=True)
 def test_it_is_within_the_tolerance_and_comes_near_the_scan(package) -> None:
     report = validate(package.path, package.path.with_name("lung.report"), Silent())

@@ -35,7 +35,7 @@ def built(folder, profile: str, bits: int, mipmaps: str, table: str = GRID) -> P
     return Package.open(folder / "phantom.volpkg")
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("profile", "bits"), [("gles3", 8), ("gles3-norm16", 16)])
 def test_mipmaps_hold_and_draw_what_textures_of_their_own_do(tmp_path, profile, bits) -> None:
     apart, chained = (built(tmp_path / mipmaps, profile, bits, mipmaps) for mipmaps in ("false", "true"))

@@ -190,6 +190,7 @@ def test_normals_count_where_memory_is_short(tmp_path):
     assert lit.levels[0].index > plain.levels[0].index
 
 
+@pytest.mark.long
 def test_the_same_bytes_come_out_however_slabs_are_cut(tmp_path, lit, monkeypatch):
     monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)
     again = built(tmp_path, LIT)

@@ -77,6 +77,7 @@ def test_every_level_is_drawn_as_without_with_fewer_samples(package):
             assert taken[1] < taken[0]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("stages_run_again")
 def test_the_same_scene_gives_the_same_bytes(package, tmp_path):
     again = built(tmp_path, package.manifest.profile.name, PROXY)

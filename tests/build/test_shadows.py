@@ -323,7 +323,7 @@ KINDS = {
 }
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("shadows", KINDS)
 def test_a_camera_may_stand_anywhere_and_pictures_have_any_size(tmp_path, shadows):
     package = built(tmp_path, ABOVE + RAYS.replace("rays", shadows), render=f"{KINDS[shadows]}\nopacity_cutoff = 1.0")

@@ -109,6 +109,7 @@ def test_a_device_makes_the_same_tables_from_ranges_and_lookup_table(packages):
         assert math.prod(table.blocks_zyx) == occupied.size
 
 
+@pytest.mark.long
 def test_verbs_in_another_order_end_in_the_same_package(tmp_path):
     """Skipping is added when the shaders are there already; they are made again, and nothing of the old stays."""
     request = load_request(scene_with(tmp_path, "gles3", ""))

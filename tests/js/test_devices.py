@@ -23,7 +23,7 @@ LACKS: dict[str, tuple[str, str, list[list[str]], str | None]] = {
 }
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("lack", LACKS)
 def test_what_a_device_claims_and_does_not_do(browser, server, scene_package, lack) -> None:
     name, kind, broken, code = LACKS[lack]
@@ -56,7 +56,7 @@ def taken_away(said: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
         yield extension, {"without": [extension]}
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_without_each_thing_that_a_package_needs_there_is_a_right_picture_or_a_code(
     browser, server, scene_package, name

@@ -55,6 +55,7 @@ def test_one_line_shows_the_volume_over_the_background(page) -> None:
     assert found == [True, "p.volpkg"]
 
 
+@pytest.mark.long
 def test_attributes_are_followed_and_wrong_ones_are_told(page) -> None:
     script = (
         START

@@ -74,6 +74,7 @@ def test_no_frame_is_worse_than_the_one_before_it(browser, server, scene_package
     assert errors[-1].ssim_black > 0.999
 
 
+@pytest.mark.long
 def test_a_large_budget_finishes_the_picture_in_few_frames(browser, server, scene_package) -> None:
     package = scene_package("slabs")
     server.folders["package"] = package.path.parent

@@ -100,6 +100,7 @@ def test_a_picture_at_rest_comes_part_by_part_after_the_camera_moved(browser, se
     check_better_and_better(said)
 
 
+@pytest.mark.long
 def test_slabs_come_part_by_part_from_the_first_picture_on_and_from_level_to_level(
     browser, server, scene_package
 ) -> None:

@@ -135,6 +135,7 @@ def test_no_more_than_a_slab_is_on_its_way(browser, folder) -> None:
     assert found["mutable"] <= 4 * SIDE
 
 
+@pytest.mark.long
 def test_a_texture_whose_size_may_change_is_drawn_after_each_slab(browser, folder) -> None:
     script = """
     const { openPackage, createRenderer } = await import("/js/volpkg.js");

@@ -71,7 +71,7 @@ def timed(browser, folders, form: str, latency_s: float) -> dict:
         return browser.run(f"window.start = performance.now(); {OPEN} {TIMED}", f"/package/{form}")
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("form", LIMITS_MS)
 def test_a_far_server_is_waited_for_a_few_times_and_milliseconds(browser, folders, form) -> None:
     found, few, soon, quiet = [], False, False, 0

@@ -47,7 +47,7 @@ def test_all_nine_views_are_those_of_the_reference_renderer(browser, server, sce
             assert rmse(picture, reference) < TWO_STEPS
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["half-angle slices", "half-angle slices in perspective"])
 def test_no_rounding_of_corners_moves_the_rays_of_layers(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -88,6 +88,7 @@ def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) ->
     assert browser.run(script, kind_of(package), texts) == [""] * len(texts)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["pieces", "pieces in mosaics"])
 def test_the_pieces_around_a_point_are_drawn(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -99,6 +100,7 @@ def test_the_pieces_around_a_point_are_drawn(browser, server, scene_package, nam
         assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
 
 
+@pytest.mark.long
 def test_pieces_have_the_light_that_was_computed_once(browser, server, scene_package) -> None:
     package = scene_package("pieces with light")
     matrices = box_from_clip_of(package)[::3]
@@ -126,7 +128,7 @@ def test_an_edited_transfer_function_is_drawn_on_every_level(browser, server, sc
             assert rmse(picture, reference) < TWO_STEPS < rmse(unedited, reference) / 5
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["segments", "segments in a mosaic"])
 def test_a_segment_that_an_app_hides_is_as_one_that_the_package_hides(browser, server, scene_package, name) -> None:
     package, hidden = scene_package(name), scene_package(f"{name}, one hidden")
@@ -138,6 +140,7 @@ def test_a_segment_that_an_app_hides_is_as_one_that_the_package_hides(browser, s
         assert rmse(picture, reference) < TWO_STEPS < rmse(other, reference)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["lit, skips by distance", "mosaic of several textures"])
 def test_a_plane_cuts_as_the_near_plane_does(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -155,7 +158,7 @@ def test_a_plane_cuts_as_the_near_plane_does(browser, server, scene_package, nam
         assert rmse(found.pictures[0], wanted) < TWO_STEPS < rmse(whole, wanted)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["shadow rays", "shadow map", "half-angle slices"])
 def test_what_a_plane_cuts_away_throws_no_shadow(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -221,6 +224,7 @@ def test_a_package_that_is_not_editable_says_so(browser, server, scene_package) 
         drawn_in_page(browser, server, package.path, box_from_clip_of(package), edit={"points": EDIT})
 
 
+@pytest.mark.long
 def test_a_level_of_meshes_is_drawn_from_the_box_where_the_camera_is_inside(browser, server, scene_package) -> None:
     package = scene_package("meshes")
     matrix = box_from_clip_of(package)[6]
@@ -242,7 +246,7 @@ _LIGHTS = ["light with a place", "light at another place"]
 _SHADOWS = ["half-angle slices", "half-angle slices, light at another place"]
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("names", [_LIGHTS, _SHADOWS], ids=["light", "shadows"])
 def test_a_light_that_is_moved_lights_as_if_the_package_had_it_there(browser, server, scene_package, names) -> None:
     package, other = map(scene_package, names)
@@ -285,6 +289,7 @@ def test_an_app_turns_the_light_around_the_volume(browser, server, scene_package
             drawn_in_page(browser, server, package.path, matrices, light=light, **how)
 
 
+@pytest.mark.long
 def test_a_light_that_throws_shadows_is_not_moved_into_the_volume(browser, server, scene_package) -> None:
     for name in ("shadow map", "half-angle slices"):
         package = scene_package(name)

@@ -96,6 +96,7 @@ def same(script: str) -> str:
     return re.sub(r"#[A-Za-z_]\w*", lambda found: names.setdefault(found[0], f"#{len(names)}"), script)
 
 
+@pytest.mark.long
 def test_a_stripped_module_is_the_same_program(tmp_path) -> None:
     esbuild = npm_package("esbuild", "0.25.0") / "node_modules" / "esbuild" / "bin" / "esbuild"
     for kind, modules in (("runtime", runtime_modules()), ("page", page_modules())):

@@ -181,6 +181,7 @@ def test_volumes_before_each_other_are_mixed_in_their_order(page) -> None:
     assert np.abs(pixels(before) - pixels(behind)).max() > 20 * STEP
 
 
+@pytest.mark.long
 def test_the_canvas_shows_what_effect_composer_shows(page) -> None:
     script = """
     const { EffectComposer } = await import("three/addons/postprocessing/EffectComposer.js");
@@ -209,6 +210,7 @@ def test_the_canvas_shows_what_effect_composer_shows(page) -> None:
     assert max(most.values()) <= 3, most
 
 
+@pytest.mark.long
 def test_a_transparent_canvas_is_mixed_with_the_colour_of_its_page(page, picture) -> None:
     script = """
     const { canvas, renderer, camera, scene } = await begin({ alpha: true, antialias: true });
@@ -245,6 +247,7 @@ const aim = (camera, volume, angle, height, distance = 4) => {
 """
 
 
+@pytest.mark.long
 def test_every_kind_of_depth_gives_the_same_picture_in_nine_views(page) -> None:
     script = (
         NINE

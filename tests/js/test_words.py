@@ -39,6 +39,7 @@ def typescript() -> str:
     return str(npm_package("typescript", "7.0.2") / "node_modules" / "typescript" / "bin" / "tsc")
 
 
+@pytest.mark.long
 def test_types_hold_and_declarations_can_be_made(typescript, tmp_path) -> None:
     three = npm_package("@types/three", "0.187.0") / "node_modules" / "@types" / "three"
     options = {

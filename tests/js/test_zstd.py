@@ -161,6 +161,7 @@ def test_edits_read_packed_tables_and_ranges(browser, server, scene_package, tra
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.long
 def test_nothing_is_unpacked_by_packages_without_frames(browser, server, scene_package, travelling) -> None:
     def loaded(path: Path) -> bool:
         browser.open(f"{server.url}/")

@@ -103,6 +103,7 @@ def test_the_page_has_a_section_for_it(report, package) -> None:
         assert words in page
 
 
+@pytest.mark.long
 def test_without_table_and_mesh_nothing_is_said(tmp_path) -> None:
     package = package_of(tmp_path, "gles3", '[skip]\nkind = "none"\n')
     report = validate(package, tmp_path / "phantom.report", Silent(), picture_size=16)
@@ -138,7 +139,7 @@ def test_a_table_that_hides_something_fails_whatever_the_tolerance(tmp_path) -> 
     assert "What skips empty space changes pictures of raycast-core" in page
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("of_all", [True, False])
 def test_what_rounding_does_on_a_driver_is_no_fault_of_a_mesh(package, tmp_path, monkeypatch, of_all) -> None:
     plain = Renderer.render

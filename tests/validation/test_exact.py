@@ -107,6 +107,7 @@ def test_a_missing_entry_of_a_list_is_told(package, tmp_path) -> None:
     ]
 
 
+@pytest.mark.long
 def test_a_draft_that_verbs_have_changed_and_sealed_is_judged_by_what_they_were_told(tmp_path) -> None:
     folder = tmp_path / "tried.volpkg"
     begin_draft(load_request(write_kind(tmp_path, "fitted")), folder, Silent())

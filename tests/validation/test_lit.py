@@ -41,7 +41,7 @@ def subject_of(package: Package) -> Subject:
     return Subject(package, read_scan(package.manifest, spec, Silent()), SIZE)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_a_lit_package_is_proved_like_any_other(profile, tmp_path) -> None:
     package = built(tmp_path, profile=profile)

@@ -128,6 +128,7 @@ def test_a_level_that_is_not_for_previews_is_named_beyond_the_tolerance_and_fail
     assert not report.verdict.passed
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("stages_run_again")
 def test_the_mark_that_excuses_a_level_follows_from_the_scan_and_not_from_the_package(tmp_path, monkeypatch) -> None:
     """A package from a build that marked everything; validation, with the rule as it is, excuses what it finds."""

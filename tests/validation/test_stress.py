@@ -56,7 +56,7 @@ def test_cases_have_names_of_their_own_and_each_depth_follows_a_fainter_one():
         assert case.points[0].extinction_per_mm > CASE[case.fainter].points[0].extinction_per_mm
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_walls_depths_and_extreme_numbers_are_drawn_as_they_must_be(tmp_path, profile):
     report = tried(tmp_path, "depth-1e0", "depth-1e2", "wall", "huge", profile=profile)
@@ -261,6 +261,7 @@ def test_depths_must_rise_in_opacity(tmp_path, monkeypatch):
     assert all("less opaque" in drawing.laws[0] for drawing in report.results[1].drawings)
 
 
+@pytest.mark.long
 def test_the_command_says_which_case_is_beyond_its_limit(tmp_path, monkeypatch, capsys):
     words = [
         "stress",

@@ -403,6 +403,7 @@ def test_what_the_command_line_names_judges_and_not_the_origin(packages, tmp_pat
     assert wanted in told(package, scene).splitlines()
 
 
+@pytest.mark.long
 def test_a_shader_that_no_driver_takes_is_told_by_its_name(packages, tmp_path) -> None:
     package = Damaged(packages["fitted"], tmp_path)
     package.text(HOUSE_SHADER, "void main", "void man")
@@ -418,6 +419,7 @@ def test_only_the_origin_or_a_scene_can_judge(packages, tmp_path) -> None:
     assert "VP6012" in told(package.path)
 
 
+@pytest.mark.long
 def test_damage_ends_the_command_with_status_1_and_a_report_that_names_it(packages, tmp_path) -> None:
     package = Damaged(packages["fitted"], tmp_path)
     package.texels(package.texture("volume", 0), swapped(0, 4, 5))

@@ -222,6 +222,7 @@ def test_a_tolerance_that_is_not_kept_ends_with_status_1_and_the_worst_view(beyo
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.long
 def test_json_stays_one_document_when_the_tolerance_is_not_kept(beyond, tmp_path) -> None:
     done = volprep("validate", beyond, "--size", "16", "--json", "--report", tmp_path / "report")
     assert done.returncode == ExitStatus.TOLERANCE
@@ -229,6 +230,7 @@ def test_json_stays_one_document_when_the_tolerance_is_not_kept(beyond, tmp_path
     assert "VP6011" in done.stderr
 
 
+@pytest.mark.long
 def test_a_package_that_lacks_full_resolution_is_judged_by_its_finest_level_and_says_so(tmp_path) -> None:
     (tmp_path / "small.toml").write_text(
         'name = "small"\napi = "es3.0"\nmax_texture_size = 64\nmax_3d_texture_size = 32\ntexture_units = 8\n'

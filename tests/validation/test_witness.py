@@ -117,7 +117,7 @@ WRONG = {
 }
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("wrong", WRONG)
 def test_vtk_does_not_agree_with_what_is_wrong(wrong) -> None:
     found = judged(WRONG[wrong][0], "composite", WRONG[wrong][1])
@@ -234,6 +234,7 @@ def test_a_second_reading_that_disagrees_is_one_message(report) -> None:
     assert wrong.item in str(error)
 
 
+@pytest.mark.long
 def test_a_vtk_that_fails_is_one_message(tmp_path) -> None:
     (tmp_path / "task.npz").write_bytes(b"no task")
     with pytest.raises(VolprepError, match="VP6041"):

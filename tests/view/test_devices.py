@@ -144,6 +144,7 @@ def test_plan_refuses_a_device_that_measured_another_scan_or_profile(phantom, tm
     assert (done.returncode, "VP7037" in done.stderr) == (ExitStatus.USAGE, True)
 
 
+@pytest.mark.long
 def test_validate_puts_a_folder_of_devices_into_the_report(phantom, tmp_path) -> None:
     folder = tmp_path / "devices"
     folder.mkdir()

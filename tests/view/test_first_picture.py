@@ -2,6 +2,7 @@
 
 import gzip
 
+import pytest
 from first_picture import first_picture
 from view_page import served
 
@@ -9,6 +10,7 @@ from volprep.view.site import read_served
 from volprep_formats.package.reader import Package
 
 
+@pytest.mark.long
 def test_the_first_picture_needs_no_finer_level_and_few_bytes(browser, phantom) -> None:
     manifest = Package.open(phantom.package).manifest
     finer = [each.file for each in manifest.textures if each.role == "volume" and each.level == 0]

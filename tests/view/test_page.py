@@ -323,7 +323,7 @@ def test_a_package_without_such_a_light_has_no_control_for_it(page) -> None:
     assert not page.run("return document.getElementById('light').checkVisibility()")
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["light that turns, in a mosaic", "light with a place"])
 def test_a_light_is_moved_and_put_back(browser, tmp_path, name) -> None:
     package = build_scene(name, tmp_path)
