@@ -64,15 +64,19 @@ class Overlay:
             self._replace(self._place(mutant.file), ROOT / mutant.file)
 
     def use_library(self, library: Path) -> None:
-        """Take another native core."""
-        self._copy(self._module(_NATIVE[0], library), library)
+        """Take another native core. The build may have given it another suffix than the installation."""
+        place = self._module(_NATIVE[0], library)
+        for other in place.parent.glob(f"{_NATIVE[0].rpartition('.')[2]}.*.so"):
+            other.unlink()
+        self._copy(place, library)
 
-    def run(self, *arguments: str, seconds: float) -> subprocess.CompletedProcess[str]:
-        """Run Python on the copy."""
+    def run(self, *arguments: str, seconds: float, threads: int | None = None) -> subprocess.CompletedProcess[str]:
+        """Run Python on the copy, with so many threads for each kind of work; all if None."""
+        limits = {} if threads is None else {name: str(threads) for name in ("OMP_NUM_THREADS", "LP_NUM_THREADS")}
         return subprocess.run(
             [sys.executable, *arguments],
             cwd=ROOT,
-            env=self.environment,
+            env=self.environment | limits,
             capture_output=True,
             text=True,
             timeout=seconds,
