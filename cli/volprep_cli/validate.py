@@ -261,11 +261,12 @@ def _print_others(others: "Sequence[OtherDrawing]") -> None:
             _kept(other.kept_light, sum(view.seen.thin_things for view in other.views)),
             _box(other),
             _judgement(other),
+            str(other.right_up_to_pixels or ("none" if other.sizes else "–")),
         )
         for other in others
     ]
     measured = ("seen RMSE", "largest", "FLIP", "kept light", "box: RMSE / FLIP / kept")
-    print_table(("drawn", "program", "pixels", *measured, "verdict"), rows)
+    print_table(("drawn", "program", "pixels", *measured, "verdict", "right up to"), rows)
 
 
 def _judgement(other: "OtherDrawing") -> str:

@@ -1,17 +1,25 @@
-"""`make levels-study`: measures what coarse levels keep, and writes a page with pictures to out/levels-study."""
+"""`make levels-study`: measures what coarse levels keep, and writes a page with pictures to out/levels-study.
+
+A run that was ended goes on when it is called again; with --again it begins anew, as it must after a change of levels.
+"""
 
 import argparse
 import os
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
-from tests.levels_study.measure import StudyPicture, StudyRow, measure
+from tests.levels_study.measure import StudyPicture, StudyRow
 from tests.levels_study.page import sentences, write_study
-from tests.levels_study.promise import PromiseRow, promises
+from tests.levels_study.promise import PromiseRow
+from tests.levels_study.results import Settings, results
 from tests.levels_study.subjects import Subject, phantom_subjects, scan_subjects
+
+_FOUND = "found"
+"""Folder of the results of subjects, below that of the page."""
 
 
 def main() -> None:
@@ -24,7 +32,12 @@ def main() -> None:
     parser.add_argument("--thorough", action="store_true", help='also refine = "thorough"')
     parser.add_argument("--phantoms", action="store_true", help="phantoms only")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/levels-study"), help="folder of the page")
+    parser.add_argument("--processes", type=int, default=1, help="subjects that are measured at the same time")
+    parser.add_argument("--again", action="store_true", help="begin anew, though an earlier run was ended")
     asked = parser.parse_args()
+    if asked.again:
+        shutil.rmtree(asked.output / _FOUND, ignore_errors=True)
+    settings = Settings(asked.pixels, tuple(asked.levels), asked.thorough)
     console = Console()
     rows: list[StudyRow] = []
     pictures: list[StudyPicture] = []
@@ -33,15 +46,13 @@ def main() -> None:
     def is_wanted(name: str) -> bool:
         return not asked.only or any(text in name for text in asked.only)
 
-    for subject in _subjects(asked.size, is_wanted, phantoms_only=asked.phantoms):
-        if not is_wanted(subject.name):
-            continue
-        found = list(measure(subject, asked.levels, asked.pixels, thorough=asked.thorough))
-        rows += [row for row, _ in found]
-        pictures += [picture for _, picture in found]
-        console.print(_table([row for row, _ in found if row.level]))
-        for promise in promises(subject, asked.pixels):
-            steps.append(promise)
+    subjects = (each for each in _subjects(asked.size, is_wanted, phantoms_only=asked.phantoms) if is_wanted(each.name))
+    for found in results(subjects, settings, asked.output / _FOUND, asked.processes):
+        rows += found.rows
+        pictures += found.pictures
+        steps += found.steps
+        console.print(_table([row for row in found.rows if row.level]))
+        for promise in found.steps:
             kept = "kept" if promise.rmse <= promise.limit else "missed"
             numbers = f"{promise.step_voxels:.3g} voxels, {promise.rmse:.4f} of {promise.limit:.4f} promised"
             console.print(f"step of level {promise.level}: {numbers}, {kept}")

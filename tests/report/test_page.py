@@ -143,7 +143,7 @@ def test_the_page_says_in_words_what_the_tolerance_lets_a_person_see(elements: E
 
 
 def test_the_least_kept_light_of_each_level_is_shown_beside_that_of_box_means(elements: Elements) -> None:
-    assert "Level 1 ✓ within kept light 0.80 box reference 0.40 view superior thin structures 2" in words(elements)
+    assert "Level 1 kept light 0.80 box reference 0.40 view superior thin structures 2" in words(elements)
 
 
 def test_the_draw_time_stands_with_the_samples_that_are_taken(elements: Elements) -> None:

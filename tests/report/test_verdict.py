@@ -1,7 +1,7 @@
 """Judging a package."""
 
 import pytest
-from sample_report import level_drawing, report_of, seen
+from sample_report import in_full, level_drawing, level_view, report_of, seen
 
 from volprep.validation.report_record import Report
 from volprep.validation.verdict import is_worse, judge, may_be_preview, passes, share_of
@@ -81,20 +81,28 @@ def test_levels_for_previews_are_judged_by_the_looser_of_both_tolerances() -> No
 @pytest.mark.parametrize("numbers", [seen(0.04), seen(0.01, flip=0.14), seen(0.01, kept=0.3)])
 def test_each_number_can_be_worse_than_that_of_box_means(numbers) -> None:
     box = seen(0.03, flip=0.1, kept=0.4)
-    assert is_worse(numbers, box, seen(0.001, flip=0.005))
-    assert not is_worse(box, box, seen(0.001, flip=0.005))
-    assert not is_worse(numbers, box, seen(0.02, flip=0.05, kept=0.8))
+    assert is_worse(level_view(numbers, box), seen(0.001, flip=0.005))
+    assert not is_worse(level_view(box, box), seen(0.001, flip=0.005))
+    assert not is_worse(level_view(numbers, box), seen(0.02, flip=0.05, kept=0.8))
+
+
+def test_kept_light_is_compared_with_that_of_box_means_in_large_pictures() -> None:
+    box, finest = seen(0.03, flip=0.1, kept=0.9), seen(0.001, flip=0.005)
+    small = level_view(seen(0.03, flip=0.1, kept=0.3), box, full=in_full(box))
+    assert not is_worse(small, finest)
+    assert is_worse(small.model_copy(update={"full": in_full(small.seen)}), finest)
 
 
 def test_what_8_bits_round_makes_no_level_worse() -> None:
-    assert not is_worse(seen(0.0318, flip=0.109, kept=0.36), seen(0.03, flip=0.1, kept=0.4), seen(0.0, flip=0.0))
+    level = level_view(seen(0.0318, flip=0.109, kept=0.36), seen(0.03, flip=0.1, kept=0.4))
+    assert not is_worse(level, seen(0.0, flip=0.0))
 
 
 def test_a_level_keeps_less_than_box_means_only_if_it_does_for_certain() -> None:
     box, finest = seen(0.03, flip=0.1, kept=0.53, within=0.1), seen(0.0, flip=0.0)
-    assert is_worse(seen(0.03, flip=0.1, kept=0.46), box, finest)
-    assert not is_worse(seen(0.03, flip=0.1, kept=0.46, within=0.07), box, finest)
-    assert is_worse(seen(0.03, flip=0.1, kept=0.2, within=0.07), box, finest)
+    assert is_worse(level_view(seen(0.03, flip=0.1, kept=0.46), box), finest)
+    assert not is_worse(level_view(seen(0.03, flip=0.1, kept=0.46, within=0.07), box), finest)
+    assert is_worse(level_view(seen(0.03, flip=0.1, kept=0.2, within=0.07), box), finest)
 
 
 def test_a_level_may_be_for_previews_only_if_box_means_are_beyond_the_tolerance() -> None:

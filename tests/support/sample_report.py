@@ -19,7 +19,15 @@ from volprep.validation.records import (
     ViewResult,
 )
 from volprep.validation.report_record import Cost, PackageFacts, Report
-from volprep.validation.seen_records import KeptLight, LeastKept, OtherDrawing, OtherView, SeenNumbers
+from volprep.validation.seen_records import (
+    FullSize,
+    KeptLight,
+    LeastKept,
+    OtherDrawing,
+    OtherView,
+    SeenNumbers,
+    SizeErrors,
+)
 from volprep.validation.times import Milliseconds
 from volprep.validation.verdict import judge, passes
 from volprep_formats.grid import Grid
@@ -68,11 +76,24 @@ def seen(
     )
 
 
+def in_full(numbers: SeenNumbers) -> FullSize:
+    """The same errors in large pictures."""
+    return FullSize(**{name: getattr(numbers, name) for name in FullSize.model_fields})
+
+
+def level_view(numbers: SeenNumbers, box: SeenNumbers, **view: object) -> OtherView:
+    """One view of a coarse level beside the box reference; errors are the same in pictures of every size."""
+    fields = {"passed": False, "rmse": numbers.rmse / 2, "shift_voxels": 0.02, **view}
+    fields = {"full": in_full(numbers), "box_full": in_full(box), **fields}
+    return OtherView(view="anterior-left", seen=numbers, box=box, **fields)
+
+
 def level_drawing(
     level: int, numbers: SeenNumbers, *, preview: bool = False, excused: bool = False, **view: object
 ) -> OtherDrawing:
     """A coarse level in one view."""
-    fields = {"passed": False, "rmse": numbers.rmse / 2, "shift_voxels": 0.02, "box": seen(0.03, flip=0.1, kept=0.4)}
+    found = level_view(numbers, seen(0.03, flip=0.1, kept=0.4), **view)
+    size = {name: getattr(numbers, name) for name in ("rmse", "flip", "kept_light")}
     return OtherDrawing(
         item=f"level {level} with skin",
         program="raycast",
@@ -80,7 +101,9 @@ def level_drawing(
         preview_only=preview,
         excused=excused,
         pixels=48,
-        views=(OtherView(view="anterior-left", seen=numbers, **{**fields, **view}),),
+        sizes=(SizeErrors(pixels=48, passed=found.passed, **size),),
+        right_up_to_pixels=48 if found.passed else None,
+        views=(found,),
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from volprep.truth.camera import standard_views
-from volprep.validation.pixels import judged_level
+from volprep.validation.pixels import errors_by_size, judged_level
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Tolerance
@@ -43,3 +43,34 @@ def test_a_level_that_lies_where_box_means_lie_is_not_shifted() -> None:
     assert shift("box", {"anterior": blob(0.0)}) == pytest.approx(0.5, abs=0.05)
     assert shift("box", {"anterior": blob(HALF)}) == pytest.approx(0.0, abs=0.01)
     assert shift("box", {"posterior": blob(0.0)}) is None
+
+
+def sizes(drawn: float, allowed: float) -> list[tuple[int, bool]]:
+    """Sizes of pictures in which a ball so many pixels to the right is measured, and whether it is within."""
+    grid = Grid.of((64, 64, 64), (2.0, 2.0, 2.0))
+    level = Level(index=1, factors_zyx=(2, 2, 2), grid=grid, texture_from_box_per_mm_xyz=(1.0, 1.0, 1.0), filter="box")
+    subject: Any = SimpleNamespace(shape_hw=(SIDE, SIDE), cameras=standard_views(grid), is_lit=False)
+    tolerance = Tolerance(rmse=allowed, flip=1.0, kept_light=0.0)
+    pictures, truths = {"anterior": blob(drawn)}, {"anterior": blob(0.0)}
+    found = [judged_level("anterior", pictures["anterior"], truths["anterior"], tolerance, subject, level)]
+    by_size = errors_by_size(pictures, truths, found, tolerance, subject, level)
+    assert found[0].seen.rmse in {each.rmse for each in by_size}
+    return [(each.pixels, each.passed) for each in by_size]
+
+
+def test_a_level_is_measured_in_smaller_pictures_until_it_is_right_and_in_full_if_it_is() -> None:
+    assert sizes(2.0, allowed=0.5) == [(256, True), (111, True)]
+    assert sizes(2.0, allowed=1e-6) == [(111, False), (55, False)]
+
+
+def test_thin_things_of_a_level_are_those_of_pictures_in_which_its_voxels_are_pixels() -> None:
+    """A line of two pixels is thin where a voxel has four of them; with one pixel for a voxel it is faint."""
+    line = np.zeros((SIDE, SIDE, 4), np.float32)
+    line[20:230, 128:130] = 0.08
+    level = Level(index=2, factors_zyx=(4, 4, 4), grid=GRID, texture_from_box_per_mm_xyz=(1.0, 1.0, 1.0), filter="box")
+    subject: Any = SimpleNamespace(shape_hw=(SIDE, SIDE), cameras=standard_views(GRID), is_lit=False)
+    found = judged_level("anterior", np.zeros_like(line), line, Tolerance(), subject, level)
+    assert found.full is not None
+    assert found.full.thin_things == 1
+    assert found.full.kept_light == pytest.approx(0.0, abs=0.01)
+    assert found.seen.thin_things == 0

@@ -195,7 +195,8 @@ def _previews_in_words(report: Report) -> str:
     allowed = report.tolerance.of_previews
     limits = f"FLIP {allowed.flip:g}, RMSE {allowed.rmse:g}, kept light {allowed.kept_light:g}"
     within = [each for each in previews if each.within]
-    told = f"{len(within)} of {len(previews)} levels for previews are within their tolerance ({limits})"
+    told = f"{len(within)} of {len(previews)} levels for previews are within their tolerance ({limits}), where one of "
+    told += "their voxels is about one pixel"
     meaning = "a person who compares sees a difference, and no thin thing is missing"
     others = "; of the others box means of the scan are beyond it, too" if len(within) < len(previews) else ""
     worse = "" if report.verdict.worse else "; none is worse than box means"

@@ -2,7 +2,7 @@
 
 from volprep.validation.folder import PICTURES, ReportFolder
 from volprep.validation.seen import place_picture
-from volprep.validation.seen_records import KeptLight, SeenNumbers
+from volprep.validation.seen_records import FullSize, KeptLight, SeenNumbers
 from volprep_formats.arrays import FloatArray
 
 
@@ -11,7 +11,7 @@ def kept_light(  # noqa: PLR0917 - a place, and how it is named
     program: str,
     level: int,
     view: str,
-    seen: SeenNumbers,
+    seen: SeenNumbers | FullSize,
     drawn_and_truth: tuple[FloatArray, FloatArray],
     box: float | None,
 ) -> KeptLight | None:

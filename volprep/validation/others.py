@@ -2,8 +2,9 @@
 
 A coarse level is for pictures in which one of its voxels is about one pixel. It is compared at that size: its picture
 and the truth are drawn as large as in the report, and averaged down, so that the error of neither depends on
-which detail a pixel's centre happens to meet. The box reference (references.py) is treated the same way: no level may
-be worse.
+which detail a pixel's centre happens to meet. With one ray for such a pixel level 0 itself is beyond every tolerance:
+0.04 to 0.06 on eight scans, as much as level 1. The box reference (references.py) is treated the same way: no level may
+be worse. The report also has the size of the largest picture in which a level is within its tolerance.
 
 A level for previews has a tolerance of its own. It may be beyond it only if the reference is. The reference is drawn in
 three views; if none of them excuses a level that is beyond, it is also drawn in the level's worst view.
@@ -15,7 +16,7 @@ scan, small and in three views.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -29,11 +30,11 @@ from volprep.truth.part import picture_of_part
 from volprep.validation.bench import Bench
 from volprep.validation.edits_and_cuts import OBLIQUE, judge_cut, judge_edit, part_of_scan
 from volprep.validation.kept_light import kept_light
-from volprep.validation.pixels import Picture, judged, judged_level, pixels_of
+from volprep.validation.pixels import Picture, errors_by_size, judged, judged_level, pixels_of
 from volprep.validation.records import ProgramResult
 from volprep.validation.references import REFERENCE_VIEWS, References, reference_view
 from volprep.validation.seen import width_pixels
-from volprep.validation.seen_records import KeptLight, OtherDrawing, OtherView, SeenNumbers
+from volprep.validation.seen_records import FullSize, KeptLight, OtherDrawing, OtherView, SeenNumbers
 from volprep.validation.subject import Subject
 from volprep.validation.verdict import may_be_preview, share_of
 from volprep.validation.views import ViewedProgram
@@ -92,28 +93,36 @@ def _coarse_levels(
         bench.progress.advance()
 
 
-def _boxes(
-    bench: Bench, viewed: ViewedProgram, level: Level, drawn: Mapping[str, Float64Array]
-) -> dict[str, SeenNumbers]:
+@dataclass(frozen=True)
+class _Box:
+    """Errors of the box reference in one view."""
+
+    seen: SeenNumbers
+    """Where a voxel of the level is a pixel."""
+    full: FullSize | None
+    """In pictures as large as the report's."""
+
+
+def _boxes(bench: Bench, viewed: ViewedProgram, level: Level, drawn: Mapping[str, Float64Array]) -> dict[str, _Box]:
     """Compare the box reference of a level with the truth as the level is compared."""
     with bench.clock.part("comparing"):
         found = [
             judged_level(name, box.astype(np.float32), viewed.truths[name], Tolerance(), bench.subject, level)
             for name, box in drawn.items()
         ]
-    return {view.view: view.seen for view in found}
+    return {view.view: _Box(view.seen, view.full) for view in found}
 
 
 def _coarse_level(
     bench: Bench,
     chosen: Renderer,
     viewed: ViewedProgram,
-    boxes: Mapping[str, SeenNumbers],
+    boxes: Mapping[str, _Box],
     box_pictures: Mapping[str, Float64Array] | None,
 ) -> tuple[OtherDrawing, KeptLight | None]:
     subject, level = bench.subject, chosen.level
     tolerance = subject.render.tolerance
-    is_preview = bool(level.preview_only) and may_be_preview([*boxes.values()], tolerance)
+    is_preview = bool(level.preview_only) and _excuse(boxes, tolerance)
     if is_preview:
         tolerance = tolerance.of_previews
     pictures: dict[str, Picture] = {}
@@ -125,27 +134,52 @@ def _coarse_level(
             judged_level(name, drawn, viewed.truths[name], tolerance, subject, level, box_pictures)
             for name, drawn in pictures.items()
         ]
-    if is_preview and not may_be_preview([*boxes.values()], tolerance):
+    if is_preview and not _excuse(boxes, tolerance):
         boxes = {**boxes, **_box_in_worst_view(bench, viewed, chosen, found)}
-    views = tuple(view.model_copy(update={"box": boxes.get(view.view)}) for view in found)
+    with bench.clock.part("comparing"):
+        sizes = errors_by_size(pictures, viewed.truths, found, tolerance, subject, level)
+    views = tuple(_with_box(view, boxes.get(view.view)) for view in found)
     drawing = OtherDrawing(
         item=f"level {level.index} with {chosen.program.transfer}",
         program=chosen.program.name,
         level=level.index,
         preview_only=is_preview,
-        excused=is_preview and may_be_preview([*boxes.values()], tolerance),
+        excused=is_preview and _excuse(boxes, tolerance),
         pixels=pixels_of(subject, level),
+        sizes=sizes,
+        right_up_to_pixels=next((each.pixels for each in sizes if each.passed), None),
         views=views,
     )
-    least = min(views, key=lambda view: view.seen.kept_light)
-    shown = (pictures[least.view], viewed.truths[least.view])
-    box = min((each.kept_light for each in boxes.values()), default=None)
-    return drawing, kept_light(bench.folder, chosen.program.name, level.index, least.view, least.seen, shown, box)
+    return drawing, _least_kept(bench, chosen, views, pictures, viewed)
+
+
+def _excuse(boxes: Mapping[str, _Box], tolerance: Tolerance) -> bool:
+    """Return whether box means are beyond the tolerance in a view."""
+    return may_be_preview([box.seen for box in boxes.values()], tolerance)
+
+
+def _with_box(view: OtherView, box: _Box | None) -> OtherView:
+    return view if box is None else view.model_copy(update={"box": box.seen, "box_full": box.full})
+
+
+def _least_kept(
+    bench: Bench,
+    chosen: Renderer,
+    views: Sequence[OtherView],
+    pictures: Mapping[str, Picture],
+    viewed: ViewedProgram,
+) -> KeptLight | None:
+    """Write the place that keeps the least light in large pictures, which show more thin things than small ones."""
+    full = {view.view: view.full for view in views if view.full is not None}
+    least = min(full, key=lambda name: full[name].kept_light)
+    shown = (pictures[least], viewed.truths[least])
+    box = min((view.box_full.kept_light for view in views if view.box_full is not None), default=None)
+    return kept_light(bench.folder, chosen.program.name, chosen.level.index, least, full[least], shown, box)
 
 
 def _box_in_worst_view(
     bench: Bench, viewed: ViewedProgram, chosen: Renderer, found: Sequence[OtherView]
-) -> dict[str, SeenNumbers]:
+) -> dict[str, _Box]:
     """Compare the box reference with the truth in the view in which the level is furthest beyond; none if in no view.
 
     Not in a view in which it was drawn: there it is within.

@@ -1,15 +1,16 @@
 """Pictures of the size that a coarse level is meant for, and whether they are within the tolerance."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.averaged import averaged
-from volprep.truth.kept_light import thin_things
-from volprep.validation.seen import seen_numbers, shift_voxels, width_pixels
-from volprep.validation.seen_records import OtherView
+from volprep.truth.kept_light import ThinThing, thin_things
+from volprep.truth.seen import seen_error
+from volprep.validation.seen import full_size, seen_numbers, shift_voxels, width_pixels
+from volprep.validation.seen_records import OtherView, SeenNumbers, SizeErrors
 from volprep.validation.subject import Subject
 from volprep.validation.verdict import passes
 from volprep_formats.arrays import FloatArray
@@ -21,6 +22,8 @@ _WIDENING: frozenset[LevelFilter] = frozenset({"maximum", "minimum"})
 """Filters that widen things by up to a voxel of the level. A thing that the volume cuts off becomes wider on its other
 side alone, which looks the same as a shift: a level of maxima of a whole head, right to the byte, seemed to be
 shifted by 0.47 voxels."""
+_LEAST_PIXELS = 32
+"""Width of the smallest pictures in which a level is measured. Smaller ones have too few pixels for FLIP."""
 
 
 def pixels_of(subject: Subject, level: Level) -> int:
@@ -50,6 +53,8 @@ def judged_level(  # noqa: PLR0917 - a view, and how it is looked at
 ) -> OtherView:
     """Compare one view of a coarse level with the truth, at the size that the level is meant for.
 
+    Everything that the tolerance limits is measured at that size. RMSE and kept light are also measured in pictures as
+    large as the report's: they are reported, and no level may keep less light there than box means do.
     Its largest error is only reported: it is the error of one pixel at an outline, where any smaller picture differs.
     Thin things of a lit level are measured in the opacity: gradients of coarser voxels shade a crease or a cut face
     otherwise, and nothing is missing there. A head's ear seemed to keep -3.1 of the light of a crease.
@@ -62,17 +67,67 @@ def judged_level(  # noqa: PLR0917 - a view, and how it is looked at
     one, other = averaged(drawn, pixels), averaged(truth, pixels)
     places = [other] if boxes is None else [other, averaged(boxes[view], pixels)] if view in boxes else []
     shifts = [shift_voxels(one, place, len(truth), width / 2) for place in places]
-    matter = slice(3, None) if subject.is_lit else slice(None)
-    seen = seen_numbers(one, other, thin_things(drawn[..., matter], truth[..., matter], width))
+    seen = _seen_at(drawn, truth, pixels, subject, level)
     return OtherView(
         view=view,
         passed=passes(seen, tolerance.model_copy(update={"maximum": 1.0})),
         rmse=rmse_of(one, other),
         seen=seen,
+        full=full_size(seen_error(drawn, truth).rmse, _things(drawn, truth, subject, level)),
         shift_voxels=None
         if level.filter in _WIDENING
         else min((shift for shift in shifts if shift is not None), default=None),
     )
+
+
+def errors_by_size(  # noqa: PLR0917 - the pictures, what they show, and the limits
+    drawn: Mapping[str, Picture],
+    truths: Mapping[str, Picture],
+    found: Sequence[OtherView],
+    tolerance: Tolerance,
+    subject: Subject,
+    level: Level,
+) -> tuple[SizeErrors, ...]:
+    """Measure a coarse level, whose views are `found`, in pictures of other sizes; the largest pictures come first.
+
+    If it is within the tolerance where one of its voxels is a pixel, the other size is that of the report. Otherwise
+    pictures are halved until it is within the tolerance.
+    """
+    allowed = tolerance.model_copy(update={"maximum": 1.0})
+
+    def errors_at(pixels: int) -> SizeErrors:
+        return _worst(pixels, [_seen_at(drawn[name], truths[name], pixels, subject, level) for name in drawn], allowed)
+
+    pixels = pixels_of(subject, level)
+    sizes = [_worst(pixels, [view.seen for view in found], allowed)]
+    if sizes[0].passed:
+        return errors_at(subject.shape_hw[0]), *sizes
+    while not sizes[-1].passed and sizes[-1].pixels // 2 >= _LEAST_PIXELS:
+        sizes.append(errors_at(sizes[-1].pixels // 2))
+    return tuple(sizes)
+
+
+def _worst(pixels: int, views: Sequence[SeenNumbers], allowed: Tolerance) -> SizeErrors:
+    return SizeErrors(
+        pixels=pixels,
+        rmse=max(view.rmse for view in views),
+        flip=max(view.flip for view in views),
+        kept_light=min(view.kept_light for view in views),
+        passed=all(passes(view, allowed) for view in views),
+    )
+
+
+def _seen_at(drawn: Picture, truth: Picture, pixels: int, subject: Subject, level: Level) -> SeenNumbers:
+    """Compare a level with the truth in pictures of so many pixels."""
+    one, other = averaged(drawn, pixels), averaged(truth, pixels)
+    return seen_numbers(one, other, _things(one, other, subject, level))
+
+
+def _things(drawn: Picture, truth: Picture, subject: Subject, level: Level) -> tuple[ThinThing, ...]:
+    """Return the thin things of a level in pictures of any size."""
+    matter = slice(3, None) if subject.is_lit else slice(None)
+    width = width_pixels(subject.cameras.values(), level.grid, len(truth))
+    return thin_things(drawn[..., matter], truth[..., matter], width)
 
 
 def rmse_of(picture: FloatArray, truth: FloatArray) -> float:

@@ -10,7 +10,7 @@ from volprep.truth.kept_light import ThinThing, kept_at_most, least_kept
 from volprep.truth.picture import encoded
 from volprep.truth.seen import seen_error, seen_flip
 from volprep.truth.shift import shift_pixels
-from volprep.validation.seen_records import LeastKept, SeenNumbers
+from volprep.validation.seen_records import FullSize, LeastKept, SeenNumbers
 from volprep_formats.arrays import FloatArray, UInt8Array
 from volprep_formats.grid import Grid
 
@@ -27,12 +27,8 @@ def width_pixels(cameras: Iterable[Camera], grid: Grid, pixels: int) -> float:
 
 
 def seen_numbers(picture: FloatArray, truth: FloatArray, things: Sequence[ThinThing]) -> SeenNumbers:
-    """Compare two square pictures [H, W, 4], premultiplied linear, over seen pixels.
-
-    `things` are the thin things, which may have been measured in larger pictures of the same.
-    """
+    """Compare two square pictures [H, W, 4], premultiplied linear, over seen pixels; `things` are the thin things."""
     error, flip = seen_error(picture, truth), seen_flip(picture, truth)
-    least = things[0] if things else None
     return SeenNumbers(
         share=error.share,
         rmse=error.rmse,
@@ -42,8 +38,25 @@ def seen_numbers(picture: FloatArray, truth: FloatArray, things: Sequence[ThinTh
         kept_light=least_kept(things),
         kept_light_at_most=kept_at_most(things),
         thin_things=len(things),
-        least_kept=None if least is None else LeastKept(rows=least.rows, columns=least.columns, light=least.light),
+        least_kept=_place(things),
     )
+
+
+def full_size(rmse: float, things: Sequence[ThinThing]) -> FullSize:
+    """Return the error of a coarse level in large pictures, with the thin things that were measured in them."""
+    return FullSize(
+        rmse=rmse,
+        kept_light=least_kept(things),
+        kept_light_at_most=kept_at_most(things),
+        thin_things=len(things),
+        least_kept=_place(things),
+    )
+
+
+def _place(things: Sequence[ThinThing]) -> LeastKept | None:
+    """Return the place of the thing that keeps the least light, which is the first."""
+    least = things[0] if things else None
+    return None if least is None else LeastKept(rows=least.rows, columns=least.columns, light=least.light)
 
 
 def shift_voxels(picture: FloatArray, truth: FloatArray, size: int, voxel_pixels: float) -> float | None:

@@ -51,6 +51,36 @@ class SeenNumbers(Record):
     """Place that keeps the least light; null without thin things."""
 
 
+class FullSize(Record):
+    """The error of a coarse level in pictures as large as the report's, where each of its voxels covers more pixels."""
+
+    rmse: NonNegative
+    """Root mean square over seen pixels and the four channels, premultiplied linear."""
+    kept_light: float
+    """Kept light as in `SeenNumbers`."""
+    kept_light_at_most: float
+    """Kept light plus its uncertainty, as in `SeenNumbers`."""
+    thin_things: _Pixel
+    """Number of thin things."""
+    least_kept: LeastKept | None
+    """Place that keeps the least light; null without thin things."""
+
+
+class SizeErrors(Record):
+    """The errors of a coarse level in pictures of one size: those of the worst view."""
+
+    pixels: Count
+    """Width and height; each pixel is the mean of several of a larger picture, but at the size of the report."""
+    rmse: NonNegative
+    """Root mean square over seen pixels and the four channels, premultiplied linear."""
+    flip: NonNegative
+    """FLIP."""
+    kept_light: float
+    """Light that the thin thing keeps that keeps the least; 1 without thin things."""
+    passed: bool
+    """Whether every view is within the tolerance by which the level is judged."""
+
+
 class OtherView(Record):
     """One standard view of something that is not drawn at the finest level of the package."""
 
@@ -62,8 +92,10 @@ class OtherView(Record):
     rmse: NonNegative
     """Root mean square error over all pixels and channels, premultiplied linear."""
     seen: SeenNumbers
-    """The error as a person sees it. Things of a coarse level are measured in pictures as large as the report's; if it
-    is lit, in their opacity."""
+    """The error as a person sees it, in pictures of the size of the drawing's `pixels`. Thin things of a lit coarse
+    level are measured in their opacity."""
+    full: FullSize | None = None
+    """The error of a coarse level in pictures as large as the report's; null for everything else."""
     shift_voxels: NonNegative | None = None
     """Shift of a coarse level's picture against the truth or the box reference, whichever is smaller, in voxels of the
     level; null if it was not measured, as in views without the reference, and for levels of maxima or minima, which are
@@ -71,6 +103,8 @@ class OtherView(Record):
     box: SeenNumbers | None = None
     """Error of the box reference in this view: means of the scan's voxels with the common table, drawn by the oracle;
     null if it was not drawn."""
+    box_full: FullSize | None = None
+    """The same in pictures as large as the report's."""
 
 
 class OtherDrawing(Record):
@@ -89,6 +123,12 @@ class OtherDrawing(Record):
     """Whether it may be beyond that tolerance, because the box reference is, too; but no worse than the reference."""
     pixels: Count
     """Width and height of the pictures: one pixel for a voxel of a level, or the size of the report's pictures."""
+    sizes: tuple[SizeErrors, ...] = ()
+    """Errors of a coarse level by size, the largest pictures first: at `pixels`; at the size of the report if it is
+    within the tolerance there, else at sizes halved until it is, or the pictures have fewer than 32 pixels."""
+    right_up_to_pixels: Count | None = None
+    """Size of the largest of these pictures that is within the tolerance by which the level is judged; null if none
+    is, and for everything but coarse levels."""
     views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
     """Standard views."""
 
@@ -111,6 +151,11 @@ class OtherDrawing(Record):
     def kept_light(self) -> float:
         """Light that the thin thing keeps that keeps the least in any view."""
         return min(view.seen.kept_light for view in self.views)
+
+    @property
+    def full_rmse(self) -> float | None:
+        """RMSE over seen pixels of the worst view of a coarse level, in pictures as large as the report's."""
+        return max((view.full.rmse for view in self.views if view.full is not None), default=None)
 
     @property
     def shift_voxels(self) -> float:

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from volprep.truth.verdict_code import VerdictCode
 from volprep.validation.records import ErrorNumbers, ProgramResult
-from volprep.validation.seen_records import NonNegative, OtherDrawing, SeenNumbers
+from volprep.validation.seen_records import FullSize, NonNegative, OtherDrawing, OtherView, SeenNumbers
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.record import Record
@@ -32,6 +32,8 @@ class PreviewOutcome(Record):
     """Root mean square error over seen pixels of the worst view, with one pixel for a voxel of the level."""
     within: bool
     """Whether it is within the tolerance of levels for previews."""
+    right_up_to_pixels: Count | None = None
+    """Size of the largest pictures, of those that were measured, in which it is within that tolerance; null if none."""
 
 
 class Verdict(Record):
@@ -122,18 +124,28 @@ def share_of_errors(rmse: float, maximum: float, tolerance: Tolerance) -> float:
     )
 
 
-def is_worse(level: SeenNumbers, box: SeenNumbers, finest: SeenNumbers) -> bool:
-    """Return whether a coarse level is worse than the box reference in the same view.
+def is_worse(level: OtherView, finest: SeenNumbers) -> bool:
+    """Return whether a view of a coarse level is worse than the box reference; false if that was not drawn.
 
+    Light of thin things is compared in pictures as large as the report's, RMSE and FLIP where a voxel is a pixel.
     The reference has the scan's own values and no steps. So a level may be worse by what codes and steps make of the
     `finest` level in this view, by rounding, and by the uncertainty of its kept light.
     """
-    lost = max(1.0 - finest.kept_light, 0.0)
+    seen, box = level.seen, level.box
+    if box is None:
+        return False
     return (
-        level.rmse > _WORSE * box.rmse + finest.rmse + _ROUNDING_RMSE
-        or level.flip > _WORSE * box.flip + finest.flip + _ROUNDING_FLIP
-        or min(level.kept_light_at_most, 1.0) < min(box.kept_light, 1.0) - lost - _ROUNDING_KEPT
+        seen.rmse > _WORSE * box.rmse + finest.rmse + _ROUNDING_RMSE
+        or seen.flip > _WORSE * box.flip + finest.flip + _ROUNDING_FLIP
+        or _keeps_less(level.full, level.box_full, finest)
     )
+
+
+def _keeps_less(level: FullSize | None, box: FullSize | None, finest: SeenNumbers) -> bool:
+    if level is None or box is None:
+        return False
+    lost = max(1.0 - finest.kept_light, 0.0)
+    return min(level.kept_light_at_most, 1.0) < min(box.kept_light, 1.0) - lost - _ROUNDING_KEPT
 
 
 def may_be_preview(boxes: Sequence[SeenNumbers], tolerance: Tolerance) -> bool:
@@ -214,7 +226,7 @@ def _code(faults: Mapping[VerdictCode, object]) -> VerdictCode:
 
 def _has_worse_view(other: OtherDrawing, program: ProgramResult) -> bool:
     finest = {view.view: view.seen for view in program.views}
-    return any(view.box is not None and is_worse(view.seen, view.box, finest[view.view]) for view in other.views)
+    return any(is_worse(view, finest[view.view]) for view in other.views)
 
 
 def _items(others: Iterable[OtherDrawing]) -> tuple[str, ...]:
@@ -228,4 +240,7 @@ def _previews(others: Sequence[OtherDrawing]) -> tuple[PreviewOutcome, ...]:
         # Two programs may draw one level: the worse of them counts.
         if other.preview_only and (other.item not in told or other.rmse >= told[other.item].rmse):
             told[other.item] = other
-    return tuple(PreviewOutcome(item=name, rmse=other.rmse, within=other.passed) for name, other in told.items())
+    return tuple(
+        PreviewOutcome(item=name, rmse=other.rmse, within=other.passed, right_up_to_pixels=other.right_up_to_pixels)
+        for name, other in told.items()
+    )
