@@ -2,11 +2,13 @@
 
 The segments are the regions of 1000 random points in a cube, of which 36 % of the cells hold several; beside them one
 segment that fills the cube. Pictures are drawn in turn, so that what else runs disturbs all alike. Lit pictures, in
-which every second region is hidden, are compared with the lit scan alone.
+which every second region is hidden, are compared with the lit scan alone. On a software driver the time is that of the
+processor, on a GPU the time until the driver has finished.
+
+``python -m tests.benchmarks.bench_segments`` measures these alone.
 """
 
 import tempfile
-import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import product
@@ -28,8 +30,14 @@ from volprep.truth.camera import standard_views
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
+from .drawing_time import honest_clock
+from .waking import is_software, wake
+
 _SIDE = 96
-_PICTURE = (192, 192)
+_PICTURE = {True: (192, 192), False: (1536, 1536)}
+"""Height and width of a picture, by whether the driver is a software driver: a GPU takes milliseconds for it."""
+_REPEATS = {True: 1, False: 9}
+"""Pictures of a round; the median counts."""
 _ROUNDS = 7
 _POINTS = (
     {"value": 0.0, "colour": "#404040", "extinction_per_mm": 0.002},
@@ -128,13 +136,21 @@ def _ratios(packages: list[Package]) -> list[float]:
         renderers = [stack.enter_context(Renderer(each, target="rgba8")) for each in packages]
         camera = standard_views(renderers[0].level.grid, "orthographic")["anterior-left"]
         matrix = camera.box_from_clip(renderers[0].level.grid, 1.0)
-        rounds = [[_seconds(each, matrix) for each in renderers] for _ in range(_ROUNDS + 1)]
+        wake(renderers[0].driver.renderer, lambda: _milliseconds(renderers[0], matrix))
+        rounds = [[_milliseconds(each, matrix) for each in renderers] for _ in range(_ROUNDS + 1)]
     # The driver compiles shaders in the first round.
     times = np.array(rounds[1:])
     return [float(each) for each in np.median(times[:, 1:] / times[:, :1], axis=0)]
 
 
-def _seconds(renderer: Renderer, matrix: np.ndarray) -> float:
-    began = time.process_time()
-    renderer.render(matrix, _PICTURE)
-    return time.process_time() - began
+def _milliseconds(renderer: Renderer, matrix: np.ndarray) -> float:
+    name = renderer.driver.renderer
+    software = is_software(name)
+    return renderer.time_ms(
+        matrix, _PICTURE[software], repeats=_REPEATS[software], clock=honest_clock(name), warm=not software
+    )
+
+
+if __name__ == "__main__":
+    shown = Console()
+    shown.print(segments_table(measure_segments(shown)))
