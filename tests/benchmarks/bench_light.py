@@ -5,6 +5,8 @@ in Markdown: decibels, size, preparation and drawing. Each way is a package that
 on the driver at hand. The truth is multiple scattering under a white sky; every picture may have one factor of
 brightness, the one that suits it best, so that a way is not judged by its exposure. `--every` takes each Nth voxel
 along each axis. `--ways` takes the first way and those whose names have the words: OpenGL ES 2 has no shadows.
+`--timed-pixels` is the width and height of the pictures that are timed; a GPU needs about 1024. Times are of the
+processor on a software driver, and of the wall clock on a GPU.
 """
 
 import argparse
@@ -12,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,9 +32,12 @@ from volprep_formats.package.parts.light.model import LightChannels, LightModel
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
+from .waking import is_software, wake
+
 VIEWS = ("anterior", "anterior-left", "superior")
 PIXELS = 64
 PATHS = 256
+_ROUNDS = 3
 _LAMP = "light_mm = [-150.0, -220.0, 180.0]\n"
 _SCENE = """name = "s"
 profile = "{profile}"
@@ -128,19 +134,33 @@ def truths(
     }
 
 
-def draw(made: Made, views: Sequence[str] = VIEWS, pixels: int = PIXELS) -> tuple[list[Float64Array], list[float]]:
-    """Draw all views, and return the processor's milliseconds of each."""
+def draw(made: Made, views: Sequence[str] = VIEWS, pixels: int = PIXELS) -> list[Float64Array]:
+    """Draw all views."""
     grid = made.package.manifest.levels[0].grid
-    pictures, took = [], []
+    cameras = [standard_views(grid)[name].box_from_clip(grid, 1.0) for name in views]
+    with _renderer(made) as renderer:
+        return [renderer.render(camera, (pixels, pixels)).astype(np.float64) for camera in cameras]
+
+
+def drawing_ms(made: Sequence[Made], pixels: int, rounds: int = _ROUNDS) -> Float64Array:
+    """Return the milliseconds of a picture, [round, way]: means over the views, with all ways in turn in each round."""
+    grid = made[0].package.manifest.levels[0].grid
+    cameras = [standard_views(grid)[name].box_from_clip(grid, 1.0) for name in VIEWS]
+    found = np.zeros((rounds, len(made)))
+    with ExitStack() as stack:
+        renderers = [stack.enter_context(_renderer(each)) for each in made]
+        driver = renderers[0].driver.renderer
+        clock = time.process_time if is_software(driver) else time.perf_counter
+        wake(driver, lambda: renderers[0].time_ms(cameras[0], (pixels, pixels), clock=clock))
+        for row, way in np.ndindex(found.shape):
+            times = [renderers[way].time_ms(camera, (pixels, pixels), repeats=3, clock=clock) for camera in cameras]
+            found[row, way] = np.mean(times)
+    return found
+
+
+def _renderer(made: Made) -> Renderer:
     target: TargetFormat = "rgba8" if made.package.manifest.profile.dialect == "es100" else "rgba32f"
-    with Renderer(made.package, level=0, target=target) as renderer:
-        for name in views:
-            camera = standard_views(grid)[name].box_from_clip(grid, 1.0)
-            renderer.render(camera, (pixels, pixels))
-            start = time.process_time()
-            pictures.append(renderer.render(camera, (pixels, pixels)).astype(np.float64))
-            took.append((time.process_time() - start) * 1000)
-    return pictures, took
+    return Renderer(made.package, level=0, target=target)
 
 
 def decibels(pictures: Sequence[Float64Array], traced: Sequence[TracedPicture]) -> tuple[float, float]:
@@ -161,6 +181,7 @@ def main() -> None:
     parser.add_argument("--preset", default="mr-head")
     parser.add_argument("--profile", default="gles3")
     parser.add_argument("--ways", default="")
+    parser.add_argument("--timed-pixels", type=int, default=PIXELS)
     asked = parser.parse_args()
     ways = [way for number, way in enumerate(WAYS) if number == 0 or asked.ways in way]
     found = read_scan(asked.scan)
@@ -176,18 +197,17 @@ def main() -> None:
         grey = list(truths(made[0], voxels).values())
         colour = list(truths(made[0], voxels, channels="rgb").values())
         drawn = [draw(each) for each in made]
-        again = [[draw(each)[1] for each in made] for _ in range(3)]
+        ms = drawing_ms(made, asked.timed_pixels)
         megabytes = [each.megabytes for each in made]
     write = sys.stdout.write
     write(f"{asked.scan.name}, {'×'.join(map(str, voxels.shape))} voxels, preset {asked.preset}, {asked.profile}\n\n")
     write(
         "| way | dB | brightness | MB | preparation, processor s | ms | times unlit |\n|---|---|---|---|---|---|---|\n"
     )
-    for i, (each, (pictures, _)) in enumerate(zip(made, drawn, strict=True)):
-        ms = float(np.median([sum(took[i]) / len(VIEWS) for took in again]))
-        times = float(np.median([sum(took[i]) / sum(took[0]) for took in again]))
+    for i, (each, pictures) in enumerate(zip(made, drawn, strict=True)):
+        times = float(np.median(ms[:, i] / ms[:, 0]))
         db, factor = decibels(pictures, colour if "colour" in each.way else grey)
-        cells = f"{db:.1f} | {factor:.2f} | {megabytes[i]:.2f} | {each.seconds:.1f} | {ms:.1f} | {times:.2f}"
+        cells = f"{db:.1f} | {factor:.2f} | {megabytes[i]:.2f} | {each.seconds:.1f} | {np.median(ms[:, i]):.2f} | {times:.2f}"
         write(f"| {each.way} | {cells} |\n")
 
 

@@ -42,7 +42,7 @@ def pictures(folder: Path, name: str, asked: argparse.Namespace) -> dict[str, Fl
         way: make(folder / str(i), way, voxels, (z, y, x), look, step_voxels=_SHADOW_STEP if "shadow" in way else _STEP)
         for i, way in enumerate(WAYS)
     }
-    found = {way: draw(each, (VIEW,), asked.pixels)[0][0] for way, each in made.items()}
+    found = {way: draw(each, (VIEW,), asked.pixels)[0] for way, each in made.items()}
     truth = truths(made["unlit"], voxels, (VIEW,), asked.pixels)[VIEW]
     best = found[WAYS[-1]]
     decibels = -10 * np.log10(max(float(squares_beyond_noise(best, truth).mean()), 1e-8))
