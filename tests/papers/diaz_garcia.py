@@ -207,7 +207,6 @@ def _views_text(bench: Bench) -> str:
     )
 
 
-
 def _table1(found: _Found, names: list[str], orders: tuple[Order, ...], views: str) -> PaperTable:
     rows: list[tuple[Cell, ...]] = []
     for name in names:
