@@ -4996,7 +4996,8 @@ static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* 
     return VOLPKG_OK;
 }
 
-static volpkg_code volpkg__mosaic_rules(volpkg__reader* r, const volpkg_texture* texture, const volpkg_level* level) {
+/* A mosaic of a texture holds so many slices, rows and columns. */
+static volpkg_code volpkg__mosaic_rules(volpkg__reader* r, const volpkg_texture* texture, const int32_t shape_zyx[3]) {
     const volpkg_mosaic* m = texture->mosaic;
     const volpkg__layout* layout = NULL;
     int64_t pitch_y = (int64_t)m->tile_shape_yx[0] + 2 * (int64_t)m->gutter + m->padding_yx[0];
@@ -5007,9 +5008,9 @@ static volpkg_code volpkg__mosaic_rules(volpkg__reader* r, const volpkg_texture*
         if (volpkg__layouts[i].internal_format[0] == texture->gl.internal_format ||
             volpkg__layouts[i].internal_format[1] == texture->gl.internal_format)
             layout = &volpkg__layouts[i];
-    VOLPKG__RULE(m->slices == level->grid.shape_zyx[0] && m->tile_shape_yx[0] == level->grid.shape_zyx[1] &&
-                     m->tile_shape_yx[1] == level->grid.shape_zyx[2],
-                 texture->name, "its mosaic has not the slices of its level");
+    VOLPKG__RULE(
+        m->slices == shape_zyx[0] && m->tile_shape_yx[0] == shape_zyx[1] && m->tile_shape_yx[1] == shape_zyx[2],
+        texture->name, "its mosaic has not the slices of its level");
     VOLPKG__RULE(tiles >= volpkg__tiles(m->slices, m->slices_per_texel, m->order) ||
                      tiles * m->textures >= volpkg__tiles(m->slices, m->slices_per_texel, m->order),
                  texture->name, "its mosaic has no room for its slices");
@@ -5071,12 +5072,12 @@ static volpkg_code volpkg__texture_rules(volpkg__reader* r, const volpkg_package
         return volpkg__table_rules(r, p, t, channel);
     if (t->role != VOLPKG_ROLE_VOLUME) {
         if (t->role == VOLPKG_ROLE_NORMALS && t->mosaic != NULL && level != NULL)
-            return volpkg__mosaic_rules(r, t, level);
+            return volpkg__mosaic_rules(r, t, level->grid.shape_zyx);
         return VOLPKG_OK; /* the parts that they belong to know them */
     }
     VOLPKG__RULE(level != NULL, t->name, "it holds a level that is not there");
-    if (t->mosaic != NULL)
-        VOLPKG__TRY(volpkg__mosaic_rules(r, t, level));
+    if (t->mosaic != NULL && t->bricks == NULL)
+        VOLPKG__TRY(volpkg__mosaic_rules(r, t, level->grid.shape_zyx));
     else if (t->mipmap < 0 && t->bricks == NULL)
         VOLPKG__RULE(is_3d && volpkg__same_shape(t->shape_zyx, level->grid.shape_zyx), t->name,
                      "it has no mosaic, so it must be 3D and have the shape of its level");
@@ -5270,7 +5271,7 @@ static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package
             if (t->role != VOLPKG_ROLE_VOLUME || t->level != program->levels.at[k] ||
                 !volpkg__texture_concerns(p, c, t))
                 continue;
-            drawn |= (t->mosaic != NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC) &&
+            drawn |= (t->mosaic != NULL && t->bricks == NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC) &&
                      (t->bricks != NULL) == (program->sampling == VOLPKG_SAMPLING_BRICKS);
             VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_ROLE_VOLUME, t->mosaic ? t->mosaic->textures : 1),
                          program->name, "it does not sample one volume in all its parts");
@@ -5345,9 +5346,16 @@ static volpkg_code volpkg__mipmap_rules(volpkg__reader* r, const volpkg_package*
 
 /* SPEC.md 16: each brick that is stored has its own place, and places are filled in order. */
 static volpkg_code volpkg__index_rules(volpkg__reader* r, const volpkg_texture* index, const volpkg_bricks* bricks) {
-    const unsigned char* entry = (const unsigned char*)index->texels;
-    int64_t count = index->texel_bytes / 4, i, stored = 0;
-    for (i = 0; i < count; ++i, entry += 4) {
+    const volpkg_mosaic* m = index->mosaic;
+    int64_t rows = bricks->bricks_zyx[1], columns = bricks->bricks_zyx[2], count = bricks->bricks_zyx[0] * rows * columns,
+            i, stored = 0;
+    for (i = 0; i < count; ++i) {
+        int64_t z = i / (rows * columns), y = i / columns % rows, x = i % columns, texel = i;
+        const unsigned char* entry;
+        if (m != NULL)
+            texel = (z / m->tiles_x * (rows + m->padding_yx[0]) + y) * m->texture_shape_yx[1] +
+                    z % m->tiles_x * (columns + m->padding_yx[1]) + x;
+        entry = (const unsigned char*)index->texels + 4 * texel;
         if (entry[3] != 255) continue;
         VOLPKG__RULE(entry[0] < bricks->pool_zyx[2] && entry[1] < bricks->pool_zyx[1] && entry[2] < bricks->pool_zyx[0],
                      index->path, "it places bricks outside of their texture");
@@ -5360,6 +5368,44 @@ static volpkg_code volpkg__index_rules(volpkg__reader* r, const volpkg_texture* 
         return volpkg__fail(r->error, VOLPKG_CONTRADICTION, index->path, "the number of bricks that it places",
                             (double)stored, bricks->stored);
     return VOLPKG_OK;
+}
+
+/* SPEC.md 16: an index has an entry for each brick, in a 3D texture, or in a mosaic where the pool is one. */
+static volpkg_code volpkg__index_form_rules(volpkg__reader* r, const volpkg_texture* t, const volpkg_texture* pool) {
+    const volpkg_mosaic* m = t->mosaic;
+    VOLPKG__RULE((t->gl.internal_format == 0x8058 || t->gl.internal_format == 0x1908) && t->gl.type == 0x1401 &&
+                     t->filter == VOLPKG_FILTER_NEAREST && (m == NULL) == (pool->mosaic == NULL),
+                 t->name, "it is not RGBA8, nearest, in the form of its pool");
+    if (m == NULL) {
+        VOLPKG__RULE(volpkg__same_shape(t->shape_zyx, pool->bricks->bricks_zyx), t->name,
+                     "it has not a texel for each brick of its level");
+        return VOLPKG_OK;
+    }
+    VOLPKG__RULE(m->textures == 1 && m->slices_per_texel == 1 && m->gutter == 0, t->name,
+                 "it is a mosaic of several textures, with a gutter, or with several slices in a texel");
+    return volpkg__mosaic_rules(r, t, pool->bricks->bricks_zyx);
+}
+
+/* SPEC.md 16: a pool has room for its bricks, in a 3D texture, or in a mosaic of one texture. */
+static volpkg_code volpkg__pool_rules(volpkg__reader* r, const volpkg_texture* t) {
+    const volpkg_bricks* b = t->bricks;
+    int32_t k, texels_zyx[3];
+    VOLPKG__RULE(t->role == VOLPKG_ROLE_VOLUME && (t->gl.target == 0x806F) == (t->mosaic == NULL) && t->mipmap < 0,
+                 t->name, "it holds bricks, but is no volume in a 3D texture or a mosaic of its own");
+    for (k = 0; k < 3; ++k) {
+        int64_t pitch = (int64_t)b->cells_zyx[k] + 2 * (int64_t)b->reach - 1;
+        VOLPKG__RULE(b->pool_zyx[k] <= 255 && b->pool_zyx[k] * pitch <= INT32_MAX, t->name,
+                     "its texels are not those of its places for bricks");
+        texels_zyx[k] = (int32_t)(b->pool_zyx[k] * pitch);
+    }
+    if (t->mosaic == NULL) {
+        VOLPKG__RULE(volpkg__same_shape(t->shape_zyx, texels_zyx), t->name,
+                     "its texels are not those of its places for bricks");
+        return VOLPKG_OK;
+    }
+    VOLPKG__RULE(t->mosaic->textures == 1 && t->mosaic->components_per_voxel == 1, t->name,
+                 "it holds bricks in a mosaic of several textures, or with several components in a voxel");
+    return volpkg__mosaic_rules(r, t, texels_zyx);
 }
 
 static volpkg_code volpkg__brick_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
@@ -5381,21 +5427,15 @@ static volpkg_code volpkg__brick_rules(volpkg__reader* r, const volpkg_package* 
         VOLPKG__RULE(index != NULL && pool != NULL, t->name,
                      "bricks need a texture that holds them and one that says where they are");
         if (t->role == VOLPKG_ROLE_BRICKS) {
-            VOLPKG__RULE(volpkg__same_shape(t->shape_zyx, pool->bricks->bricks_zyx) &&
-                             t->gl.internal_format == 0x8058 && t->filter == VOLPKG_FILTER_NEAREST,
-                         t->name, "it is not RGBA8, nearest, with a texel for each brick of its level");
+            VOLPKG__TRY(volpkg__index_form_rules(r, t, pool));
             VOLPKG__TRY(volpkg__index_rules(r, t, pool->bricks));
             if (b == NULL) continue;
         }
-        VOLPKG__RULE(t->role == VOLPKG_ROLE_VOLUME && t->gl.target == 0x806F && t->mosaic == NULL && t->mipmap < 0,
-                     t->name, "it holds bricks, but is no volume in a 3D texture of its own");
+        VOLPKG__TRY(volpkg__pool_rules(r, t));
         VOLPKG__RULE(b->stored <= (double)b->bricks_zyx[0] * b->bricks_zyx[1] * b->bricks_zyx[2], t->name,
                      "it holds more bricks than there are");
         for (k = 0; k < 3; ++k) {
             int32_t n = level ? level->grid.shape_zyx[k] : 0;
-            int64_t pitch = (int64_t)b->cells_zyx[k] + 2 * (int64_t)b->reach - 1;
-            VOLPKG__RULE(b->pool_zyx[k] <= 255 && t->shape_zyx[k] == b->pool_zyx[k] * pitch, t->name,
-                         "its texels are not those of its places for bricks");
             VOLPKG__RULE(level == NULL || ((b->cells_zyx[k] == 0) == (n == 1) && b->cells_zyx[k] < n &&
                                            b->bricks_zyx[k] == volpkg__blocks(n, b->cells_zyx[k])),
                          t->name, "its bricks do not follow from its level");

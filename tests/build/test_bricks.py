@@ -79,7 +79,7 @@ def test_bricks_that_show_nothing_are_left_out(tmp_path) -> None:
     finest = layouts(package)[0]
     assert 0 < finest.stored < np.prod(finest.bricks_zyx)
     volume = next(texture for texture in package.manifest.textures if texture.bricks is not None)
-    assert volume.shape_zyx == finest.texture_zyx
+    assert volume.shape_zyx == finest.pool_texels_zyx
 
 
 @pytest.mark.long

@@ -28,6 +28,8 @@ PAPERS: dict[str, Callable[[Bench], Paper]] = {
     "diaz-garcia": diaz_garcia.measure,
 }
 _SHEET = "contact-sheet"
+_VIEWS = 60
+"""Views around each volume in a full run."""
 _SECONDS = {
     "noguera": (30, 8),
     "moser-weiskopf": (10, 4),
@@ -49,9 +51,8 @@ def command_line() -> argparse.ArgumentParser:
     parser.add_argument(
         "--views",
         type=int,
-        default=0,
         metavar="N",
-        help="means of diaz-garcia over N views around each volume, in two zooms; few if not given",
+        help=f"means of diaz-garcia over N views around each volume, in two zooms: {_VIEWS}, or with --quick few",
     )
     parser.add_argument("--again", action="store_true", help="begin anew, though an earlier run was ended")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/papers"), help="folder of the pages")
@@ -65,16 +66,17 @@ def main() -> None:
     unknown = set(asked.papers) - {*PAPERS, _SHEET}
     if unknown:
         parser.error(f"no paper is named {', '.join(sorted(unknown))}")
-    if asked.views < 0:
+    views = asked.views if asked.views is not None else 0 if asked.quick else _VIEWS
+    if views < 0:
         parser.error("--views is a number of views, from 1")
     wanted = asked.papers or [*PAPERS, _SHEET]
     asked.output.mkdir(parents=True, exist_ok=True)
     driver = _driver()
     form = "quick" if asked.quick else "full"
-    kept = Kept(asked.output, f"views{asked.views}-{form}" if asked.views else form, driver)
+    kept = Kept(asked.output, f"views{views}-{form}" if asked.views else form, driver)
     if asked.again:
         kept.forget()
-    bench = Bench(kept.folder, quick=asked.quick, driver=driver, views=asked.views)
+    bench = Bench(kept.folder, quick=asked.quick, driver=driver, views=views)
     missing = _measure(wanted, bench, kept, asked.output)
     if missing:
         parser.exit(1, f"not measured: {', '.join(missing)}\n")

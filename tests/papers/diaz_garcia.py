@@ -5,7 +5,9 @@ Every order in which volprep.render.progressive finishes a picture is measured; 
 
 import math
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import get_args
 
@@ -15,14 +17,26 @@ from volprep.render.progressive import Order, ShownFrame
 from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
 from volprep.truth.camera import Camera, standard_views, view_from
-from volprep_formats.arrays import Float32Array
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.program import TechniqueName
 from volprep_formats.package.reader import Package
 
 from .bench import Bench, View
 from .panels import panels
-from .progress import BUDGET_S, FRAMES, Progress, budget_s_of, dssim, finishing, progress, seconds_of_equal_frames
+from .progress import (
+    BUDGET_S,
+    FRAMES,
+    Opened,
+    Progress,
+    budget_s_of,
+    dssim,
+    finishing,
+    opened,
+    progress,
+    seconds_of_equal_frames,
+    wake_for,
+)
 from .record import Cell, Paper, PaperCurves, PaperPicture, PaperPictures, PaperTable
 from .tile_sizes import Sized, about_sizes, by_sizes, size_parts
 from .volumes import Volume, scan
@@ -35,6 +49,8 @@ _LEVELS = '[pyramid]\ncoarsest_longest_axis = 32\nfilter = "box"\n'
 _CAMERAS = ("superior", "anterior-left")
 _TRANSITION = 3
 """A picture's frames are shown at the ends of so many parts."""
+_SOFTWARE_SHARE = 2
+"""So many times fewer pixels along each axis in the pictures of means."""
 _SIZES_SHARE = 2
 """So many times fewer pixels along each axis for the tiles in several sizes: single pixels are many frames."""
 _PUBLISHED: dict[Order, str] = {
@@ -44,6 +60,8 @@ _PUBLISHED: dict[Order, str] = {
     "random": "Simple random",
     "structured": "Simple structured",
 }
+_Found = dict[tuple[str, Order], list[Progress]]
+"""The pictures of each scan in each order, one for each view of means."""
 
 
 def measure(bench: Bench) -> Paper:
@@ -54,8 +72,7 @@ def measure(bench: Bench) -> Paper:
     orders = get_args(Order)
     found: _Found = {}
     for volume in volumes:
-        budgets_s = [*_budgets_s(bench, volume, _mean_views(bench, _package(bench, volume, "tiles")))]
-        found |= {(volume.name, order): [*_runs(bench, volume, order, budgets_s)] for order in orders}
+        found |= _runs(bench, volume, orders)
     names = [volume.name for volume in volumes]
     more = [] if bench.quick else [scan("shell")]
     changed = [*volumes, *more]
@@ -86,23 +103,24 @@ def measure(bench: Bench) -> Paper:
     )
 
 
-def _budgets_s(bench: Bench, volume: Volume, views: list[View]) -> Iterator[float]:
-    package = _package(bench, volume, "tiles")
-    with bench.renderer(package) as renderer:
-        for view in views:
-            yield bench.remembered(f"budget {volume.name} {view}", lambda view=view: budget_s_of(renderer, view))
+def _runs(bench: Bench, volume: Volume, orders: tuple[Order, ...]) -> _Found:
+    """Measure all orders view by view, in turns, so that a driver that gets slower or faster favours none."""
+    with ExitStack() as stack:
+        shown = {
+            order: stack.enter_context(opened(stack.enter_context(bench.renderer(_package(bench, volume, order)))))
+            for order in orders
+        }
+        package = shown["tiles"].renderer.package
+        runs = []
+        for view in _mean_views(bench, package):
+            truth = bench.truth(package, volume, view)
+            runs.append(bench.remembered(f"runs {volume.name} {view}", partial(_in_turns, shown, view, truth)))
+    return {(volume.name, order): [run[order] for run in runs] for order in orders}
 
 
-def _runs(bench: Bench, volume: Volume, order: Order, budgets_s: list[float]) -> Iterator[Progress]:
-    package = _package(bench, volume, order)
-    with bench.renderer(package) as renderer:
-        for view, budget_s in zip(_mean_views(bench, package), budgets_s, strict=True):
-            yield bench.remembered(
-                f"progress {volume.name} {order} {view} {budget_s}",
-                lambda view=view, budget_s=budget_s: progress(
-                    renderer, order, view, budget_s, bench.truth(package, volume, view)
-                ),
-            )
+def _in_turns(shown: dict[Order, Opened], view: View, truth: Float64Array) -> dict[Order, Progress]:
+    budget_s = budget_s_of(shown["tiles"], view)
+    return {order: progress(each, order, view, budget_s, truth) for order, each in shown.items()}
 
 
 def _sizes(bench: Bench, volume: Volume) -> Iterator[Sized]:
@@ -133,19 +151,29 @@ def _cameras(bench: Bench) -> tuple[str, ...]:
 def _views(bench: Bench, package: Package) -> list[View]:
     """Return the views of pictures: few, in each zoom."""
     grid = package.manifest.levels[0].grid
-    return _zoomed(bench, [standard_views(grid)[name] for name in _cameras(bench)])
+    return _zoomed(bench, [standard_views(grid)[name] for name in _cameras(bench)], _shape_hw(bench))
 
 
 def _mean_views(bench: Bench, package: Package) -> list[View]:
     """Return the views of means: those of pictures, or so many around the volume, in each zoom."""
     if not bench.views:
         return _views(bench, package)
-    return _zoomed(bench, [*cameras_around(package.manifest.levels[0].grid, bench.views)])
+    return _zoomed(bench, [*cameras_around(package.manifest.levels[0].grid, bench.views)], _mean_hw(bench))
 
 
-def _zoomed(bench: Bench, cameras: list[Camera]) -> list[View]:
+def _shape_hw(bench: Bench) -> tuple[int, int]:
+    return QUICK_HW if bench.quick else _SHAPE_HW
+
+
+def _mean_hw(bench: Bench) -> tuple[int, int]:
+    """Return the pixels of the pictures of means: on a software driver fewer, so that there is time for many views."""
+    height, width = _shape_hw(bench)
+    share = _SOFTWARE_SHARE if bench.software and bench.views else 1
+    return height // share, width // share
+
+
+def _zoomed(bench: Bench, cameras: list[Camera], shape_hw: tuple[int, int]) -> list[View]:
     # The field's height is that of the volume's width on a screen that is higher than wide.
-    shape_hw = QUICK_HW if bench.quick else _SHAPE_HW
     higher = shape_hw[0] / shape_hw[1]
     return [
         View(replace(camera, height_mm=camera.height_mm * higher / zoom), shape_hw)
@@ -171,13 +199,12 @@ def _views_text(bench: Bench) -> str:
     """Say over how many pictures means are."""
     cameras, zooms = bench.views or len(_cameras(bench)), len(_zooms(bench))
     around = " spread evenly around the volume" if bench.views else ""
+    height, width = _mean_hw(bench)
     return (
-        f"{cameras} {'view' if cameras == 1 else 'views'}{around}, {zooms} {'zoom' if zooms == 1 else 'zooms'}; "
+        f"{cameras} {'view' if cameras == 1 else 'views'}{around}, {zooms} {'zoom' if zooms == 1 else 'zooms'}, "
+        f"{width}×{height} pixels, all methods of a view in turns; "
         "the paper takes 20 on a sphere for each of 3 zooms"
     )
-
-
-_Found = dict[tuple[str, Order], list[Progress]]
 
 
 def _table1(found: _Found, names: list[str], orders: tuple[Order, ...], views: str) -> PaperTable:
@@ -191,7 +218,7 @@ def _table1(found: _Found, names: list[str], orders: tuple[Order, ...], views: s
         "Table 1: frames in a second while a picture is made",
         ("scan", "method", "min", "max", "avg"),
         tuple(rows),
-        f"Half of the paper's pixels along each axis. {views}. A frame of tiles or single pixels has {BUDGET_S:g} s, "
+        f"{views}. A frame of tiles or single pixels has {BUDGET_S:g} s, "
         f"or less: 1/{FRAMES} of the time of all tiles. Errors of the whole pictures stand below.",
     )
 
@@ -246,13 +273,15 @@ class _Change:
 
 def _change(bench: Bench, volume: Volume, orders: tuple[Order, ...]) -> _Change:
     lines, shown, transition = [], {}, []
-    budget_s = [*_budgets_s(bench, volume, _views(bench, _package(bench, volume, "tiles")))][-1]
+    package = _package(bench, volume, "tiles")
+    view = _views(bench, package)[-1]
+    with bench.renderer(package) as renderer, opened(renderer) as tiled:
+        budget_s = budget_s_of(tiled, view)
     for order in orders:
-        package = _package(bench, volume, order)
-        view = _views(bench, package)[-1]
-        with bench.renderer(package) as renderer:
-            [*finishing(renderer, order, View(view.camera, view.small_hw), math.inf)]
-            frames = [*finishing(renderer, order, view, budget_s)]
+        with bench.renderer(_package(bench, volume, order)) as renderer, opened(renderer) as each:
+            [*finishing(each, order, View(view.camera, view.small_hw), math.inf)]
+            wake_for(renderer, view)
+            frames = [*finishing(each, order, view, budget_s)]
         final = frames[-1].picture
         times = np.cumsum([0.0, *(frame.ms for frame in frames[1:])]) / 1000
         values = [dssim(frame.picture, final) for frame in frames]

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from tests.benchmarks.drawing_time import LEAST_MS, honest_clock
@@ -32,32 +33,57 @@ class Progress:
     """Error of the last one."""
 
 
-def budget_s_of(renderer: Renderer, view: View) -> float:
-    """Return the time that a frame has: that of the paper, or a tenth of what all tiles take."""
-    *_, whole = finishing(renderer, "tiles", view, math.inf)
+@dataclass(frozen=True)
+class Opened:
+    """A package whose pictures get finished."""
+
+    renderer: Renderer
+    """Of the level that is shown in the end."""
+    coarse: Renderer
+    """Of the coarse level behind it."""
+
+
+@contextmanager
+def opened(renderer: Renderer) -> Iterator[Opened]:
+    """Open the renderer of the coarse level beside that of a package."""
+    level = coarse_level(renderer.package, renderer.program.transfer)
+    with Renderer(renderer.package, level=level, transfer=renderer.program.transfer) as coarse:
+        yield Opened(renderer, coarse)
+
+
+def wake_for(renderer: Renderer, view: View) -> None:
+    """Wake a GPU with pictures of a view."""
+    camera, step_mm = _seen(renderer, view)
+    wake(renderer.driver.renderer, lambda: renderer.time_ms(camera, view.shape_hw, step_mm, repeats=1))
+
+
+def budget_s_of(shown: Opened, view: View) -> float:
+    """Return the time that a frame has: that of the paper, or a tenth of what all tiles take. Wakes a GPU."""
+    wake_for(shown.renderer, view)
+    *_, whole = finishing(shown, "tiles", view, math.inf)
     return min(BUDGET_S, max(whole.ms, LEAST_MS) / 1000 / FRAMES)
 
 
-def finishing(renderer: Renderer, order: Order, view: View, budget_s: float) -> Iterator[ShownFrame]:
+def finishing(shown: Opened, order: Order, view: View, budget_s: float) -> Iterator[ShownFrame]:
     """Finish a picture, in steps of half a voxel. The first frame is the small one of a view that changes."""
-    camera = view.camera.box_from_clip(renderer.level.grid, view.aspect)
-    step_mm = 0.5 * min(renderer.level.grid.spacing_mm_zyx)
+    renderer = shown.renderer
+    camera, step_mm = _seen(renderer, view)
     if order == "classic":
         yield ShownFrame(low_resolution(renderer, camera, view.shape_hw, step_mm), 0.0, 0.0)
     clock = honest_clock(renderer.driver.renderer)
-    wake(renderer.driver.renderer, lambda: renderer.time_ms(camera, view.shape_hw, step_mm, repeats=1))
-    level = coarse_level(renderer.package, renderer.program.transfer)
-    with Renderer(renderer.package, level=level, transfer=renderer.program.transfer) as coarse:
-        yield from frames(
-            renderer, order, camera, view.shape_hw, step_mm, budget_s=budget_s, clock=clock, coarse=coarse
-        )
+    yield from frames(
+        renderer, order, camera, view.shape_hw, step_mm, budget_s=budget_s, clock=clock, coarse=shown.coarse
+    )
 
 
-def progress(renderer: Renderer, order: Order, view: View, budget_s: float, truth: Float64Array) -> Progress:
-    """Time the frames of a picture; the error is that of the last one with fewer pixels, as `truth` has."""
+def progress(shown: Opened, order: Order, view: View, budget_s: float, truth: Float64Array) -> Progress:
+    """Time the frames of a picture; the error is that of the last one with fewer pixels, as `truth` has.
+
+    A GPU must be awake.
+    """
     # First the small one: the driver compiles the shaders for it.
-    *_, last = finishing(renderer, order, View(view.camera, view.small_hw), math.inf)
-    times = [max(frame.ms, LEAST_MS) for frame in finishing(renderer, order, view, budget_s)]
+    *_, last = finishing(shown, order, View(view.camera, view.small_hw), math.inf)
+    times = [max(frame.ms, LEAST_MS) for frame in finishing(shown, order, view, budget_s)]
     return Progress(tuple(times[1:]), rmse(last.picture, truth))
 
 
@@ -68,8 +94,7 @@ def dssim(picture: Float32Array, other: Float32Array) -> float:
 
 def seconds_of_equal_frames(renderer: Renderer, view: View) -> list[float]:
     """Finish a picture by as many tiles in each of 20 frames, those that cost least first; times add up."""
-    camera = view.camera.box_from_clip(renderer.level.grid, view.aspect)
-    step_mm = 0.5 * min(renderer.level.grid.spacing_mm_zyx)
+    camera, step_mm = _seen(renderer, view)
     tiles = tile_order(renderer, camera, view.shape_hw, step_mm)
     renderer.time_ms(camera, view.shape_hw, step_mm, repeats=1)
     count = len(tiles.until)
@@ -80,3 +105,8 @@ def seconds_of_equal_frames(renderer: Renderer, view: View) -> list[float]:
         renderer.finish()
         seconds.append(clock() - began)
     return seconds
+
+
+def _seen(renderer: Renderer, view: View) -> tuple[Float64Array, float]:
+    """Return the matrix of a view, and half a voxel."""
+    return view.camera.box_from_clip(renderer.level.grid, view.aspect), 0.5 * min(renderer.level.grid.spacing_mm_zyx)

@@ -11,7 +11,7 @@ from volprep.validation.altered import Altered
 from volprep_formats.package.reader import Package
 
 from .bench import Bench, View
-from .progress import budget_s_of, dssim, finishing
+from .progress import budget_s_of, dssim, finishing, opened
 from .record import Cell, PaperCurves, PaperTable
 from .volumes import Volume
 
@@ -42,15 +42,15 @@ class Sized:
 
 def by_sizes(bench: Bench, volume: Volume, package: Package, view: View) -> Iterator[Sized]:
     """Finish a picture by tiles of each size."""
-    with bench.renderer(_of_size(package, _CHOSEN)) as renderer:
+    with bench.renderer(_of_size(package, _CHOSEN)) as renderer, opened(renderer) as shown:
         # First the small one: the driver compiles the shaders for it.
-        budget_s_of(renderer, View(view.camera, view.small_hw))
-        budget_s = budget_s_of(renderer, view)
+        budget_s_of(shown, View(view.camera, view.small_hw))
+        budget_s = budget_s_of(shown, view)
     for size in SIZES:
-        with bench.renderer(_of_size(package, size)) as renderer:
-            budget_s_of(renderer, View(view.camera, view.small_hw))
+        with bench.renderer(_of_size(package, size)) as renderer, opened(renderer) as shown:
+            budget_s_of(shown, View(view.camera, view.small_hw))
             times, changes = [], []
-            for one, other in pairwise(finishing(renderer, "tiles", view, budget_s)):
+            for one, other in pairwise(finishing(shown, "tiles", view, budget_s)):
                 times.append(other.ms)
                 changes.append(dssim(one.picture, other.picture))
         yield Sized(volume.name, size, tuple(times), tuple(changes))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from fetch import Fetch, trilinear
-from tiny_packages import ES3, NORM16, function, tiny_package
+from tiny_packages import ES2, ES3, NORM16, function, tiny_package
 
 from volprep.render.renderer import Renderer
 from volprep.scene.scene import BrickSettings
@@ -37,7 +37,7 @@ def planes(extent_xyz, spacing_xyz, cells):
 
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("shape", "size"), CASES, ids=str)
-@pytest.mark.parametrize(("reach", "profile"), [(1, ES3), (3, ES3), (1, NORM16)])
+@pytest.mark.parametrize(("reach", "profile"), [(1, ES3), (3, ES3), (1, NORM16), (1, ES2), (3, ES2)])
 def test_the_shader_samples_the_trilinear_field_across_bricks(tmp_path, shape, size, reach, profile):
     dtype = np.uint16 if profile is NORM16 else np.uint8
     codes = np.random.default_rng(3).integers(0, np.iinfo(dtype).max + 1, shape, dtype=dtype)

@@ -143,7 +143,8 @@ def tiny_package(
         for index, level in enumerate(levels):
             draft.write(codes_name(index, CHANNEL), "work", np.ascontiguousarray(level).tobytes())
         draft.commit(StageRecord(name="quantize", key=KEY, made=(Contribution(channel=part),)))
-        layout = mosaic.STAGE if plan.volumes[0].mosaic else texture.STAGE if bricks is None else bricks_stage.STAGE
+        stages = {"mosaic": mosaic.STAGE, "texture3d": texture.STAGE, "bricks": bricks_stage.STAGE}
+        layout = stages[plan.volumes[0].sampling]
         for stage in (transfer.STAGE, *vectors, layout, *skipping, *meshes, shaders.STAGE):
             # Proxy meshes are made for all channels of a package: of this one.
             work, planned = (
@@ -234,7 +235,7 @@ def _with_bricks(plan: ChannelPlan, wanted: BrickSettings) -> ChannelPlan:
     """Give a program for each level, which is bricks."""
     bits = plan.quantize.bits
     volumes = tuple(
-        as_bricks(level, bits, plan.profile, Beside(1, 0), Bricks(wanted, plan.volumes[0].filter))
+        as_bricks(level, bits, plan.profile, Beside(1, 0), Bricks(wanted, filter=plan.volumes[0].filter))
         for level in plan.levels
     )
     (program,) = plan.programs

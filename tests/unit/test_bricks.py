@@ -30,7 +30,7 @@ def test_each_stored_brick_holds_its_voxels_and_ghosts_and_the_level_comes_back(
     layout = brick_layout(shape, size, reach, 2048, int(stored.sum()))
     assert layout is not None
     pool = np.concatenate([*pool_layers(RawVolume(file, shape, np.dtype(np.uint8)), stored, layout)])
-    assert pool.shape == layout.texture_zyx
+    assert pool.shape == layout.pool_texels_zyx
 
     places = places_of(stored, layout)
     assert len(np.unique(places, axis=0)) == stored.sum()
@@ -63,7 +63,7 @@ def test_the_texture_is_the_smallest_that_has_room_within_the_limit(shape, size,
     if layout is None:
         assert math.prod(most) < stored
         return
-    assert max(layout.texture_zyx) <= limit
+    assert max(layout.pool_texels_zyx) <= limit
     assert math.prod(layout.pool_zyx) >= stored
     best = min(
         rows * columns * math.ceil(stored / (rows * columns))

@@ -13,7 +13,7 @@ from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.parts.costs.record import DrawCost
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
-from volprep_formats.package.program import CompositingName, ProgramDesign
+from volprep_formats.package.program import CompositingName, ProgramDesign, Sampling
 from volprep_formats.package.texture import SampleFilter, TextureContent
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.package.values import PackagePath
@@ -102,6 +102,13 @@ class VolumePlan(TextureContent):
     """Format of a texel."""
     bricks: BricksPlan | None = None
     """The bricks that the texture holds, `shape_zyx` with room for all of them; none where it is the level itself."""
+
+    @property
+    def sampling(self) -> Sampling:
+        """How programs sample it."""
+        if self.bricks is not None:
+            return "bricks"
+        return "texture3d" if self.mosaic is None else "mosaic"
 
 
 class LookupPlan(Record):

@@ -26,6 +26,7 @@ from volprep.shading.walks import WALKS
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import RenderSettings
+from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, decode_grid
 from volprep_formats.package.program import (
     Blend,
@@ -37,6 +38,7 @@ from volprep_formats.package.program import (
     UniformSource,
 )
 from volprep_formats.package.reader import Package
+from volprep_formats.package.texture import Texture
 
 _OPTIONAL = (
     "cut",
@@ -257,9 +259,19 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
     volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))
     volume = next(volumes)
     if volume.bricks is not None:
-        return raycast_bricks.sampling(volume.bricks, level.grid, gradients=program.normals_from != "volume")
+        return _bricks(package, volume, volume.bricks, level.grid, gradients=program.normals_from != "volume")
     component = component_letter(volume.gl.format, package.component_of(volume))
     read = None if program.classification == "preclassified" else component
     if volume.mosaic is not None:
         return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx, read, volume.filter)
     return raycast_texture3d.sampling(read, mipmaps=volume.mipmap is not None, extent_mm_zyx=grid.extent_mm_zyx)
+
+
+def _bricks(package: Package, pool: Texture, layout: BrickLayout, grid: Grid, *, gradients: bool) -> Feature:
+    held = (each for each in package.manifest.textures if (each.role, each.level) == ("bricks", pool.level))
+    index = next(each for each in held if each.channels == pool.channels)
+    flat = None
+    if pool.mosaic is not None and index.mosaic is not None:
+        component = component_letter(pool.gl.format, package.component_of(pool))
+        flat = raycast_bricks.flat_pool(pool.mosaic, index.mosaic, component, pool.filter)
+    return raycast_bricks.sampling(layout, grid, gradients=gradients, flat=flat)

@@ -31,7 +31,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.meshes import read_glb
 from volprep_formats.output import require_place, write_file
 from volprep_formats.package.channel_packages import channel_packages
-from volprep_formats.package.parts.bricks.places import STORED
+from volprep_formats.package.parts.bricks.places import STORED, index_entries
 from volprep_formats.package.parts.slices.record import AXES, StackAxis
 from volprep_formats.package.parts.slices.texels import slice_texels
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, decode_grid
@@ -127,7 +127,7 @@ def _bricks(package: Package) -> Iterator[tuple[str, list[Shape]]]:
     if layout is None:
         return
     grid = next(level.grid for level in package.manifest.levels if level.index == pool.level)
-    entries = ktx2.decode(package.read_bytes(places.file), places.file).data
+    entries = index_entries(ktx2.decode(package.read_bytes(places.file), places.file).data, places.mosaic)
     stored = np.argwhere(entries[..., 3] == STORED)
     cells = np.array(layout.cells_zyx)
     low = stored * cells

@@ -81,8 +81,13 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3032": Diagnostic(
         ExitStatus.SCENE,
-        "bricks need 3D textures and the format RGBA8, and profile {profile} does not have both",
-        "Choose a profile with 3D textures, or leave the table [bricks] out.",
+        "bricks need the texture format RGBA8, which profile {profile} does not have",
+        "Choose a profile with RGBA8, or leave the table [bricks] out.",
+    ),
+    "VP3033": Diagnostic(
+        ExitStatus.SCENE,
+        "baked light goes with bricks in 3D textures only, and profile {profile} has none",
+        "Choose a profile with 3D textures, or leave the table [bricks] or lighting.baked out.",
     ),
     "VP3041": Diagnostic(
         ExitStatus.SCENE,

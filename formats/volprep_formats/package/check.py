@@ -4,13 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Self
 
-import numpy as np
-
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
 from volprep_formats.package.gate import disagreements, wrong_sizes
 from volprep_formats.package.manifest import VERSION, FileRecord
-from volprep_formats.package.parts.bricks.places import misplaced
+from volprep_formats.package.parts.bricks.places import index_entries, misplaced
 from volprep_formats.package.parts.editing.record import decode_histogram
 from volprep_formats.package.parts.proxy.record import ProxyMeshFile
 from volprep_formats.package.parts.proxy.rules import mesh_problems
@@ -167,8 +165,8 @@ def _check_places(package: Package, texture: Texture) -> None:
     pools = [each for each in held if (each.level, each.channels) == (texture.level, texture.channels)]
     if texture.role != "bricks" or not pools or pools[0].bricks is None:
         return
-    data = package.read_bytes(texture.file)
-    entries = np.asarray(ktx2.decode(data, f"{package.path}: {texture.file}").data, np.uint8)
+    image = ktx2.decode(package.read_bytes(texture.file), f"{package.path}: {texture.file}")
+    entries = index_entries(image.data, texture.mosaic)
     problem = misplaced(entries, pools[0].bricks)
     if problem is not None:
         raise VolprepError("VP4011", path=package.path, problem=f"{texture.file} {problem}")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import blocks_along
-from volprep_formats.package.parts.bricks.places import misplaced, voxels_of_bricks
+from volprep_formats.package.parts.bricks.places import index_entries, misplaced, voxels_of_bricks
 from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import MosaicLayout, Texture
@@ -30,11 +30,11 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
     mosaic = textures[0].mosaic
     files = [ktx2.decode(package.read_bytes(texture.file), texture.file) for texture in textures]
     bricks = textures[0].bricks
-    if bricks is not None:
-        voxels = _from_bricks(package, textures[0], files[0].data, bricks)
-    elif textures[0].mipmap is None:
+    if textures[0].mipmap is None:
         images = [_texels(file, mosaic) for file in files]
         voxels = images[0] if mosaic is None else slices_of_mosaic([image[0] for image in images], mosaic)
+        if bricks is not None:
+            voxels = _from_bricks(package, textures[0], voxels, bricks)
     else:
         voxels = _from_mipmap(package, textures[0], files[0])
     if len(textures[0].channels) < 2:
@@ -108,11 +108,11 @@ def _from_bricks(
     problem: str | None = f"no texture says where the bricks of {pool.file} are"
     if places is not None:
         file = ktx2.decode(package.read_bytes(places.file), places.file)
-        entries = np.asarray(file.data, np.uint8)
+        entries = index_entries(file.data, places.mosaic)
         problem = misplaced(entries, layout) if file.format == "RGBA8" else "is not RGBA8"
         shape_zyx = _shape(package, pool.level)
         counts = tuple(blocks_along(n, cells) for n, cells in zip(shape_zyx, layout.cells_zyx, strict=True))
-        if problem is None and (texels.shape, counts) == (layout.texture_zyx, layout.bricks_zyx):
+        if problem is None and (texels.shape, counts) == (layout.pool_texels_zyx, layout.bricks_zyx):
             return voxels_of_bricks(texels, entries, layout, shape_zyx)
         problem = f"{places.file} {problem or f'and {pool.file} do not make {shape_zyx} voxels'}"
     raise VolprepError("VP4011", path=package.path, problem=problem)

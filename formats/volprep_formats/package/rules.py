@@ -18,7 +18,7 @@ from volprep_formats.package.manifest import FILE_ROLES, Manifest
 from volprep_formats.package.mosaic_rules import mosaic_contradictions
 from volprep_formats.package.parts.mipmaps.rules import mipmap_shapes
 from volprep_formats.package.parts.registry import PARTS
-from volprep_formats.package.program import SLICES, TABLES, Pass, Program, Tiles, UniformSource
+from volprep_formats.package.program import SLICES, TABLES, Pass, Program, Sampling, Tiles, UniformSource
 from volprep_formats.package.texture import TEXTURE_ROLES, Texture
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.gl_formats import texture_format
@@ -209,10 +209,10 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
     level = levels.get(-1 if texture.level is None else texture.level)
     if level is None:
         yield f"{name} holds level {texture.level}, which is not among the levels"
+    elif texture.mipmap is not None or texture.bricks is not None:
+        pass  # the parts mipmaps and bricks check them
     elif texture.mosaic is not None:
         yield from (f"{name}: {problem}" for problem in mosaic_contradictions(texture, level.grid.shape_zyx))
-    elif texture.mipmap is not None or texture.bricks is not None:
-        pass  # mipmap_agreement.py and bricks_agreement.py know them
     elif texture.gl.target != "TEXTURE_3D" or texture.shape_zyx != level.grid.shape_zyx:
         yield f"{name} has no mosaic, so it must be 3D and have the shape {level.grid.shape_zyx} of its level"
     yield from (f"{name} {problem}" for problem in _voxels(manifest, texture))
@@ -328,8 +328,8 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
     volumes = [texture for texture in manifest.textures if texture.role == "volume"]
     for index in program.levels:
         drawn = [texture for texture in volumes if texture.level == index]
-        wanted = program.sampling == "mosaic", program.sampling == "bricks"
-        if not any((texture.mosaic is not None, texture.bricks is not None) == wanted for texture in drawn):
+        wanted = program.sampling if program.sampling in {"mosaic", "bricks"} else "texture3d"
+        if not any(_sampled_as(texture) == wanted for texture in drawn):
             yield f"{name} draws level {index}, but no texture holds it in the form that {program.sampling} reads"
     if (program.geometry in SLICES or program.slab_samples is not None) != (program.blend is not None):
         yield f"{name} draws {program.geometry}, {'without' if program.blend is None else 'with'} blending"
@@ -348,6 +348,13 @@ def _program(manifest: Manifest, program: Program) -> Iterator[str]:
         yield f"{name} reads {units} textures; the profile has {manifest.profile.texture_units} units"
     names = Counter([uniform.name for uniform in program.uniforms] + _samplers(program))
     yield from (f"{name} has {count} uniforms {key}" for key, count in names.items() if count > 1)
+
+
+def _sampled_as(texture: Texture) -> Sampling:
+    """Return the sampling of programs that draw a volume; of bricks it is bricks, in a 3D texture or in a mosaic."""
+    if texture.bricks is not None:
+        return "bricks"
+    return "texture3d" if texture.mosaic is None else "mosaic"
 
 
 def _sources(program: Program) -> Iterator[str]:

@@ -2,16 +2,20 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
+from volprep.parts.bricks.flat import flat_index, flat_pool, held_zyx
 from volprep.parts.bricks.pool import brick_layout
+from volprep.parts.mosaic.packing import Packing
 from volprep.plan.records import BricksPlan, LevelPlan, VolumePlan
-from volprep.plan.room import Beside, Misfit, one_channel
+from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel
 from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import BrickSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.texture import SampleFilter
+from volprep_formats.package.parts.bricks.record import BrickLayout
+from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
 from volprep_formats.textures.gl_formats import size_bytes
 
 KIND = "bricks"
@@ -21,9 +25,9 @@ _REACH_OF_GRADIENTS = 2
 
 
 def require_bricks(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3031 for bricks smaller than the reach of the filter, VP3032 where they cannot be a 3D texture.
+    """Raise VP3031 for bricks smaller than the reach of the filter, VP3032 where the index has no format.
 
-    Raises VP3165 for light on bricks without ghost voxels.
+    Raises VP3033 for baked light without 3D textures, and VP3165 for light on bricks without ghost voxels.
     """
     wanted = scene.bricks
     if wanted is None:
@@ -31,8 +35,10 @@ def require_bricks(scene: Scene, profile: DeviceProfile) -> None:
     if wanted.size < wanted.reach:
         texels = wanted.size + 2 * wanted.reach - 1
         raise VolprepError("VP3031", size=wanted.size, reach=wanted.reach, texels=texels)
-    if not profile.max_3d_texture_size or "RGBA8" not in profile.texture_formats:
+    if "RGBA8" not in profile.texture_formats:
         raise VolprepError("VP3032", profile=profile.name)
+    if scene.lighting.baked != "none" and not profile.max_3d_texture_size:
+        raise VolprepError("VP3033", profile=profile.name)
     if scene.render.lighting != "none" and wanted.reach < _REACH_OF_GRADIENTS:
         raise VolprepError("VP3165", normals=scene.lighting.normals, reach=wanted.reach)
 
@@ -43,6 +49,8 @@ class Bricks:
 
     settings: BrickSettings
     """The settings of the scene."""
+    order: MosaicOrder | Literal["auto"] = "auto"
+    """Which slices of the pool share a texel, where it is a mosaic of four channels."""
     filter: SampleFilter = "linear"
     """How they are sampled."""
     keep_empty: bool = False
@@ -53,15 +61,13 @@ def as_bricks(
     level: LevelPlan, bits: int, profile: DeviceProfile, beside: Beside, wanted: Bricks
 ) -> VolumePlan | Misfit:
     """Lay a level out as bricks, with room for all of them, or return why it is impossible."""
-    size, reach = wanted.settings.size, wanted.settings.reach
-    texel = one_channel(bits, profile)
-    layout = brick_layout(level.shape_zyx, size, reach, profile.max_3d_texture_size)
-    if texel is None:
-        return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
-    if layout is None or max(layout.bricks_zyx) > profile.max_3d_texture_size:
-        limit = f"{profile.max_3d_texture_size} texels along an axis"
-        return Misfit(f"{shape_text(level.shape_zyx)} voxels in bricks of {size}³ cells do not fit into {limit}")
-    needed = size_bytes(texel, layout.texture_zyx) + size_bytes("RGBA8", layout.bricks_zyx)
+    pools = (
+        _flat(level, bits, profile, wanted) if not profile.max_3d_texture_size else _solid(level, bits, profile, wanted)
+    )
+    if isinstance(pools, Misfit):
+        return pools
+    texel, layout, mosaic = pools
+    needed = size_bytes(texel, held_zyx(layout, mosaic)) + size_bytes("RGBA8", layout.bricks_zyx)
     if needed + beside.bytes > profile.max_texture_bytes:
         limit = f"the {profile.max_texture_bytes} that profile {profile.name} has for textures"
         return Misfit(
@@ -73,13 +79,13 @@ def as_bricks(
         names=(name,),
         files=(f"textures/{name}.ktx2",),
         format=texel,
-        shape_zyx=layout.texture_zyx,
-        mosaic=None,
+        shape_zyx=held_zyx(layout, mosaic),
+        mosaic=mosaic,
         channels=(level.channel,),
         filter=wanted.filter,
         bricks=BricksPlan(
-            size=size,
-            reach=reach,
+            size=wanted.settings.size,
+            reach=wanted.settings.reach,
             keep_empty=wanted.keep_empty,
             name=index,
             file=f"textures/{index}.ktx2",
@@ -87,9 +93,42 @@ def as_bricks(
     )
 
 
+Pool = tuple[TextureFormat, BrickLayout, MosaicLayout | None]
+"""Format of a texel, the layout of the pool, and its mosaic."""
+
+
+def _solid(level: LevelPlan, bits: int, profile: DeviceProfile, wanted: Bricks) -> Pool | Misfit:
+    """Lay the pool out as a 3D texture."""
+    size, limit = wanted.settings.size, profile.max_3d_texture_size
+    texel = one_channel(bits, profile)
+    layout = brick_layout(level.shape_zyx, size, wanted.settings.reach, limit)
+    if texel is None:
+        return Misfit(f"profile {profile.name} has no format of one channel and {bits} bits")
+    if layout is None or max(layout.bricks_zyx) > limit:
+        return _no_room(level, size, f"{limit} texels along an axis")
+    return texel, layout, None
+
+
+def _flat(level: LevelPlan, bits: int, profile: DeviceProfile, wanted: Bricks) -> Pool | Misfit:
+    """Lay the pool out as a mosaic in one texture: of one channel where it has room, else of four."""
+    size, limit = wanted.settings.size, profile.max_texture_size
+    single = [(one_channel(bits, profile), Packing())] if wanted.order == "auto" else []
+    orders: tuple[MosaicOrder, ...] = ("overlapping", "interleaved") if wanted.order == "auto" else (wanted.order,)
+    four = first_of(FOUR_CHANNELS[bits], profile)
+    for texel, packing in (*single, *((four, Packing(4, order)) for order in orders)):
+        found = flat_pool(level.shape_zyx, size, wanted.settings.reach, packing, profile) if texel else None
+        if texel is not None and found is not None and flat_index(found[0].bricks_zyx, profile) is not None:
+            return texel, *found
+    return _no_room(level, size, f"a mosaic in one texture of {limit}×{limit} texels")
+
+
+def _no_room(level: LevelPlan, size: int, limit: str) -> Misfit:
+    return Misfit(f"{shape_text(level.shape_zyx)} voxels in bricks of {size}³ cells do not fit into {limit}")
+
+
 def describe_bricks(volumes: Sequence[VolumePlan], profile: DeviceProfile) -> Iterator[PlanItem]:
     """Return whether levels are bricks, where they could be."""
-    if not profile.max_3d_texture_size:
+    if not profile.has_shaders:
         return
     found = [volume.bricks for volume in volumes if volume.bricks is not None]
     if not found:

@@ -18,20 +18,26 @@ from volprep_formats.grid import blocks_along
 from volprep_formats.package.parts.bricks.places import STORED
 from volprep_formats.package.parts.bricks.record import BrickLayout
 
-_MOST_PLACES = 255
-"""Bricks along an axis of the texture: places are bytes."""
+MOST_PLACES = 255
+"""Bricks along an axis of the pool: places are bytes."""
+
+
+def cells_of(shape_zyx: Triple, size: int) -> tuple[Triple, Triple]:
+    """Return the cells along the edges of a brick, and the number of bricks along each axis of a level."""
+    z, y, x = (min(size, n - 1) for n in shape_zyx)
+    down, rows, columns = (blocks_along(n, cells) for n, cells in zip(shape_zyx, (z, y, x), strict=True))
+    return (z, y, x), (down, rows, columns)
 
 
 def brick_layout(shape_zyx: Triple, size: int, reach: int, limit: int, stored: int | None = None) -> BrickLayout | None:
-    """Lay out so many bricks, all if None, in the smallest texture, nearest to a cube, within `limit` texels an axis.
+    """Lay out so many bricks, all if None, in the smallest 3D texture within `limit` texels an axis, nearest to a cube.
 
     None where it has no room for them.
     """
-    z, y, x = (min(size, n - 1) for n in shape_zyx)
-    counts = tuple(blocks_along(n, cells) for n, cells in zip(shape_zyx, (z, y, x), strict=True))
+    (z, y, x), counts = cells_of(shape_zyx, size)
     count = int(np.prod(counts)) if stored is None else stored
     pitch = [cells + 2 * reach - 1 for cells in (z, y, x)]
-    most_z, most_y, most_x = (min(limit // each, _MOST_PLACES) for each in pitch)
+    most_z, most_y, most_x = (min(limit // each, MOST_PLACES) for each in pitch)
     found = [
         (down * rows * columns, down * pitch[0] + rows * pitch[1] + columns * pitch[2], (down, rows, columns))
         for rows in range(1, min(most_y, count) + 1)
@@ -61,9 +67,9 @@ def places_of(stored: NDArray[np.bool_], layout: BrickLayout) -> UInt8Array:
 
 
 def pool_layers(codes: RawVolume, stored: NDArray[np.bool_], layout: BrickLayout) -> Iterator[NDArray[np.generic]]:
-    """Return the texture in pieces [z, y, x], each as thick as a brick; a row of bricks is read at a time."""
+    """Return the pool in pieces [z, y, x], each as thick as a brick; a row of bricks is read at a time."""
     (_, rows, columns), (pitch_z, pitch_y, pitch_x) = layout.pool_zyx, layout.pitch_zyx
-    layer: NDArray[np.generic] = np.zeros((pitch_z, *layout.texture_zyx[1:]), codes.dtype)
+    layer: NDArray[np.generic] = np.zeros((pitch_z, *layout.pool_texels_zyx[1:]), codes.dtype)
     filled = 0
     for k, j in product(*map(range, layout.bricks_zyx[:2])):
         wanted = np.flatnonzero(stored[k, j])

@@ -1,12 +1,14 @@
-"""Levels become bricks in one 3D texture: the bricks that a transfer function shows, and where each lies."""
+"""Levels become bricks in one texture: the bricks that a transfer function shows, and where each lies."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.parts.bricks.pool import brick_layout, places_of, pool_layers, with_reach
+from volprep.parts.bricks.flat import flat_index, flat_pool, held_zyx
+from volprep.parts.bricks.pool import Triple, brick_layout, places_of, pool_layers, with_reach
+from volprep.parts.mosaic.packing import Packing, pack_mosaic
 from volprep.parts.skip.occupancy import occupied_blocks
 from volprep.parts.skip.visible import visible_extinction
 from volprep.parts.stage import Stage, Work, any_channel
@@ -15,12 +17,14 @@ from volprep.parts.work import codes_of_level
 from volprep.plan.records import BricksPlan, ChannelPlan, LevelPlan, VolumePlan
 from volprep.scan.block_ranges import BlockRanges, block_ranges
 from volprep.scan.slabs import RawVolume, bytes_of
+from volprep_formats.arrays import Texels, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.bricks.places import constant_entry
 from volprep_formats.package.parts.bricks.record import BrickLayout
+from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.texture import Texture
+from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
@@ -47,23 +51,55 @@ def _bricks(draft: Draft, plan: ChannelPlan, volume: VolumePlan, bricks: BricksP
     ranges = block_ranges(codes.read_slab, codes.shape_zyx, bricks.size)
     stored = _stored(draft, plan, plan.level(volume.level), bricks, ranges)
     count = int(np.count_nonzero(stored))
-    layout = brick_layout(codes.shape_zyx, bricks.size, bricks.reach, plan.profile.max_3d_texture_size, count)
-    if layout is None or math.prod(layout.texture_zyx) > math.prod(volume.shape_zyx):
-        finding = f"{count} bricks of level {volume.level} have no room in {volume.shape_zyx}"
-        raise VolprepError("VP4042", finding=finding)
-    draft.write(volume.files[0], "texture", _pool(volume, codes, stored, layout))
+    layout, mosaic = _layout(codes, plan, volume, bricks, count)
+    draft.write(volume.files[0], "texture", _pool(volume, codes, stored, layout, mosaic))
     entries = constant_entry(ranges.low.astype(np.float64) / (2**plan.quantize.bits - 1))
     entries[stored] = places_of(stored, layout)
-    draft.write(bricks.file, "texture", ktx2.encode(ktx2.Ktx2Image("RGBA8", layout.bricks_zyx, entries, 3)))
+    index = None if mosaic is None else flat_index(layout.bricks_zyx, plan.profile)
     pool = volume_texture(volume, 0, plan.profile)
-    return pool.model_copy(update={"shape_zyx": layout.texture_zyx, "bricks": layout}), Texture(
+    held = {"shape_zyx": held_zyx(layout, mosaic), "mosaic": mosaic, "bricks": layout}
+    return pool.model_copy(update=held), _index(draft, plan, volume, bricks, entries, index)
+
+
+def _layout(
+    codes: RawVolume, plan: ChannelPlan, volume: VolumePlan, bricks: BricksPlan, count: int
+) -> tuple[BrickLayout, MosaicLayout | None]:
+    """Lay out the bricks that are stored, in the form that the plan has chosen."""
+    planned, profile = volume.mosaic, plan.profile
+    found: tuple[BrickLayout, MosaicLayout | None] | None
+    if planned is not None:
+        packing = Packing(planned.slices_per_texel, planned.order)
+        found = flat_pool(codes.shape_zyx, bricks.size, bricks.reach, packing, profile, count)
+    else:
+        solid = brick_layout(codes.shape_zyx, bricks.size, bricks.reach, profile.max_3d_texture_size, count)
+        found = solid and (solid, None)
+    if found is None or math.prod(held_zyx(*found)) > math.prod(volume.shape_zyx):
+        finding = f"{count} bricks of level {volume.level} have no room in {volume.shape_zyx}"
+        raise VolprepError("VP4042", finding=finding)
+    return found
+
+
+def _index(  # noqa: PLR0917 - the level, and what its index holds
+    draft: Draft,
+    plan: ChannelPlan,
+    volume: VolumePlan,
+    bricks: BricksPlan,
+    entries: UInt8Array,
+    mosaic: MosaicLayout | None,
+) -> Texture:
+    """Write the places of bricks [z, y, x, RGBA]."""
+    z, y, x = entries.shape[:3]
+    shape_zyx = (z, y, x) if mosaic is None else (1, *mosaic.texture_shape_yx)
+    draft.write(bricks.file, "texture", _file("RGBA8", shape_zyx, [entries], mosaic))
+    return Texture(
         name=bricks.name,
         role="bricks",
         file=bricks.file,
-        shape_zyx=layout.bricks_zyx,
-        gl=gl_format("RGBA8", "TEXTURE_3D", plan.profile.api),
+        shape_zyx=shape_zyx,
+        gl=gl_format("RGBA8", "TEXTURE_3D" if mosaic is None else "TEXTURE_2D", plan.profile.api),
         level=volume.level,
         channels=volume.channels,
+        mosaic=mosaic,
         filter="nearest",
     )
 
@@ -86,11 +122,27 @@ def _stored(
 
 
 def _pool(
-    volume: VolumePlan, codes: RawVolume, stored: NDArray[np.bool_], layout: BrickLayout
+    volume: VolumePlan,
+    codes: RawVolume,
+    stored: NDArray[np.bool_],
+    layout: BrickLayout,
+    mosaic: MosaicLayout | None,
 ) -> Iterator[bytes | memoryview]:
-    yield ktx2.header(KTX2_FORMAT[volume.format], layout.texture_zyx, 3)
-    for layer in pool_layers(codes, stored, layout):
-        yield bytes_of(texels_of(layer, volume.format))
+    layers = (texels_of(layer, volume.format) for layer in pool_layers(codes, stored, layout))
+    yield from _file(volume.format, held_zyx(layout, mosaic), layers, mosaic)
+
+
+def _file(
+    texel: TextureFormat, shape_zyx: Triple, slabs: Iterable[Texels], mosaic: MosaicLayout | None
+) -> Iterator[bytes | memoryview]:
+    """Return the file of a 3D texture slab by slab, or of the mosaic of all slabs."""
+    yield ktx2.header(KTX2_FORMAT[texel], shape_zyx, 3 if mosaic is None else 2)
+    if mosaic is None:
+        yield from map(bytes_of, slabs)
+        return
+    # A pool is at most one texture of the device class, which fits into memory.
+    held = np.concatenate([*slabs])
+    yield from map(bytes_of, pack_mosaic(lambda z0, z1: held[z0:z1], mosaic))
 
 
 STAGE = Stage(

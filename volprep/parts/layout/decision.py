@@ -46,7 +46,7 @@ def lay_out(case: Case, neighbours: Sequence[Neighbour], form: CompressedFormat 
     if scene.textures.mipmaps:
         fits = in_one_texture(fits, candidates, profile, beside)
     if scene.bricks is not None:
-        kinds = Bricks(scene.bricks, values.quantize.filter, keep_empty=scene.crop == "none")
+        kinds = Bricks(scene.bricks, scene.mosaic.order, values.quantize.filter, keep_empty=scene.crop == "none")
         fits = [as_bricks(level, bits, layouts, beside, kinds) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
     return Layout(layouts, beside, candidates, fits, levels, volumes)

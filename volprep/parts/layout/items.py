@@ -58,7 +58,8 @@ def _held(plan: ChannelPlan, volume: VolumePlan) -> dict[str, object]:
     if volume.mosaic is not None:
         layout = mosaic_text(volume.mosaic)
     if volume.bricks is not None:
-        layout = f"3D texture of bricks, at most {shape_text(volume.shape_zyx)} texels"
+        form = "3D texture" if volume.mosaic is None else "mosaic"
+        layout = f"{form} of bricks, at most {shape_text(volume.shape_zyx)} texels"
     return {
         "reason": f"{shape} voxels as a {volume.format} {layout}",
         "files": volume.files,
@@ -81,7 +82,7 @@ def describe_layout(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
         reason=_why_flat(plan),
         size_bytes=math.prod(plan.levels[0].shape_zyx) * plan.quantize.bits // 8,
     )
-    if finest.format not in BLOCKS and len(finest.channels) == 1:
+    if finest.format not in BLOCKS and len(finest.channels) == 1 and finest.bricks is None:
         yield from describe_mosaic(finest.mosaic, plan.profile, scene.mosaic, finest.filter)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from volprep.parts.bricks.pool import brick_layout
+from volprep.parts.bricks.flat import index_zyx
 from volprep.parts.layout.items import describe_layout, describe_levels
 from volprep.parts.part import Decided, Images, Part
 from volprep.plan.records import ChannelPlan, VolumePlan
@@ -34,8 +34,7 @@ def _places(plan: ChannelPlan, volume: VolumePlan) -> Images:
     if bricks is None:
         return {}
     shape_zyx = plan.level(volume.level).shape_zyx
-    layout = brick_layout(shape_zyx, bricks.size, bricks.reach, plan.profile.max_3d_texture_size)
-    return {} if layout is None else {bricks.file: ("RGBA8", layout.bricks_zyx)}
+    return {bricks.file: ("RGBA8", index_zyx(shape_zyx, bricks.size, plan.profile))}
 
 
 PART = Part(name="layout", items=_items, images=_images)

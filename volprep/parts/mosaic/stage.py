@@ -18,11 +18,11 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    return (*(volume for volume in plan.volumes if volume.mosaic is not None), *flattening(plan))
+    return (*(volume for volume in plan.volumes if volume.sampling == "mosaic"), *flattening(plan))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    mosaics = [(volume, volume.mosaic) for volume in plan.own_volumes if volume.mosaic is not None]
+    mosaics = [(volume, volume.mosaic) for volume in plan.own_volumes if volume.sampling == "mosaic" and volume.mosaic]
     progress.start("mosaic", sum(layout.tiles_y * layout.textures for _, layout in mosaics))
     textures = []
     for volume, layout in mosaics:
@@ -42,12 +42,13 @@ def _file(volume: VolumePlan, strips: Iterator[Texels], progress: Progress) -> I
 
 
 def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
-    return {path: volume.shape_zyx for volume in plan.own_volumes if volume.mosaic for path in volume.files}
+    mosaics = (volume for volume in plan.own_volumes if volume.sampling == "mosaic")
+    return {path: volume.shape_zyx for volume in mosaics for path in volume.files}
 
 
 STAGE = Stage(
     name="mosaic",
     reads=("quantize", "pyramid"),
     channel=Work(_settings, _run, _shapes),
-    is_needed=any_channel(lambda plan: any(volume.mosaic is not None for volume in plan.volumes)),
+    is_needed=any_channel(lambda plan: any(volume.sampling == "mosaic" for volume in plan.volumes)),
 )

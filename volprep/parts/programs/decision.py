@@ -11,7 +11,7 @@ from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import Light, ProgramDesign, Rays, Sampling, Shadows, TechniqueName
+from volprep_formats.package.program import Light, ProgramDesign, Rays, Shadows, TechniqueName
 
 _TECHNIQUE_OF: dict[Shadows, TechniqueName] = {"map": "ray-casting", "half-angle": "view-slices"}
 """The technique that shadows need, where it is only one."""
@@ -86,7 +86,7 @@ def ray_casters(transfer: str, volumes: Sequence[VolumePlan], scene: Scene) -> I
     """
     technique = scene.render.technique
     name = f"{_PREFIX.get(technique, technique)}-{transfer}"
-    if len(volumes) == 1 or sampling_of(volumes[0]) == "texture3d":
+    if len(volumes) == 1 or volumes[0].sampling == "texture3d":
         yield _program(name, transfer, volumes, scene)
         return
     for volume in volumes:
@@ -119,13 +119,6 @@ def tile_files(program: ProgramDesign) -> tuple[str, str, str]:
     return cost, "shaders/tiles-offsets.comp", "shaders/tiles-place.comp"
 
 
-def sampling_of(volume: VolumePlan) -> Sampling:
-    """Return how the textures of a level are sampled."""
-    if volume.mosaic is not None:
-        return "mosaic"
-    return "texture3d" if volume.bricks is None else "bricks"
-
-
 def light_of(scene: Scene) -> Light | None:
     """Return the light with a place; none where the scene has no such lighting."""
     wanted = scene.lighting
@@ -145,7 +138,7 @@ def _program(name: str, transfer: str, volumes: Sequence[VolumePlan], scene: Sce
     render = scene.render
     return ProgramDesign(
         name=name,
-        sampling=sampling_of(volumes[0]),
+        sampling=volumes[0].sampling,
         compositing=render.compositing,
         classification=render.classification,
         lighting=render.lighting,

@@ -36,8 +36,7 @@ def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
 def _shaders(plan: ChannelPlan) -> PlanItem:
     files = {path for program in plan.programs for path in shader_files(program)}
     finest = plan.volumes[0]
-    layout = "3D texture" if finest.mosaic is None else "mosaic"
-    layout = layout if finest.bricks is None else "bricks"
+    layout = "3D texture" if finest.sampling == "texture3d" else finest.sampling
     walk = TECHNIQUES[plan.programs[0].technique].text
     return PlanItem(
         name="shaders",

@@ -20,12 +20,12 @@ from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, KTX2_FORMAT
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     classified = [each for each in plan.transfer_functions if any(each.name == v.transfer for v in plan.volumes)]
-    volumes = (volume for volume in plan.volumes if volume.mosaic is None and volume.bricks is None)
+    volumes = (volume for volume in plan.volumes if volume.sampling == "texture3d")
     return (*volumes, *classified, *flattening(plan))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    volumes = [volume for volume in plan.own_volumes if volume.mosaic is None and volume.bricks is None]
+    volumes = [volume for volume in plan.own_volumes if volume.sampling == "texture3d"]
     progress.start("texture", sum(volume.shape_zyx[0] for volume in volumes))
     for file, levels in groupby(volumes, key=lambda volume: volume.files[0]):
         chain = [*levels]
@@ -49,7 +49,7 @@ def _texels(draft: Draft, plan: ChannelPlan, volume: VolumePlan, progress: Progr
 
 
 def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
-    volumes = [volume for volume in plan.own_volumes if volume.mosaic is None and volume.bricks is None]
+    volumes = [volume for volume in plan.own_volumes if volume.sampling == "texture3d"]
     return {path: volume.shape_zyx for volume in volumes for path in volume.files}
 
 
@@ -57,5 +57,5 @@ STAGE = Stage(
     name="texture",
     reads=("quantize", "pyramid"),
     channel=Work(_settings, _run, _shapes),
-    is_needed=any_channel(lambda plan: any(volume.mosaic is None and volume.bricks is None for volume in plan.volumes)),
+    is_needed=any_channel(lambda plan: any(volume.sampling == "texture3d" for volume in plan.volumes)),
 )

@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.parts.bricks.record import BrickLayout
+from volprep_formats.package.texture import MosaicLayout
+from volprep_formats.textures.mosaic import slices_of_mosaic
 
 STORED = 255
 """Alpha of an entry whose red, green and blue are the position of a brick; 0 if the brick has a single value."""
@@ -15,6 +17,11 @@ def constant_entry(normalised: Float64Array) -> UInt8Array:
     value = np.rint(normalised * 65535).astype(np.uint16)
     nothing = np.zeros_like(value)
     return np.stack([value >> 8, value & 255, nothing, nothing], axis=-1).astype(np.uint8)
+
+
+def index_entries(texels: NDArray[np.generic], mosaic: MosaicLayout | None) -> UInt8Array:
+    """Return the entries [z, y, x, RGBA] of an index from its texels, of a 3D texture or of a mosaic."""
+    return np.asarray(texels if mosaic is None else slices_of_mosaic([texels[0]], mosaic), np.uint8)
 
 
 def misplaced(entries: UInt8Array, layout: BrickLayout) -> str | None:
@@ -31,7 +38,7 @@ def misplaced(entries: UInt8Array, layout: BrickLayout) -> str | None:
 def voxels_of_bricks(
     pool: NDArray[np.generic], entries: UInt8Array, layout: BrickLayout, shape_zyx: tuple[int, int, int]
 ) -> NDArray[np.generic]:
-    """Return the voxels [z, y, x] of a level from the texture of its bricks and the entries [z, y, x, RGBA]."""
+    """Return the voxels [z, y, x] of a level from its pool [z, y, x] and the entries [z, y, x, RGBA]."""
     level: NDArray[np.generic] = np.empty(shape_zyx, pool.dtype)
     largest = 1.0 if pool.dtype.kind == "f" else 2.0 ** (8 * pool.dtype.itemsize) - 1
     for place in np.ndindex(entries.shape[:3]):

@@ -1,4 +1,4 @@
-"""A level as bricks with ghost voxels: the visible bricks, in one 3D texture, and the position of each."""
+"""A level as bricks with ghost voxels: the visible bricks, side by side in one texture, and the position of each."""
 
 from volprep_formats.grid import Count, Index
 from volprep_formats.record import Record
@@ -18,7 +18,7 @@ class BrickLayout(Record):
     bricks_zyx: tuple[Count, Count, Count]
     """Number of bricks of the level along each axis."""
     pool_zyx: tuple[Count, Count, Count]
-    """Capacity of the texture in bricks, along each axis."""
+    """Room for bricks along each axis of the pool."""
     stored: Count
     """Number of bricks that the texture holds. They fill its places in the order of the level's bricks: x first, then
     y, then z."""
@@ -30,7 +30,7 @@ class BrickLayout(Record):
         return z, y, x
 
     @property
-    def texture_zyx(self) -> Triple:
-        """Depth, height and width of the texture, in texels."""
+    def pool_texels_zyx(self) -> Triple:
+        """Depth, height and width of the pool in texels: of a 3D texture, or of the slices of a mosaic."""
         z, y, x = (n * pitch for n, pitch in zip(self.pool_zyx, self.pitch_zyx, strict=True))
         return z, y, x

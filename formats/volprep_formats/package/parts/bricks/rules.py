@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from volprep_formats.grid import blocks_along
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.mosaic_rules import mosaic_contradictions
+from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import Texture
 
@@ -23,21 +25,35 @@ def bricks_contradictions(manifest: Manifest) -> Iterator[str]:
             yield f"texture {texture.name} holds bricks, and not one texture says where they are"
     for texture in places:
         pool = pools.get(texture.level)
-        shape = None if pool is None or pool.bricks is None else pool.bricks.bricks_zyx
-        if texture.shape_zyx != shape or texture.gl.internal_format != "RGBA8" or texture.filter != "nearest":
+        if pool is None or pool.bricks is None or not _is_index(texture, pool, pool.bricks):
             yield f"texture {texture.name} is not RGBA8, nearest, with a texel for each brick of its level"
     for program in manifest.programs:
         yield from _program(program)
+
+
+def _is_index(texture: Texture, pool: Texture, layout: BrickLayout) -> bool:
+    """Whether a texture has an entry for each brick: in a 3D texture, or in a mosaic where the pool is one."""
+    mosaic = texture.mosaic
+    if texture.gl.internal_format not in {"RGBA8", "RGBA"} or texture.filter != "nearest":
+        return False
+    if mosaic is None:
+        return pool.mosaic is None and texture.shape_zyx == layout.bricks_zyx
+    plain = (mosaic.textures, mosaic.slices_per_texel, mosaic.gutter) == (1, 1, 0)
+    return pool.mosaic is not None and plain and not [*mosaic_contradictions(texture, layout.bricks_zyx)]
 
 
 def _layout(texture: Texture) -> Iterator[str]:
     layout = texture.bricks
     if layout is None:
         return
-    if (texture.role, texture.gl.target, texture.mosaic, texture.mipmap) != ("volume", "TEXTURE_3D", None, None):
-        yield "holds bricks, but is no volume in a 3D texture of its own"
-    if texture.shape_zyx != layout.texture_zyx:
-        yield f"has {texture.shape_zyx} texels, its places for bricks {layout.texture_zyx}"
+    if (texture.role, texture.mipmap, texture.gl.target == "TEXTURE_3D") != ("volume", None, texture.mosaic is None):
+        yield "holds bricks, but is no volume in a 3D texture or a mosaic of its own"
+    if texture.mosaic is not None:
+        yield from mosaic_contradictions(texture, layout.pool_texels_zyx)
+        if texture.mosaic.textures > 1 or texture.mosaic.components_per_voxel > 1:
+            yield "holds bricks in a mosaic of several textures, or with several components in a voxel"
+    elif texture.shape_zyx != layout.pool_texels_zyx:
+        yield f"has {texture.shape_zyx} texels, its places for bricks {layout.pool_texels_zyx}"
     if layout.stored > min(math.prod(layout.pool_zyx), math.prod(layout.bricks_zyx)) or max(layout.pool_zyx) > 255:
         yield f"holds {layout.stored} bricks in {layout.pool_zyx} places, of {layout.bricks_zyx} in all"
 
