@@ -132,7 +132,7 @@ def test_a_batch_whose_parent_alone_is_killed_leaves_no_process(tmp_path) -> Non
     assert psutil.wait_procs(children, timeout=30)[1] == []
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_interrupt_ends_a_batch_with_its_ledger_and_its_pages(tmp_path, engine) -> None:
     write_scans(tmp_path / "in", 5)
@@ -152,6 +152,7 @@ def test_an_interrupt_ends_a_batch_with_its_ledger_and_its_pages(tmp_path, engin
     assert (out / "index.html").is_file()
 
 
+@pytest.mark.long
 def test_two_batches_at_one_folder_build_each_scan_once(tmp_path) -> None:
     write_scans(tmp_path / "in", 4)
     out = tmp_path / "out"

@@ -187,7 +187,7 @@ class TestDeterminism:
         monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)
         assert contents(build_here(scene)) == whole
 
-    @pytest.mark.long(keep=1)
+    @pytest.mark.long
     @ANY_FILTER
     def test_stage_by_stage_gives_what_build_gives(self, scene) -> None:
         built = contents(build_here(scene))

@@ -177,7 +177,7 @@ def test_a_pre_integrated_table_stands_for_the_function_that_it_was_made_of(prei
     assert np.abs(at - given).max() < given.max()
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_seconds_stand_beside_the_package_and_not_in_it(package) -> None:
     origin = read_origin(package.path)
     assert origin is not None
@@ -186,6 +186,7 @@ def test_seconds_stand_beside_the_package_and_not_in_it(package) -> None:
     assert "seconds" not in json.dumps(package.manifest.model_dump(mode="json"))
 
 
+@pytest.mark.long
 def test_steps_of_coarser_levels_are_measured_on_these_levels(package) -> None:
     origin = read_origin(package.path)
     assert origin is not None

@@ -171,6 +171,7 @@ def test_labels_have_no_maximum(tmp_path) -> None:
     assert found.value.code == "VP3045"
 
 
+@pytest.mark.long
 def test_the_plan_says_that_no_ray_ends_early(tmp_path) -> None:
     done = volprep("plan", write_scene(tmp_path), "--json")
     items = {item["name"]: item for item in json.loads(done.stdout)["items"]}

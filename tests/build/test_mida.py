@@ -81,7 +81,7 @@ def test_skipping_changes_no_pixel(package) -> None:
         assert np.array_equal(picture, drawn(plain, view))
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("package", ["texture3d", "mosaic"], indirect=True)
 def test_it_is_within_the_tolerance_of_the_refined_truth(package) -> None:
     report = validate(package.path, package.path.with_name("balls.report"), Silent())

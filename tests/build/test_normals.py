@@ -108,6 +108,7 @@ def test_a_profile_without_3d_textures_has_mosaics_of_normals(tmp_path):
             assert renderer.render(view, (32, 32)).max() > 0
 
 
+@pytest.mark.long
 def test_normals_take_memory_of_mosaics(tmp_path):
     text = (Path(profiles.__file__).parent / "gles2-2048.toml").read_text(encoding="utf-8")
     (tmp_path / "small.toml").write_text(text.replace("67_108_864", "60_000"), encoding="utf-8")
@@ -137,6 +138,7 @@ def test_a_skip_table_needs_a_texture_unit_that_normals_leave(tmp_path):
     assert "leave no texture unit" in item(lit, "skip table core").reason
 
 
+@pytest.mark.long
 def test_mosaics_of_normals_are_the_same_however_slabs_are_cut(tmp_path, monkeypatch):
     wanted = "[normals]\nmagnitude = true\n"
     (tmp_path / "again").mkdir()

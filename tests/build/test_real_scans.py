@@ -81,7 +81,7 @@ def test_an_engine_as_a_packed_raw_file_keeps_every_voxel(engine) -> None:
         assert voxels[hidden].max() <= package.manifest.transfer_functions[0].points[0].value
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_validate_quick_and_inspect_agree_with_what_build_says(engine) -> None:
     assert volprep("validate", engine["package"], "--quick").returncode == 0
     inspected = json.loads(volprep("inspect", engine["package"], "--json").stdout)

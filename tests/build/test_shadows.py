@@ -102,7 +102,7 @@ def rmse(picture, truth):
     return float(np.sqrt(np.mean((picture - truth) ** 2)))
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("light", "shadows", "view"),
     [

@@ -71,6 +71,7 @@ def test_nothing_of_a_person_is_in_names_ledger_pages_packages_or_what_is_printe
             assert not words.search(file.read_bytes().decode("latin-1"))
 
 
+@pytest.mark.long
 def test_unchanged_scans_are_left_out_and_changed_ones_are_built_again(place, done, tmp_path) -> None:
     folder = tmp_path / "copy"
     folder.mkdir()

@@ -93,7 +93,7 @@ def scene(tmp_path_factory) -> Path:
     return scene
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("verb", ["export_file", "export_raw", "export_series", "zip_package", "cut"])
 def test_a_killed_verb_leaves_the_older_files_or_the_newer_ones_and_the_next_one_clears_up(scene, room, verb) -> None:
     script = CRASH.with_name("crash_verbs.py")

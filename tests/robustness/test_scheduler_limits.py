@@ -44,7 +44,7 @@ def limited(place: Path, limits: dict[int, int], *words: str) -> subprocess.Comp
     )
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("scan", ["scan.npy", "series"])
 def test_scans_are_built_and_validated_below_the_limits_of_a_scheduler(place, scan) -> None:
     built = limited(place, USUAL, "build", scan, "-o", f"{scan}.volpkg")

@@ -309,6 +309,7 @@ def test_every_cut_of_a_picture_is_refused_or_whole(tmp_path, suffix) -> None:
     check_every_cut(write(tmp_path / f"v{suffix}", values.astype("float32") if kind else values, kind))
 
 
+@pytest.mark.long
 def test_every_cut_of_a_tiff_of_several_pages_is_refused(tmp_path) -> None:
     check_every_cut(write_pages(tmp_path / "v.tif", voxels()[:3]), step=2)
 
