@@ -84,7 +84,13 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
     start_zyx, stop_zyx = (4, 2, 6), (40, 26, 22)
     grid = Grid.of(codes.shape, (1.0, 0.5, 2.0)).part(start_zyx, stop_zyx)
     found = []
-    for stored, slope, intercept in ((codes, 1.0, 0.0), (codes.astype(np.int16) - 300, 1.0, 300.0)):
+    scans = (
+        (codes, 1.0, 0.0),
+        (codes.astype(np.int16) - 300, 1.0, 300.0),
+        (codes.astype(np.uint16), 1.0, 0.0),
+        (codes.astype(np.float32) / 2, 2.0, 0.0),
+    )
+    for stored, slope, intercept in scans:
         info = SourceInfo(
             format="raw",
             grid=Grid.of(codes.shape, (1.0, 0.5, 2.0)),
@@ -103,9 +109,10 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
     assert along_z.shape[0] == 36 * 2 * (2 * FINE)
     means = along_z.reshape(36, -1, along_z.shape[1]).mean(axis=1)
     assert np.abs(np.corrcoef(means.mean(axis=1), codes[4:40, 2:26, 6:22].mean(axis=(1, 2)))[0, 1]) > 0.9
-    for one, other in zip(*found, strict=True):
-        np.testing.assert_allclose(other.values, one.values, atol=0.01)
-        np.testing.assert_allclose(other.headlight, one.headlight, atol=0.05)
+    for one, *others in zip(*found, strict=True):
+        for other in others:
+            np.testing.assert_allclose(other.values, one.values, atol=0.01)
+            np.testing.assert_allclose(other.headlight, one.headlight, atol=0.05)
 
 
 def test_a_scan_of_which_nothing_is_seen_has_no_rays() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from volprep.compositing.record import Compositing
 from volprep.kernels import _native
-from volprep.transfer.rays import Spacing, segments
+from volprep.transfer.rays import Spacing
 from volprep.truth.lit import Baked, Lit, Normals
 from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
 from volprep.truth.refined import refined_picture
@@ -19,39 +19,21 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.texture import SampleFilter
 
 
-def _rays(columns: Float64Array, spacing_mm: Spacing, table: Table, between: SampleFilter) -> Float64Array:
-    if not isinstance(spacing_mm, float):
-        # The kernel takes rays of one spacing.
-        return _lit_rays(columns, spacing_mm, table, between)
-    light = np.empty((columns.shape[1], 4))
-    _native.column_light(np.ascontiguousarray(columns), spacing_mm, between == "nearest", *table.points, light)
-    return light
-
-
-def _lit_rays(
+def _rays(
     columns: Float64Array,
     spacing_mm: Spacing,
     table: Table,
     between: SampleFilter,
     light: Float64Array | None = None,
 ) -> Float64Array:
-    result = np.zeros((columns.shape[1], 4))
-    transmittance = np.ones(columns.shape[1])
-    first = 0
-    for samples, step_mm in segments(columns, spacing_mm, between):
-        kept = np.exp(-step_mm * np.interp(samples, table.values, table.extinction_per_mm))
-        before = transmittance * np.cumprod(np.vstack([np.ones(len(transmittance)), kept]), axis=0)
-        weight = before[:-1] - before[1:]
-        # Most samples of a ray emit no light: their colour is not needed.
-        shown = weight > 0.0
-        given = np.zeros(weight.shape)
-        lit = weight if light is None else weight * light[first : first + len(samples)]
-        first += len(samples)
-        for channel in range(3):
-            given[shown] = lit[shown] * np.interp(samples[shown], table.values, table.colour[:, channel])
-            result[:, channel] += given.sum(axis=0)
-        transmittance = before[-1]
-    result[:, 3] = 1.0 - transmittance
+    """Return the light of rays; `light` is the brightness of each sample, where each voxel is one."""
+    count = columns.shape[1]
+    spacings_mm = np.ascontiguousarray(np.broadcast_to(np.asarray(spacing_mm, np.float64), (count,)))
+    brightness = None if light is None else np.ascontiguousarray(light)
+    result = np.empty((count, 4))
+    _native.column_light(
+        np.ascontiguousarray(columns), spacings_mm, between == "nearest", *table.points, result, brightness
+    )
     return result
 
 
@@ -112,7 +94,7 @@ EMISSION_ABSORPTION = Compositing(
     every_value=False,
     visible=_visible,
     rays=_rays,
-    lit_rays=_lit_rays,
+    lit_rays=_rays,
     oracle=_oracle,
     truth="an integral of the scan",
     fixed_path=False,

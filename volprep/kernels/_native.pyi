@@ -96,7 +96,7 @@ def box_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArr
         If an array has another type or order.
     """
 
-def column_light(columns: numpy.typing.NDArray[numpy.float64], spacing_mm: float, nearest: bool, values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+def column_light(columns: numpy.typing.NDArray[numpy.float64], spacings_mm: numpy.typing.NDArray[numpy.float64], nearest: bool, values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], brightness: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None:
     """
     Write the light of rays through the centres of columns of voxels.
 
@@ -107,8 +107,8 @@ def column_light(columns: numpy.typing.NDArray[numpy.float64], spacing_mm: float
     ----------
     columns
         float64 [voxel, n], finite: values, front to back.
-    spacing_mm
-        Distance of the voxels.
+    spacings_mm
+        float64 [n]: distance of the voxels of each column.
     nearest
         Whether each voxel is one sample instead, as labels are.
     values, colours, extinctions_per_mm
@@ -116,6 +116,8 @@ def column_light(columns: numpy.typing.NDArray[numpy.float64], spacing_mm: float
         them and constant outside; two points at one value make a jump, where the upper side counts.
     light
         float64 [n, 4], written: premultiplied linear colour, and opacity.
+    brightness
+        float64 [voxel, n], or None for 1: a factor of the colour of each sample, where each voxel is one.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 

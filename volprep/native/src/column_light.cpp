@@ -78,12 +78,12 @@ struct Beam {
     double light[3] = {0.0, 0.0, 0.0};
     double transmittance = 1.0;
 
-    void pass(const Function& function, double value, double length_mm) noexcept {
+    void pass(const Function& function, double value, double length_mm, double brightness = 1.0) noexcept {
         const Knot& knot = function.below(value);
         const double extinction = knot.at(3, value);
         if (!(extinction > 0.0)) return;
         const double behind = transmittance * std::exp(-length_mm * extinction);
-        const double weight = transmittance - behind;
+        const double weight = (transmittance - behind) * brightness;
         for (int c = 0; c < 3; ++c) light[c] += weight * knot.at(c, value);
         transmittance = behind;
     }
@@ -93,20 +93,23 @@ struct Beam {
 
 void column_light(const Columns& columns, const ControlPoints& points, double* light, int threads) {
     const Function function(points);
-    const double half_mm = columns.spacing_mm / 2;
 #pragma omp parallel for num_threads(resolve_threads(threads)) schedule(static)
     for (int64_t begin = 0; begin < columns.count; begin += kColumns) {
         const int64_t beside = std::min(kColumns, columns.count - begin);
         Beam beams[kColumns];
+        const double* const spacing_mm = columns.spacings_mm + begin;
         for (int64_t voxel = 0; voxel < columns.voxels; ++voxel) {
             const double* const near = columns.values + voxel * columns.count + begin;
             const double* const far = near + columns.count;
+            const double* const lit =
+                columns.brightness == nullptr ? nullptr : columns.brightness + voxel * columns.count + begin;
             const bool is_first = voxel == 0, is_last = voxel + 1 == columns.voxels;
             for (int64_t i = 0; i < beside; ++i) {
                 if (columns.nearest) {
-                    beams[i].pass(function, near[i], columns.spacing_mm);
+                    beams[i].pass(function, near[i], spacing_mm[i], lit == nullptr ? 1.0 : lit[i]);
                     continue;
                 }
+                const double half_mm = spacing_mm[i] / 2;
                 // Half a voxel lies outside the first and the last centre.
                 if (is_first) beams[i].pass(function, near[i], half_mm);
                 for (int k = 0; !is_last && k < 2; ++k) {

@@ -6,6 +6,7 @@ are classified, too (classified.py).
 """
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.level_choices import choice_name
@@ -96,26 +97,45 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     chooser = _chooser(scan, plan, coarser) if coarser else None
     seen = _seen(scan, plan) if coarser else None
     steps = _steps(scan, plan) if coarser else None
-    choices: list[LevelChoice] = []
-    for level in coarser:
-        candidates = _candidates(level, plan)
-        if chooser is None:
-            choice, codes = _made(scan, level, candidates[0], draft, progress)
-        else:
-            choice, codes = chooser.choose(level.index, level.factors_zyx, candidates, draft.scratch, progress.advance)
-        errors = choice.tried if seen is None else seen.errors(codes, level.factors_zyx, choice.tables)
-        choice = choice.model_copy(update={"errors": errors})
-        off = error_along_rays(choice)
-        step = None if steps is None else steps.measured(codes, level.factors_zyx, choice.tables, off)
-        choice = choice.model_copy(update={"step": step})
-        name = classified_name(level.index) if plan.is_classified else codes_name(level.index, plan.channel)
-        draft.write(name, "work", _bytes(codes))
-        draft.write(choice_name(level.index, plan.channel), "work", choice.model_dump_json().encode())
-        choices.append(choice)
+    waiting: list[tuple[LevelPlan, Future[LevelChoice], RawVolume]] = []
+    # A level is measured while the next one is made: both use few threads.
+    with ThreadPoolExecutor(1) as beside:
+        for level in coarser:
+            candidates = _candidates(level, plan)
+            if chooser is None:
+                choice, codes = _made(scan, level, candidates[0], draft, progress)
+            else:
+                choice, codes = chooser.choose(
+                    level.index, level.factors_zyx, candidates, draft.scratch, progress.advance
+                )
+            waiting.append((level, beside.submit(_measured, choice, codes, level, seen, steps), codes))
+        choices = [_written(draft, plan, *each) for each in waiting]
     filters = {choice.level: choice.filter for choice in choices}
     labelled = _drawing(plan).labelled
     previews = preview_levels(choices, plan.levels[0].index, plan.render.tolerance, segments=labelled)
     return Contribution(channel=ChannelPart(name=plan.channel, levels=coarser_levels(plan, filters, previews)))
+
+
+def _measured(
+    choice: LevelChoice, codes: RawVolume, level: LevelPlan, seen: SeenLevels | None, steps: LevelSteps | None
+) -> LevelChoice:
+    """Complete the choice of a level that was made with its errors and its step."""
+    errors = choice.tried if seen is None else seen.errors(codes, level.factors_zyx, choice.tables)
+    choice = choice.model_copy(update={"errors": errors})
+    off = error_along_rays(choice)
+    step = None if steps is None else steps.measured(codes, level.factors_zyx, choice.tables, off)
+    return choice.model_copy(update={"step": step})
+
+
+def _written(
+    draft: Draft, plan: ChannelPlan, level: LevelPlan, measured: Future[LevelChoice], codes: RawVolume
+) -> LevelChoice:
+    """Write a level and its choice, once it is measured."""
+    choice = measured.result()
+    name = classified_name(level.index) if plan.is_classified else codes_name(level.index, plan.channel)
+    draft.write(name, "work", _bytes(codes))
+    draft.write(choice_name(level.index, plan.channel), "work", choice.model_dump_json().encode())
+    return choice
 
 
 def _chooser(

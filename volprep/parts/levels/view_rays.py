@@ -76,8 +76,11 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     shifted = [
         ViewGroup(each.view, replace(each.lines, starts_mm_xyz=each.lines.starts_mm_xyz + offset_mm)) for each in groups
     ]
-    codes, window = _codes(volume, info, (measured.statistics.minimum, measured.statistics.maximum))
-    least_per_mm = LEAST_SLOPE / min(grid.spacing_mm_zyx) if lit else None
+    lowest, highest = measured.statistics.minimum, measured.statistics.maximum
+    codes, window = _codes(volume, info, (lowest, highest))
+    # The least slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
+    share = (highest - lowest) / abs(window[1] - window[0]) if highest > lowest else 1.0
+    least_per_mm = share * LEAST_SLOPE / min(grid.spacing_mm_zyx) if lit else None
     return sampled(codes, grid.spacing_mm_zyx, shifted, window, least_per_mm, per_voxel=_PER_VOXEL)
 
 
@@ -202,9 +205,25 @@ def _codes(
     if volume.dtype.name in {"uint8", "uint16"}:
         largest = 256**volume.dtype.itemsize - 1
         return volume, (info.intercept, info.intercept + info.slope * largest)
+    if volume.dtype.name == "int16":
+        shifted = _Unsigned(volume.path, volume.shape_zyx, np.dtype(np.uint16), volume)
+        return shifted, (info.intercept - 32768 * info.slope, info.intercept + 32767 * info.slope)
     first, last = ((value - info.intercept) / info.slope for value in range_of_values)
     codes = _Rescaled(volume.path, volume.shape_zyx, np.dtype(np.uint16), volume, (first, last))
     return codes, range_of_values
+
+
+@dataclass(frozen=True)
+class _Unsigned(RawVolume):
+    """A volume of signed 16 bits, with 32768 added: exact, and in a tenth of the time of rescaling."""
+
+    source: RawVolume
+    """The volume."""
+
+    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Return the codes of slices z0 to z1 - 1."""
+        codes: NDArray[np.uint16] = self.source.read_slab(z0, z1).view(np.uint16) ^ np.uint16(0x8000)
+        return codes
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 Level 0 is measured on rays of many views through the source (`parts/levels/view_rays.py`). Where only a sample of the
 source is known, and for coarser levels, rays run through patches of it (`patch_rays`), or through their box means.
-Steps of coarser levels are measured again when these are made, on the level itself with its own table
-(`parts/levels/level_steps.py`).
+Steps of coarser levels are measured when these are made, on the level itself with its own table
+(`parts/levels/level_steps.py`); where the whole source is known, a plan gives them the step of level 0 until then.
 """
 
 from collections.abc import Iterator, Sequence
@@ -63,6 +63,7 @@ def choose_steps(
     technique = TECHNIQUES[scene.render.technique]
     usual = technique.step_voxels or COMPOSITINGS[scene.render.compositing].step_voxels
     chosen: list[StepChoice] = []
+    of_finest: float | None = None
     for level in (*in_pieces, *levels):
         voxel_mm = min(f * h for f, h in zip(level.factors_zyx, grid.spacing_mm_zyx, strict=True))
         if wanted != "auto":
@@ -77,6 +78,8 @@ def choose_steps(
             voxels, reason = usual, "a few rays do not tell where longer steps miss a surface"
         elif scene.editable:
             voxels, reason = usual, "users may edit the functions that it would be measured with"
+        elif level.index > 0 and finest and of_finest is not None:
+            voxels, reason = of_finest, "as level 0; it is measured again when the level is made"
         else:
             of_views = finest if level.index == 0 else ()
             rays = of_views or [source_rays(scene, info, measured, grid, level.factors_zyx)]
@@ -89,6 +92,7 @@ def choose_steps(
             )
             margin = MARGIN_OF_VIEWS if of_views else 1.0
             voxels, reason, _ = longest_step(bench, voxel_mm, scene.tolerance, usual, margin)
+            of_finest = voxels if level.index == 0 else of_finest
             if level.index == 0 and not of_views:
                 reason = f"{reason}; an estimate along rays through parts of the scan; a build measures all of it"
             if scene.segments is not None and voxels > LONGEST_AT_BORDERS[scene.segments.border]:

@@ -1,5 +1,5 @@
-// The light of rays that run along columns of voxels, through their centres: emission and absorption, a sample at a
-// time.
+// The light of rays that run along columns of voxels, through their centres, or along samples: emission and absorption,
+// a sample at a time.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,9 @@ struct Columns {
     const double* values;
     int64_t voxels;
     int64_t count;
-    double spacing_mm;
+    const double* spacings_mm;  // [count]
     bool nearest;  // each voxel is one sample; else the value is linear between voxels, with two samples between them
+    const double* brightness;  // [voxels][count]: how bright each sample is, only if `nearest`; null if not lit
 };
 
 // light[column][4] = premultiplied colour and opacity, front to back, each sample of opacity
