@@ -37,6 +37,7 @@ _KINDS = {
     "preintegrated": "pre-integrated table",
     "skip": "skip table",
     "ranges": "ranges of blocks",
+    "label-sets": "labels in blocks",
     "bricks": "places of bricks",
     "normals": "normals",
 }

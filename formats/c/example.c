@@ -221,25 +221,19 @@ static void draw(const volpkg_package* package, volpkg_drawing* drawing, int poi
     read_picture(&s, made);
 }
 
-/* Hide a segment: only the texels of the table of looks change. */
+/* Hide a segment: only the table of looks and the skip table change. */
 static void hide(volpkg_drawing* drawing, const char* name) {
     const volpkg_package* package = drawing->package;
-    int32_t number = volpkg_find_segment(package, name), unit;
+    int32_t number = volpkg_find_segment(package, name);
+    size_t bytes = volpkg_looks_bytes(drawing);
+    void* room = malloc(bytes); /* until the end */
     volpkg_look* looks;
     if (number < 0) fail(name, "the package has no segment of this name");
     looks = (volpkg_look*)malloc((size_t)package->segments->segments.count * sizeof *looks);
     if (looks == NULL) fail(name, "no memory");
     volpkg_looks(package, looks);
     looks[number].visible = 0;
-    for (unit = 0; unit < drawing->units; ++unit) {
-        volpkg_texture* table = &drawing->textures[unit];
-        unsigned char* texels;
-        if (table->role != VOLPKG_ROLE_LOOKS) continue;
-        texels = (unsigned char*)malloc((size_t)table->texel_bytes);
-        if (texels == NULL || volpkg_look_texels(package, looks, table, texels, (size_t)table->texel_bytes))
-            fail(name, "its look cannot be changed");
-        table->texels = texels; /* until the end */
-    }
+    if (volpkg_set_looks(drawing, looks, room, bytes)) fail(name, "its look cannot be changed");
     free(looks);
 }
 

@@ -175,8 +175,8 @@ typedef enum volpkg_projection { VOLPKG_PROJECTION_ORTHOGRAPHIC, VOLPKG_PROJECTI
 typedef enum volpkg_rays { VOLPKG_RAYS_BOX, VOLPKG_RAYS_MESH } volpkg_rays;
 typedef enum volpkg_role { VOLPKG_ROLE_VOLUME, VOLPKG_ROLE_BRICKS, VOLPKG_ROLE_TRANSFER, VOLPKG_ROLE_PREINTEGRATED,
     VOLPKG_ROLE_SKIP, VOLPKG_ROLE_NORMALS, VOLPKG_ROLE_SUBVOLUME, VOLPKG_ROLE_LABELS, VOLPKG_ROLE_LOOKS,
-    VOLPKG_ROLE_LIGHT, VOLPKG_ROLE_RANGES, VOLPKG_ROLE_SLICES, VOLPKG_ROLE_OTHER /* of a later version: ignore it */ }
-    volpkg_role;
+    VOLPKG_ROLE_LIGHT, VOLPKG_ROLE_RANGES, VOLPKG_ROLE_SLICES, VOLPKG_ROLE_LABEL_SETS, VOLPKG_ROLE_OTHER /* of a later
+    version: ignore it */ } volpkg_role;
 typedef enum volpkg_sampling { VOLPKG_SAMPLING_TEXTURE3D, VOLPKG_SAMPLING_MOSAIC, VOLPKG_SAMPLING_SUBVOLUMES,
     VOLPKG_SAMPLING_BRICKS } volpkg_sampling;
 typedef enum volpkg_segment_border { VOLPKG_SEGMENT_BORDER_MIXED, VOLPKG_SEGMENT_BORDER_CRISP } volpkg_segment_border;
@@ -797,8 +797,8 @@ typedef struct volpkg_texture {
        table of a transfer function. preintegrated: its pre-integrated table. skip: its skip table for a level. ranges:
        the least and the greatest values of the blocks of a level. normals: directions of gradients of a level. slices:
        classified slices of a level, in a 2D texture for polygons. labels: the segment of each voxel of a level. looks:
-       tint and opacity of each label. light: light of a transfer function that was computed once. A reader ignores
-       textures of other roles. */
+       tint and opacity of each label. label-sets: the labels in each block of a level, which no program samples. light:
+       light of a transfer function that was computed once. A reader ignores textures of other roles. */
     volpkg_role role;
     /* KTX 2 file. If gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold: the bytes for
        glCompressedTexImage2D. */
@@ -1447,12 +1447,18 @@ void volpkg_looks(const volpkg_package* package, volpkg_look* looks);
 int32_t volpkg_find_segment(const volpkg_package* package, const char* name);
 
 /*
- * Write the texels of the table of looks, 4 bytes for each texel of `table`, which is the texture of role
- * VOLPKG_ROLE_LOOKS of a drawing. Upload them in place of its own: switching a segment changes no other texture.
- * Returns VOLPKG_BAD_ARGUMENT if a look is out of range, if `table` is no such texture, or if `bytes` is not its size.
+ * Bytes of memory that volpkg_set_looks needs, 0 for a picture without segments. It is the app's, aligned as malloc
+ * does, and must stay as long as the drawing.
  */
-volpkg_code volpkg_look_texels(const volpkg_package* package, const volpkg_look* looks, const volpkg_texture* table,
-                               unsigned char* texels, size_t bytes);
+size_t volpkg_looks_bytes(const volpkg_drawing* drawing);
+
+/*
+ * Draw segments with these looks: compute the table of looks and the skip table of the drawing in `room`, and let their
+ * textures point there. Upload the textures of the roles VOLPKG_ROLE_LOOKS and VOLPKG_ROLE_SKIP again; nothing else
+ * changes. Rays then skip what is hidden. Returns VOLPKG_BAD_ARGUMENT if a look is out of range or the drawing has no
+ * segments, and VOLPKG_SMALL_ARENA if `bytes` are too few.
+ */
+volpkg_code volpkg_set_looks(volpkg_drawing* drawing, const volpkg_look* looks, void* room, size_t bytes);
 
 /* Mipmap k of the file of a texture, or NULL. Upload a texture with mipmaps as levels 0 to texture->mipmaps - 1. */
 const volpkg_texture* volpkg_mipmap(const volpkg_package* package, const volpkg_texture* texture, int32_t mipmap);
@@ -3219,7 +3225,7 @@ static const volpkg__named volpkg__texture_role_words[] = {{"volume", VOLPKG_ROL
     {"bricks", VOLPKG_ROLE_BRICKS}, {"transfer", VOLPKG_ROLE_TRANSFER}, {"preintegrated", VOLPKG_ROLE_PREINTEGRATED},
     {"skip", VOLPKG_ROLE_SKIP}, {"ranges", VOLPKG_ROLE_RANGES}, {"normals", VOLPKG_ROLE_NORMALS},
     {"slices", VOLPKG_ROLE_SLICES}, {"labels", VOLPKG_ROLE_LABELS}, {"looks", VOLPKG_ROLE_LOOKS},
-    {"light", VOLPKG_ROLE_LIGHT}, {NULL, 0}};
+    {"label-sets", VOLPKG_ROLE_LABEL_SETS}, {"light", VOLPKG_ROLE_LIGHT}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__texture_role_word, VOLPKG__OPEN, VOLPKG_ROLE_OTHER, volpkg__texture_role_words)
 VOLPKG__MAYBE(volpkg__brick_layout_record_pointer, volpkg__brick_layout_record)
 static const volpkg__named volpkg__normal_code_words[] = {{"biased8", VOLPKG_NORMAL_CODE_BIASED8},
@@ -6149,7 +6155,30 @@ static int32_t volpkg__finest(const volpkg_program* programs, int32_t count, con
     return finest;
 }
 
-/* The labels of a level, or the table of looks. */
+/* The labels in the blocks of a level, one texture for the skip table of segments there. */
+static volpkg_code volpkg__label_sets_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_texture* t) {
+    const volpkg_skip_table* table = NULL;
+    int64_t numbers = 0;
+    int32_t i, same = 0;
+    for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i) {
+        const volpkg_skip_table* each = &p->skipping->tables.at[i];
+        if (each->level == t->level && volpkg__is(each->transfer, p->segments->name)) table = each;
+    }
+    VOLPKG__RULE(table != NULL, t->name, "it holds the labels of blocks of a level without a skip table of segments");
+    for (i = 0, numbers = 1; i < 3 && numbers < (int64_t)1 << 40; ++i) numbers *= table->blocks_zyx[i];
+    numbers += numbers / 4 + 1024;
+    VOLPKG__RULE(t->shape_zyx[0] == 1 && t->shape_zyx[1] == (numbers + 2047) / 2048 && t->shape_zyx[2] == 2048 &&
+                     t->gl.target == 0x0DE1,
+                 t->name, "it has not the shape of the labels of the blocks of its level");
+    VOLPKG__RULE(volpkg__components(&t->gl) == 2u, t->name, "its texels do not have the two bytes of a number");
+    VOLPKG__RULE(volpkg__is(t->transfer, p->segments->name), t->name, "it holds the labels of another picture");
+    for (i = 0; i < p->textures.count; ++i)
+        same += p->textures.at[i].role == t->role && p->textures.at[i].level == t->level;
+    VOLPKG__RULE(same == 1, t->name, "it holds the labels of blocks of a level, as another texture does");
+    return VOLPKG_OK;
+}
+
+/* The labels of a level or of its blocks, or the table of looks. */
 static volpkg_code volpkg__label_texture_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_texture* t) {
     const volpkg_segments* segments = p->segments;
     const volpkg_level* level = volpkg__level_of(&p->channels.at[0], t->level);
@@ -6170,6 +6199,7 @@ static volpkg_code volpkg__label_texture_rules(volpkg__reader* r, const volpkg_p
                      "its texels do not have the bytes of its labels");
         return VOLPKG_OK;
     }
+    if (t->role == VOLPKG_ROLE_LABEL_SETS) return volpkg__label_sets_rules(r, p, t);
     while (width < labels && width < 2048) width *= 2;
     VOLPKG__RULE(t->shape_zyx[0] == 1 && t->shape_zyx[1] == (labels + width - 1) / width && t->shape_zyx[2] == width &&
                      t->gl.format == 0x1908 && t->level < 0,
@@ -6228,7 +6258,8 @@ static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg
 static volpkg_code volpkg__segments_rules(volpkg__reader* r, const volpkg_package* p, volpkg__pair* room, size_t most) {
     int32_t i, programs = 0;
     for (i = 0; i < p->textures.count; ++i)
-        if (p->textures.at[i].role == VOLPKG_ROLE_LABELS || p->textures.at[i].role == VOLPKG_ROLE_LOOKS)
+        if (p->textures.at[i].role == VOLPKG_ROLE_LABELS || p->textures.at[i].role == VOLPKG_ROLE_LOOKS ||
+            p->textures.at[i].role == VOLPKG_ROLE_LABEL_SETS)
             VOLPKG__TRY(volpkg__label_texture_rules(r, p, &p->textures.at[i]));
     if (p->segments == NULL) return VOLPKG_OK;
     VOLPKG__TRY(volpkg__label_rules(r, p, room, most));
@@ -7070,23 +7101,16 @@ static void volpkg__look_of_label(const volpkg_package* p, const volpkg_segment_
     for (k = 0; k < 3; ++k) look[k] = shown ? sqrt(sum[k] / shown) : 1;
 }
 
-volpkg_code volpkg_look_texels(const volpkg_package* package, const volpkg_look* looks, const volpkg_texture* table,
-                               unsigned char* texels, size_t bytes) {
-    const volpkg_segments* segments = package->segments;
+/* The texels of the table of looks. */
+static void volpkg__write_looks(const volpkg_package* p, const volpkg_look* looks, size_t bytes,
+                                unsigned char* texels) {
     int32_t i, k;
-    if (segments == NULL || table->role != VOLPKG_ROLE_LOOKS || (size_t)table->texel_bytes != bytes)
-        return VOLPKG_BAD_ARGUMENT;
-    for (i = 0; i < segments->segments.count; ++i)
-        if (!volpkg__is_share(looks[i].opacity) || !volpkg__is_share(looks[i].tint[0]) ||
-            !volpkg__is_share(looks[i].tint[1]) || !volpkg__is_share(looks[i].tint[2]))
-            return VOLPKG_BAD_ARGUMENT;
     memset(texels, 0, bytes);
-    for (i = 0; i < segments->labels.count; ++i) {
+    for (i = 0; i < p->segments->labels.count && 4 * (size_t)i + 4 <= bytes; ++i) {
         double look[4];
-        volpkg__look_of_label(package, &segments->labels.at[i], looks, look);
+        volpkg__look_of_label(p, &p->segments->labels.at[i], looks, look);
         for (k = 0; k < 4; ++k) texels[4 * (size_t)i + (size_t)k] = (unsigned char)(255 * look[k] + 0.5);
     }
-    return VOLPKG_OK;
 }
 
 /* ---- matrices and cameras; m[4 * column + row] ---- */
@@ -8002,14 +8026,14 @@ static int volpkg__follows_edits(const volpkg_texture* t) {
 }
 
 /* Divide the room: texels of each texture that changes, then scratch. Returns the bytes that it takes. */
-static size_t volpkg__divide(const volpkg_drawing* d, unsigned char* room, void* texels[VOLPKG_MAX_UNITS],
-                             volpkg__workspace* s) {
+static size_t volpkg__divide(const volpkg_drawing* d, int (*changes)(const volpkg_texture*), unsigned char* room,
+                             void* texels[VOLPKG_MAX_UNITS], volpkg__workspace* s) {
     size_t used = 0, entries = VOLPKG__BINS, blocks = volpkg__block_count(d->skip), row = 4 * sizeof(double);
     int32_t i, longest = 1;
     for (i = 0; i < d->units; ++i) {
         const volpkg_texture* t = &d->textures[i];
         texels[i] = NULL;
-        if (!volpkg__follows_edits(t)) continue;
+        if (!changes(t)) continue;
         texels[i] = volpkg__take_room(room, &used, (size_t)t->texel_bytes);
         if (t->role == VOLPKG_ROLE_TRANSFER && (size_t)t->shape_zyx[2] > entries) entries = (size_t)t->shape_zyx[2];
     }
@@ -8030,7 +8054,7 @@ static size_t volpkg__divide(const volpkg_drawing* d, unsigned char* room, void*
 size_t volpkg_edit_bytes(const volpkg_drawing* drawing) {
     void* texels[VOLPKG_MAX_UNITS];
     volpkg__workspace scratch;
-    return drawing->package->editing ? volpkg__divide(drawing, NULL, texels, &scratch) : 0;
+    return drawing->package->editing ? volpkg__divide(drawing, volpkg__follows_edits, NULL, texels, &scratch) : 0;
 }
 
 static const char* volpkg__no_points(const volpkg_edit* edit) {
@@ -8456,6 +8480,18 @@ static int volpkg__edit_light(const volpkg_package* p, const volpkg_texture* t, 
     return 0;
 }
 
+/* Write the skip table of a drawing from the blocks that are marked. */
+static void volpkg__renew_skip(volpkg_drawing* drawing, const volpkg__workspace* s, void* texels[VOLPKG_MAX_UNITS]) {
+    int32_t unit;
+    for (unit = 0; unit < drawing->units && drawing->skip; ++unit) {
+        volpkg_texture* t = &drawing->textures[unit];
+        if (t->role != VOLPKG_ROLE_SKIP) continue;
+        volpkg__skip_cells(drawing->skip, s);
+        volpkg__write_skip(t, drawing->skip, s->cells, (unsigned char*)texels[unit]);
+        t->texels = texels[unit];
+    }
+}
+
 volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edits, int32_t count, void* room,
                                 size_t bytes, volpkg_error* error) {
     const volpkg_package* p = drawing->package;
@@ -8466,7 +8502,7 @@ volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edit
     if (room == NULL || bytes < volpkg_edit_bytes(drawing))
         return volpkg__fail(error, VOLPKG_SMALL_ARENA, "", "the bytes that an edit needs", (double)bytes,
                             (double)volpkg_edit_bytes(drawing));
-    volpkg__divide(drawing, (unsigned char*)room, texels, &scratch);
+    volpkg__divide(drawing, volpkg__follows_edits, (unsigned char*)room, texels, &scratch);
     for (unit = 0; unit < drawing->units; ++unit) tables += drawing->textures[unit].role == VOLPKG_ROLE_TRANSFER;
     if (drawing->skip) memset(scratch.occupied, 0, volpkg__block_count(drawing->skip));
     for (unit = 0; unit < drawing->units; ++unit) {
@@ -8496,13 +8532,99 @@ volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edit
             volpkg__mark(drawing, t, channel, volpkg__function_of(channel, name), ranges, tables, &scratch);
         }
     }
-    for (unit = 0; unit < drawing->units && drawing->skip; ++unit) {
+    volpkg__renew_skip(drawing, &scratch, texels);
+    return VOLPKG_OK;
+}
+
+/* ---- looks of segments; SPEC.md section 13 ---- */
+
+/* Whether looks of segments change the texels of a texture. */
+static int volpkg__follows_looks(const volpkg_texture* t) {
+    return t->role == VOLPKG_ROLE_LOOKS || t->role == VOLPKG_ROLE_SKIP;
+}
+
+/* The labels of the blocks of a skip table, or NULL. */
+static const volpkg_texture* volpkg__label_sets_of(const volpkg_package* p, const volpkg_skip_table* skip) {
+    int32_t i;
+    for (i = 0; i < p->textures.count; ++i) {
+        const volpkg_texture* t = &p->textures.at[i];
+        if (t->role == VOLPKG_ROLE_LABEL_SETS && t->level == skip->level &&
+            t->texel_bytes == (int64_t)2 * t->shape_zyx[1] * t->shape_zyx[2] &&
+            (size_t)t->texel_bytes / 2 >= volpkg__block_count(skip))
+            return t;
+    }
+    return NULL;
+}
+
+/* Mark the blocks with a label that is shown; `seen` has room for a byte of each set. What a package does not tell
+   counts as shown. */
+static void volpkg__show_blocks(const volpkg_skip_table* skip, const volpkg_texture* sets, const unsigned char* looks,
+                                int32_t labels, unsigned char* seen, unsigned char* occupied) {
+    const unsigned char* list = (const unsigned char*)sets->texels;
+    size_t blocks = volpkg__block_count(skip), numbers = (size_t)sets->texel_bytes / 2, count = 1, i;
+    unsigned char shown = 0;
+    seen[0] = 0;
+    for (i = blocks; i < numbers; ++i) {
+        uint32_t number = volpkg__u16(list + 2 * i), label = number & 0x7FFF;
+        shown |= label >= (uint32_t)labels || looks[4 * label + 3] > 0;
+        if (number < 0x8000) continue;
+        seen[count++] = shown;
+        shown = 0;
+    }
+    for (i = 0; i < blocks; ++i) {
+        uint32_t number = volpkg__u16(list + 2 * i);
+        occupied[i] = number < count ? seen[number] : 1;
+    }
+}
+
+/* Divide the room, with a byte for each set of labels behind all else. */
+static size_t volpkg__divide_looks(const volpkg_drawing* d, unsigned char* room, void* texels[VOLPKG_MAX_UNITS],
+                                   volpkg__workspace* s, unsigned char** seen) {
+    const volpkg_texture* sets = d->skip ? volpkg__label_sets_of(d->package, d->skip) : NULL;
+    size_t used = volpkg__divide(d, volpkg__follows_looks, room, texels, s);
+    *seen = (unsigned char*)volpkg__take_room(room, &used, sets ? (size_t)sets->texel_bytes / 2 + 1 : 0);
+    return used;
+}
+
+size_t volpkg_looks_bytes(const volpkg_drawing* drawing) {
+    void* texels[VOLPKG_MAX_UNITS];
+    volpkg__workspace scratch;
+    unsigned char* seen;
+    return drawing->package->segments ? volpkg__divide_looks(drawing, NULL, texels, &scratch, &seen) : 0;
+}
+
+volpkg_code volpkg_set_looks(volpkg_drawing* drawing, const volpkg_look* looks, void* room, size_t bytes) {
+    const volpkg_package* p = drawing->package;
+    const volpkg_texture *table = NULL, *sets;
+    void* texels[VOLPKG_MAX_UNITS];
+    volpkg__workspace scratch;
+    unsigned char* seen;
+    int32_t unit, i;
+    for (unit = 0; unit < drawing->units; ++unit)
+        if (drawing->textures[unit].role == VOLPKG_ROLE_LOOKS) table = &drawing->textures[unit];
+    if (p->segments == NULL || table == NULL ||
+        table->texel_bytes != (int64_t)4 * table->shape_zyx[1] * table->shape_zyx[2])
+        return VOLPKG_BAD_ARGUMENT;
+    for (i = 0; i < p->segments->segments.count; ++i)
+        if (!volpkg__is_share(looks[i].opacity) || !volpkg__is_share(looks[i].tint[0]) ||
+            !volpkg__is_share(looks[i].tint[1]) || !volpkg__is_share(looks[i].tint[2]))
+            return VOLPKG_BAD_ARGUMENT;
+    if (room == NULL || bytes < volpkg_looks_bytes(drawing)) return VOLPKG_SMALL_ARENA;
+    volpkg__divide_looks(drawing, (unsigned char*)room, texels, &scratch, &seen);
+    sets = drawing->skip ? volpkg__label_sets_of(p, drawing->skip) : NULL;
+    for (unit = 0; unit < drawing->units; ++unit) {
         volpkg_texture* t = &drawing->textures[unit];
-        if (t->role != VOLPKG_ROLE_SKIP) continue;
-        volpkg__skip_cells(drawing->skip, &scratch);
-        volpkg__write_skip(t, drawing->skip, scratch.cells, (unsigned char*)texels[unit]);
+        if (t->role != VOLPKG_ROLE_LOOKS) continue;
+        volpkg__write_looks(p, looks, (size_t)t->texel_bytes, (unsigned char*)texels[unit]);
         t->texels = texels[unit];
     }
+    if (sets == NULL) return VOLPKG_OK;
+    for (unit = 0; unit < drawing->units; ++unit)
+        if (drawing->textures[unit].role == VOLPKG_ROLE_SKIP && !volpkg__is_editable(&drawing->textures[unit]))
+            return VOLPKG_BAD_ARGUMENT;
+    volpkg__show_blocks(drawing->skip, sets, (const unsigned char*)table->texels, p->segments->labels.count, seen,
+                        scratch.occupied);
+    volpkg__renew_skip(drawing, &scratch, texels);
     return VOLPKG_OK;
 }
 

@@ -2,7 +2,8 @@
 import { VolpkgError } from "./rarer.js";
 import { fromHalf } from "./formats.js";
 import { toHalf } from "./halves.js";
-import { readHead, texelBytes } from "./ktx2.js";
+import { fileOf, texelsOf } from "./kept_files.js";
+import { texelBytes } from "./ktx2.js";
 import { entriesOf, skipEntries } from "./skip.js";
 
 /** @typedef {import("./choose.js").Choice} Choice */
@@ -22,17 +23,6 @@ const MOST_OPAQUE = 1 - 2 ** -16;
 const DENSER = 64;
 /** Compositings where a value has the opacity of its function's `reference_mm`. */
 const FIXED = ["maximum", "minimum", "average", "first-hit", "isosurface"];
-
-/** Files that edits read again and again. @type {WeakMap<Package, Map<string, Promise<Uint8Array>>>} */
-const kept = new WeakMap();
-
-/** @param {Package} pack @param {string} path @param {AbortSignal} signal */
-async function file(pack, path, signal) {
-  const files = kept.get(pack) ?? new Map();
-  kept.set(pack, files);
-  if (!files.has(path)) files.set(path, await pack.read(path, { signal }));
-  return /** @type {Uint8Array} */ (files.get(path));
-}
 
 /**
  * The transfer function that takes the place of another one. Throws VP5023 where that is not to be edited.
@@ -123,14 +113,6 @@ function noLight({ shape_zyx, gl, light }) {
   );
 }
 
-/** @param {Package} pack @param {Texture} texture @param {AbortSignal} signal the texels of a small texture */
-async function texelsOf(pack, texture, signal) {
-  const bytes = await file(pack, texture.file, signal);
-  const [{ offset, stored, size, packed }] = readHead(bytes, bytes.length, [texture]);
-  const texels = bytes.slice(offset, offset + stored);
-  return packed ? (await import("./zstd.js")).unpacked(texels, size, texture.file, VolpkgError) : texels;
-}
-
 /**
  * @param {Package} pack @param {Texture} texture @param {Channel} channel @param {number} level
  * @param {TransferFunction} edit @param {AbortSignal} signal
@@ -140,7 +122,7 @@ async function tableTexels(pack, texture, channel, level, edit, signal) {
   let table = lookup(edit, channel.quantization.window, texture.shape_zyx[2]);
   const histogram = editing?.histograms?.find((each) => each.level === level && each.channel === channel.name);
   if (histogram)
-    table = ofLevel(shares(await file(pack, histogram.file, signal), histogram.file), table, histogram.reference_mm);
+    table = ofLevel(shares(await fileOf(pack, histogram.file, signal), histogram.file), table, histogram.reference_mm);
   const half = texture.max_extinction_per_mm === undefined;
   // An extinction that is opaque after a quarter of a step needs no larger number.
   const largest =

@@ -64,12 +64,7 @@ export async function load(wanted) {
   let choice = await chosen(wanted);
   checkFits(gl, pack, choice, maxTextureBytes);
   if (edits.size) choice = await (await import("./edit.js")).edited(pack, choice, edits, signal);
-  const looks = segments && choice.textures.find(({ role }) => role === "looks");
-  if (looks)
-    choice = {
-      ...choice,
-      texels: Object.assign(Object.create(null), choice.texels, { [looks.name]: segments.texels(looks) }),
-    };
+  if (segments) choice = await segments.shown(pack, choice, signal);
   check(signal);
   const { program, textures: all } = choice;
   const forms = await formsOf(device.probes, (wants) => use(() => device.probes.test(wants)), all);

@@ -67,4 +67,4 @@ export const SCHEMA = {
   ViewThresholds: "plus_z_below_theta?: (0.0,180.0); minus_z_above_theta?: (0.0,180.0); sideways_between_theta?: 2(0.0,180.0); plus_x_below_phi?: (0.0,180.0); minus_x_above_phi?: (0.0,180.0); y_between_phi?: 2(0.0,180.0); finer_above_pixels?: P; coarser_below_pixels?: P",
 };
 /** Roles of textures that this version knows. */
-export const ROLES = ["volume", "bricks", "transfer", "preintegrated", "skip", "ranges", "normals", "slices", "labels", "looks", "light"];
+export const ROLES = ["volume", "bricks", "transfer", "preintegrated", "skip", "ranges", "normals", "slices", "labels", "looks", "label-sets", "light"];

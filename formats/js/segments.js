@@ -1,6 +1,10 @@
 /** Segments of a scan, and their looks: apps switch, tint and fade them. SPEC section 13. */
 import { VolpkgError } from "./error.js";
+import { texelsOf } from "./kept_files.js";
+import { skipEntries } from "./skip.js";
 
+/** @typedef {import("./choose.js").Choice} Choice */
+/** @typedef {import("./package.js").Package} Package */
 /** @typedef {import("./types.js").Manifest} Manifest */
 /** @typedef {import("./types.js").Segment} Segment */
 /** @typedef {import("./types.js").Texture} Texture */
@@ -61,4 +65,42 @@ export class Segments {
     });
     return texels;
   }
+
+  /**
+   * A choice that draws segments as they look now, and skips the blocks in which none is shown.
+   * @param {Package} pack @param {Choice} choice @param {AbortSignal} signal @returns {Promise<Choice>}
+   */
+  async shown(pack, choice, signal) {
+    const { level, textures } = choice;
+    const table = textures.find(({ role }) => role === "looks");
+    if (!table) return choice;
+    const looks = this.texels(table);
+    const texels = Object.assign(Object.create(null), choice.texels, { [table.name]: looks });
+    const skip = textures.find(({ role }) => role === "skip");
+    const sets = pack.manifest.textures.find((each) => each.role === "label-sets" && each.level === level.index);
+    const record = pack.manifest.skipping?.tables?.find((each) => each.texture === skip?.name);
+    if (skip && sets && record) {
+      const [z, y, x] = record.blocks_zyx;
+      const occupied = shownBlocks(await texelsOf(pack, sets, signal), z * y * x, looks);
+      texels[skip.name] = skipEntries(occupied, record.blocks_zyx, record.kind, skip);
+    }
+    return { ...choice, texels };
+  }
+}
+
+/**
+ * 1 for each block with a label that is shown. What a package does not tell counts as shown.
+ * @param {Uint8Array} texels of the labels of blocks @param {number} blocks @param {Uint8Array} looks texels
+ */
+function shownBlocks(texels, blocks, looks) {
+  const list = new Uint16Array(texels.buffer, texels.byteOffset, texels.length / 2);
+  const seen = [0];
+  let shown = 0;
+  for (let i = blocks; i < list.length; i++) {
+    if (looks[4 * (list[i] & 0x7fff) + 3] !== 0) shown = 1;
+    if (list[i] < 0x8000) continue;
+    seen.push(shown);
+    shown = 0;
+  }
+  return Uint8Array.from({ length: blocks }, (_, i) => seen[list[i]] ?? 1);
 }

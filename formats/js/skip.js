@@ -112,20 +112,25 @@ const PASSED = [
  */
 function sweep(values, shape, octant, count, value) {
   const [depth, height, width] = shape;
-  const [sz, sy, sx] = [4, 2, 1].map((bit) => (octant & bit ? -1 : 1));
-  each(shape, (_, a, b, c) => {
-    const z = sz > 0 ? depth - 1 - a : a;
-    const y = sy > 0 ? height - 1 - b : b;
-    const x = sx > 0 ? width - 1 - c : c;
-    let least = LARGEST;
-    for (let k = 0; k < count; k++) {
-      const [nz, ny, nx] = [z + sz * PASSED[k][0], y + sy * PASSED[k][1], x + sx * PASSED[k][2]];
-      if (nz < 0 || ny < 0 || nx < 0 || nz >= depth || ny >= height || nx >= width) continue;
-      least = Math.min(least, values[(nz * height + ny) * width + nx]);
+  const signs = [4, 2, 1].map((bit) => (octant & bit ? -1 : 1));
+  // With a margin of empty blocks no neighbour is missing.
+  const strides = [(height + 2) * (width + 2), width + 2, 1];
+  const passed = new Uint8Array(strides[0] * (depth + 2)).fill(LARGEST);
+  const steps = PASSED.slice(0, count).map((step) =>
+    step.reduce((sum, n, axis) => sum + n * signs[axis] * strides[axis], 0),
+  );
+  const place = (/** @type {number} */ k, /** @type {number} */ axis) => (signs[axis] > 0 ? shape[axis] - 1 - k : k);
+  for (let a = 0; a < depth; a++)
+    for (let b = 0; b < height; b++) {
+      const [z, y, x] = [place(a, 0), place(b, 1), place(0, 2)];
+      let i = (z * height + y) * width + x;
+      let at = (z + 1) * strides[0] + (y + 1) * strides[1] + x + 1;
+      for (let c = 0; c < width; c++, i -= signs[2], at -= signs[2]) {
+        let least = LARGEST;
+        for (let k = 0; k < count; k++) if (passed[at + steps[k]] < least) least = passed[at + steps[k]];
+        passed[at] = values[i] = value(i, least);
+      }
     }
-    const i = (z * height + y) * width + x;
-    values[i] = value(i, least);
-  });
 }
 
 /** 1 + l where the cell of edge 2^l, aligned to multiples of it, is empty. @param {Uint8Array} occupied @param {Shape} shape */

@@ -30,7 +30,7 @@ from .bench_page import measure_page, page_table
 from .bench_proxy import contests as proxy_contests
 from .bench_proxy import measure_proxy, proxy_rows_table
 from .bench_pyramid import measure_pyramid, pyramid_table
-from .bench_segments import measure_segments, segments_table
+from .bench_segments import hiding_table, measure_hiding, measure_segments, segments_table
 from .bench_skip import contests as skip_contests
 from .bench_skip import measure_skip, skip_rows_table
 from .bench_slices import measure_slices, slices_table
@@ -89,8 +89,8 @@ def main() -> None:
     console.print(proxy_rows_table(meshes))
     slices = measure_slices(console)
     console.print(slices_table(slices))
-    segments = measure_segments(console)
-    console.print(segments_table(segments))
+    segments, hiding = measure_segments(console), measure_hiding(console)
+    console.print(segments_table(segments), hiding_table(hiding))
     others = measure_vtk(console)
     console.print(vtk_table(others))
     transports = measure_transport(console)
@@ -117,6 +117,7 @@ def main() -> None:
         "classified": [asdict(row) for row in classified],
         "normals": asdict(normals),
         "segments": [asdict(row) for row in segments],
+        "hiding segments": [asdict(row) for row in hiding],
         "vtk": [asdict(row) for row in others],
         "transport": [asdict(row) for row in transports],
         "page": [asdict(row) for row in pages],

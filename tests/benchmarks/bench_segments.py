@@ -5,12 +5,16 @@ segment that fills the cube. Pictures are drawn in turn, so that what else runs 
 which every second region is hidden, are compared with the lit scan alone. On a software driver the time is that of the
 processor, on a GPU the time until the driver has finished.
 
+Where two thirds of the segments are hidden, and what is outside of them, the picture is also drawn with a skip table
+that counts all labels: what it takes if hiding empties no block.
+
 ``python -m tests.benchmarks.bench_segments`` measures these alone.
 """
 
+import os
 import tempfile
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 
@@ -21,7 +25,9 @@ from rich.table import Table
 from scipy import ndimage
 from scipy.spatial import KDTree
 
+from tests.support.looked import skip_texels
 from volprep.pipeline.build import build
+from volprep.render.inputs import Inputs
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
@@ -68,6 +74,22 @@ class SegmentsRow:
     """Processor time over that of the scan alone, the median of pictures in turn."""
 
 
+@dataclass(frozen=True)
+class HidingRow:
+    """A picture of a third of the segments."""
+
+    scan: str
+    """Synthetic regions, or a head."""
+    profile: str
+    """Device."""
+    empty_share: float
+    """Part of the blocks in which nothing is shown."""
+    ms: float
+    """Milliseconds of a picture."""
+    all_labels_ms: float
+    """The same with a skip table that counts hidden labels."""
+
+
 def measure_segments(console: Console) -> list[SegmentsRow]:
     """Measure all cases."""
     rows = []
@@ -82,6 +104,74 @@ def measure_segments(console: Console) -> list[SegmentsRow]:
             found = zip(_PICTURES, ratios, strict=True)
             rows += [SegmentsRow(profile, classification, *each, lighting, ratio) for each, ratio in found]
     return rows
+
+
+def measure_hiding(console: Console) -> list[HidingRow]:
+    """Measure what skipping hidden segments saves: of synthetic regions, and of a head if the real scans are there."""
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        _write_scan(folder)
+        scans = {"regions": (folder / "scan.nii", folder / "regions.nii")}
+        data = os.environ.get("VOLPREP_TEST_DATA")
+        if data and (Path(data) / "segments" / "norm.mgz").exists():
+            scans["head"] = tuple(Path(data) / "segments" / each for each in ("norm.mgz", "aparc.a2009s+aseg.mgz"))
+        for scan, (source, labels) in scans.items():
+            for profile in ("gles3", "gles2-4096"):
+                console.print(f"measuring hidden segments of {scan} with {profile}", style="dim")
+                package = _built(_hiding(source, labels, scan), profile, folder)
+                table = next(each for each in package.manifest.skipping.tables if each.level == 0)
+                ratio, ms = _with_all_labels(package)
+                rows.append(HidingRow(scan, profile, table.empty_share, ms, ms * ratio))
+    return rows
+
+
+def hiding_table(rows: list[HidingRow]) -> Table:
+    """Return the rows as a table."""
+    table = Table("scan", "profile", "empty blocks", "ms of all labels", "ms", "times faster")
+    for row in rows:
+        faster = row.all_labels_ms / row.ms
+        numbers = (f"{row.empty_share:.2f}", f"{row.all_labels_ms:.2f}", f"{row.ms:.2f}", f"{faster:.2f}")
+        table.add_row(row.scan, row.profile, *numbers)
+    return table
+
+
+def _hiding(source: Path, labels: Path, name: str) -> Scene:
+    found = np.unique(np.asarray(nibabel.load(labels).dataobj))
+    hidden = [int(each) for place, each in enumerate(found[found > 0]) if place % 3]
+    return Scene.model_validate(
+        {
+            "name": f"hiding-{name}",
+            "source": {"path": str(source)},
+            "transfer": [{"name": each, "points": _POINTS} for each in ("veil", "inside")],
+            "pyramid": {"coarsest_longest_axis": 4096},
+            "render": {"step_voxels": 0.5},
+            "segments": {
+                "source": str(labels),
+                "outside_opacity": 0.0,
+                "style": [{"labels": hidden, "visible": False}],
+            },
+        }
+    )
+
+
+def _with_all_labels(package: Package) -> tuple[float, float]:
+    """Return how many times the time a picture takes if hidden labels count, and milliseconds of one in which not."""
+    with Renderer(package, edit=_counting_all_labels) as before, Renderer(package) as now:
+        grid = now.level.grid
+        matrix = standard_views(grid, "orthographic")["anterior-left"].box_from_clip(grid, 1.0)
+        assert np.array_equal(*(each.render(matrix, (64, 64)) for each in (before, now)))
+        wake(now.driver.renderer, lambda: _milliseconds(now, matrix))
+        times = np.array([[_milliseconds(each, matrix) for each in (before, now)] for _ in range(_ROUNDS)])
+    return float(np.median(times[:, 0] / times[:, 1])), float(np.median(times[:, 1]))
+
+
+def _counting_all_labels(package: Package, inputs: Inputs) -> Inputs:
+    """Return inputs whose skip table holds for any looks."""
+    (skip,) = (each for each in inputs.textures if each.role == "skip")
+    shown = package.manifest.segments.model_copy(update={"outside": 1.0})
+    visible = tuple(each.model_copy(update={"visible": True}) for each in shown.segments)
+    return replace(inputs, texels={skip.name: skip_texels(package, shown.model_copy(update={"segments": visible}), 0)})
 
 
 def segments_table(rows: list[SegmentsRow]) -> Table:
@@ -154,3 +244,4 @@ def _milliseconds(renderer: Renderer, matrix: np.ndarray) -> float:
 if __name__ == "__main__":
     shown = Console()
     shown.print(segments_table(measure_segments(shown)))
+    shown.print(hiding_table(measure_hiding(shown)))

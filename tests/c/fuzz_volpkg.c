@@ -70,15 +70,16 @@ static void use_segments(const volpkg_drawing* drawing) {
     const volpkg_package* package = drawing->package;
     int32_t unit, count = package->segments ? package->segments->segments.count : 0;
     volpkg_look* looks = (volpkg_look*)get((size_t)count * sizeof *looks);
+    volpkg_drawing changed = *drawing;
+    size_t bytes = volpkg_looks_bytes(drawing);
+    void* room = get(bytes < (1 << 22) ? bytes : 1);
     volpkg_looks(package, looks);
     if (count) looks[0].visible = !looks[0].visible;
-    for (unit = 0; unit < drawing->units && count <= 64; ++unit) {
-        const volpkg_texture* table = &drawing->textures[unit];
-        unsigned char* texels = (unsigned char*)get((size_t)table->texel_bytes);
-        if (!volpkg_look_texels(package, looks, table, texels, (size_t)table->texel_bytes))
-            touch(texels, table->texel_bytes);
-        free(texels);
-    }
+    if (bytes < (1 << 22) && count <= 64 && !volpkg_set_looks(&changed, looks, room, bytes))
+        for (unit = 0; unit < changed.units; ++unit)
+            if (changed.textures[unit].role == VOLPKG_ROLE_LOOKS || changed.textures[unit].role == VOLPKG_ROLE_SKIP)
+                touch(changed.textures[unit].texels, changed.textures[unit].texel_bytes);
+    free(room);
     free(looks);
 }
 

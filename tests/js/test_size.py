@@ -57,6 +57,7 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
         *(
             "finish.js",
             "halves.js",
+            "kept_files.js",
             "layers.js",
             "light.js",
             "options.js",

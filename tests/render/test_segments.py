@@ -136,6 +136,19 @@ def test_what_is_hidden_is_not_drawn(folder):
     assert not drawn(package).any()
 
 
+def test_rays_skip_the_blocks_of_segments_that_a_package_hides(folder):
+    skip = {"skip": {"kind": "distance", "block": 2}}
+    style = [{"labels": [1, 2], "visible": False}]
+    shown = built(folder, "blocks-shown", change=skip, outside_opacity=0.0)
+    hidden = built(folder, "blocks-hidden", change=skip, outside_opacity=0.0, style=style)
+    plain = built(folder, "blocks-plain", change={"skip": {"kind": "none"}}, outside_opacity=0.0, style=style)
+    shares = [each.manifest.skipping.tables[0].empty_share for each in (shown, hidden)]
+    assert shares[1] > shares[0] + 0.3
+    assert drawn(hidden)[..., 3].max() > 0.5
+    assert np.array_equal(drawn(hidden), drawn(plain))
+    assert [each.role for each in plain.manifest.textures if each.role == "label-sets"] == []
+
+
 def test_three_styles_in_one_cell_are_told_apart(folder):
     styles = [{"tint": "#ffffff"}, {"labels": [3], "transfer": "veil", "tint": "#ff0000", "opacity": 0.25}]
     package = built(folder, "styles", style=styles, outside="inside", outside_opacity=0.1)

@@ -49,6 +49,10 @@ class BlockRangesPlan(BlockTexturePlan):
     """The least and greatest texel of each block of one level, for apps that make tables."""
 
 
+class LabelSetsPlan(BlockTexturePlan):
+    """The labels in the blocks of one level, for apps that hide segments."""
+
+
 class SkipPlan(Record):
     """Empty-space skipping."""
 
@@ -266,3 +270,5 @@ class SegmentsPlan(Segments):
     """Programs that draw it."""
     skip_tables: tuple[SkipTablePlan, ...] = ()
     """For each level what no style shows, where enough is empty."""
+    label_sets: tuple[LabelSetsPlan, ...] = ()
+    """For each skip table the labels in its blocks."""

@@ -14,7 +14,18 @@ from volprep_formats.record import Record
 from volprep_formats.source import ChannelName
 
 TextureRole = Literal[
-    "volume", "bricks", "transfer", "preintegrated", "skip", "ranges", "normals", "slices", "labels", "looks", "light"
+    "volume",
+    "bricks",
+    "transfer",
+    "preintegrated",
+    "skip",
+    "ranges",
+    "normals",
+    "slices",
+    "labels",
+    "looks",
+    "label-sets",
+    "light",
 ]
 """Content of a texture."""
 TEXTURE_ROLES: frozenset[str] = frozenset(get_args(TextureRole))
@@ -112,8 +123,8 @@ class Texture(TextureContent):
     table of a transfer function. preintegrated: its pre-integrated table. skip: its skip table for a level. ranges: the
     least and the greatest values of the blocks of a level. normals: directions of gradients of a level. slices:
     classified slices of a level, in a 2D texture for polygons. labels: the segment of each voxel of a level. looks:
-    tint and opacity of each label. light: light of a transfer function that was computed once. A reader ignores
-    textures of other roles."""
+    tint and opacity of each label. label-sets: the labels in each block of a level, which no program samples. light:
+    light of a transfer function that was computed once. A reader ignores textures of other roles."""
     file: PackagePath
     """KTX 2 file. If gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold: the bytes for
     glCompressedTexImage2D."""

@@ -5,7 +5,8 @@ the cell that begins at the voxel has several. One fetch is enough where it has 
 Without 3D textures they are mosaics of one slice in a texel.
 """
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from volprep.parts.case import Case
@@ -16,13 +17,16 @@ from volprep.parts.segments.extent import style_blocks
 from volprep.parts.segments.looks import segments_of
 from volprep.parts.skip.decision import KIND as SKIP_KIND
 from volprep.parts.skip.decision import SkipInputs, skip_together
-from volprep.plan.products import LabelTexturePlan, SegmentsPlan, SkipTablePlan
+from volprep.plan.products import LabelSetsPlan, LabelTexturePlan, SegmentsPlan, SkipTablePlan
+from volprep.plan.records import LevelPlan
 from volprep.plan.room import Misfit, first_of
 from volprep.scan.segments.record import FoundSegments
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import blocks_along
 from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.parts.segments.label_sets import sets_shape
 from volprep_formats.package.parts.segments.record import COMPOSITED, OF_ONE_VALUE, Segments, table_shape
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.transfer_function import TransferFunction
@@ -117,6 +121,7 @@ def plan_segments(channel: LaidOut, empty_space: SkipInputs) -> SegmentsPlan | N
         return None
     record, order = segments_of(found, scene.segments, [each.name for each in scene.transfer], scene.name)
     tables, _ = skip_tables(case, record, empty_space)
+    sets, _ = label_sets(tables, layout.levels, case.profile)
     functions = len(record.transfers) if scene.render.classification == "lookup" else 0
     others = LOOK_UNITS + bool(tables) + functions
     format_ = first_of(LABEL_FORMATS[record.wide], case.profile)
@@ -129,6 +134,7 @@ def plan_segments(channel: LaidOut, empty_space: SkipInputs) -> SegmentsPlan | N
         looks="textures/looks-segments.ktx2",
         programs=tuple(ray_casters(record.name, layout.volumes, scene)),
         skip_tables=tables,
+        label_sets=sets,
     )
 
 
@@ -154,7 +160,7 @@ def skip_tables(case: Case, record: Segments, found: SkipInputs) -> tuple[tuple[
     functions = {function.name: function for function in case.functions}
     blocks = style_blocks(record, case.segments, found.measured.blocks.shape_zyx)
     media = [(functions[name], replace(found, among=blocks.get(name))) for name in record.transfers]
-    tables, reason, size = skip_together(case.scene.skip, record.name, media, found.levels)
+    tables, reason, size = skip_together(case.scene.skip, record.name, media, found.levels, hiding=True)
     files = tuple(table.file for table in tables)
     item = PlanItem(
         name=f"skip table {record.name}",
@@ -166,6 +172,42 @@ def skip_tables(case: Case, record: Segments, found: SkipInputs) -> tuple[tuple[
         size_bytes=size,
     )
     return tables, item
+
+
+def label_sets(
+    tables: Sequence[SkipTablePlan], levels: Sequence[LevelPlan], profile: DeviceProfile
+) -> tuple[tuple[LabelSetsPlan, ...], PlanItem]:
+    """Decide whether an app can find the blocks that are empty while segments are hidden."""
+    texel = first_of(LABEL_FORMATS[True], profile)
+    assert texel is not None  # noqa: S101 - require_possible has found it
+    found = []
+    for table in tables:
+        shape = next(level.shape_zyx for level in levels if level.index == table.level)
+        blocks = math.prod(blocks_along(voxels, table.block) for voxels in shape)
+        name = f"label-sets-{table.level}"
+        found.append(
+            LabelSetsPlan(
+                level=table.level,
+                name=name,
+                file=f"textures/{name}.ktx2",
+                block=table.block,
+                format=texel,
+                shape_zyx=(1, *sets_shape(blocks)),
+            )
+        )
+    fits = all(max(each.shape_zyx) <= profile.max_texture_size for each in found)
+    reason = "an app that hides segments makes skip tables from them, so that rays skip what is hidden"
+    if not found:
+        reason = "there are no skip tables"
+    elif not fits:
+        reason = f"they do not fit into a texture of profile {profile.name}, so rays sample what is hidden"
+    kept = tuple(found) if fits else ()
+    size = sum(size_bytes(each.format, each.shape_zyx) for each in found)
+    files = tuple(each.file for each in kept)
+    item = PlanItem(
+        name="labels of blocks", kind="label-sets", kept=bool(kept), reason=reason, files=files, size_bytes=size
+    )
+    return kept, item
 
 
 def segment_items(plan: SegmentsPlan, found: FoundSegments, scene: Scene) -> Iterator[PlanItem]:

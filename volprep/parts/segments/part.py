@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from volprep.parts.part import Decided, Images, LaidOut, Part
 from volprep.parts.segments.beside import beside_segments
-from volprep.parts.segments.decision import plan_segments, require_possible, segment_items, skip_tables
+from volprep.parts.segments.decision import label_sets, plan_segments, require_possible, segment_items, skip_tables
 from volprep.parts.segments.stage import STAGE
 from volprep.parts.skip.part import found_of
 from volprep.plan.products import SegmentsPlan
@@ -22,7 +22,9 @@ def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
     segments, case = plan.part(SegmentsPlan), decided.case
     if segments is not None and case.segments is not None:
         yield from segment_items(segments, case.segments, case.scene)
-        yield skip_tables(case, segments, found_of(decided.laid_out))[1]
+        tables, item = skip_tables(case, segments, found_of(decided.laid_out))
+        yield item
+        yield label_sets(tables, decided.laid_out.layout.levels, case.profile)[1]
 
 
 def _images(plan: ChannelPlan, _transfer: str, level: int, _program: ProgramDesign | None) -> Images:

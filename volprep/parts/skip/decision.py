@@ -107,11 +107,17 @@ def _share(occupied: Occupied) -> float:
 
 
 def skip_together(
-    wanted: SkipSettings, name: str, media: Sequence[tuple[TransferFunction, SkipInputs]], levels: Sequence[LevelPlan]
+    wanted: SkipSettings,
+    name: str,
+    media: Sequence[tuple[TransferFunction, SkipInputs]],
+    levels: Sequence[LevelPlan],
+    *,
+    hiding: bool = False,
 ) -> tuple[tuple[SkipTablePlan, ...], str, int]:
     """Decide whether the picture `name` of several channels skips what all of them leave empty.
 
-    Gives a table for each level or none, the reason, and the bytes of the tables.
+    With `hiding`, an app empties blocks: then a table pays however little is empty before. Gives a table for each level
+    or none, the reason, and the bytes of the tables.
     """
     found = media[0][1]
     # The losses add up.
@@ -119,11 +125,12 @@ def skip_together(
     share = _share(np.any([measured_occupied(function, epsilon, each) for function, each in media], axis=0))
     kind, block = _kind_and_block(wanted, found.levels[0])
     size = sum(math.prod(_table_shape(level, kind, block)) for level in levels)
-    reason = next((why for _, each in media if (why := why_not(wanted, share, each)) is not None), None)
+    reason = next((why for _, each in media if (why := why_not(wanted, 1.0 if hiding else share, each))), None)
     if reason is not None:
         return (), reason, size
     tables = tuple(skip_table_plan(name, level, kind, block, found.profile) for level in levels)
-    return tables, f"{_part(share)} of all channels; kind {kind}, blocks of {block}³ cells", size
+    among = ", and hiding segments empties more" if hiding else " of all channels"
+    return tables, f"{_part(share)}{among}; kind {kind}, blocks of {block}³ cells", size
 
 
 def measured_occupied(function: TransferFunction, epsilon: float, found: SkipInputs) -> Occupied:

@@ -11,18 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.mosaic.packing import pack_mosaic
+from volprep.parts.skip.label_sets import label_set_texels
 from volprep.parts.skip.occupancy import Occupied, occupied_blocks, opaque_blocks, threshold_per_mm
 from volprep.parts.skip.on_gpu import ranges_on_gpu
 from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import visible_extinction
 from volprep.parts.stage import Shapes, Stage, Work, present, required
 from volprep.parts.texels import texels_of, voxels_of
-from volprep.plan.products import BlockRangesPlan, SkipPlan, SkipTablePlan
+from volprep.plan.products import BlockRangesPlan, SegmentsPlan, SkipPlan, SkipTablePlan
 from volprep.plan.records import ChannelPlan, LevelPlan, Plan
-from volprep.scan.block_ranges import BlockRanges, Triple, blocks_with
+from volprep.scan.block_ranges import BlockRanges, Triple
 from volprep.scan.slabs import bytes_of
 from volprep_formats.package.manifest import Contribution
-from volprep_formats.package.parts.segments.texels import held_labels
+from volprep_formats.package.parts.segments.label_sets import shown_blocks_of
+from volprep_formats.package.parts.segments.record import looks
+from volprep_formats.package.parts.segments.texels import held_labels, look_texels
 from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping, SkipTable
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
@@ -86,7 +89,13 @@ def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     tables: list[SkipTable] = []
     for planned in wanted:
         level = group[0].level(planned.level)
-        texture, table = _table(draft, group[0], level, planned, _occupied_together(draft, plan, level, planned.block))
+        shown = _shown_together(draft, plan, level, planned.block)
+        if plan.segments is None:
+            occupied: Occupied = np.any(shown, axis=0)
+        else:
+            occupied, sets = _labelled(draft, plan, plan.segments, planned, shown)
+            textures += sets
+        texture, table = _table(draft, group[0], level, planned, occupied)
         textures.append(texture)
         tables.append(table)
         progress.advance()
@@ -114,19 +123,47 @@ def _occupied(
     return occupied_blocks(ranges, visible_extinction(draft, plan, transfer, level.index), threshold)
 
 
-def _occupied_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> Occupied:
-    """Return which blocks any of the channels, or any style of the labels in them, shows in a picture of several."""
+def _shown_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> Occupied:
+    """Return for each channel, or each style of segments, [channel, z, y, x], which blocks it shows."""
     transfers = plan.joint.transfers if plan.joint else ()
-    each = [
-        _occupied(draft, part, level, name, ranges_on_gpu(draft, part, level, block), channels=len(transfers))
-        for name, part in zip(transfers, plan.drawn_together, strict=True)
-    ]
-    if plan.segments is not None:
-        labels = held_labels(draft.manifest.textures, level.index, draft.read_bytes)
-        styles = np.array([transfers.index(label.transfer) for label in plan.segments.labels])[labels]
-        each = [occupied & blocks_with(styles == style, block) for style, occupied in enumerate(each)]
-    found: Occupied = np.any(each, axis=0)
+    found: Occupied = np.stack(
+        [
+            _occupied(draft, part, level, name, ranges_on_gpu(draft, part, level, block), channels=len(transfers))
+            for name, part in zip(transfers, plan.drawn_together, strict=True)
+        ]
+    )
     return found
+
+
+def _labelled(
+    draft: Draft, plan: Plan, segments: SegmentsPlan, wanted: SkipTablePlan, shown: Occupied
+) -> tuple[Occupied, list[Texture]]:
+    """Return the blocks that show segments as they look at first, and the texture of labels in them, if planned.
+
+    Without such a texture they are the blocks that show segments however these look.
+    """
+    labels = held_labels(draft.manifest.textures, wanted.level, draft.read_bytes)
+    styles = np.array([segments.transfers.index(label.transfer) for label in segments.labels])
+    texels = label_set_texels(labels, wanted.block, styles, shown)
+    sets = next((each for each in segments.label_sets if each.level == wanted.level), None)
+    visible = np.ones(len(segments.labels), np.bool_)
+    if sets is not None:
+        visible = look_texels(looks(segments)).reshape(-1, 4)[: len(visible), 3] > 0
+    occupied = shown_blocks_of(texels, shown[0].size, visible).reshape(shown[0].shape)
+    if sets is None:
+        return occupied, []
+    draft.write(sets.file, "texture", ktx2.encode(ktx2.Ktx2Image(KTX2_FORMAT[sets.format], sets.shape_zyx, texels, 2)))
+    texture = Texture(
+        name=sets.name,
+        role="label-sets",
+        file=sets.file,
+        shape_zyx=sets.shape_zyx,
+        gl=gl_format(sets.format, "TEXTURE_2D", plan.channels[0].profile.api),
+        level=sets.level,
+        transfer=segments.name,
+        filter="nearest",
+    )
+    return occupied, [texture]
 
 
 def _table(
@@ -193,7 +230,8 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
 
 
 def _shapes_together(_draft: Draft, plan: Plan) -> Shapes:
-    return {table.file: table.shape_zyx for table in (plan.joint.skip_tables if plan.joint else ())}
+    sets = plan.segments.label_sets if plan.segments else ()
+    return {each.file: each.shape_zyx for each in (*(plan.joint.skip_tables if plan.joint else ()), *sets)}
 
 
 def _is_needed(plan: Plan) -> bool:

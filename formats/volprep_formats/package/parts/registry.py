@@ -45,7 +45,11 @@ def _pieces(manifest: Manifest) -> dict[str, FileRole]:
 
 PARTS: tuple[FormatPart, ...] = (
     FormatPart("together", package_rules=together_contradictions),
-    FormatPart("segments", package_rules=segments_contradictions, texture_roles=frozenset(("labels", "looks"))),
+    FormatPart(
+        "segments",
+        package_rules=segments_contradictions,
+        texture_roles=frozenset(("labels", "looks", "label-sets")),
+    ),
     FormatPart("fidelity", package_rules=fidelity_contradictions),
     FormatPart("hybrid", package_rules=hybrid_contradictions, files=_overlays),
     FormatPart("mipmaps", rules=mipmap_contradictions),

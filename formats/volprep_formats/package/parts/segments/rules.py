@@ -1,10 +1,12 @@
 """Whether the segments of a manifest agree with its textures, programs and transfer functions."""
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from itertools import groupby
 
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.segments.label_sets import sets_shape
 from volprep_formats.package.parts.segments.record import COMPOSITED, SAMPLED, Segments, table_shape
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import COMPONENTS, Texture
@@ -13,7 +15,7 @@ from volprep_formats.package.texture import COMPONENTS, Texture
 def segments_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of the picture of a scan with its segments."""
     segments = manifest.segments
-    textures = [each for each in manifest.textures if each.role in {"labels", "looks"}]
+    textures = [each for each in manifest.textures if each.role in {"labels", "looks", "label-sets"}]
     if segments is None:
         yield from (f"texture {each.name} has the role {each.role}, but there are no segments" for each in textures)
         return
@@ -62,11 +64,30 @@ def _texture(manifest: Manifest, segments: Segments, texture: Texture) -> Iterat
         if texture.transfer != segments.name:
             yield f"holds the looks of {texture.transfer}, which is not the picture of segments"
         return
+    if texture.role == "label-sets":
+        yield from _label_sets(manifest, segments, texture)
+        return
     level = next((each for each in manifest.levels if each.index == texture.level), None)
     if level is None or not _has_shape(texture, level.grid.shape_zyx):
         yield "holds labels, but neither as a 3D texture nor as a mosaic of the shape of its level"
     if COMPONENTS.get(texture.gl.format) != 1 + segments.wide:
         yield f"holds {len(segments.labels)} labels in texels of {texture.gl.format}"
+
+
+def _label_sets(manifest: Manifest, segments: Segments, texture: Texture) -> Iterator[str]:
+    tables = manifest.skipping.tables if manifest.skipping else ()
+    table = next((each for each in tables if (each.transfer, each.level) == (segments.name, texture.level)), None)
+    if table is None:
+        yield "holds the labels of blocks of a level without a skip table of segments"
+    elif texture.shape_zyx != (1, *sets_shape(math.prod(table.blocks_zyx))) or texture.gl.target != "TEXTURE_2D":
+        yield "has not the shape of the labels of the blocks of its level"
+    if COMPONENTS.get(texture.gl.format) != 2:
+        yield f"holds numbers of 16 bits in texels of {texture.gl.format}"
+    if texture.transfer != segments.name:
+        yield f"holds the labels of blocks of {texture.transfer}, which is not the picture of segments"
+    sharing = [each for each in manifest.textures if (each.role, each.level) == (texture.role, texture.level)]
+    if len(sharing) > 1:
+        yield "holds the labels of blocks of a level, as another texture does"
 
 
 def _has_shape(texture: Texture, shape_zyx: tuple[int, int, int]) -> bool:

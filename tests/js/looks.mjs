@@ -1,0 +1,20 @@
+/** Prints the textures that change when segments are hidden. Reads {manifest, files, textures, level, hidden} from the standard input. */
+import { readFileSync } from "node:fs";
+import { Segments } from "../../formats/js/segments.js";
+
+const { manifest, folder, level, hidden } = JSON.parse(readFileSync(0, "utf8"));
+const pack = {
+  manifest,
+  name: "package",
+  read: async (path) => new Uint8Array(readFileSync(`${folder}/${path}`)),
+};
+const segments = new Segments(manifest, "package");
+for (const name of hidden) segments.set(name, { visible: false });
+const textures = manifest.textures.filter(
+  (each) => ["looks", "skip"].includes(each.role) && [undefined, level].includes(each.level),
+);
+const choice = { level: { index: level }, textures, texels: {} };
+const { texels } = await segments.shown(pack, choice, new AbortController().signal);
+console.log(
+  JSON.stringify(Object.fromEntries(Object.entries(texels).map(([k, v]) => [k, Buffer.from(v).toString("hex")]))),
+);
