@@ -1,5 +1,6 @@
 """What all tests share: the folder of real scans, and hypothesis without chance."""
 
+import gc
 import os
 import resource
 import signal
@@ -35,6 +36,22 @@ def pytest_configure(config) -> None:
     # Where there are more threads than cores they spin, a quarter of all the time.
     if "PYTEST_XDIST_WORKER" in os.environ:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Leave what collection makes out of garbage collection: ten thousand tests, and every module."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def pytest_unconfigure() -> None:
+    """Let all be collected: native modules print what is left when the process ends."""
+    gc.unfreeze()
 
 
 def pytest_collection_modifyitems(config, items) -> None:
