@@ -36,6 +36,7 @@ def finest_edit_is_within(package: Package) -> bool:
     return next(judge_edit(bench, bench.subject.programs[0], ())).passed
 
 
+@pytest.mark.long
 def test_an_edited_function_is_drawn_without_the_light_of_another(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(solve, "BATCH", 1 << 13)
     packages = []
