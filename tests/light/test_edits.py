@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from web_scenes import SCENES
 
 from volprep.parts.editing.inputs import edit_with
