@@ -102,7 +102,7 @@ TARGETS = {
 }
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", TARGETS)
 def test_what_passes_draw_into_is_tried_before_it_is_believed(browser, server, scene_package, name) -> None:
     package = scene_package(name)
