@@ -1,5 +1,6 @@
 """What all tests share: the folder of real scans, and hypothesis without chance."""
 
+import gc
 import os
 import resource
 import signal
@@ -7,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Self
 from unittest.mock import patch
 
 import pytest
@@ -37,6 +39,22 @@ def pytest_configure(config) -> None:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Leave what collection makes out of garbage collection: ten thousand tests, and every module."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def pytest_unconfigure() -> None:
+    """Let all be collected: native modules print what is left when the process ends."""
+    gc.unfreeze()
+
+
 def pytest_collection_modifyitems(config, items) -> None:
     """Leave tests to `make test-long`, unless it runs or a test is named."""
     if LONG or any("::" in argument for argument in config.args):
@@ -53,6 +71,21 @@ def pytest_terminal_summary(terminalreporter) -> None:
     terminalreporter.write_line(f"processor time: {seconds:.0f} s, browsers not counted")
 
 
+class OneAfterAnother:
+    """A pool without threads, for work that takes no time: to start and end eight threads takes a millisecond."""
+
+    map = map
+
+    def __init__(self, _threads: int) -> None:
+        pass
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+
 @pytest.fixture(scope="session", autouse=True)
 def nothing_waits_for_the_disk() -> Iterator[None]:
     """Sync no file: nine tenths of the time of a small build. What would be lost without power, no test can see.
@@ -60,7 +93,9 @@ def nothing_waits_for_the_disk() -> Iterator[None]:
     The order in which files are synced is tested with a watcher in place of this (tests/package/test_durable.py), and
     processes that tests start do sync.
     """
-    with patch("os.fsync"):
+    # A mock would keep each of its calls.
+    nothing = patch("os.fsync", lambda _descriptor: None)
+    with nothing, patch("volprep_formats.output.ThreadPoolExecutor", OneAfterAnother):
         yield
 
 

@@ -10,6 +10,7 @@ from batch_scans import records, start, wait_until, write_scans
 from command_line import COMMAND
 
 
+@pytest.mark.long
 def test_a_scan_for_which_there_is_no_room_is_recorded_and_others_go_on(tmp_path) -> None:
     write_scans(tmp_path / "in" / "small", 1, edge=8)
     write_scans(tmp_path / "in" / "large", 1, edge=40)

@@ -54,6 +54,7 @@ def run(source: Path, out: Path, address: str, wishes: Wishes = WISHES) -> ExitS
     )
 
 
+@pytest.mark.long
 def test_the_workers_of_a_scheduler_build_all_scans(scheduler, tmp_path) -> None:
     write_scans(tmp_path / "in", 3)
     assert run(tmp_path / "in", tmp_path / "out", scheduler.scheduler_address) == ExitStatus.OK

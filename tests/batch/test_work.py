@@ -37,6 +37,7 @@ def test_a_job_is_done_once(task) -> None:
     assert files_of(task.place.package(task.job.name, "gles3"))
 
 
+@pytest.mark.long
 def test_a_job_is_done_again_with_another_scene_profile_or_version(task, monkeypatch) -> None:
     work(task)
     scene = task.job.request.scene

@@ -133,6 +133,7 @@ def test_a_plan_without_a_build_says_that_it_rests_on_a_sample(tmp_path) -> None
     assert item.reason.endswith("within half of the tolerance; a build tries the whole level")
 
 
+@pytest.mark.long
 def test_a_verb_does_not_try_again_what_an_earlier_one_has_tried(tmp_path, monkeypatch) -> None:
     request = load_request(scene_of(tmp_path, smooth(), "eac"))
     draft = import_draft(prepare(request), tmp_path / "draft", Silent()).draft

@@ -63,6 +63,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in names_in(folder) if name != MANIFEST}
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("more", "value"), [("", 10), ("outside = 0", 0)])
 def test_every_file_is_that_of_a_scan_in_which_nothing_ever_was_outside(tmp_path, more, value) -> None:
     save(tmp_path / "head.nii", head())

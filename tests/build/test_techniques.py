@@ -187,6 +187,7 @@ def test_a_package_of_what_is_published_with_an_error_is_drawn_and_judged(tmp_pa
     assert all(program.sweep.convergence.expected == TECHNIQUES[technique].order for program in report.programs)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("technique", TECHNIQUES)
 def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_early_end(tmp_path, technique):
     scene = scene_with(tmp_path, f'technique = "{technique}"\nopacity_cutoff = 0.998')

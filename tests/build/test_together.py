@@ -182,6 +182,7 @@ class TestWhatItDraws:
         plain = picture(unskipped(skips, program, skips.manifest.render))
         np.testing.assert_allclose(picture(skips), plain, atol=FLOAT32)
 
+    @pytest.mark.long
     def test_it_validates_against_the_sum_of_all_channels(self, packed, tmp_path) -> None:
         report = validate(packed.path, tmp_path / "r", Silent(), picture_size=16)
         first = report.programs[0]

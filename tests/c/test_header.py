@@ -244,6 +244,7 @@ def test_damaged_frames_are_refused(open_program, packages, tmp_path: Path):
         assert said[:6] in {"VP4030", "VP4009"}, said
 
 
+@pytest.mark.long
 def test_windows_maps_files(tmp_path: Path):
     compiler = "x86_64-w64-mingw32-gcc"
     if shutil.which(compiler) is None:
@@ -313,6 +314,7 @@ def test_an_app_turns_the_light_around_the_volume(tmp_path: Path):
     np.testing.assert_allclose(lines[1], environment_uniform(environment).T.ravel(), atol=1e-6)
 
 
+@pytest.mark.long
 def test_an_app_moves_the_light(tmp_path: Path):
     scene = write_phantom_scene(tmp_path, level_filter="box")
     lit = '[render]\nlighting = "phong"\n[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nnormals = "central"\n'

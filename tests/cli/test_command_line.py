@@ -209,6 +209,7 @@ def test_plan_names_the_files_that_build_makes(place, in_process) -> None:
     assert named == made - {"manifest.json"} - own
 
 
+@pytest.mark.long
 def test_a_verb_with_settings_changes_the_draft(place, tmp_path, in_process) -> None:
     draft = tmp_path / "d.volpkg"
     for command in ("import phantom.toml -o {}", "quantize {} --bits 16 --window 100 800", "pyramid {} --coarsest 20"):

@@ -75,6 +75,7 @@ def test_a_transfer_function_that_shows_nothing_comes_with_a_warning(tmp_path, c
     assert warning.startswith("warning: transfer function hidden shows none of the scan's values, 0 to 25")
 
 
+@pytest.mark.long
 def test_views_beyond_the_tolerance_are_said_to_be_so_for_the_texels(tmp_path):
     package = slice_package(tmp_path, CODES, extra="[tolerance]\nrmse = 0.001\nmaximum = 0.01\n")
     with pytest.raises(VolprepError, match=r"VP6016 .* classified before they are filtered.* texels alone is 0\.0"):

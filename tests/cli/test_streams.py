@@ -42,7 +42,7 @@ def shell(text: str, folder: Path, **environment: str) -> subprocess.CompletedPr
     )
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("streams", ["2>/dev/full", "2>&-", ">&- 2>&-", "<&- >&- 2>&-", ">/dev/null 2>/dev/full"])
 @pytest.mark.parametrize(
     ("command", "status"),
@@ -124,7 +124,7 @@ os.setresgid({NOBODY}, {NOBODY}, {NOBODY}); os.setresuid({NOBODY}, {NOBODY}, {NO
     assert "VP9001" not in done.stderr
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", [EVIL, os.fsdecode(b"caf\xe9")], ids=["escapes", "not-utf-8"])
 def test_names_reach_the_terminal_as_visible_escapes_and_json_as_unicode(tmp_path, name) -> None:
     folder = tmp_path / name

@@ -93,6 +93,7 @@ def test_all_is_every_extra_that_users_need() -> None:
     assert Requirement(line).extras == extras.keys() - {"all", "build", "test", "lint", "docs", "wheel", "bench"}
 
 
+@pytest.mark.long
 def test_a_scan_becomes_a_package_and_each_missing_extra_is_named(tmp_path: Path, blocked: list[str]) -> None:
     scene = write_phantom_scene(tmp_path, level_filter="box")
     (tmp_path / "convex.toml").write_text(f'{scene.read_text()}\n[proxy]\nform = "convex"\n')

@@ -81,7 +81,7 @@ def test_without_each_thing_that_a_package_needs_there_is_a_right_picture_or_a_c
     assert len(ends) > 2
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["webgl2", "webgl"])
 @pytest.mark.parametrize("lacks", ["RGBA16F", "SRGB8_ALPHA8"])
 def test_a_target_that_keeps_nothing_is_replaced(browser, server, scene_package, kind, lacks) -> None:
@@ -102,7 +102,7 @@ TARGETS = {
 }
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", TARGETS)
 def test_what_passes_draw_into_is_tried_before_it_is_believed(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -208,6 +208,7 @@ return least;
 """
 
 
+@pytest.mark.long
 def test_probes_take_less_than_50_milliseconds(browser, server, scene_package) -> None:
     package = scene_package("half floats")
     server.folders["package"] = package.path.parent

@@ -110,6 +110,7 @@ def test_slabs_come_part_by_part_from_the_first_picture_on_and_from_level_to_lev
     check_better_and_better(said)
 
 
+@pytest.mark.long
 def test_a_picture_that_is_fast_comes_at_once(browser, server, scene_package) -> None:
     said = _shown(browser, server, scene_package("two passes"), side=96, frame_ms=60000, turn=False)
     assert said["count"] <= 4

@@ -184,7 +184,7 @@ def test_what_a_plane_cuts_away_throws_no_shadow(browser, server, scene_package,
 _ENDING = ["norm16, perspective", "mosaic of several textures", "slices across the view", "slabs"]
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", [*_ENDING, "shadow rays", "shadow map", "half-angle slices"])
 def test_rays_end_at_the_depth_of_what_is_opaque(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -341,7 +341,7 @@ def replace_file(folder: Path, manifest: dict[str, Any], path: str, data: bytes)
     (folder / "manifest.json").write_text(json.dumps(manifest))
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("decoder", ["none", "draco3d"])
 def test_a_mesh_that_is_compressed_needs_a_decoder_of_the_app(
     browser, server, scene_package, compressed, decoder

@@ -137,7 +137,7 @@ def packed_textures(package: Package) -> list[str]:
     ]
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["mipmaps", "mosaic of several textures", "ETC2"])
 def test_a_page_draws_it_as_the_plain_package(browser, server, scene_package, travelling, name) -> None:
     package, zipped = travelling(name)

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from web_scenes import SCENES
 
 from volprep.parts.editing.inputs import edit_with
@@ -36,6 +37,7 @@ def finest_edit_is_within(package: Package) -> bool:
     return next(judge_edit(bench, bench.subject.programs[0], ())).passed
 
 
+@pytest.mark.long
 def test_an_edited_function_is_drawn_without_the_light_of_another(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(solve, "BATCH", 1 << 13)
     packages = []

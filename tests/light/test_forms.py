@@ -81,6 +81,7 @@ FORMS = {
 }
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_a_picture_has_the_light_that_the_texels_hold(built, form, profile) -> None:

@@ -47,6 +47,7 @@ def test_a_stage_killed_before_any_file_operation_leaves_the_draft_before_or_aft
     assert set(states) == {"before", "after"}
 
 
+@pytest.mark.long
 def test_a_killed_seal_ends_as_the_same_sealed_package(room: Path) -> None:
     runs = crash("seal", room)
     assert all(run["same"] for run in runs)
@@ -67,6 +68,7 @@ def test_a_killed_publish_leaves_the_older_or_the_newer_package_and_the_next_one
     assert all(run["healed"] and run["left"] == ["new", "old", "target"] for run in runs)
 
 
+@pytest.mark.long
 def test_without_exchange_a_killed_publish_leaves_one_package_or_none(room: Path) -> None:
     runs = crash("publish_without_exchange", room)
     states = [run["state"] for run in runs]

@@ -239,6 +239,7 @@ def test_a_changed_texture_and_a_missing_one_are_found(sealed: Path, tmp_path: P
     assert [finding.code for finding in check(tmp_path / "less.zip")] == ["VP4007"]
 
 
+@pytest.mark.long
 def test_the_verb_writes_it_once_and_others_read_it(sealed: Path, tmp_path: Path) -> None:
     done = volprep("zip", sealed, "--json")
     assert done.returncode == 0, done.stderr

@@ -10,6 +10,7 @@ import pytest
 from dicom_files import image, save
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from long_runs import share_of
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
@@ -75,7 +76,8 @@ def open_series(series: Series, folder: Path) -> VolumeSource:
     return open_source(SourceSpec(path="."), folder, Silent())
 
 
-@settings(max_examples=120)
+@pytest.mark.longer
+@settings(max_examples=share_of(120, 3))
 @given(straight_series(fewest=2))
 def test_every_voxel_lies_where_its_attributes_put_it(drawn: tuple[Series, NDArray[np.float64], float]) -> None:
     series, _, pitch = drawn

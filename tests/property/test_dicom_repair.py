@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pytest
 from dicom_files import image, save
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from long_runs import share_of
 from numpy.typing import NDArray
 
 from volprep.scan.repair import open_scan
@@ -106,7 +108,8 @@ def damaged_series(draw: st.DrawFn) -> Series:
     )
 
 
-@settings(max_examples=60)
+@pytest.mark.longer
+@settings(max_examples=share_of(60, 3))
 @given(damaged_series(), st.integers(0, 2**32))
 def test_every_voxel_that_slices_cover_is_the_field_at_its_place(series: Series, seed: int) -> None:
     # A repair that makes four times as many rows or columns is refused, and a test of its own.

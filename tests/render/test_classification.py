@@ -65,7 +65,7 @@ def rmse(picture, truth):
     return float(np.sqrt(np.mean((picture - truth) ** 2)))
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES.keys())
 def test_a_quarter_of_the_samples_is_enough_where_the_transfer_function_is_steep(tmp_path, profile):
     """Over the nine views, with steps from under half a voxel to nearly two."""

@@ -208,6 +208,7 @@ def test_the_published_fetch_takes_rows_for_columns_where_ours_holds(surface, ti
     assert wrong or in_wrong_row.mean() < 0.02
 
 
+@pytest.mark.long
 def test_512_cubed_voxels_in_eight_textures_of_2048_squared_and_four_channels():
     """The published claim, with nothing to spare: eight units, clamped, no transfer function."""
     layout = fit_mosaic((512, 512, 512), Packing(4), Room(2048, 8))

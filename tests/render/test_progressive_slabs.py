@@ -39,7 +39,7 @@ def package(request, scans, tmp_path_factory):
     return Package.open(folder / "scan.volpkg")
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_no_frame_is_worse_than_the_one_before_it(package):
     level = coarse_level(package)
     assert level == 2

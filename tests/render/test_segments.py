@@ -205,6 +205,7 @@ def test_a_validated_package_follows_from_scan_and_segments(folder, mixed):
     assert report.verdict.worst_rmse < 0.002
 
 
+@pytest.mark.long
 def test_coarser_levels_are_for_previews_and_no_worse_than_box_means(folder):
     package = built(folder, "levels", coarsest=12, border="mixed")
     assert [level.preview_only for level in package.manifest.levels] == [None, True, True]
@@ -213,6 +214,7 @@ def test_coarser_levels_are_for_previews_and_no_worse_than_box_means(folder):
     assert len(report.programs[0].others) == 2
 
 
+@pytest.mark.long
 def test_smoothed_borders_follow_from_the_scan_and_their_losses_are_said(folder):
     package = built(folder, "smooth", border="mixed", smoothing_mm=2.0)
     remarks = [item.reason for item in package.manifest.plan if item.kind == "source-of-segments"]

@@ -123,7 +123,7 @@ def test_a_lit_package_is_validated(folder, lit):
     assert report.verdict.worst_rmse < 0.003
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("border", ["mixed", "crisp"])
 def test_segments_cast_shadows_on_each_other(folder, border):
     package = built(folder, f"shadows-{border}", change=SHADED, border=border, outside_opacity=0.3)

@@ -89,6 +89,7 @@ def test_panels_travel_unchanged(packages, tmp_path) -> None:
                 np.testing.assert_array_equal(value, getattr(other, name))
 
 
+@pytest.mark.long
 def test_inspect_writes_the_figure(packages, tmp_path) -> None:
     result = volprep("inspect", packages["house"].path, "--figure", tmp_path / "figure.png", "--json")
     assert result.returncode == 0, result.stderr

@@ -37,7 +37,7 @@ def test_any_name_of_a_file_goes_through_text_and_back(name) -> None:
     path_text(path).encode()
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_a_scan_of_any_name_is_built_and_its_package_validated(tmp_path, name) -> None:
     folder = tmp_path / os.fsdecode(b"fold\xfeer")

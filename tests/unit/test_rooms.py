@@ -3,6 +3,7 @@
 import ast
 import re
 from collections import defaultdict
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -23,17 +24,24 @@ FLOORS = (
 """The rooms, the lowest floor first."""
 
 
+@cache
+def imported(path: Path) -> tuple[str, ...]:
+    """Return the names of the modules that a file imports."""
+    found: list[str] = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        found += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        found += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+    return tuple(found)
+
+
 def imports(root: Path, package: str) -> dict[str, set[str]]:
     """Return the rooms of a package that each of its rooms imports; a file beside the rooms is a room of its own."""
     found: dict[str, set[str]] = defaultdict(set)
     for path in root.rglob("*.py"):
         room = path.relative_to(root).parts[0].removesuffix(".py")
-        for node in ast.walk(ast.parse(path.read_text())):
-            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            for name in names:
-                if name.startswith(f"{package}."):
-                    found[room].add(name.removeprefix(f"{package}.").split(".")[0])
+        for name in imported(path):
+            if name.startswith(f"{package}."):
+                found[room].add(name.removeprefix(f"{package}.").split(".")[0])
     return {room: others - {room} for room, others in found.items()}
 
 
@@ -62,10 +70,7 @@ def test_formats_import_nothing_of_the_house_and_the_house_nothing_of_the_comman
     formats = ROOT / "formats/volprep_formats"
     for path in (*formats.rglob("*.py"), *(ROOT / "volprep").rglob("*.py")):
         upward = "volprep." if path.is_relative_to(formats) else "volprep_cli"
-        modules = [
-            node.module or "" for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)
-        ]
-        assert not [module for module in modules if module.startswith(upward)], path
+        assert not [module for module in imported(path) if module.startswith(upward)], path
 
 
 def test_the_source_of_a_native_module_is_with_its_package() -> None:

@@ -43,6 +43,7 @@ def one_file(shown, tmp_path_factory) -> Path:
     return target
 
 
+@pytest.mark.long
 def test_any_server_of_static_files_serves_the_folder(browser, folder) -> None:
     with WebServer({"page": folder}) as server:
         assert opened(browser, f"{server.url}/page/index.html") == "ready"

@@ -307,6 +307,7 @@ def test_a_browser_without_webgl_is_told_so(browser, phantom) -> None:
         browser.send("Page.removeScriptToEvaluateOnNewDocument", identifier=added)
 
 
+@pytest.mark.long
 def test_without_a_report_the_page_draws_and_says_how_to_get_one(browser, phantom, tmp_path) -> None:
     package = tmp_path / "alone.volpkg"
     shutil.copytree(phantom.package, package)
@@ -342,6 +343,7 @@ def test_a_light_is_moved_and_put_back(browser, tmp_path, name) -> None:
         np.testing.assert_array_equal(picture(browser), before)
 
 
+@pytest.mark.long
 def test_a_surface_says_at_which_value_it_is_and_its_light_is_never_within_the_volume(browser, tmp_path) -> None:
     package = build_scene("shadow map", tmp_path)
     grid = package.manifest.grid
