@@ -140,7 +140,7 @@ def _compared(  # noqa: PLR0917 - a view, and its known results
     """
     truth_of_data, drawn_of_data = as_sparse(truth.rgba, on_data.rgba), as_sparse(drawn, on_data.rgba)
     with bench.clock.part("comparing"):
-        seen = seen_numbers(drawn, truth.rgba, thin_things(drawn, truth.rgba, width))
+        seen = seen_numbers(drawn, truth.rgba, thin_things(drawn, truth.rgba, width), is_of_target=True)
         total = errors(drawn, truth.rgba)
         result = ViewResult(
             view=view,
