@@ -13,10 +13,7 @@ measured by itself:
 5. *Kept light* is 1 plus the sum of (picture - truth) over the surroundings, divided by the light. The difference of
    the background is subtracted first: a line of least squares over the brightness of the opening, through the pixels
    outside all surroundings within three widths. A body that a level makes darker then takes nothing from a vessel in
-   the empty air beside it, as the mean of the background does. The line also follows two slopes of the opening, its
-   gradient and how far it is below its mean over the width: an outline that fades, shrinks or blurs beside the thing as
-   other outlines do takes nothing either. They are fitted in the whole picture first, and near the thing. Without them
-   a whole vessel 2 pixels beside a body that lost a pixel all around seemed to keep -0.1.
+   the empty air beside it, as the mean of the background does.
 6. It is *uncertain* by the scatter of the background's differences about that line, taken as independent in patches of
    the width squared, summed over the surroundings and divided by the light. Where a thing lies on a body that is
    brighter than all background near it, the line does not cover this body: its excess brightness counts times the mean
@@ -48,8 +45,6 @@ _AROUND = 3.0
 _REACH = 1.0
 """Standard deviations of the background's brightness up to which its line is drawn. Where the background is one small
 blob, a line without an end gave a thing 5 times its light."""
-_OUTLINES = 0.01
-"""Part of the pixels that outlines of the least contrast must fill to be followed."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +149,7 @@ def _surroundings(labels: NDArray[np.intp], width: float) -> NDArray[np.intp]:
 def _background(
     difference: Float32Array, opened: Float32Array, outside: NDArray[np.bool_], width: float
 ) -> tuple[Float64Array, Float64Array, Float64Array]:
-    """Return the difference of a background like `opened` near each pixel, and its scatter; 0 if none is near.
+    """Return the difference of a background as bright as `opened` near each pixel, and its scatter; 0 if none is near.
 
     Where the background is even, `opened` changing by less than the least contrast, this is its mean. The third picture
     is the brightness that is beyond the reach of the line.
@@ -170,49 +165,14 @@ def _background(
         found: Float64Array = ndimage.uniform_filter(np.where(outside, values, 0.0), size, mode="constant") / share
         return found
 
-    across = ndimage.uniform_filter(ground, 2 * round(width / 2) + 1) - ground
-    causes = [ground, across, np.hypot(*np.gradient(ground))]
-    everywhere = _along_outlines(change, causes, outside)
-    change = change - everywhere
-    middles, level = [mean(cause) for cause in causes], mean(change)
-    spread = [
-        [mean(one * other) - first * second for other, second in zip(causes, middles, strict=True)]
-        for one, first in zip(causes, middles, strict=True)
-    ]
-    along = [mean(cause * change) - middle * level for cause, middle in zip(causes, middles, strict=True)]
-    reach = _REACH * np.sqrt(np.maximum(spread[0][0], 0.0))
-    for index, row in enumerate(spread):
-        row[index] = np.maximum(row[index], 0.0) + LEAST_CONTRAST**2
-    aside = [cause - middle for cause, middle in zip(causes, middles, strict=True)]
-    beyond = np.maximum(np.abs(aside[0]) - reach, 0.0)
-    aside[0] = np.clip(aside[0], -reach, reach)
-    line: Float64Array = level + sum(slope * each for slope, each in zip(_solved(spread, along), aside, strict=True))
+    middle, level = mean(ground), mean(change)
+    variance = np.maximum(mean(ground**2) - middle**2, 0.0)
+    slope = (mean(ground * change) - middle * level) / (variance + LEAST_CONTRAST**2)
+    reach = _REACH * np.sqrt(variance)
+    aside = ground - middle
+    line: Float64Array = level + slope * np.clip(aside, -reach, reach)
     scatter = np.sqrt(np.maximum(mean((change - line) ** 2), 0.0))
-    return line + everywhere, scatter, beyond
-
-
-def _along_outlines(change: Float64Array, causes: list[Float64Array], outside: NDArray[np.bool_]) -> Float64Array:
-    """Return how outlines change in the whole picture, in each pixel: the part of a line of least squares."""
-    columns = np.column_stack([np.ones(np.count_nonzero(outside)), *(cause[outside] for cause in causes)])
-    weak = len(columns) * _OUTLINES * LEAST_CONTRAST**2 * np.diag([0.0, 1.0, 1.0, 1.0])
-    slopes = np.linalg.lstsq(columns.T @ columns + weak, columns.T @ change[outside], rcond=None)[0]
-    found: Float64Array = slopes[2] * causes[1] + slopes[3] * causes[2]
-    return found
-
-
-def _solved(matrix: list[list[Float64Array]], right: list[Float64Array]) -> list[Float64Array]:
-    """Solve a system of equations in each pixel, whose matrix is positive definite: elimination without exchanges."""
-    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
-    count = len(rows)
-    for pivot in range(count):
-        for below in range(pivot + 1, count):
-            factor = rows[below][pivot] / rows[pivot][pivot]
-            rows[below] = [one - factor * other for one, other in zip(rows[below], rows[pivot], strict=True)]
-    found: list[Float64Array] = []
-    for index in reversed(range(count)):
-        known = sum((rows[index][count - 1 - k] * each for k, each in enumerate(found)), np.zeros(()))
-        found.append((rows[index][count] - known) / rows[index][index])
-    return found[::-1]
+    return line, scatter, np.maximum(np.abs(aside) - reach, 0.0)
 
 
 def _boxes(labels: NDArray[np.intp]) -> list[tuple[slice, slice]]:

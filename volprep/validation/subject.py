@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from copy import copy
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,7 @@ from volprep_formats.package.program import CompositingName, Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
+_Float = TypeVar("_Float", np.float32, np.float64)
 _LEAST_SMALL = 128
 _LEAST_RAYS = 64
 """Width and height of the smallest pictures whose errors are a sample of a larger one's."""
@@ -339,7 +341,7 @@ def render_settings(package: Package) -> RenderSettings:
     return render
 
 
-def as_sparse(picture: FloatArray, sparse: FloatArray) -> FloatArray:
+def as_sparse(picture: NDArray[_Float], sparse: FloatArray) -> NDArray[_Float]:
     """Return the rows and columns of a picture [H, W, 4] that a sparse picture of the same has."""
     apart = -(-len(picture) // len(sparse))
     return picture[::apart, ::apart]
