@@ -33,7 +33,7 @@ from volprep_formats.package.program import CompositingName, Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
-_Float = TypeVar("_Float", np.float32, np.float64)
+_Float = TypeVar("_Float", bound=np.floating)
 _LEAST_SMALL = 128
 _LEAST_RAYS = 64
 """Width and height of the smallest pictures whose errors are a sample of a larger one's."""
