@@ -1,4 +1,5 @@
 """More than 2^31 voxels, built, drawn and judged: `python -m tests.benchmarks.huge_scan`. It takes 12 GB of disk.
+`--shape 1000 1000 1000` takes a smaller scan.
 
 The scan is a sparse file: zeros that no disk holds, and three smooth balls at its two ends and in the middle. The last
 one lies where an index of 32 bits has overflowed. The package has levels and pieces of level 0; its verdict is the
@@ -76,11 +77,13 @@ def main() -> None:
     """Build, validate, say how long it took and what memory beside mapped files."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--folder", type=Path, help="where to work; a temporary folder if absent")
-    parent = parser.parse_args().folder
-    with tempfile.TemporaryDirectory(dir=parent) as name:
+    parser.add_argument("--shape", type=int, nargs=3, default=SHAPE_ZYX, help="voxels along z, y and x")
+    asked = parser.parse_args()
+    depth, rows, columns = asked.shape
+    with tempfile.TemporaryDirectory(dir=asked.folder) as name:
         folder = Path(name)
-        write_scan(folder / "huge.raw")
-        (folder / "huge.toml").write_text(_SCENE.format(*SHAPE_ZYX), encoding="utf-8")
+        write_scan(folder / "huge.raw", (depth, rows, columns))
+        (folder / "huge.toml").write_text(_SCENE.format(*asked.shape), encoding="utf-8")
         before = 0.0
         commands = (
             ("build", str(folder / "huge.toml"), "--output", str(folder / "huge.volpkg")),

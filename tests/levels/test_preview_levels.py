@@ -44,9 +44,9 @@ def choice(level: int, *rmse: float) -> LevelChoice:
 
 def test_the_transfer_function_with_the_largest_error_decides_and_coarser_levels_follow() -> None:
     choices = [choice(1, 0.001, 0.024), choice(2, 0.026, 0.001), choice(3, 0.002)]
-    assert preview_levels(choices, 0, Tolerance(rmse=0.05)) == {2, 3}
-    assert preview_levels(choices, 0, Tolerance(rmse=0.04)) == {1, 2, 3}
-    assert preview_levels(choices, 0, Tolerance(rmse=0.06)) == set()
+    assert preview_levels(choices, 0, Tolerance(rmse=0.05, flip=1.0)) == {2, 3}
+    assert preview_levels(choices, 0, Tolerance(rmse=0.04, flip=1.0)) == {1, 2, 3}
+    assert preview_levels(choices, 0, Tolerance(rmse=0.06, flip=1.0)) == set()
 
 
 def tried(level: int, name: LevelFilter, rmse: float, seen_rmse: float) -> LevelChoice:
@@ -55,18 +55,24 @@ def tried(level: int, name: LevelFilter, rmse: float, seen_rmse: float) -> Level
 
 
 def test_the_error_along_rays_that_are_aimed_at_what_is_seen_counts() -> None:
-    tolerance = Tolerance(rmse=0.02)
+    tolerance = Tolerance(rmse=0.02, flip=1.0)
     assert preview_levels([tried(1, "median", 0.003, seen_rmse=0.011)], 0, tolerance) == {1}
     assert preview_levels([tried(1, "median", 0.003, seen_rmse=0.009)], 0, tolerance) == set()
 
 
+def test_a_level_is_for_previews_if_its_flip_may_be_beyond_the_tolerance() -> None:
+    assert preview_levels([choice(1, 0.0039)], 0, Tolerance()) == {1}
+    assert preview_levels([choice(1, 0.0037)], 0, Tolerance()) == set()
+    assert preview_levels([choice(1, 0.0039)], 0, Tolerance(flip=0.04)) == set()
+
+
 def test_the_finest_level_of_a_package_is_never_for_previews_whatever_its_error() -> None:
     choices = [choice(1, 0.5), choice(2, 0.001), choice(3, 0.5)]
-    assert preview_levels(choices, 1, Tolerance(rmse=0.02)) == {3}
+    assert preview_levels(choices, 1, Tolerance(rmse=0.02, flip=1.0)) == {3}
 
 
 def test_the_reason_has_the_numbers_or_names_a_finer_level() -> None:
-    tolerance = Tolerance(rmse=0.02)
+    tolerance = Tolerance(rmse=0.02, flip=1.0)
     assert preview_reason(tried(2, "median", 0.001, seen_rmse=0.0321), tolerance) == (
         "for previews only: along rays its light is 0.032 from that of level 0, 0.01 is allowed"
     )

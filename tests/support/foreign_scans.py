@@ -109,8 +109,7 @@ def surface(folder: Path) -> Path:
     more = (
         _RENDER
         + 'compositing = "isosurface"\nlighting = "blinn-phong"\n[lighting]\nlight_mm = [40.0, -30.0, 60.0]\n'
-        # Where the light does not reach, the 8 bits of the target alone make FLIP 0.043.
-        + "[tolerance]\nrmse = 0.05\nmaximum = 1.0\nflip = 0.06\n"
+        + "[tolerance]\nrmse = 0.05\nmaximum = 1.0\n"
     )
     points = "isovalue = 420.0" + POINTS
     return _scene(folder, "surface", f'path = "scan.raw"\nraw = {{ {layout} }}', more, points)

@@ -5,7 +5,8 @@ import pytest
 
 from volprep.truth.kept_light import thin_things
 from volprep.truth.metrics import picture_error
-from volprep.truth.seen import seen_error, seen_flip
+from volprep.truth.seen import in_8_bits, seen_error, seen_flip
+from volprep.validation.seen import seen_numbers
 
 SIZE = 96
 
@@ -132,3 +133,15 @@ def test_faint_and_short_things_do_not_count():
     short = vessel()
     short[:, 12:] = 0
     assert thin_things(0 * short, short, 4.0) == ()
+
+
+def test_rounding_to_the_target_is_no_flip_where_both_are_held_in_8_bits():
+    # A dark gradient: half a step of linear light is several of sRGB there.
+    truth = np.zeros((40, 40, 4))
+    truth[..., :3] = np.linspace(0.002, 0.02, 40)[:, None]
+    truth[..., 3] = 1.0
+    drawn = in_8_bits(truth)
+    assert seen_flip(drawn, truth).black > 0.03
+    assert seen_numbers(drawn, truth, (), is_of_target=True).flip == 0.0
+    brighter = np.minimum(drawn + 1 / 255, 1.0)
+    assert seen_numbers(brighter, truth, (), is_of_target=True).flip > 0.03

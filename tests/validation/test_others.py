@@ -121,7 +121,7 @@ def test_a_level_that_is_not_for_previews_is_named_beyond_the_tolerance_and_fail
     tmp_path, monkeypatch
 ) -> None:
     """As if the build had found levels to be good enough, both when it ran and when validation derives them."""
-    monkeypatch.setattr(preview, "_CERTAIN", 1e6)
+    monkeypatch.setattr(preview, "_allowed", lambda _: 1e6)
     report = validate(built(tmp_path, write_kind(tmp_path, "house")), tmp_path / "report", Silent(), picture_size=SIZE)
     assert set(report.verdict.beyond) == {"level 1 with shell", "level 2 with shell"}
     assert report.verdict.previews == ()
@@ -133,8 +133,9 @@ def test_a_level_that_is_not_for_previews_is_named_beyond_the_tolerance_and_fail
 def test_the_mark_that_excuses_a_level_follows_from_the_scan_and_not_from_the_package(tmp_path, monkeypatch) -> None:
     """A package from a build that marked everything; validation, with the rule as it is, excuses what it finds."""
     text = write_kind(tmp_path, "house")
-    text.write_text(text.read_text(encoding="utf-8").replace("rmse = 0.02", "rmse = 0.5"), encoding="utf-8")
-    monkeypatch.setattr(preview, "_CERTAIN", 0.0)
+    loose = text.read_text(encoding="utf-8").replace("rmse = 0.02\nflip = 0.2", "rmse = 0.5\nflip = 1.0")
+    text.write_text(loose, encoding="utf-8")
+    monkeypatch.setattr(preview, "_allowed", lambda _: 0.0)
     package = built(tmp_path, text)
     monkeypatch.undo()
     verdict = validate(package, tmp_path / "report", Silent(), picture_size=SIZE).verdict

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.metrics import PIXELS_PER_DEGREE, FlipError, flip_error_of, over, require_same_shape
-from volprep_formats.arrays import FloatArray
+from volprep_formats.arrays import Float64Array, FloatArray
 
 LEAST_SEEN = 0.5 / 255
 """Half a step of 8 bits. Fainter values round to black."""
@@ -58,6 +58,12 @@ def seen_error(picture: FloatArray, truth: FloatArray) -> SeenError:
         maximum=float(difference.max()),
         off=float(off.mean()),
     )
+
+
+def in_8_bits(picture: FloatArray) -> Float64Array:
+    """Return a premultiplied linear picture as a target of 8 bits holds it."""
+    held: Float64Array = np.rint(np.clip(np.asarray(picture, np.float64), 0.0, 1.0) * 255.0) / 255.0
+    return held
 
 
 def seen_flip(picture: FloatArray, truth: FloatArray, pixels_per_degree: float = PIXELS_PER_DEGREE) -> FlipError:

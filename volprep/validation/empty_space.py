@@ -3,8 +3,10 @@
 Both leave out samples that show nothing and move no other sample, so the pictures must be the same. A table is left out
 by composing the shader without it; a mesh, by drawing with the program that begins at the volume's box.
 
-Pictures without a table take three times as long. So the view of the sweep is compared in all its pixels, the others in
-every second row and column: a wrong table hides at least a block, and other views see it from other sides.
+Pictures without a table take three times as long. So every second row and column is compared in the view of the sweep
+and where there is a mesh, every fourth in other views. Each entry of a table was compared before with one made anew
+from the scan: what is left to find is a fault of the shader that walks over blocks, or of the rule that makes entries,
+and either changes many blocks.
 
 A ray that begins at a mesh differs only by rounding. That has no effect if the driver filters texels with float
 weights. A GPU has few weights, usually 256: a sample that rounding moves to the next weight changes by a step. Where
@@ -40,6 +42,8 @@ from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 _READS = 3
+_LEAST_COUNTED = 32
+"""Width and height of the smallest pictures whose samples are counted."""
 _STEP_OF_TARGET = 1 / 255
 _NOISE = 1e-6
 """Pictures in 8 bits are whole steps apart, but are read as float32."""
@@ -106,7 +110,8 @@ def measure_empty_space(
     if not ways:
         return None
     bench.progress.start(f"empty space, {program.name}", len(ways))
-    rays = {name: (subject if name == SWEEP_VIEW else subject.sparse).rays(name) for name in subject.views}
+    fewest = 4 if subject.package.manifest.proxy is None else 2
+    rays = {name: subject.sparse(2 if name == SWEEP_VIEW else fewest).rays(name) for name in subject.views}
     found = []
     for way in ways:
         known = viewed.drawn if way is ways[-1] else {}
@@ -224,11 +229,11 @@ def _limit(subject: Subject) -> float:
 def _counted(subject: Subject) -> list[_Rays]:
     """Return the rays whose samples are counted: in the view of the sweep, which the report shows, every fourth.
 
-    In the others every 16th: they give the samples of a picture to a few percent.
+    In the others every 64th: they give the samples of a picture to a few percent. At least 32² rays are counted.
     """
-    parts = {name: 2 if name == SWEEP_VIEW else 4 for name in subject.views}
-    height, width = subject.shape_hw
-    return [(camera, (-(-height // parts[name]), -(-width // parts[name]))) for name, camera in subject.views.items()]
+    least = min(subject.shape_hw[0], _LEAST_COUNTED)
+    sizes = {name: max(-(-subject.shape_hw[0] // (2 if name == SWEEP_VIEW else 8)), least) for name in subject.views}
+    return [(camera, (sizes[name], sizes[name])) for name, camera in subject.views.items()]
 
 
 def _mesh_read_ms(package: Package, transfer: str, level: int) -> float | None:

@@ -64,11 +64,11 @@ class LabelledSubject(Subject):
         return self._with(self.scan, self._labels, looks(self._derived), functions, view)
 
     def on_data_beside(
-        self, truth: OraclePicture, transfer: str, view: str, level: int, *, sparse: bool = False
+        self, truth: OraclePicture, transfer: str, view: str, level: int, *, apart: int = 1
     ) -> OraclePicture:
         """Return what `on_data` draws; the truth is of no use, because many rays meet changed voxels."""
         del truth
-        return (self.sparse if sparse else self).on_data(transfer, view, level)
+        return self.sparse(apart).on_data(transfer, view, level)
 
     def _on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
         names = self._styles(transfer)

@@ -38,7 +38,7 @@ def pixels_of(subject: Subject, level: Level) -> int:
 
 def judged(view: str, drawn: Picture, truth: Picture, tolerance: Tolerance, width: float) -> OtherView:
     """Compare one view with the truth; `width` is that of thin things in pixels."""
-    seen = seen_numbers(drawn, truth, thin_things(drawn, truth, width))
+    seen = seen_numbers(drawn, truth, thin_things(drawn, truth, width), is_of_target=True)
     return OtherView(view=view, passed=passes(seen, tolerance), rmse=rmse_of(drawn, truth), seen=seen)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from copy import copy
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,10 @@ from volprep_formats.package.program import CompositingName, Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
+_Float = TypeVar("_Float", bound=np.floating)
 _LEAST_SMALL = 128
+_LEAST_RAYS = 64
+"""Width and height of the smallest pictures whose errors are a sample of a larger one's."""
 _OF_SLICES = COMPOSITINGS["emission-absorption"]
 """Compositing that blended slices approximate."""
 
@@ -76,17 +80,27 @@ class Subject:
 
         The sweep and the comparison of levels use the same few pictures: those already drawn are kept.
         """
-        small = copy(self)
-        pixels = self.shape_hw[0]
-        small.shape_hw = (min(pixels, max(-(-pixels // 2), _LEAST_SMALL)),) * 2
-        small._truths, small._on_coarse = {}, {}
-        return small
+        return self._sized(max(-(-self.shape_hw[0] // 2), _LEAST_SMALL))
 
     @cached_property
-    def sparse(self) -> "Subject":
-        """The same subject, of whose pictures every second row and column is drawn if at least 128 of them are left."""
+    def smallest(self) -> "Subject":
+        """The same subject in a 16th of the pixels, at least 64²: enough to see how an error falls with the step."""
+        return self._sized(max(-(-self.shape_hw[0] // 4), _LEAST_RAYS))
+
+    def _sized(self, pixels: int) -> "Subject":
+        """Return the same subject with pictures of `pixels`², or of its own size if that is smaller."""
+        sized = copy(self)
+        sized.shape_hw = (min(self.shape_hw[0], pixels),) * 2
+        sized._truths, sized._on_coarse = {}, {}
+        return sized
+
+    def sparse(self, apart: int) -> "Subject":
+        """Return the same subject, of whose pictures every `apart`-th row and column is drawn.
+
+        Fewer are left out where less than 64 would be left.
+        """
         sparse = copy(self)
-        sparse._apart = 2 if self.shape_hw[0] >= 2 * _LEAST_SMALL else 1
+        sparse._apart = max(1, min(apart, self.shape_hw[0] // _LEAST_RAYS))
         sparse._on_coarse = {}
         return sparse
 
@@ -153,17 +167,17 @@ class Subject:
         return self._draw([(part.scan, part.function(name)) for name, part in self._parts(transfer)], view)
 
     def on_data_beside(
-        self, truth: OraclePicture, transfer: str, view: str, level: int, *, sparse: bool = False
+        self, truth: OraclePicture, transfer: str, view: str, level: int, *, apart: int = 1
     ) -> OraclePicture:
         """Return the picture of `on_data`, given the truth of this view: only rays that differ are drawn.
 
-        If most may differ, a `sparse` picture has a quarter of them.
+        If most may differ, every `apart`-th row and column is drawn.
         """
         voxels = self._changed(transfer, level)
         if self.is_classified:
             return truth
         if voxels is None:
-            return (self.sparse if sparse else self).on_data(transfer, view, level)
+            return self.sparse(apart).on_data(transfer, view, level)
         picture = OraclePicture(truth.rgba.copy(), truth.bound.copy())
         volume = self.level(level)
         camera = self.cameras[view].box_from_clip(volume.grid, aspect=1.0)
@@ -325,6 +339,12 @@ def render_settings(package: Package) -> RenderSettings:
     if render is None:
         raise VolprepError("VP4011", path=package.path, problem="a sealed package without render settings")
     return render
+
+
+def as_sparse(picture: NDArray[_Float], sparse: FloatArray) -> NDArray[_Float]:
+    """Return the rows and columns of a picture [H, W, 4] that a sparse picture of the same has."""
+    apart = -(-len(picture) // len(sparse))
+    return picture[::apart, ::apart]
 
 
 def errors(picture: FloatArray, truth: FloatArray) -> ErrorNumbers:

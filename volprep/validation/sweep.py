@@ -5,8 +5,9 @@ it is. The quadrature error is that of a float target, rays running to their end
 table as transfer function: it excludes data, table, early termination, and the 8 bits of the target, so its order is
 visible.
 
-All of this is drawn in a quarter of the report's pixels, which are a sample of its rays; both pictures of a difference
-have the same. Only the errors of the nominal step, which the verdict judges, come from the report's own picture.
+The finest level is drawn in a 16th of the report's pixels, coarse levels in a quarter, which are a sample of its rays;
+both pictures of a difference have the same. Only the errors of the nominal step, which the verdict judges, come from
+the report's own picture.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +22,7 @@ from volprep.validation.order import convergence
 from volprep.validation.precise import finite, most_precise
 from volprep.validation.rays import chords_mm, samples
 from volprep.validation.records import Breakdown, LevelFloor, Sweep, SweepPoint, Target, WayName
-from volprep.validation.subject import Subject, errors
+from volprep.validation.subject import Subject, as_sparse, errors
 from volprep.validation.times import Milliseconds, in_turns
 from volprep.validation.uncut import uncut
 from volprep.validation.views import ViewedProgram
@@ -40,10 +41,10 @@ _LEAST_RATIO = 0.5
 _LONG_MS = 100.0
 """Steps finer than half of the nominal one are not timed where one draw takes this long: they are too slow to use."""
 _SLOW_MS = 10.0
-"""Timed pictures have a quarter, or a sixteenth, of the pixels if a nominal draw in them still takes longer than this.
+"""Timed pictures have a quarter, a 16th or a 64th of the pixels if a nominal draw in them still takes longer than this.
 A driver that draws with the processor takes 2.5 to 4 times as long for four times the pixels, and timing it in a
 quarter of them was a tenth of a validation. A GPU takes less, and would be timed at its overhead."""
-_LEAST_TIMED = 64
+_LEAST_TIMED = 32
 """Width and height below which pictures are not made smaller for timing."""
 
 TimedStep = tuple[int, float]
@@ -69,8 +70,8 @@ class _Sweeper:
     def __init__(self, bench: Bench, program: Program, viewed: ViewedProgram) -> None:
         subject = bench.subject
         self._subject = subject
-        self.small = subject.small
-        """The same in fewer pixels."""
+        self.small, self.smallest = subject.small, subject.smallest
+        """The same in fewer pixels, for coarse levels and for the finest."""
         self._program = program
         self._finest = viewed.level
         self._nominal = next((view for view in viewed.views if view.view == SWEEP_VIEW), None)
@@ -110,12 +111,12 @@ class _Sweeper:
         pictures = []
         with self._renderer(package, level, target) as renderer:
             for ratio in ratios:
-                pictures.append(finite(self.draw(renderer, ratio, self.small), renderer.program.name, target))
+                pictures.append(finite(self.draw(renderer, ratio, self.smallest), renderer.program.name, target))
                 self._progress.advance()
         with self._renderer(self._subject.package, level, target) as renderer:
-            nominal = finite(self.draw(renderer, 1.0, self.small), renderer.program.name, target)
+            nominal = finite(self.draw(renderer, 1.0, self.smallest), renderer.program.name, target)
         with self._renderer(self._subject.package, level, "rgba8") as renderer:
-            in_8_bits = self.draw(renderer, 1.0, self.small)
+            in_8_bits = self.draw(renderer, 1.0, self.smallest)
         return _Precise(target, pictures, nominal, in_8_bits)
 
     def times(
@@ -146,7 +147,7 @@ class _Sweeper:
     def _timed_hw(self, finest: Renderer) -> tuple[int, int]:
         """Return the size of pictures to time: that of the report, or a smaller one for a slow driver."""
         pixels = self.small.shape_hw[0]
-        for size in dict.fromkeys((max(-(-pixels // 2), min(pixels, _LEAST_TIMED)), pixels)):
+        for size in dict.fromkeys(max(-(-pixels // part), min(pixels, _LEAST_TIMED)) for part in (4, 2, 1)):
             shape_hw = (size, size)
             # The first draw is not counted: it compiles, and pages in.
             if finest.time_ms(self._box_from_clip, shape_hw, repeats=1) > _SLOW_MS:
@@ -184,7 +185,7 @@ class _Sweeper:
         counts = samples(self._chords, step_mm)
         known = self._nominal if (level, ratio) == (self._finest, 1.0) else None
         if known is None:
-            picture = self.draw(renderer, ratio, self.small)
+            picture = self.draw(renderer, ratio, self.smallest if level == self._finest else self.small)
             with self._clock.part("comparing"):
                 total, drawing = errors(picture, truth), errors(picture, on_data)
         else:
@@ -226,25 +227,25 @@ def measure_sweep(
     ratios = sweeper.ratios(finest)
     steps = 2 * len(ratios) + len(_COARSE_RATIOS) * len(coarser)
     bench.progress.start(f"error against time, {program.name}", steps)
-    small = sweeper.small
+    small, smallest = sweeper.small, sweeper.smallest
     with clock.part("oracle"):
-        small_truth = small.truth(program.transfer, SWEEP_VIEW)
-        small_on_data = small.on_data_beside(small_truth, program.transfer, SWEEP_VIEW, finest).rgba
-        on_table = small.on_table(program.transfer, SWEEP_VIEW, finest).rgba
+        truth = smallest.truth(program.transfer, SWEEP_VIEW)
+        on_data = smallest.on_data_beside(truth, program.transfer, SWEEP_VIEW, finest).rgba
+        on_table = smallest.on_table(program.transfer, SWEEP_VIEW, finest).rgba
     precise = sweeper.precise(finest, ratios)
     timed = [(finest, ratio) for ratio in ratios] + [(level, ratio) for level in coarser for ratio in _COARSE_RATIOS]
     timed_size, times, of_others = sweeper.times(timed, others)
-    points = sweeper.points(finest, ratios, small_on_data, small_truth.rgba, times)
+    points = sweeper.points(finest, ratios, on_data, truth.rgba, times)
     if precise is not None:
         points = [
             point.model_copy(update={"quadrature": errors(picture, on_table)})
             for point, picture in zip(points, precise.uncut, strict=True)
         ]
-    floors = [sweeper.floor(finest, viewed.on_data.rgba, viewed.truth.rgba)]
+    floors = [sweeper.floor(finest, viewed.on_data.rgba, as_sparse(viewed.truth.rgba, viewed.on_data.rgba))]
     nominal = ratios.index(1.0)
     breakdown = Breakdown(
         data=floors[0].data,
-        table=errors(on_table, small_on_data),
+        table=errors(on_table, on_data),
         quadrature=points[nominal].quadrature,
         termination=errors(precise.nominal, precise.uncut[nominal]) if precise else None,
         target=errors(precise.in_8_bits, precise.nominal) if precise else None,
@@ -263,6 +264,7 @@ def measure_sweep(
     )
     for level in coarser:
         with clock.part("oracle"):
+            small_truth = small.truth(program.transfer, SWEEP_VIEW)
             on_data = small.on_data(program.transfer, SWEEP_VIEW, level).rgba
         points += sweeper.points(level, _COARSE_RATIOS, on_data, small_truth.rgba, times)
         floors.append(sweeper.floor(level, on_data, small_truth.rgba))

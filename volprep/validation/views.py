@@ -17,7 +17,7 @@ from volprep.validation.folder import PICTURES, ReportFolder
 from volprep.validation.pictures import coloured, gain_for, largest_difference
 from volprep.validation.records import Driver, ProgramResult, ViewPictures, ViewResult
 from volprep.validation.seen import seen_numbers, width_pixels
-from volprep.validation.subject import errors
+from volprep.validation.subject import as_sparse, errors
 from volprep.validation.verdict import passes
 from volprep_formats.arrays import Float32Array, FloatArray
 
@@ -51,7 +51,7 @@ class ViewedProgram:
     truth: OraclePicture
     """Truth in the view of the sweep."""
     on_data: OraclePicture
-    """Oracle on the package's data in the view of the sweep."""
+    """Oracle on the package's data in the view of the sweep; it may have only every second row and column."""
     truths: dict[str, Float32Array]
     """Truth in each standard view, premultiplied linear."""
     drawn: dict[str, Float32Array]
@@ -99,6 +99,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
     pictures: dict[str, Float32Array] = {}
     grid = next(each.grid for each in subject.package.manifest.levels if each.index == level)
     width = width_pixels(subject.cameras.values(), grid, subject.shape_hw[0])
+    apart = {name: 2 if name == kept_view else 4 for name in subject.views}
     bench.progress.start(f"nine views of {program.name}", len(subject.views))
     renderer = renderer_of(subject.package, level=level, transfer=program.transfer)
     # Comparing and writing run in one thread and leave other processors idle: the next view is drawn at the same time.
@@ -106,7 +107,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
         for name, box_from_clip in subject.views.items():
             with clock.part("oracle"):
                 truth = subject.truth(program.transfer, name)
-                on_data = subject.on_data_beside(truth, program.transfer, name, level, sparse=name != kept_view)
+                on_data = subject.on_data_beside(truth, program.transfer, name, level, apart=apart[name])
             with clock.part("drawing"):
                 drawn = renderer.render(box_from_clip, subject.shape_hw)
             truths[name], pictures[name] = truth.rgba.astype(np.float32), drawn
@@ -135,12 +136,11 @@ def _compared(  # noqa: PLR0917 - a view, and its known results
 ) -> tuple[ViewResult, Float32Array]:
     """Compare the pictures of one view, and write them; return the difference of each pixel, too.
 
-    `on_data` may have only every second row and column.
+    `on_data` may have only some rows and columns.
     """
-    apart = -(-len(truth.rgba) // len(on_data.rgba))
-    truth_of_data, drawn_of_data = truth.rgba[::apart, ::apart], drawn[::apart, ::apart]
+    truth_of_data, drawn_of_data = as_sparse(truth.rgba, on_data.rgba), as_sparse(drawn, on_data.rgba)
     with bench.clock.part("comparing"):
-        seen = seen_numbers(drawn, truth.rgba, thin_things(drawn, truth.rgba, width))
+        seen = seen_numbers(drawn, truth.rgba, thin_things(drawn, truth.rgba, width), is_of_target=True)
         total = errors(drawn, truth.rgba)
         result = ViewResult(
             view=view,

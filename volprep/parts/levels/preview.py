@@ -3,8 +3,9 @@
 When a level is made, the difference of its light from level 0 is known only along some rays: rays aimed at visible
 voxels, or, where no filter was tried, random rays that show something. Validation draws nine views, each pixel the
 mean of four rays at least and as large as a voxel of the level, and takes the worst. Its error was 0.3 to 0.8 of that
-along rays. FLIP and kept light are stricter than the root mean square; so a level is not for previews only if half of
-the tolerance is enough for its error along rays.
+along rays. Kept light is stricter than the root mean square; so a level is not for previews only if half of the
+tolerance is enough for its error along rays. FLIP is not known along rays. In pictures of levels it was 3.4 to 7.8
+times the root mean square: an eighth of the FLIP that is allowed must be enough, too.
 
 A mark excuses nothing by itself. Validation draws box means of the scan, too, and judges a marked level by the
 tolerance if these are within it: a bad level cannot excuse itself.
@@ -20,6 +21,8 @@ from volprep_formats.package.manifest import Tolerance
 
 _CERTAIN = 0.5
 """Part of the tolerance within which the error along rays of a level must be that is not for previews."""
+_FLIP_OVER_RMSE = 8.0
+"""FLIP of a level over its error, at most. The scene with 7.8 had FLIP 0.031 at RMSE 0.004, and seemed to be within."""
 
 
 def preview_levels(
@@ -43,11 +46,16 @@ def preview_reason(choice: LevelChoice, tolerance: Tolerance, *, segments: bool 
     if not _is_beyond(choice, tolerance):
         return "for previews only: a finer level is, too"
     measured = f"along rays its light is {error_along_rays(choice):.2g} from that of level 0"
-    return f"for previews only: {measured}, {_CERTAIN * tolerance.rmse:g} is allowed"
+    return f"for previews only: {measured}, {_allowed(tolerance):.3g} is allowed"
 
 
 def _is_beyond(choice: LevelChoice, tolerance: Tolerance) -> bool:
-    return error_along_rays(choice) > _CERTAIN * tolerance.rmse
+    return error_along_rays(choice) > _allowed(tolerance)
+
+
+def _allowed(tolerance: Tolerance) -> float:
+    """Return the largest error along rays of a level that is not for previews."""
+    return min(_CERTAIN * tolerance.rmse, tolerance.flip / _FLIP_OVER_RMSE)
 
 
 def error_along_rays(choice: LevelChoice) -> float:
