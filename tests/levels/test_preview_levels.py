@@ -107,6 +107,20 @@ def test_light_without_lighting_is_that_by_which_levels_are_chosen(scan, tmp_pat
     assert error(scan, level) > seen.rmse
 
 
+def test_a_lit_level_takes_only_tables_that_bring_its_light_nearer(scan, tmp_path) -> None:
+    chosen, level = Chooser(scan, adapt=True).choose(1, FACTORS, ("box",), tmp_path.joinpath, lambda _: None)
+    (own,) = chosen.tables
+    dark = own.model_copy(update={"entries": tuple((r / 2, g / 2, b / 2, tau) for r, g, b, tau in own.entries)})
+    seen = SeenLevels(scan, dataclasses.replace(PLAIN, lit=True))
+    with_own, common = (seen.errors(level, FACTORS, tables)[0].rmse for tables in (chosen.tables, ()))
+    assert with_own < common
+    tables, dropped, errors = seen.chosen(level, FACTORS, (own,))
+    assert (tables, dropped, errors[0].rmse) == ((own,), (), with_own)
+    tables, (lost,), errors = seen.chosen(level, FACTORS, (dark,))
+    assert (tables, lost.transfer, errors[0].rmse, lost.common_rmse) == ((), "shell", common, common)
+    assert lost.rmse > common
+
+
 @pytest.mark.parametrize("name", sorted(COMPOSITINGS))
 @pytest.mark.parametrize("lit", [False, True])
 def test_level_0_has_no_error_and_another_one_has(name, lit, scan, tmp_path) -> None:
