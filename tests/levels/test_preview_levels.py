@@ -68,7 +68,8 @@ def test_the_finest_level_of_a_package_is_never_for_previews_whatever_its_error(
 def test_the_reason_has_the_numbers_or_names_a_finer_level() -> None:
     tolerance = Tolerance(rmse=0.02)
     assert preview_reason(tried(2, "median", 0.001, seen_rmse=0.0321), tolerance) == (
-        "for previews only: along rays its light is 0.032 from that of level 0, 0.01 is allowed"
+        "for previews only: along rays its light is 0.032 from that of level 0, 0.01 is allowed; "
+        "validate finds the largest pictures in which it is right"
     )
     assert preview_reason(choice(3, 0.002), tolerance) == "for previews only: a finer level is, too"
 
