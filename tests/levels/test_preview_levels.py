@@ -108,7 +108,7 @@ def test_light_without_lighting_is_that_by_which_levels_are_chosen(scan, tmp_pat
     assert error(scan, level) > seen.rmse
 
 
-def test_a_lit_level_takes_only_tables_that_bring_its_light_nearer(scan, tmp_path) -> None:
+def test_a_lit_level_drops_tables_with_which_its_light_is_further_away(scan, tmp_path) -> None:
     chosen, level = Chooser(scan, adapt=True).choose(1, FACTORS, ("box",), tmp_path.joinpath, lambda _: None)
     (own,) = chosen.tables
     dark = own.model_copy(update={"entries": tuple((r / 2, g / 2, b / 2, tau) for r, g, b, tau in own.entries)})

@@ -57,14 +57,14 @@ class MeasuredStep(Record):
 
 
 class DroppedTable(Record):
-    """A lookup table of a level's own that brings the light nearer to that of level 0 only if nothing is lit."""
+    """A lookup table of a level's own that brings the light nearer to that of level 0, but not if it is lit."""
 
     transfer: str
     """Transfer function."""
     rmse: float
     """Error of the lit light with this table, as in `LightError`."""
     common_rmse: float
-    """Its error with the common table, which is no larger."""
+    """Its error with the common table, which is smaller."""
 
 
 class LevelChoice(Record):
@@ -77,7 +77,7 @@ class LevelChoice(Record):
     tables: tuple[AdaptedTable, ...] = ()
     """Lookup tables of its own, for those transfer functions that gain by them."""
     dropped: tuple[DroppedTable, ...] = ()
-    """Tables that a lit level does not take, because they bring its light no nearer."""
+    """Tables that a lit level does not take, because they bring its light further away."""
     trials: tuple[Trial, ...] = ()
     """Everything that was tried; nothing where there was no choice."""
     beyond_budget: bool = False
