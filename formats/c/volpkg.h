@@ -583,7 +583,8 @@ typedef struct volpkg_level_step {
 
 /* Largest error of a level for previews, drawn where one of its voxels covers about one pixel. A person who compares
    the two pictures sees a difference, but not a plain one, and no thin structure is missing. Where the tolerance of the
-   package allows more, that holds. */
+   package allows more, that holds. The report of a validation has the largest pictures in which the level is within it.
+   */
 typedef struct volpkg_level_tolerance {
     /* Root mean square over seen pixels and the four channels, premultiplied linear: 9 or 10 of 255 steps of sRGB at
        middle grey, from where on people see a difference side by side. */

@@ -74,7 +74,8 @@ def test_the_finest_level_of_a_package_is_never_for_previews_whatever_its_error(
 def test_the_reason_has_the_numbers_or_names_a_finer_level() -> None:
     tolerance = Tolerance(rmse=0.02, flip=1.0)
     assert preview_reason(tried(2, "median", 0.001, seen_rmse=0.0321), tolerance) == (
-        "for previews only: along rays its light is 0.032 from that of level 0, 0.01 is allowed"
+        "for previews only: along rays its light is 0.032 from that of level 0, 0.01 is allowed; "
+        "validate finds the largest pictures in which it is right"
     )
     assert preview_reason(choice(3, 0.002), tolerance) == "for previews only: a finer level is, too"
 
@@ -111,6 +112,20 @@ def test_light_without_lighting_is_that_by_which_levels_are_chosen(scan, tmp_pat
     # Other rays, and tables that are linear between control points, not between 256 entries.
     assert seen.rmse == pytest.approx(tried.rmse, rel=0.1)
     assert error(scan, level) > seen.rmse
+
+
+def test_a_lit_level_drops_tables_with_which_its_light_is_further_away(scan, tmp_path) -> None:
+    chosen, level = Chooser(scan, adapt=True).choose(1, FACTORS, ("box",), tmp_path.joinpath, lambda _: None)
+    (own,) = chosen.tables
+    dark = own.model_copy(update={"entries": tuple((r / 2, g / 2, b / 2, tau) for r, g, b, tau in own.entries)})
+    seen = SeenLevels(scan, dataclasses.replace(PLAIN, lit=True))
+    with_own, common = (seen.errors(level, FACTORS, tables)[0].rmse for tables in (chosen.tables, ()))
+    assert with_own < common
+    tables, dropped, errors = seen.chosen(level, FACTORS, (own,))
+    assert (tables, dropped, errors[0].rmse) == ((own,), (), with_own)
+    tables, (lost,), errors = seen.chosen(level, FACTORS, (dark,))
+    assert (tables, lost.transfer, errors[0].rmse, lost.common_rmse) == ((), "shell", common, common)
+    assert lost.rmse > common
 
 
 @pytest.mark.parametrize("name", sorted(COMPOSITINGS))

@@ -56,6 +56,17 @@ class MeasuredStep(Record):
     """Why."""
 
 
+class DroppedTable(Record):
+    """A lookup table of a level's own that brings the light nearer to that of level 0, but not if it is lit."""
+
+    transfer: str
+    """Transfer function."""
+    rmse: float
+    """Error of the lit light with this table, as in `LightError`."""
+    common_rmse: float
+    """Its error with the common table, which is smaller."""
+
+
 class LevelChoice(Record):
     """The choice for one level, and its candidates."""
 
@@ -65,6 +76,8 @@ class LevelChoice(Record):
     """Filter that made it."""
     tables: tuple[AdaptedTable, ...] = ()
     """Lookup tables of its own, for those transfer functions that gain by them."""
+    dropped: tuple[DroppedTable, ...] = ()
+    """Tables that a lit level does not take, because they bring its light further away."""
     trials: tuple[Trial, ...] = ()
     """Everything that was tried; nothing where there was no choice."""
     beyond_budget: bool = False

@@ -197,10 +197,10 @@ def _previews_in_words(report: Report) -> str:
     within = [each for each in previews if each.within]
     told = f"{len(within)} of {len(previews)} levels for previews are within their tolerance ({limits}), where one of "
     told += "their voxels is about one pixel"
-    meaning = "a person who compares sees a difference, and no thin thing is missing"
+    meaning = ": a person who compares sees a difference, and no thin thing is missing" if within else ""
     others = "; of the others box means of the scan are beyond it, too" if len(within) < len(previews) else ""
     worse = "" if report.verdict.worse else "; none is worse than box means"
-    return f"{told}: {meaning}{others}{worse}."
+    return f"{told}{meaning}{others}{worse}."
 
 
 def _legend(gain: float) -> list[tuple[str, str]]:

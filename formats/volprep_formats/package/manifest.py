@@ -49,7 +49,8 @@ class LevelTolerance(Record):
     """Largest error of a level for previews, drawn where one of its voxels covers about one pixel.
 
     A person who compares the two pictures sees a difference, but not a plain one, and no thin structure is missing.
-    Where the tolerance of the package allows more, that holds.
+    Where the tolerance of the package allows more, that holds. The report of a validation has the largest pictures in
+    which the level is within it.
     """
 
     rmse: Fraction = 0.035

@@ -12,9 +12,8 @@ namespace {
 
 using Values = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-void run(const Values& columns, const Numbers& spacings_mm, bool nearest, const Numbers& values,
-         const Colours& colours, const Numbers& extinctions_per_mm, const Light& light,
-         const std::optional<Values>& brightness, int threads) {
+void run(const Values& columns, const Numbers& spacings_mm, bool nearest, const Numbers& values, const Colours& colours,
+         const Numbers& extinctions_per_mm, const Light& light, const std::optional<Values>& brightness, int threads) {
     const ControlPoints points = checked_points(values, colours, extinctions_per_mm);
     require(columns.shape(0) > 0, "columns must hold a voxel");
     require(light.shape(0) == columns.shape(1), "light must have a row for each column");

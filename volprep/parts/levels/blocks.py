@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.joint_histogram import joint_counts, reference_mm, shares_of_counts
-from volprep.parts.levels.level_input import Factors, LevelInput, level_slices
+from volprep.parts.levels.level_input import Factors, LevelInput, level_slices, raised_slices
 from volprep.parts.levels.light import Histogram, RayLight, Sampled, score
 from volprep.parts.levels.rays import RaySegments, random_lines, sample_sets
 from volprep.plan.level_choice import Trial
@@ -80,9 +80,11 @@ def promising(
     for seed, block in enumerate(_blocks(scan, ranges)):
         lines = _lines(block, factors, 3 * seed)
         fine.append(Sampled(*sample_sets(block.volume, block.grid.spacing_mm_zyx, lines)))
+        made: dict[LevelFilter, NDArray[np.generic]] = {}
         for name, tried in levels.items():
             began = time.perf_counter()
-            level = InMemory.of(np.concatenate([each for each, _ in level_slices(block, name, factors)]))
+            made[name] = _made(block, name, factors, made.get("appearance"))
+            level = InMemory.of(made[name])
             tried.seconds += time.perf_counter() - began
             tried.samples.append(Sampled(*sample_sets(level, block.spacing_mm_zyx(factors), lines)))
             if editable:
@@ -96,6 +98,16 @@ def promising(
         # Both take the same fit, the dearest part of a level: blocks tell which is the better one.
         near.remove(max(("appearance", "raised"), key=scores.__getitem__))
     return tuple(near), tuple(trial.model_copy(update={"on": "blocks"}) for each in trials.values() for trial in each)
+
+
+def _made(
+    block: LevelInput, name: LevelFilter, factors: Factors, appearance: NDArray[np.generic] | None
+) -> NDArray[np.generic]:
+    """Return the level of a block; "raised" begins with that of "appearance", if it is known."""
+    slices = level_slices(block, name, factors)
+    if name == "raised" and appearance is not None:
+        slices = raised_slices(block, factors, iter([(appearance, block.grid.shape_zyx[0])]))
+    return np.concatenate([each for each, _ in slices])
 
 
 def _lines(block: LevelInput, factors: Factors, seed: int) -> list[RaySegments]:

@@ -71,7 +71,7 @@ def level_slices(scan: LevelInput, name: LevelFilter, factors: tuple[int, int, i
     volume, means = scan.volume, scan.means.get(factors)
     if name in {"raised", "refined"}:
         # Refining begins with the result of "raised".
-        return _raised(scan, factors)
+        return raised_slices(scan, factors, level_slices(scan, "appearance", factors))
     if name in FITTED:
         return fitted_slabs(volume, factors, look_of(scan, name, factors), means)
     kept = {} if means is None else {"box": means.box, "minimum": means.low, "maximum": means.high}
@@ -81,8 +81,8 @@ def level_slices(scan: LevelInput, name: LevelFilter, factors: tuple[int, int, i
     return reduced_slabs(volume, factors, name, noise)
 
 
-def _raised(scan: LevelInput, factors: Factors) -> Slices:
-    """Return the slices of the filter "raised": halfway between "appearance" and the maximum of each cell.
+def raised_slices(scan: LevelInput, factors: Factors, appearance: Slices) -> Slices:
+    """Return the slices of the filter "raised": halfway between those of "appearance" and the maximum of each cell.
 
     A thin structure that the mean of its cells hides stays above the foot of the transfer function, and the level's own
     table removes the excess.
@@ -90,7 +90,7 @@ def _raised(scan: LevelInput, factors: Factors) -> Slices:
     depth, factor = scan.volume.shape_zyx[0], factors[0]
     means = scan.means.get(factors)
     first = 0
-    for fitted, read in level_slices(scan, "appearance", factors):
+    for fitted, read in appearance:
         if means is None:
             slab = scan.volume.read_slab(first * factor, min((first + len(fitted)) * factor, depth))
             high = np.empty_like(fitted)

@@ -8,7 +8,7 @@ import numpy as np
 from volprep.parts.level_choices import choices_of, file_of_level
 from volprep.parts.levels.preview import preview_levels, preview_reason
 from volprep.plan.item_kinds import LEVEL, OWN_TABLE, TABLE_NAMES, TABLES
-from volprep.plan.level_choice import LevelChoice, Trial
+from volprep.plan.level_choice import DroppedTable, LevelChoice, Trial
 from volprep.plan.products import EditingPlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, Plan, PreintegratedPlan
 from volprep_formats.package.manifest import PlanItem
@@ -70,6 +70,7 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
                 f"errors: {_listed(choice)}{_BEYOND if choice.beyond_budget else ''}",
             )
         own = {table.transfer for table in choice.tables}
+        lit = {table.transfer: _lit(table) for table in choice.dropped}
         for common, adapted in _pairs(choice):
             table = tables[adapted.transfer]
             file = file_of_level(table.name, choice.level)
@@ -82,9 +83,14 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
                 channel=plan.channel,
                 kept=kept,
                 reason=f"light is {_error(adapted):.2g} from that of level 0 with a table {made}, "
-                f"{_error(common):.2g} with the common one",
+                f"{_error(common):.2g} with the common one{lit.get(adapted.transfer, '')}",
                 files=(file,) if kept else (),
             )
+
+
+def _lit(table: DroppedTable) -> str:
+    """Say why a lit level does not take a table."""
+    return f"; lit, it is {table.rmse:.3g} from it with this table, {table.common_rmse:.3g} with the common one"
 
 
 def _previews(draft: Draft, plan: ChannelPlan) -> Iterator[tuple[int, str]]:

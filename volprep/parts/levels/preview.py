@@ -46,7 +46,8 @@ def preview_reason(choice: LevelChoice, tolerance: Tolerance, *, segments: bool 
     if not _is_beyond(choice, tolerance):
         return "for previews only: a finer level is, too"
     measured = f"along rays its light is {error_along_rays(choice):.2g} from that of level 0"
-    return f"for previews only: {measured}, {_allowed(tolerance):.3g} is allowed"
+    allowed = f"{_allowed(tolerance):.3g} is allowed"
+    return f"for previews only: {measured}, {allowed}; validate finds the largest pictures in which it is right"
 
 
 def _is_beyond(choice: LevelChoice, tolerance: Tolerance) -> bool:

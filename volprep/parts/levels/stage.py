@@ -97,6 +97,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     chooser = _chooser(scan, plan, coarser) if coarser else None
     seen = _seen(scan, plan) if coarser else None
     steps = _steps(scan, plan) if coarser else None
+    is_edited = plan.part(EditingPlan) is not None
     waiting: list[tuple[LevelPlan, Future[LevelChoice], RawVolume]] = []
     # A level is measured while the next one is made: both use few threads.
     with ThreadPoolExecutor(1) as beside:
@@ -108,7 +109,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
                 choice, codes = chooser.choose(
                     level.index, level.factors_zyx, candidates, draft.scratch, progress.advance
                 )
-            waiting.append((level, beside.submit(_measured, choice, codes, level, seen, steps), codes))
+            waiting.append((level, beside.submit(_measured, choice, codes, level, seen, steps, is_edited), codes))
         choices = [_written(draft, plan, *each) for each in waiting]
     filters = {choice.level: choice.filter for choice in choices}
     labelled = _drawing(plan).labelled
@@ -116,12 +117,24 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     return Contribution(channel=ChannelPart(name=plan.channel, levels=coarser_levels(plan, filters, previews)))
 
 
-def _measured(
-    choice: LevelChoice, codes: RawVolume, level: LevelPlan, seen: SeenLevels | None, steps: LevelSteps | None
+def _measured(  # noqa: PLR0917 - a level, and what measures it
+    choice: LevelChoice,
+    codes: RawVolume,
+    level: LevelPlan,
+    seen: SeenLevels | None,
+    steps: LevelSteps | None,
+    is_edited: bool,
 ) -> LevelChoice:
     """Complete the choice of a level that was made with its errors and its step."""
-    errors = choice.tried if seen is None else seen.errors(codes, level.factors_zyx, choice.tables)
-    choice = choice.model_copy(update={"errors": errors})
+    if seen is None:
+        choice = choice.model_copy(update={"errors": choice.tried})
+    elif is_edited:
+        # Each level of an editable package has tables of its own.
+        errors = seen.errors(codes, level.factors_zyx, choice.tables)
+        choice = choice.model_copy(update={"errors": errors})
+    else:
+        tables, dropped, errors = seen.chosen(codes, level.factors_zyx, choice.tables)
+        choice = choice.model_copy(update={"tables": tables, "dropped": dropped, "errors": errors})
     off = error_along_rays(choice)
     step = None if steps is None else steps.measured(codes, level.factors_zyx, choice.tables, off)
     return choice.model_copy(update={"step": step})

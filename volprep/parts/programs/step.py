@@ -79,7 +79,7 @@ def choose_steps(
         elif scene.editable:
             voxels, reason = usual, "users may edit the functions that it would be measured with"
         elif level.index > 0 and finest and of_finest is not None:
-            voxels, reason = of_finest, "as level 0; it is measured again when the level is made"
+            voxels, reason = of_finest, "as level 0, until the RMSE of steps is measured on the level, when it is made"
         else:
             of_views = finest if level.index == 0 else ()
             rays = of_views or [source_rays(scene, info, measured, grid, level.factors_zyx)]
