@@ -8,7 +8,6 @@ import pytest
 from judged import validate
 from segment_scan import AFFINE, TINTS, built, drawn, truth, write_segments
 
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -171,11 +170,3 @@ def test_a_package_with_shadows_is_validated(folder):
     small = {**SHADED, "render": {**SHADED["render"], "picture_size": 24}}
     package = built(folder, "shadows", change=small, border="mixed", outside_opacity=0.3)
     assert validate(package.path, folder / "shadows.report", Silent(), witness=False).verdict.passed
-
-
-def test_shadow_maps_of_segments_are_refused(folder):
-    render = {"lighting": "phong", "compositing": "first-hit", **FINE}
-    light = {**PLACED["lighting"], "normals": "central", "shadows": "map"}
-    with pytest.raises(VolprepError) as raised:
-        built(folder, "bad", change={"render": render, "lighting": light}, border="mixed")
-    assert raised.value.code == "VP3220"
