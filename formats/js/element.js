@@ -121,7 +121,8 @@ export class VolumeViewer extends HTMLElement {
     this.#dress();
     if (!src) return;
     const onProgress = (/** @type {import("./package.js").Progress} */ at) => {
-      this.#say(`loading ${Math.floor((100 * at.loaded) / at.total)} %`);
+      const notes = () => this.renderer?.notes.join(" ") ?? "";
+      this.#say(at.loaded < at.total ? `loading ${Math.floor((100 * at.loaded) / at.total)} %` : notes());
       this.#tell("progress", at);
     };
     try {

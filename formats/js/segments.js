@@ -20,6 +20,8 @@ export class Segments {
   #record;
   /** By the name of the segment. @type {Map<string, Segment>} */
   #now;
+  /** The skip table that was made last, by its name and the labels that are shown. @type {{key: string, texels: Uint8Array}} */
+  #skip = { key: "", texels: new Uint8Array() };
 
   /** @param {Manifest} manifest @param {string} path for messages */
   constructor(manifest, path) {
@@ -80,9 +82,15 @@ export class Segments {
     const sets = pack.manifest.textures.find((each) => each.role === "label-sets" && each.level === level.index);
     const record = pack.manifest.skipping?.tables?.find((each) => each.texture === skip?.name);
     if (skip && sets && record) {
-      const [z, y, x] = record.blocks_zyx;
-      const occupied = shownBlocks(await texelsOf(pack, sets, signal), z * y * x, looks);
-      texels[skip.name] = skipEntries(occupied, record.blocks_zyx, record.kind, skip);
+      const shown = this.#record.labels.map((_, label) => Number(looks[4 * label + 3] > 0));
+      const key = `${skip.name} ${shown.join("")}`;
+      // Tints and other opacities hide nothing.
+      if (this.#skip.key !== key) {
+        const [z, y, x] = record.blocks_zyx;
+        const occupied = shownBlocks(await texelsOf(pack, sets, signal), z * y * x, looks);
+        this.#skip = { key, texels: skipEntries(occupied, record.blocks_zyx, record.kind, skip) };
+      }
+      texels[skip.name] = this.#skip.texels;
     }
     return { ...choice, texels };
   }

@@ -1,4 +1,4 @@
-/** Prints the textures that change when segments are hidden. Reads {manifest, files, textures, level, hidden} from the standard input. */
+/** Prints the textures that change when segments are hidden. Reads {manifest, folder, level, hidden} as JSON. */
 import { readFileSync } from "node:fs";
 import { Segments } from "../../formats/js/segments.js";
 
@@ -8,13 +8,15 @@ const pack = {
   name: "package",
   read: async (path) => new Uint8Array(readFileSync(`${folder}/${path}`)),
 };
-const segments = new Segments(manifest, "package");
-for (const name of hidden) segments.set(name, { visible: false });
+const signal = new AbortController().signal;
 const textures = manifest.textures.filter(
   (each) => ["looks", "skip"].includes(each.role) && [undefined, level].includes(each.level),
 );
 const choice = { level: { index: level }, textures, texels: {} };
-const { texels } = await segments.shown(pack, choice, new AbortController().signal);
+const segments = new Segments(manifest, "package");
+await segments.shown(pack, choice, signal);
+for (const name of hidden) segments.set(name, { visible: false });
+const { texels } = await segments.shown(pack, choice, signal);
 console.log(
   JSON.stringify(Object.fromEntries(Object.entries(texels).map(([k, v]) => [k, Buffer.from(v).toString("hex")]))),
 );

@@ -1,6 +1,7 @@
 """A scan with its segments: what the package draws is what the oracle integrates, and the laws of labels hold."""
 
 from pathlib import Path
+from unittest.mock import patch
 
 import nibabel
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from judged import validate
 from segment_scan import AFFINE, INSIDE, SOFT, built, drawn, scene_of, truth, write_segments
 
+from volprep.parts.segments import stage
+from volprep.parts.segments.level_labels import coarse_labels
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
@@ -89,6 +92,23 @@ def test_other_ways_to_draw_give_the_picture_of_ray_casting(folder, mixed, chang
 def test_a_mosaic_of_labels_is_validated(folder):
     package = built(folder, "mosaic", profile="gles2-2048", border="mixed", outside_opacity=0.5)
     assert validate(package.path, folder / "mosaic.report", Silent(), witness=False).verdict.passed
+
+
+@pytest.mark.long
+def test_wrong_labels_of_coarse_levels_are_found_by_pictures(folder):
+    """Both the package and what validation derives from the scan have them: only pictures tell."""
+
+    def upside_down(labels: np.ndarray, factors_zyx: tuple[int, int, int]) -> np.ndarray:
+        return np.ascontiguousarray(coarse_labels(labels, factors_zyx)[::-1])
+
+    levels = {"pyramid": {"coarsest_longest_axis": 12}}
+    right = built(folder, "coarse", change=levels, outside_opacity=0.3)
+    assert validate(right.path, folder / "coarse.report", Silent(), witness=False).verdict.worse == ()
+    with patch.object(stage, "coarse_labels", upside_down):
+        wrong = built(folder, "upside-down", change=levels, outside_opacity=0.3)
+        verdict = validate(wrong.path, folder / "upside-down.report", Silent(), witness=False).verdict
+    assert verdict.code == "worse-than-box"
+    assert verdict.worse == ("level 1 with segments", "level 2 with segments")
 
 
 def test_a_crisp_border_is_within_a_quarter_of_a_voxel_of_the_truth(folder):

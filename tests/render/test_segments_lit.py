@@ -8,7 +8,6 @@ import pytest
 from judged import validate
 from segment_scan import AFFINE, TINTS, built, drawn, truth, write_segments
 
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -133,6 +132,23 @@ def test_segments_cast_shadows_on_each_other(folder, border):
     assert rms(picture[..., :3] - drawn(bare)[..., :3]) > 0.01
 
 
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("border", ["mixed", "crisp"])
+def test_half_angle_slices_cast_the_shadows_of_segments(folder, border):
+    change = {
+        "render": {**PLACED["render"], "technique": "view-slices"},
+        "lighting": {**PLACED["lighting"], "shadows": "half-angle"},
+    }
+    package = built(folder, f"half-angle-{border}", change=change, border=border, outside_opacity=0.3)
+    assert check(package.path) == []
+    bare = built(folder, f"half-angle-bare-{border}", change=PLACED, border=border, outside_opacity=0.3)
+    # From before and behind the light.
+    for view in ("anterior-left", "posterior"):
+        picture, expected = drawn(package, view), truth(folder, package, view)
+        assert rms(picture - expected) < 0.002
+        assert rms(picture[..., :3] - drawn(bare, view)[..., :3]) > 0.01
+
+
 @pytest.mark.long
 def test_hidden_segments_cast_no_shadow(folder):
     numbers = nibabel.load(folder / "labels.nii").get_fdata()
@@ -154,13 +170,3 @@ def test_a_package_with_shadows_is_validated(folder):
     small = {**SHADED, "render": {**SHADED["render"], "picture_size": 24}}
     package = built(folder, "shadows", change=small, border="mixed", outside_opacity=0.3)
     assert validate(package.path, folder / "shadows.report", Silent(), witness=False).verdict.passed
-
-
-def test_half_angle_shadows_of_segments_are_refused(folder):
-    render, light = (
-        {"lighting": "phong", "technique": "view-slices", **FINE},
-        {**PLACED["lighting"], "shadows": "half-angle"},
-    )
-    with pytest.raises(VolprepError) as raised:
-        built(folder, "bad", change={"render": render, "lighting": light}, border="mixed")
-    assert raised.value.code == "VP3220"

@@ -69,9 +69,13 @@ def test_pictures_are_those_of_the_oracle(folder, compositing, border, profile):
 def test_visible_segments_cast_hard_shadows_on_a_first_hit(folder):
     light = {"light_mm": [-60.0, -80.0, 40.0]}
     pictures = {}
-    for shadows in ("none", "rays"):
-        changed = {**change("first-hit", lighting="phong"), "lighting": {**light, "shadows": shadows}}
+    for shadows in ("none", "rays", "map"):
+        changed = {
+            **change("first-hit", lighting="phong"),
+            "lighting": {**light, "normals": "central", "shadows": shadows},
+        }
         package = one_value(folder, f"first-hit-{shadows}", changed, border="mixed")
+        assert check(package.path) == []
         pictures[shadows] = drawn(package)
         difference = np.abs(pictures[shadows] - expected(package)).max(axis=-1)
         # At the rim of a shadow single pixels may be on either side.

@@ -74,3 +74,15 @@ def test_the_list_has_the_volume_of_every_segment(page, package) -> None:
     assert all((each.title or each.name) in told for each in segments)
     volumes = [float(each) for each in re.findall(r"(\S+) ml", told)]
     assert volumes == pytest.approx([each.volume_ml for each in segments], rel=0.01)
+
+
+def test_switching_a_segment_leaves_no_word_of_loading(page) -> None:
+    changed = """
+    const { renderer } = window.volprep.stage;
+    await renderer.setSegment(renderer.segments[0].name, { visible: false });
+    const [viewer] = document.querySelectorAll("volume-viewer");
+    return [renderer.segments[0].visible, viewer.shadowRoot.textContent];
+    """
+    visible, text = page.run(changed)
+    assert not visible
+    assert "loading" not in text

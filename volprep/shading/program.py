@@ -16,7 +16,7 @@ from volprep.shading.compositing import compositing
 from volprep.shading.feature import Feature
 from volprep.shading.lighting import lighting
 from volprep.shading.raycast import BACKWARDS
-from volprep.shading.segments import drawn_with_segments
+from volprep.shading.segments import drawn_with_segments, values_alone
 from volprep.shading.shadows import SHADOW_MAP, layer_feature, light_texels, map_feature
 from volprep.shading.skipping import skipping_of
 from volprep.shading.tiles import TileTexts, cost_feature, tile_texts
@@ -158,10 +158,14 @@ def _shadow_map(
     """Return the pass that draws the surface of a program from its light: rays through the same volume."""
     unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
     walk = WALKS["ray-casting"](TechniqueInput(unlit, grid, "es300", render.step_of(min(program.levels))))
-    sampling, _, *skipping = _features(package, unlit, grid, skips=skips)
-    sampled = (sampling, *skipping)
+    sampling, classified, *skipping = _features(package, unlit, grid, skips=skips)
+    segments = package.manifest.segments
+    of_segments = segments is not None and program.transfer == segments.name
+    # Values of segments depend on what is shown; others need no classification.
+    valued = [values_alone(classified)] if of_segments else []
+    sampled = (sampling, *valued, *skipping)
     surface = compositing(package.manifest, program, render, walk, ends_early=False)
-    features = [walk.feature, *sampled, surface, map_feature()]
+    features = [walk.feature, *sampled, surface, map_feature(valued[0].slots["classification"] if valued else None)]
     return PassText(
         _composed(features, "es300", grid),
         "triangle",

@@ -76,7 +76,12 @@ def drawn_with_segments(
         **_styles(segments),
     }
     if program.compositing in OF_ONE_VALUE:
-        slots |= {"classification": _VALUES, "shown": f"{_VALUES}:{segments.border}", "value_near": None}
+        slots |= {
+            "classification": _VALUES,
+            "valued": f"{_VALUES}:value",
+            "shown": f"{_VALUES}:{segments.border}",
+            "value_near": None,
+        }
         slots["weight"] = f"{_VALUES}:weight" if segments.border == "crisp" else None
         # Gradients of the visible values.
         offers = {"STORED": "scan_value", "NEAR": "stored_value", "OF": "", "HIDDEN": literal(-HIDDEN_BELOW)}
@@ -93,6 +98,13 @@ def drawn_with_segments(
         samplers=(*samplers, *labels.samplers, Sampler(name="u_segments", role="looks")),
     )
     return replace(sampling, samplers=volume), classified
+
+
+def values_alone(classified: Feature) -> Feature:
+    """Return how a shadow map reads values without hidden voxels: no colours, and no tables of them."""
+    slots: dict[str, Slot] = {**classified.slots, "classification": f"{_VALUES}:value"}
+    samplers = tuple(each for each in classified.samplers if each.role in {"labels", "looks"})
+    return replace(classified, slots=slots, samplers=samplers)
 
 
 def _labels(texture: Texture, *, wide: bool, in_voxels: bool) -> Feature:

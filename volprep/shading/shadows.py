@@ -49,11 +49,11 @@ def shadows_of(program: ProgramDesign, grid: Grid) -> Feature:
     return Feature({**slots, "shadow": "light/shadow_rays", "shadow_start": start}, words, uniforms=(_LIGHT,))
 
 
-def map_feature() -> Feature:
-    """Return what a pass that makes a shadow map has in place of a picture."""
+def map_feature(values: Slot) -> Feature:
+    """Return what a pass that makes a shadow map has in place of a picture; `values` if they are not the sampling's."""
     slots: dict[str, Slot] = {
         "about": "light/shadow_map:about",
-        "classification": None,
+        "classification": values,
         "picture": "light/shadow_map:distance",
     }
     return Feature(slots, uniforms=(_LIGHT,))

@@ -74,7 +74,7 @@ def require_possible(scene: Scene, profile: DeviceProfile) -> None:
 
 
 def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool]]:
-    render, shadows = scene.render, scene.lighting.shadows
+    render = scene.render
     has_format = all(first_of(formats, profile) for formats in LABEL_FORMATS.values())
     yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format
     yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None
@@ -83,7 +83,6 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     if render.compositing in OF_ONE_VALUE:
         yield "transfer functions of several isovalues", len({each.isovalue for each in scene.transfer}) > 1
         yield "transfer functions of several reference_mm", len({each.reference_mm for each in scene.transfer}) > 1
-    yield f"lighting.shadows {shadows}", render.lighting != "none" and shadows not in {"none", "rays"}
     yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none"
     yield f"textures.compression {scene.textures.compression}", scene.textures.compression != "none"
     yield "textures.mipmaps", scene.textures.mipmaps

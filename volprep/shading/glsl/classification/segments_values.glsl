@@ -1,8 +1,22 @@
 //: A scan with its segments where a ray shows one value, at one place; both dialects. Inputs, words and slots as in
-//: segments.glsl. The sampling gives scan_value. Slot shown is section mixed or crisp. Words: HIDDEN, less than any
-//: value; OF_POSITION, how a position of the sampling is made from one in voxels.
+//: segments.glsl. The sampling gives scan_value. Slot valued is section value, which a shadow map has alone; slot shown
+//: is section mixed or crisp. Words: HIDDEN, less than any value; OF_POSITION, how a position of the sampling is made
+//: from one in voxels.
 //#part channels
 
+//#part valued
+
+//#part weight
+// Colour and extinction of a value at a place, from the shown labels of the voxels around it.
+vec4 classify_at(vec3 at, float stored) {
+  //#part media
+  vec3 place = $PLACE - 0.5;
+  vec3 voxel = floor(place);
+  vec3 low = (voxel + 0.5)$OF_VOXELS;
+  //#part around
+  //#part shown
+}
+//#section value
 //#part texels
 //#part labels
 
@@ -28,17 +42,6 @@ float stored_value(vec3 at) {
     hidden += weights_near[corner] - seen_near + weights_far[corner] - seen_far;
   }
   return hidden > 0.0 ? value + hidden * HIDDEN : scan_value(at);
-}
-
-//#part weight
-// Colour and extinction of a value at a place, from the shown labels of the voxels around it.
-vec4 classify_at(vec3 at, float stored) {
-  //#part media
-  vec3 place = $PLACE - 0.5;
-  vec3 voxel = floor(place);
-  vec3 low = (voxel + 0.5)$OF_VOXELS;
-  //#part around
-  //#part shown
 }
 //#section mixed
 vec4 sum = vec4(0.0);
