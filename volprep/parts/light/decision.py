@@ -31,7 +31,7 @@ _COMPOSITINGS = frozenset(("emission-absorption", "back-to-front"))
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 _NOT_TRIED = "the build measures it on the whole scan, and may choose another resolution or leave it out"
 _SAMPLES_PER_TEXEL = 64
-_LEAST_SAMPLES, _MOST_SAMPLES = 1 << 18, 3 << 20
+_LEAST_SAMPLES, _MOST_SAMPLES = 1 << 18, 1 << 21
 
 
 def require_light(scene: Scene, profile: DeviceProfile) -> None:

@@ -51,10 +51,12 @@ _PATHS_EACH, _DRAFT_EACH = 8, 4
 """One sample in so many is a whole path, and one in so many fits the draft that the other paths end at."""
 _RAYS = 8
 """Paths from each place, one into each octant."""
-_BOUNCES = 3
+_BOUNCES = 8
 """How often a path is stopped before it ends at the draft."""
 _NOTHING = (np.zeros((1, 1, 1, 2, 1), np.float32), np.array([[0.0, 1.0], [0.0, 1.0]]), (1.0, 1.0, 1.0))
-_TOLERANCE = 1e-4
+_TOLERANCE = 1e-2
+"""Share of the residual that may be left. Less gains nothing: 30.8 dB with it and 30.7 with 1e-4, on an engine that is
+opaque within half a voxel, with half a million places. On a head of 256³ voxels 1e-4 took 127 of 174 processor s."""
 _MOST_STEPS = 200
 
 
@@ -67,7 +69,7 @@ class LightField:
     curve: Float64Array
     """[2, n]: ascending physical values, and the share of the second number at each."""
     nodes_per_mm_xyz: tuple[float, float, float]
-    """Nodes for each millimetre; node k lies at (k + 1/2) / this in box space."""
+    """Nodes for each millimetre; node k lies at k / this in box space: the outer nodes lie on the faces of the box."""
     samples: int
     """Places that the field was fitted to."""
     smoothness: float
@@ -136,31 +138,38 @@ def _fields(
     fields: list[LightField] = []
     for sums in grids:
         start = sums.grid.finer(fields[-1].texels) if fields else sums.grid.dark(channels)
-        fields.append(_best(sums, start, tests, used))
+        fields.append(_best(sums, start, tests, used, fields[-1].smoothness if fields else _SMOOTH[0]))
         progress.advance()
     return fields
 
 
-def _best(sums: "_Sums", start: Float32Array, tests: list[_Samples], used: int) -> LightField:
-    """Return the solution with the smoothness that suits samples that were kept out of the fit."""
+def _best(sums: "_Sums", start: Float32Array, tests: list[_Samples], used: int, begin: float) -> LightField:
+    """Return the solution with the smoothness that suits samples that were kept out of the fit.
+
+    The search starts at the smoothness `begin`.
+    """
 
     def fitted(smooth: float) -> tuple[float, LightField]:
-        texels, residual = sums.solved(smooth, start)
+        texels, residual = sums.solved(smooth, start, _TOLERANCE)
         field = LightField(texels, sums.curve, sums.grid.nodes_per_mm_xyz, used, smooth, residual)
         return _held_out_error(field, tests), field
 
-    best = fitted(_SMOOTH[0])
-    for smooth in _SMOOTH[1:]:
-        smoother = fitted(smooth)
-        if smoother[0] >= best[0]:
+    middle = _SMOOTH.index(begin)
+    best = fitted(begin)
+    for others in (_SMOOTH[middle + 1 :], _SMOOTH[:middle][::-1]):
+        for smooth in others:
+            other = fitted(smooth)
+            if other[0] >= best[0]:
+                break
+            best = other
+        if best[1].smoothness > begin:
             break
-        best = smoother
     return best[1]
 
 
 def _node_grid(lit: LitVolume, factor: int) -> "_NodeGrid":
     z, y, x = (-(-n // factor) for n in lit.grid.shape_zyx)
-    per_z, per_y, per_x = (1.0 / (factor * h) for h in lit.grid.spacing_mm_zyx)
+    per_z, per_y, per_x = ((n - 1) / mm for n, mm in zip((z, y, x), lit.grid.extent_mm_zyx, strict=True))
     return _NodeGrid((z, y, x), (per_x, per_y, per_z))
 
 
@@ -173,10 +182,10 @@ class _NodeGrid(NamedTuple):
         return np.zeros((*self.shape_zyx, 2, channels), np.float32)
 
     def finer(self, texels: Float32Array) -> Float32Array:
-        """Return this grid's texels of a field on a grid of twice the cell."""
+        """Return this grid's texels of a field on a coarser grid."""
         for axis, count in enumerate(self.shape_zyx):
             last = texels.shape[axis] - 1
-            at = np.clip((np.arange(count) + 0.5) / 2 - 0.5, 0.0, last)
+            at = np.linspace(0.0, last, count)
             low = at.astype(np.intp)
             share = (at - low).astype(np.float32).reshape([-1 if each == axis else 1 for each in range(5)])
             below, above = texels.take(low, axis), texels.take(np.minimum(low + 1, last), axis)
@@ -277,8 +286,10 @@ class _Sums:
         for nodes, weights in _corners(samples.places[inner, :3].astype(np.float64), *self.grid):
             np.add.at(self._inner, nodes, weights[:, None].astype(np.float32) * light)
 
-    def solved(self, smooth: float, start: Float32Array) -> tuple[Float32Array, float]:
+    def solved(self, smooth: float, start: Float32Array, tolerance: float) -> tuple[Float32Array, float]:
         """Return the two numbers of each node [z, y, x, 2, channels], and the share of the residual that is left.
+
+        The solution is good enough where the share is `tolerance`.
 
         Only the difference from `start` is smoothed. Nodes that nothing seen lies at have the mean light inside, or
         that of `start`.
@@ -301,7 +312,7 @@ class _Sums:
                 smooth_first=smooth,
                 smooth_second=smooth,
                 small_second=0.1 * smooth,
-                tolerance=_TOLERANCE,
+                tolerance=tolerance,
                 most=_MOST_STEPS,
                 field=field,
             )
@@ -315,7 +326,7 @@ def _corners(
 ) -> Iterator[tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Float64Array]]:
     """Return index and weight of each of the eight nodes around places."""
     last_xyz = np.array(shape_zyx[::-1]) - 1
-    at = np.clip(places_mm_xyz * nodes_per_mm_xyz - 0.5, 0.0, last_xyz)
+    at = np.clip(places_mm_xyz * nodes_per_mm_xyz, 0.0, last_xyz)
     low = np.minimum(at.astype(np.intp), np.maximum(last_xyz - 1, 0))
     share = at - low
     for corner in range(8):

@@ -58,6 +58,7 @@ def _textures(
         subtracted=codes.subtracted,
         stored_values=(first, last),
         samples=field.samples,
+        residual=min(field.residual, 1.0),
     )
     for wanted in (each for each in light.textures if each.transfer == transfer):
         draft.write(wanted.file, "texture", _file(codes.parts[wanted.part], light))
