@@ -23,13 +23,15 @@ The light at a place is first + share · second, both trilinear. `share` is a fu
 rises from 0 to 1 over the values of most places that are seen. At a steep wall it says how deep in the wall a place is.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from volprep.kernels import _native
+from volprep.parts.light.kept import Arrays, KeptSamples
 from volprep.truth.path_traced import LitVolume
 from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
 from volprep_formats.progress import Progress
@@ -94,41 +96,50 @@ class _Samples(NamedTuple):
     held_out: Float32Array  # [n]: 1 where a sample is kept out of the fit
 
 
-def solve_field(lit: LitVolume, factor: int, count: int, progress: Progress) -> LightField:
+def solve_field(
+    lit: LitVolume, factor: int, count: int, progress: Progress, kept: KeptSamples | None = None
+) -> LightField:
     """Fit a field with a node for each `factor`³ voxels to about `count` samples.
 
-    The result is the same on any number of threads. It is 0 everywhere if nothing is seen.
+    The result is the same on any number of threads, and with samples that were `kept`. It is 0 everywhere if nothing is
+    seen.
     """
-    return solve_fields(lit, [factor * each for each in _COARSER], count, progress)[-1]
+    return solve_fields(lit, [factor * each for each in _COARSER], count, progress, kept)[-1]
 
 
-def solve_fields(lit: LitVolume, factors: Sequence[int], count: int, progress: Progress) -> list[LightField]:
+def solve_fields(
+    lit: LitVolume, factors: Sequence[int], count: int, progress: Progress, kept: KeptSamples | None = None
+) -> list[LightField]:
     """Fit a field for each of `factors`, which halve from one to the next, to the same samples.
 
     Each field begins with the one before it.
     """
+    samples = partial(_samples, lit, kept)
     if lit.model.kind == "shadow":
-        return _fields(lit, _Gather(), factors, count, progress)
+        return _fields(lit, partial(samples, _Gather()), factors, count, progress)
     if lit.model.kind == "occlusion":
         nothing = LightField(*_NOTHING, samples=0, smoothness=0.0, residual=0.0)
-        return _fields(lit, _Gather(nothing), factors, count, progress)
-    rough = _fields(lit, _Gather(lighting=True), factors, -(-count // _PATHS_EACH), progress)[-1]
-    draft = _fields(lit, _Gather(rough, lighting=True), factors, -(-count // _DRAFT_EACH), progress)[-1]
-    return _fields(lit, _Gather(draft), factors, count, progress)
+        return _fields(lit, partial(samples, _Gather(nothing)), factors, count, progress)
+    lighting = _Gather(lighting=True)
+    rough = _fields(lit, partial(samples, lighting), factors, -(-count // _PATHS_EACH), progress)[-1]
+    lighting = _Gather(rough, lighting=True)
+    draft = _fields(lit, partial(samples, lighting), factors, -(-count // _DRAFT_EACH), progress)[-1]
+    return _fields(lit, partial(samples, _Gather(draft)), factors, count, progress)
 
 
 def _fields(
-    lit: LitVolume, gather: "_Gather", factors: Sequence[int], count: int, progress: Progress
+    lit: LitVolume, samples: "Callable[[int], _Samples]", factors: Sequence[int], count: int, progress: Progress
 ) -> list[LightField]:
+    """Fit fields to batches of samples, each by its number."""
     batches = max(1, -(-count // BATCH))
     progress.start("light", batches + len(factors))
-    first = _samples(lit, gather, 0)
+    first = samples(0)
     curve = _curve(first)
     grids = [_Sums(_node_grid(lit, factor), curve, first) for factor in factors]
     tests: list[_Samples] = []
     used = 0
     for batch in range(batches):
-        found = first if batch == 0 else _samples(lit, gather, batch)
+        found = first if batch == 0 else samples(batch)
         used += int(np.count_nonzero(found.weights))
         for sums in grids:
             sums.add(found)
@@ -217,18 +228,15 @@ class _Gather(NamedTuple):
         }
 
 
-def _samples(lit: LitVolume, gather: _Gather, batch: int) -> _Samples:
+def _samples(lit: LitVolume, kept: KeptSamples | None, gather: _Gather, batch: int) -> _Samples:
     places, light = np.empty((BATCH, 4), np.float32), np.empty((BATCH, 3), np.float32)
     kinds: UInt8Array = np.empty(BATCH, np.uint8)
-    _native.light_samples(
-        **lit.native(),
-        first=batch * BATCH,
-        **gather.native(),
-        inner_each=_INNER_EACH,
-        places=places,
-        light=light,
-        kinds=kinds,
-    )
+    made: Arrays = {"places": places, "light": light, "kinds": kinds}
+    arguments = {**lit.native(), "first": batch * BATCH, **gather.native(), "inner_each": _INNER_EACH}
+    if kept is None or not kept.find(arguments, made):
+        _native.light_samples(**arguments, **made)
+        if kept is not None:
+            kept.keep(arguments, made)
     held_out = (np.arange(BATCH) % _HELD_OUT_EACH == 1) & (kinds == 1)
     weights = np.select([held_out, kinds == 1, kinds == 2], [0.0, 1.0, _INNER_WEIGHT], 0.0)
     return _Samples(places, light, weights.astype(np.float32), held_out.astype(np.float32))
