@@ -5,7 +5,6 @@ batch is kept under a digest of these.
 """
 
 import hashlib
-import os
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -50,7 +49,7 @@ class KeptSamples:
         with output_errors(path):
             with new.open("wb") as file:
                 np.savez(file, **made)
-            os.replace(new, path)
+            new.replace(path)
 
     def _path(self, arguments: Mapping[str, Any]) -> Path:
         others = {name: value for name, value in arguments.items() if name != "volume"}

@@ -1,8 +1,8 @@
 // Delta tracking: where light on its way through a medium is stopped next (Woodcock et al. 1965), with the majorants of
 // blocks. Exact in distribution for the trilinear field and the piecewise linear function: nothing is stepped over.
 //
-// Air in a block with 1e6 per voxel would cost a million tries for each voxel. So after a few of them the rest of the way
-// through such a block is taken in pieces with majorants of their own. A piece is as long as its majorant allows.
+// Air in a block with 1e6 per voxel would cost a million tries for each voxel. So after a few of them the rest of the
+// way through such a block is taken in pieces with majorants of their own. A piece is as long as its majorant allows.
 #pragma once
 
 #include <algorithm>
