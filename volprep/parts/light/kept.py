@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from volprep.parts.work import generator
 from volprep_formats.output import output_errors
 
-Arrays = dict[str, NDArray[np.generic]]
+Arrays = dict[str, Any]
+"""Arrays by the names of the arguments of the native kernel."""
 
 
 class KeptSamples:
@@ -61,7 +62,7 @@ def _digest(parts: Mapping[str, Any]) -> str:
     for name, value in sorted(parts.items()):
         if isinstance(value, np.ndarray):
             digest.update(f"{name}: {value.dtype} {value.shape} ".encode())
-            digest.update(np.ascontiguousarray(value))
+            digest.update(np.ascontiguousarray(value).data)
         else:
             digest.update(f"{name}: {value!r} ".encode())
     return digest.hexdigest()
