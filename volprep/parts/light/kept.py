@@ -24,7 +24,7 @@ class KeptSamples:
     """Batches of samples of one volume, in files of a folder: 8 MB for each batch of 262,144."""
 
     def __init__(self, folder: Path, volume: NDArray[np.generic]) -> None:
-        """Make the folder if there is none. Raises VP4020."""
+        """Make the folder if it is missing. Raises VP4020."""
         self._folder = folder
         self._volume = _digest({"volume": volume, "generator": generator()})
         with output_errors(folder):
