@@ -731,15 +731,16 @@ typedef struct volpkg_normals {
 } volpkg_normals;
 
 /* Light that multiplies the colour of each sample. It is the same for all levels. At a place p in box millimetres the
-   texture is read at p * `texture_from_box_per_mm_xyz`, with linear filters, also between the slices of a mosaic. With
-   r and g its two components, and s the share, the light is `largest` * (r + s * (g - r)) - `subtracted`, and not below
-   0. The share rises from 0 at the first to 1 at the second of `stored_values`, of the normalised stored value at the
-   sample; it is constant outside. Light of several numbers has two textures of these instead: part 0 holds r, and part
-   1 holds g. */
+   texture is read at p * `texture_from_box_per_mm_xyz` plus half a texel, with linear filters, also between the slices
+   of a mosaic: the middles of the outer texels lie on the faces of the box. With r and g its two components, and s the
+   share, the light is `largest` * (r + s * (g - r)) - `subtracted`, and not below 0. The share rises from 0 at the
+   first to 1 at the second of `stored_values`, of the normalised stored value at the sample; it is constant outside.
+   Light of several numbers has two textures of these instead: part 0 holds r, and part 1 holds g. */
 typedef struct volpkg_baked_light {
     /* The light around the volume, and how it travels. */
     volpkg_light_model model;
-    /* Texture coordinates for each box millimetre; for a mosaic, in the 3D texture that its slices would form. */
+    /* Texture coordinates for each box millimetre, (n - 1) / (n * extent) for n texels; for a mosaic, in the 3D texture
+       that its slices would form. */
     double texture_from_box_per_mm_xyz[3];
     /* Light of a component that is 1, before `subtracted`. */
     double largest;
@@ -749,6 +750,9 @@ typedef struct volpkg_baked_light {
     double stored_values[2];
     /* Number of positions where light was computed; the texture is fitted to them. */
     int64_t samples;
+    /* Share of the fit's equations that its solution leaves, 0 to 1: the norm of the residual over that of the right
+       side, at the start of the finest grid. */
+    double residual;
 } volpkg_baked_light;
 
 /* Positions of slices in one texture. Tiles abut, row by row from the texel (0, 0). */
@@ -3252,6 +3256,7 @@ static const volpkg__field volpkg__stored_light_fields[] = {
     {"subtracted", &volpkg__real_from_0, offsetof(volpkg_baked_light, subtracted), 0, 0.0, NULL},
     {"stored_values", &volpkg__real_x2, offsetof(volpkg_baked_light, stored_values), VOLPKG__NEEDED, 0, NULL},
     {"samples", &volpkg__long_from_0, offsetof(volpkg_baked_light, samples), VOLPKG__NEEDED, 0, NULL},
+    {"residual", &volpkg__real_from_0_to_1, offsetof(volpkg_baked_light, residual), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__stored_light_record, volpkg_baked_light, volpkg__stored_light_fields)
 VOLPKG__MAYBE(volpkg__stored_light_record_pointer, volpkg__stored_light_record)

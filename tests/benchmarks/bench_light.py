@@ -207,7 +207,8 @@ def main() -> None:
     for i, (each, pictures) in enumerate(zip(made, drawn, strict=True)):
         times = float(np.median(ms[:, i] / ms[:, 0]))
         db, factor = decibels(pictures, colour if "colour" in each.way else grey)
-        cells = f"{db:.1f} | {factor:.2f} | {megabytes[i]:.2f} | {each.seconds:.1f} | {np.median(ms[:, i]):.2f} | {times:.2f}"
+        drawing = f"{np.median(ms[:, i]):.2f} | {times:.2f}"
+        cells = f"{db:.1f} | {factor:.2f} | {megabytes[i]:.2f} | {each.seconds:.1f} | {drawing}"
         write(f"| {each.way} | {cells} |\n")
 
 

@@ -86,3 +86,19 @@ def test_places_that_light_others_lie_deeper_than_those(cube) -> None:
     seen, _ = sampled(cube, paths=1)
     lighting, _ = sampled(cube, paths=1, lighting=True)
     assert depths_mm(lighting).mean() > 1.1 * depths_mm(seen).mean()
+
+
+@pytest.mark.parametrize("most", [1e3, 1e6, 1e9])
+def test_light_stops_behind_air_where_a_steep_wall_stops_it(most) -> None:
+    # Extinction rises from 0 over one voxel. A wide slab: light comes through two faces only.
+    volume = np.full((8, 2, 2), 200, np.uint8)
+    volume[:2] = 0
+    grid = Grid.of(volume.shape, (1.0, 1e6, 1e6))
+    look = function((0.0, GREY, 0.0), (200.0, GREY, most))
+    lit = LitVolume(volume, grid, 1.0, 0.0, look, LightModel(kind="scattering"))
+    places, _ = sampled(lit, known=0.0)
+    depths = places[places[:, 2] < 4.0, 3] / 200.0
+    # A ray with the cosine m is stopped at sqrt(pi m / 2 most), and rays have the density 2 m.
+    error = depths.std() / np.sqrt(len(depths))
+    assert len(depths) > 1000
+    assert abs(depths.mean() - 0.8 * np.sqrt(np.pi / (2.0 * most))) < 4.5 * error

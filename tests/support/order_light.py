@@ -21,6 +21,7 @@ PIXELS = 24
 _CELLS = (8, 4, 2)
 _PLACES = 1 << 17
 _SMOOTH = 1e-4
+_TOLERANCE = 1e-4
 
 
 def light(box_mm: np.ndarray) -> Float64Array:
@@ -52,20 +53,20 @@ def by_cell(_folder: Path) -> Falling:
 
 def _exact(fine: Grid) -> LightField:
     """Return the light itself, on cells a sixth of the smallest."""
-    z, y, x = ((np.arange(n) + 0.5) * h for n, h in zip(fine.shape_zyx, fine.spacing_mm_zyx, strict=True))
-    centres = np.stack(np.broadcast_arrays(x, y[:, None], z[:, None, None]), axis=-1)
-    per_mm_zyx = [1 / h for h in fine.spacing_mm_zyx]
-    texels = light(centres)[..., None].astype(np.float32)
+    z, y, x = (np.linspace(0.0, mm, n) for n, mm in zip(fine.shape_zyx, fine.extent_mm_zyx, strict=True))
+    nodes = np.stack(np.broadcast_arrays(x, y[:, None], z[:, None, None]), axis=-1)
+    per_mm_zyx = [(n - 1) / mm for n, mm in zip(fine.shape_zyx, fine.extent_mm_zyx, strict=True)]
+    texels = light(nodes)[..., None].astype(np.float32)
     return LightField(texels, CURVE, (per_mm_zyx[2], per_mm_zyx[1], per_mm_zyx[0]), 1, 0.0, 0.0)
 
 
 def _fitted(grid: Grid, cell: int, samples: solve._Samples) -> LightField:
-    z, y, x = (n // cell for n in grid.shape_zyx)
-    per_z, per_y, per_x = (1 / (cell * h) for h in grid.spacing_mm_zyx)
+    z, y, x = (n // cell + 1 for n in grid.shape_zyx)
+    per_z, per_y, per_x = ((n - 1) / mm for n, mm in zip((z, y, x), grid.extent_mm_zyx, strict=True))
     nodes = solve._NodeGrid((z, y, x), (per_x, per_y, per_z))
     sums = solve._Sums(nodes, CURVE, samples)
     sums.add(samples)
-    texels, _ = sums.solved(_SMOOTH, nodes.dark(1))
+    texels, _ = sums.solved(_SMOOTH, nodes.dark(1), _TOLERANCE)
     return LightField(texels, CURVE, nodes.nodes_per_mm_xyz, _PLACES, _SMOOTH, 0.0)
 
 

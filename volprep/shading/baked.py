@@ -76,8 +76,10 @@ def _textures(light: StoredLight, textures: Sequence[Texture]) -> Feature:
     mosaic = textures[0].mosaic
     scale = (1, 1, 1) if mosaic is None else (mosaic.tile_shape_yx[1], mosaic.tile_shape_yx[0], mosaic.slices)
     per_mm = (n * per for n, per in zip(scale, light.texture_from_box_per_mm_xyz, strict=True))
+    # Half a texel: of the whole texture, or of a tile's pixels.
+    start = [0.5 if mosaic is not None else 0.5 / n for n in textures[0].shape_zyx[::-1]]
     reads = [f"textureLod({name}, at, 0.0)" if mosaic is None else f"{_function(name)}(at)" for name in names]
-    words = {"LIGHT_FROM_BOX": literal(*per_mm), "LIGHT_TEXEL": reads[0]}
+    words = {"LIGHT_FROM_BOX": literal(*per_mm), "LIGHT_START": literal(*start), "LIGHT_TEXEL": reads[0]}
     if _is_grey(light):
         # Luminance comes as red, green and blue.
         words["NUMBERS"] = "ra" if textures[0].gl.format == "LUMINANCE_ALPHA" else "rg"

@@ -66,7 +66,7 @@ class BakedField:
     curve: Float64Array
     """[2, n]: ascending physical values, and the share of the second number at each."""
     nodes_per_mm_xyz: tuple[float, float, float]
-    """Nodes for each millimetre along the axes of the box; node k lies (k + 1/2) / this from the corner."""
+    """Nodes for each millimetre along the axes of the box; node k lies k / this from the corner."""
     corner_mm_xyz: Vector
     """Corner of its box in the patient's space (LPS); a volume with a border around it begins elsewhere."""
 

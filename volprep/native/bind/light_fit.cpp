@@ -82,7 +82,7 @@ Parameters
 rows
     int32 [z, y, x]: the row of each node of the field, or -1. Samples beside a node without a row do not count.
 nodes_per_mm_xyz
-    Nodes for each millimetre; node k lies at (k + 1/2) divided by this.
+    Nodes for each millimetre; node k lies at k divided by this.
 places, light, weights
     float32 [n, 4], [n, 3] and [n]: x, y and z in millimetres in box space and the physical value; light; weight, 0 for
     samples that do not count.

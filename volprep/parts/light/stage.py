@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from volprep.parts.light.codes import coded
+from volprep.parts.light.kept import KeptSamples
 from volprep.parts.light.lit import lit_volume
 from volprep.parts.light.solve import solve_field
 from volprep.parts.light.turnable import solve_turnable
@@ -46,7 +47,8 @@ def _textures(
     draft: Draft, plan: ChannelPlan, light: LightPlan, transfer: str, progress: Progress
 ) -> Iterator[Texture]:
     lit = _lit(draft, plan, light, transfer)
-    field = (solve_turnable if light.model.turnable else solve_field)(lit, light.factor, light.samples, progress)
+    kept = KeptSamples(draft.kept(STAGE.name), lit.volume)
+    field = (solve_turnable if light.model.turnable else solve_field)(lit, light.factor, light.samples, progress, kept)
     codes = coded(field, holds_one=light.editable)
     low, high = plan.quantize.window
     first, last = ((float(value) - low) / (high - low) for value in field.curve[0])
@@ -58,6 +60,7 @@ def _textures(
         subtracted=codes.subtracted,
         stored_values=(first, last),
         samples=field.samples,
+        residual=min(field.residual, 1.0),
     )
     for wanted in (each for each in light.textures if each.transfer == transfer):
         draft.write(wanted.file, "texture", _file(codes.parts[wanted.part], light))

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from volprep.parts.light.kept import KeptSamples
 from volprep.parts.light.solve import LightField, solve_field
 from volprep.truth.path_traced import LitVolume
 from volprep_formats.arrays import Float64Array
@@ -19,10 +20,12 @@ _AT_ONCE = 3
 """Environments that one set of paths estimates: one for each of red, green and blue."""
 
 
-def solve_turnable(lit: LitVolume, factor: int, count: int, progress: Progress) -> LightField:
+def solve_turnable(
+    lit: LitVolume, factor: int, count: int, progress: Progress, kept: KeptSamples | None = None
+) -> LightField:
     """Fit a field of four channels, one for each environment. Arguments as `solve_field`."""
     fields = [
-        solve_field(_under(lit, CORNERS[first : first + _AT_ONCE]), factor, count, progress)
+        solve_field(_under(lit, CORNERS[first : first + _AT_ONCE]), factor, count, progress, kept)
         for first in range(0, len(CORNERS), _AT_ONCE)
     ]
     texels = np.concatenate([field.texels for field in fields], axis=4)

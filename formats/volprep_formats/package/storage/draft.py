@@ -31,6 +31,7 @@ from volprep_formats.package.storage.files import (
 from volprep_formats.package.storage.lock import Lock
 
 _STAGE = ".stage"
+_KEPT = ".kept"
 
 
 class Draft:
@@ -125,6 +126,14 @@ class Draft:
             folder.mkdir(parents=True, exist_ok=True)
         return folder / name
 
+    def kept(self, stage: str) -> Path:
+        """Return the folder where a stage may keep what a killed run has computed; its next `commit` removes it.
+
+        It may be missing. Nothing says that a file in it is whole, or fits the settings of today.
+        """
+        self._begin()
+        return self._folder / _KEPT / stage
+
     def commit(
         self,
         stage: StageRecord,
@@ -144,6 +153,8 @@ class Draft:
         draft.
         """
         self._step(_after(self._manifest, stage, heading or self._manifest, drop, self._pending, order, seal=seal))
+        with output_errors(self._folder):
+            _remove_kept(self._folder, None if seal else stage.name)
 
     def drop(self, names: Collection[str], heading: Heading) -> None:
         """Remove the output of some stages, in one step, and replace the manifest's entries about the whole package."""
@@ -220,6 +231,14 @@ def recover(folder: Path) -> None:
             _roll_forward(folder, read_manifest(folder), after, lasting=True)
         shutil.rmtree(staging)
         lock.release()
+
+
+def _remove_kept(folder: Path, stage: str | None) -> None:
+    """Remove what a stage has kept, or all stages."""
+    kept = folder / _KEPT if stage is None else folder / _KEPT / stage
+    if kept.is_dir():
+        shutil.rmtree(kept)
+        remove_empty(kept.parent, folder)
 
 
 def _after(  # noqa: PLR0917 - the draft before the stage, and what the stage changes

@@ -2,13 +2,14 @@
 //: `part`, the section one_texture (8 bits of two components) or two_textures; light_around, where an app turns the
 //: light: the section environment. In: stored, the normalised stored value at the sample; u_environment, columns of
 //: RGB. Words: LIGHT, the type of light; PARTS, of what the textures hold; LIGHT_TEXEL reads at `at`, from two textures
-//: LIGHT_TEXEL and HIGH_TEXEL; NUMBERS, the components. Constants: LIGHT_FROM_BOX, per millimetre; LARGEST_LIGHT;
-//: LIGHT_OF, of `part` of it; SHARE_SCALE and SHARE_OFFSET. Sections: start, before the loop; sample, in it, after
-//: `medium`.
+//: LIGHT_TEXEL and HIGH_TEXEL; NUMBERS, the components. Constants: LIGHT_FROM_BOX, per millimetre; LIGHT_START, where
+//: the box begins; LARGEST_LIGHT; LIGHT_OF, of `part` of it; SHARE_SCALE and SHARE_OFFSET. Sections: start, before the
+//: loop; sample, in it, after `medium`.
 //#part light_texels
 
 // Light that was computed once, in parts of LARGEST_LIGHT, where the share is 0 and where it is 1.
 const vec3 LIGHT_FROM_BOX = $LIGHT_FROM_BOX;
+const vec3 LIGHT_START = $LIGHT_START;  // the middle of the first texel lies on the faces of the box
 const float LARGEST_LIGHT = $LARGEST_LIGHT;
 //#part light_around
 $LIGHT baked_light(vec3 at, float stored) {
@@ -33,5 +34,5 @@ vec3 light_from_position = LIGHT_FROM_BOX / $POSITION_PER_MM;
 float stored = 0.0;
 //#section sample
 if (medium.a > 0.0) {
-  medium.rgb *= baked_light(light_from_position * ($LIT_AT), stored);
+  medium.rgb *= baked_light(light_from_position * ($LIT_AT) + LIGHT_START, stored);
 }

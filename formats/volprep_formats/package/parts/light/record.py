@@ -13,8 +13,9 @@ from volprep_formats.record import Record
 class StoredLight(Record):
     """Light that multiplies the colour of each sample. It is the same for all levels.
 
-    At a place p in box millimetres the texture is read at p · `texture_from_box_per_mm_xyz`, with linear filters, also
-    between the slices of a mosaic. With r and g its two components, and s the share, the light is `largest` · (r + s ·
+    At a place p in box millimetres the texture is read at p · `texture_from_box_per_mm_xyz` plus half a texel, with
+    linear filters, also between the slices of a mosaic: the middles of the outer texels lie on the faces of the box.
+    With r and g its two components, and s the share, the light is `largest` · (r + s ·
     (g - r)) - `subtracted`, and not below 0. The share rises from 0 at the first to 1 at the second of `stored_values`,
     of the normalised stored value at the sample; it is constant outside. Light of several numbers has two textures of
     these instead: part 0 holds r, and part 1 holds g.
@@ -23,7 +24,8 @@ class StoredLight(Record):
     model: LightModel
     """The light around the volume, and how it travels."""
     texture_from_box_per_mm_xyz: Vector
-    """Texture coordinates for each box millimetre; for a mosaic, in the 3D texture that its slices would form."""
+    """Texture coordinates for each box millimetre, (n - 1) / (n · extent) for n texels; for a mosaic, in the 3D texture
+    that its slices would form."""
     largest: Annotated[float, Field(gt=0.0)]
     """Light of a component that is 1, before `subtracted`."""
     subtracted: Annotated[float, Field(ge=0.0)] = 0.0
@@ -32,6 +34,9 @@ class StoredLight(Record):
     """Normalised stored values where the share is 0 and 1, ascending."""
     samples: Total
     """Number of positions where light was computed; the texture is fitted to them."""
+    residual: Annotated[float, Field(ge=0.0, le=1.0)]
+    """Share of the fit's equations that its solution leaves, 0 to 1: the norm of the residual over that of the right
+    side, at the start of the finest grid."""
 
 
 class LightForm(NamedTuple):

@@ -69,9 +69,9 @@ def _form(texture: Texture, light: StoredLight, manifest: Manifest) -> Iterator[
         return
     reach = np.array(light.texture_from_box_per_mm_xyz) * np.array(manifest.grid.extent_mm_zyx[::-1])
     texels = np.array(shape_zyx[::-1])
-    # The texture ends with the box, or less than one texel behind it.
-    if not np.all((reach <= 1.0 + _TEXEL_TOLERANCE) & (reach > 1.0 - 1.0 / texels - _TEXEL_TOLERANCE)):
-        yield f"covers {(1 / reach).tolist()} times the box, which does not follow from its texels"
+    # The outer texels lie on the faces of the box.
+    if not np.all(np.abs(reach - (1.0 - 1.0 / texels)) <= _TEXEL_TOLERANCE):
+        yield f"has {reach.tolist()} of its length in the box, which does not follow from its texels"
 
 
 def _parts(textures: Sequence[Texture]) -> Iterator[str]:

@@ -19,7 +19,7 @@ Medium<Voxel> make_medium(const Voxel* voxels, const OracleVolume& volume, const
     }
     medium.function = &function;
     medium.blocks = minmax_shape(volume.shape, kBlock);
-    medium.majorants = majorants_of(medium, threads);
+    bound_blocks(medium, threads);
     return medium;
 }
 

@@ -19,6 +19,9 @@ namespace volprep::light {
 // Cells along an edge of a block with one majorant.
 inline constexpr int64_t kBlock = 4;
 
+// Part of a value, or of a range of values, by which bounds are wider than rounding can make it.
+inline constexpr double kSlack = 1e-9;
+
 // Control points in ascending order; equal neighbours make a jump, and the value itself belongs to the side above.
 struct Function {
     int64_t count;
@@ -74,11 +77,38 @@ struct Medium {
     double end[3];         // the box's far corner in index coordinates
     const Function* function;
     Shape3 blocks;
-    std::vector<double> majorants;  // [blocks]
+    std::vector<double> majorants;   // [blocks]
+    std::vector<double> variations;  // [blocks]: greatest minus least value
 
     int64_t count(int axis) const noexcept { return axis == 0 ? shape.x : axis == 1 ? shape.y : shape.z; }
     int64_t block_count(int axis) const noexcept { return axis == 0 ? blocks.x : axis == 1 ? blocks.y : blocks.z; }
 
+    // Least and greatest value of the voxels around a straight way: no value on it lies outside.
+    void bound(const double from[3], const double to[3], double& least, double& greatest) const noexcept {
+        int64_t first[3];
+        int64_t last[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            const double end_at = static_cast<double>(count(axis) - 1);
+            first[axis] = static_cast<int64_t>(std::clamp(std::min(from[axis], to[axis]) - kSlack, 0.0, end_at));
+            const double high = std::clamp(std::max(from[axis], to[axis]) + kSlack, 0.0, end_at);
+            last[axis] = static_cast<int64_t>(std::ceil(high));
+        }
+        Voxel low = voxels[first[2] * shape.slice() + first[1] * shape.x + first[0]];
+        Voxel high = low;
+        for (int64_t z = first[2]; z <= last[2]; ++z) {
+            for (int64_t y = first[1]; y <= last[1]; ++y) {
+                const Voxel* const row = voxels + z * shape.slice() + y * shape.x;
+                for (int64_t x = first[0]; x <= last[0]; ++x) {
+                    low = std::min(low, row[x]);
+                    high = std::max(high, row[x]);
+                }
+            }
+        }
+        const double one = slope * static_cast<double>(low) + intercept;
+        const double other = slope * static_cast<double>(high) + intercept;
+        least = std::min(one, other);
+        greatest = std::max(one, other);
+    }
     double value_at(const double place[3]) const noexcept {
         int64_t low[3];
         int64_t step[3];
@@ -102,23 +132,24 @@ struct Medium {
     }
 };
 
-// Majorants hold for every place of a block, rounding included: the range of values is widened by more than it can be.
+// Finds majorants and variations. They hold for every place of a block, rounding included.
 template <typename Voxel>
-std::vector<double> majorants_of(const Medium<Voxel>& medium, int threads) {
+void bound_blocks(Medium<Voxel>& medium, int threads) {
     const std::size_t count = static_cast<std::size_t>(medium.blocks.voxels());
     std::vector<Voxel> least(count);
     std::vector<Voxel> most(count);
     block_minmax(medium.voxels, medium.shape, kBlock, least.data(), most.data(), threads);
-    std::vector<double> majorants(count);
+    medium.majorants.resize(count);
+    medium.variations.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
         const double one = medium.slope * static_cast<double>(least[i]) + medium.intercept;
         const double other = medium.slope * static_cast<double>(most[i]) + medium.intercept;
         const double low = std::min(one, other);
         const double high = std::max(one, other);
-        const double slack = 1e-9 * (high - low) + 1e-12 * std::max(std::fabs(low), std::fabs(high));
-        majorants[i] = medium.function->most_between(low - slack, high + slack);
+        const double slack = kSlack * (high - low) + 1e-12 * std::max(std::fabs(low), std::fabs(high));
+        medium.majorants[i] = medium.function->most_between(low - slack, high + slack);
+        medium.variations[i] = high - low;
     }
-    return majorants;
 }
 
 }  // namespace volprep::light

@@ -38,7 +38,7 @@ struct FieldPlace {
 
 struct FieldGrid {
     Shape3 shape;
-    double nodes_per_mm[3];  // x, y, z; node k is at start + (k + 1/2) / this
+    double nodes_per_mm[3];  // x, y, z; node k is at start + k / this, so that the outer nodes lie on the box's faces
     double start_mm[3] = {0.0, 0.0, 0.0};
 
     int64_t count(int axis) const noexcept { return axis == 0 ? shape.x : axis == 1 ? shape.y : shape.z; }
@@ -47,7 +47,7 @@ struct FieldGrid {
         FieldPlace at{};
         for (int axis = 0; axis < 3; ++axis) {
             const double last = static_cast<double>(count(axis) - 1);
-            const double inside = std::clamp((place_mm[axis] - start_mm[axis]) * nodes_per_mm[axis] - 0.5, 0.0, last);
+            const double inside = std::clamp((place_mm[axis] - start_mm[axis]) * nodes_per_mm[axis], 0.0, last);
             at.low[axis] = std::min(static_cast<int64_t>(inside), std::max<int64_t>(count(axis) - 2, 0));
             at.share[axis] = inside - static_cast<double>(at.low[axis]);
             at.step[axis] = count(axis) > 1 ? 1 : 0;
