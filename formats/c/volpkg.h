@@ -244,7 +244,7 @@ typedef struct volpkg_bricks {
     int32_t reach;
     /* Number of bricks of the level along each axis. */
     int32_t bricks_zyx[3];
-    /* Capacity of the texture in bricks, along each axis. */
+    /* Room for bricks along each axis of the pool. */
     int32_t pool_zyx[3];
     /* Number of bricks that the texture holds. They fill its places in the order of the level's bricks: x first, then
        y, then z. */
@@ -779,7 +779,7 @@ typedef struct volpkg_texture {
     /* Channels whose data the texture holds; several are components of the same texels. None for textures of a transfer
        function. */
     VOLPKG_LIST(char* const) channels;
-    /* For a volume in 2D textures: layout of the slices. NULL if absent. */
+    /* For what lies in 2D textures instead of a 3D one: layout of the slices. NULL if absent. */
     const volpkg_mosaic* mosaic;
     /* For volumes that share one KTX 2 file as mipmaps: mipmap level of the file for this entry. Bind the one texture,
        and draw this mipmap of it. -1 if absent. */
@@ -805,7 +805,8 @@ typedef struct volpkg_texture {
     const char* path;
     /* Upload parameters. */
     volpkg_gl gl;
-    /* For a volume that holds its level as bricks: layout of the bricks. NULL if absent. */
+    /* For a volume that holds its level as bricks: layout of the bricks. A `mosaic` is then that of the pool. NULL if
+       absent. */
     const volpkg_bricks* bricks;
     /* Number of the texture in its mosaic, its stack of slices or its light, from 0. */
     int32_t part;
@@ -5347,8 +5348,8 @@ static volpkg_code volpkg__mipmap_rules(volpkg__reader* r, const volpkg_package*
 /* SPEC.md 16: each brick that is stored has its own place, and places are filled in order. */
 static volpkg_code volpkg__index_rules(volpkg__reader* r, const volpkg_texture* index, const volpkg_bricks* bricks) {
     const volpkg_mosaic* m = index->mosaic;
-    int64_t rows = bricks->bricks_zyx[1], columns = bricks->bricks_zyx[2], count = bricks->bricks_zyx[0] * rows * columns,
-            i, stored = 0;
+    int64_t rows = bricks->bricks_zyx[1], columns = bricks->bricks_zyx[2],
+            count = bricks->bricks_zyx[0] * rows * columns, i, stored = 0;
     for (i = 0; i < count; ++i) {
         int64_t z = i / (rows * columns), y = i / columns % rows, x = i % columns, texel = i;
         const unsigned char* entry;
