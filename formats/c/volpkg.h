@@ -5643,12 +5643,11 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
     VOLPKG__RULE((t->gl.target == 0x806F) == (m == NULL), t->name,
                  "it holds light, so it must be a 3D texture or a mosaic");
     if (m != NULL) {
-        volpkg_level level;
-        memset(&level, 0, sizeof level);
-        level.grid.shape_zyx[0] = m->slices;
-        level.grid.shape_zyx[1] = m->tile_shape_yx[0];
-        level.grid.shape_zyx[2] = m->tile_shape_yx[1];
-        VOLPKG__TRY(volpkg__mosaic_rules(r, t, &level));
+        int32_t own_zyx[3];
+        own_zyx[0] = m->slices;
+        own_zyx[1] = m->tile_shape_yx[0];
+        own_zyx[2] = m->tile_shape_yx[1];
+        VOLPKG__TRY(volpkg__mosaic_rules(r, t, own_zyx));
         VOLPKG__RULE(
             m->textures == 1 && m->slices_per_texel == 1 && m->gutter == 0, t->name,
             "it holds light in a mosaic of several textures, with a gutter, or with several slices in a texel");
