@@ -121,7 +121,7 @@ export class VolumeViewer extends HTMLElement {
     this.#dress();
     if (!src) return;
     const onProgress = (/** @type {import("./package.js").Progress} */ at) => {
-      this.#say(`loading ${Math.floor((100 * at.loaded) / at.total)} %`);
+      this.#say(at.loaded < at.total ? `loading ${Math.floor((100 * at.loaded) / at.total)} %` : "");
       this.#tell("progress", at);
     };
     try {

@@ -118,7 +118,7 @@ def page() -> Iterator[Page | None]:
     from browser import Browser, chromium
     from web_server import WebServer
 
-    if chromium() is None:
+    if chromium() is None or not _JS.is_dir():
         yield None
         return
     with (
