@@ -46,7 +46,10 @@ def test_a_package_of_bricks_agrees_with_itself(manifest) -> None:
 
 
 CASES = {
-    "texture volume-scan-0 holds bricks, but is no volume in a 3D texture or a mosaic of its own": ("volume", {"mipmap": 0}),
+    "texture volume-scan-0 holds bricks, but is no volume in a 3D texture or a mosaic of its own": (
+        "volume",
+        {"mipmap": 0},
+    ),
     "texture volume-scan-0 has (9, 9, 9) texels, its places for bricks": ("volume", {"shape_zyx": (9, 9, 9)}),
     "texture volume-scan-0 holds 9 bricks in": ("volume", {"layout": {"stored": 9}}),
     "texture volume-scan-0 has bricks of (4, 14, 0) cells, its level (9, 14, 1) voxels": (

@@ -243,7 +243,7 @@ def _finding(cells: _Rows, *, software: bool) -> str:
         f"spin, where the paper gains a factor of three: {halved}. Eight pieces take {pieces:.1f} times as long as "
         "one volume; in the paper, too, they are slower than half the resolution, because the shader chooses a "
         f"texture for each sample{', and a driver without branches reads all eight' if software else ''}. In mosaics, "
-        f"which {_FLAT} draws, the front view of the pieces takes {flat:.1f} times as long as in 3D textures. The cut "
+        f"which {_FLAT} draws with control points in place of a table, the front view of the pieces takes {flat:.1f} times as long as in 3D textures. The cut "
         f"takes {own / ms(full, 'spin'):.2f} of the time of the full volume: {smaller}. A least value of 0.84 takes "
         f"{low:.2f} of the time of none: samples that show nothing are taken all the same where no skip table leaves "
         "them out, and rays that meet less end later."
