@@ -72,7 +72,7 @@ def _layout(
         found = flat_pool(codes.shape_zyx, bricks.size, bricks.reach, packing, profile, count)
     else:
         solid = brick_layout(codes.shape_zyx, bricks.size, bricks.reach, profile.max_3d_texture_size, count)
-        found = solid and (solid, None)
+        found = None if solid is None else (solid, None)
     if found is None or math.prod(held_zyx(*found)) > math.prod(volume.shape_zyx):
         finding = f"{count} bricks of level {volume.level} have no room in {volume.shape_zyx}"
         raise VolprepError("VP4042", finding=finding)
