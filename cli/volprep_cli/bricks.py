@@ -4,5 +4,5 @@ from volprep_cli.stage import Draft, run_stage
 
 
 def bricks(package: Draft) -> None:
-    """Write each level as bricks in one 3D texture, without empty bricks, if the scene has a table [bricks]."""
+    """Write each level as bricks in one texture, without empty bricks, if the scene has a table [bricks]."""
     run_stage(package, "bricks")

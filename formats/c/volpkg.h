@@ -244,7 +244,7 @@ typedef struct volpkg_bricks {
     int32_t reach;
     /* Number of bricks of the level along each axis. */
     int32_t bricks_zyx[3];
-    /* Capacity of the texture in bricks, along each axis. */
+    /* Room for bricks along each axis of the pool. */
     int32_t pool_zyx[3];
     /* Number of bricks that the texture holds. They fill its places in the order of the level's bricks: x first, then
        y, then z. */
@@ -784,7 +784,7 @@ typedef struct volpkg_texture {
     /* Channels whose data the texture holds; several are components of the same texels. None for textures of a transfer
        function. */
     VOLPKG_LIST(char* const) channels;
-    /* For a volume in 2D textures: layout of the slices. NULL if absent. */
+    /* For what lies in 2D textures instead of a 3D one: layout of the slices. NULL if absent. */
     const volpkg_mosaic* mosaic;
     /* For volumes that share one KTX 2 file as mipmaps: mipmap level of the file for this entry. Bind the one texture,
        and draw this mipmap of it. -1 if absent. */
@@ -810,7 +810,8 @@ typedef struct volpkg_texture {
     const char* path;
     /* Upload parameters. */
     volpkg_gl gl;
-    /* For a volume that holds its level as bricks: layout of the bricks. NULL if absent. */
+    /* For a volume that holds its level as bricks: layout of the bricks. A `mosaic` is then that of the pool. NULL if
+       absent. */
     const volpkg_bricks* bricks;
     /* Number of the texture in its mosaic, its stack of slices or its light, from 0. */
     int32_t part;
@@ -5359,8 +5360,8 @@ static volpkg_code volpkg__mipmap_rules(volpkg__reader* r, const volpkg_package*
 /* SPEC.md 16: each brick that is stored has its own place, and places are filled in order. */
 static volpkg_code volpkg__index_rules(volpkg__reader* r, const volpkg_texture* index, const volpkg_bricks* bricks) {
     const volpkg_mosaic* m = index->mosaic;
-    int64_t rows = bricks->bricks_zyx[1], columns = bricks->bricks_zyx[2], count = bricks->bricks_zyx[0] * rows * columns,
-            i, stored = 0;
+    int64_t rows = bricks->bricks_zyx[1], columns = bricks->bricks_zyx[2],
+            count = bricks->bricks_zyx[0] * rows * columns, i, stored = 0;
     for (i = 0; i < count; ++i) {
         int64_t z = i / (rows * columns), y = i / columns % rows, x = i % columns, texel = i;
         const unsigned char* entry;
@@ -5654,12 +5655,11 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
     VOLPKG__RULE((t->gl.target == 0x806F) == (m == NULL), t->name,
                  "it holds light, so it must be a 3D texture or a mosaic");
     if (m != NULL) {
-        volpkg_level level;
-        memset(&level, 0, sizeof level);
-        level.grid.shape_zyx[0] = m->slices;
-        level.grid.shape_zyx[1] = m->tile_shape_yx[0];
-        level.grid.shape_zyx[2] = m->tile_shape_yx[1];
-        VOLPKG__TRY(volpkg__mosaic_rules(r, t, &level));
+        int32_t own_zyx[3];
+        own_zyx[0] = m->slices;
+        own_zyx[1] = m->tile_shape_yx[0];
+        own_zyx[2] = m->tile_shape_yx[1];
+        VOLPKG__TRY(volpkg__mosaic_rules(r, t, own_zyx));
         VOLPKG__RULE(
             m->textures == 1 && m->slices_per_texel == 1 && m->gutter == 0, t->name,
             "it holds light in a mosaic of several textures, with a gutter, or with several slices in a texel");

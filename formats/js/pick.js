@@ -90,8 +90,10 @@ export class Picker {
     if (this.#device !== device) this.#programs.clear();
     this.#device = device;
     if (this.#programs.has(name)) return;
-    // Bricks have positions in voxels, and labels in a texture of their own.
-    const size = drawn.choice.program.sampling === "bricks" ? " / vec3(textureSize(u_labels, 0))" : "";
+    // Bricks have positions in voxels, and labels, in a 3D texture of their own, have not.
+    const { program, textures } = drawn.choice;
+    const solid = textures.some(({ role, gl }) => role === "labels" && gl.target === "TEXTURE_3D");
+    const size = program.sampling === "bricks" && solid ? " / vec3(textureSize(u_labels, 0))" : "";
     const label = LABEL.replace("PLACE", `position(u_pick)${size}`);
     this.#programs.set(name, {
       value: await valueProgram(this.#renderer, "values", MAIN),

@@ -11,18 +11,21 @@ import { parseJson, schemaBreach } from "./strict.js";
  * @typedef {object} SubvolumeGrid
  * @property {string} format
  * @property {Three} shape_zyx
+ * @property {number} size
  * @property {number[][]} cuts_zyx
  * @property {Texture["gl"]} gl
  * @property {"linear" | "nearest"} [filter]
  * @property {NonNullable<Texture["mosaic"]>} [mosaic]
+ * @property {string | null} [whole]
  * @property {{minimum: number, file?: string}[]} subvolumes
+ * @property {{subvolumes: number[]}[]} points
  */
 
 /** A voxel beyond every volume: a side without pieces is never reached. */
 const NOWHERE = 1e9;
 
-/** @param {Package} pack @param {AbortSignal} [signal] @returns {Promise<SubvolumeGrid>} */
-async function readGrid(pack, signal) {
+/** Reads and checks the grid of a package. @param {Package} pack @param {AbortSignal} [signal] @returns {Promise<SubvolumeGrid>} */
+export async function readGrid(pack, signal) {
   const { subvolumes, grid: volume } = pack.manifest;
   const path = subvolumes?.grid ?? "";
   /** @param {string} problem @returns {never} */
@@ -39,22 +42,60 @@ async function readGrid(pack, signal) {
   }
   const problem = schemaBreach(grid, "SubvolumeGrid", "");
   if (problem) refuse(problem);
-  const isFlat = grid.gl.target === "TEXTURE_2D";
-  if (grid.format !== "volpkg-subvolumes" || grid.cuts_zyx.length !== 3 || isFlat !== Boolean(grid.mosaic))
-    refuse("it is no grid of sub-volumes");
+  for (const problem of contradictions(grid)) refuse(problem);
   if (volume.shape_zyx.some((n, i) => n !== grid.shape_zyx[i])) refuse("it has another shape than the volume");
-  grid.cuts_zyx.forEach((/** @type {number[]} */ cuts, /** @type {number} */ axis) => {
-    const last = grid.shape_zyx[axis] - 1;
-    const inOrder = cuts.slice(1).every((cut, i) => cut > cuts[i]) || (last === 0 && cuts.join() === "0,0");
-    if (cuts.length < 2 || cuts[0] !== 0 || cuts[cuts.length - 1] !== last || !inOrder)
-      refuse(`the cuts along ${"zyx"[axis]} do not lead from 0 to ${last}`);
-  });
-  const count = grid.cuts_zyx.reduce(
-    (/** @type {number} */ product, /** @type {number[]} */ cuts) => product * (cuts.length - 1),
-    1,
-  );
-  if (grid.subvolumes.length !== count) refuse(`it has ${grid.subvolumes.length} sub-volumes instead of ${count}`);
+  const { pieces = [], whole = null } = subvolumes ?? {};
+  const files = grid.subvolumes.flatMap((/** @type {{file?: string}} */ { file }) => file ?? []);
+  if (files.join() !== pieces.join() || (grid.whole ?? null) !== whole)
+    refuse("it names other files than the manifest");
   return grid;
+}
+
+/** Every way in which a grid contradicts itself. @param {SubvolumeGrid} grid */
+function* contradictions(grid) {
+  const { cuts_zyx, gl, mosaic, points, shape_zyx, size, subvolumes } = grid;
+  if (grid.format !== "volpkg-subvolumes" || cuts_zyx.length !== 3) return yield "it is no grid of sub-volumes";
+  for (const [axis, cuts] of cuts_zyx.entries()) {
+    const last = shape_zyx[axis] - 1;
+    const inOrder =
+      cuts.every((cut, i) => !i || (cut > cuts[i - 1] && cut - cuts[i - 1] < size)) ||
+      (last === 0 && cuts.join() === "0,0");
+    if (cuts.length < 2 || cuts[0] !== 0 || cuts[cuts.length - 1] !== last || !inOrder)
+      return yield `the cuts along ${"zyx"[axis]} do not lead from 0 to ${last} in steps below ${size}`;
+  }
+  const counted = (/** @type {number} */ more) => cuts_zyx.reduce((n, cuts) => n * (cuts.length - 1 + more), 1);
+  if (subvolumes.length !== counted(0)) yield `it has ${subvolumes.length} sub-volumes instead of ${counted(0)}`;
+  if (points.length !== counted(1)) yield `it has ${points.length} points instead of ${counted(1)}`;
+  if (points.some((point) => point.subvolumes.some((number) => number >= subvolumes.length)))
+    yield "a point names a sub-volume that is not there";
+  if ((gl.target === "TEXTURE_3D") === Boolean(mosaic)) yield "its pieces are mosaics in 3D, or in 2D without one";
+  if (mosaic && !holdsPieces(mosaic, gl, cuts_zyx)) yield "its mosaic does not hold every piece in one texture";
+}
+
+/**
+ * Whether a mosaic of one texture holds every piece. Overlapping slices need a tile that begins with the last one.
+ * @param {NonNullable<Texture["mosaic"]>} mosaic @param {Texture["gl"]} gl @param {number[][]} cuts
+ */
+function holdsPieces(mosaic, gl, cuts) {
+  const { order = "interleaved", slices, slices_per_texel: each, tile_shape_yx: tile, texture_shape_yx: size } = mosaic;
+  const { gutter = 0, padding_yx = [0, 0], tiles_x, tiles_y, textures = 1, components_per_voxel = 1 } = mosaic;
+  const overlaps = order === "overlapping";
+  const [depth, ...sides] = cuts.map(
+    (at) => at.reduce((most, cut, i) => Math.max(most, i ? cut - at[i - 1] : 0), 0) + 1,
+  );
+  const count = overlaps && each === 4 ? Math.max(1, Math.ceil((slices - 1) / 3)) : Math.ceil(slices / each);
+  const components = { LUMINANCE: 1, RED: 1, LUMINANCE_ALPHA: 2, RG: 2, RGB: 3, RGBA: 4 }[String(gl.format)];
+  return (
+    textures === 1 &&
+    components_per_voxel === 1 &&
+    each === components &&
+    (each === 4 || order === "interleaved") &&
+    sides.every((side, i) => tile[i] >= side) &&
+    slices >= depth &&
+    count <= tiles_x * tiles_y &&
+    count * (overlaps ? 3 : each) >= depth &&
+    [tiles_y, tiles_x].every((tiles, i) => tiles * (tile[i] + 2 * gutter + padding_yx[i]) <= size[i])
+  );
 }
 
 /**

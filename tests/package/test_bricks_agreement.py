@@ -4,7 +4,7 @@ import hashlib
 
 import numpy as np
 import pytest
-from tiny_packages import ES3, function, tiny_package
+from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.scene.scene import BrickSettings
 from volprep_formats.diagnostics import VolprepError
@@ -46,7 +46,10 @@ def test_a_package_of_bricks_agrees_with_itself(manifest) -> None:
 
 
 CASES = {
-    "texture volume-scan-0 holds bricks, but is no volume in a 3D texture of its own": ("volume", {"mipmap": 0}),
+    "texture volume-scan-0 holds bricks, but is no volume in a 3D texture or a mosaic of its own": (
+        "volume",
+        {"mipmap": 0},
+    ),
     "texture volume-scan-0 has (9, 9, 9) texels, its places for bricks": ("volume", {"shape_zyx": (9, 9, 9)}),
     "texture volume-scan-0 holds 9 bricks in": ("volume", {"layout": {"stored": 9}}),
     "texture volume-scan-0 has bricks of (4, 14, 0) cells, its level (9, 14, 1) voxels": (
@@ -64,6 +67,27 @@ def test_bricks_that_contradict_their_level_are_found_out(manifest, says) -> Non
     role, change = CASES[says]
     found = list(bricks_contradictions(changed(manifest, role, **change)))
     assert any(says in problem for problem in found), found
+
+
+FLAT_CASES = {
+    "texture volume-scan-0 holds bricks in a mosaic of several textures": ("volume", {"textures": 2}),
+    "texture volume-scan-0 its mosaic holds 3 slices": ("volume", {"slices": 3}),
+    "texture volume-scan-0 its tiles do not fit": ("volume", {"tiles_x": 99}),
+    "texture bricks-scan-0 is not RGBA8, nearest, with a texel for each brick": ("bricks", {"gutter": 1}),
+}
+
+
+@pytest.mark.parametrize("says", FLAT_CASES)
+def test_mosaics_of_bricks_that_contradict_their_level_are_found_out(tmp_path, says) -> None:
+    codes = np.arange(9 * 14).reshape(9, 14, 1).astype(np.uint8)
+    manifest = tiny_package(tmp_path / "p", codes, GREY, ES2, bricks=BrickSettings(size=4, reach=2)).manifest
+    assert list(bricks_contradictions(manifest)) == []
+    role, change = FLAT_CASES[says]
+    (texture,) = [each for each in manifest.textures if each.role == role]
+    mosaic = texture.mosaic.model_copy(update=change)
+    found = list(bricks_contradictions(changed(manifest, role, mosaic=mosaic)))
+    assert any(says in problem for problem in found), found
+    assert list(bricks_contradictions(changed(manifest, role, mosaic=None)))
 
 
 def test_a_program_must_know_where_bricks_are(manifest) -> None:

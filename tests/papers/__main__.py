@@ -33,9 +33,9 @@ _VIEWS = 60
 _SECONDS = {
     "noguera": (30, 8),
     "moser-weiskopf": (10, 4),
-    "thesis": (238, 69),
-    "schultz-bailey": (111, 20),
-    "diaz-garcia": (47, 7),
+    "thesis": (250, 72),
+    "schultz-bailey": (150, 30),
+    "diaz-garcia": (400, 7),
     _SHEET: (214, 58),
 }
 """Of each in full, and quick, on two quiet cores with llvmpipe: what is said of the time that is left."""

@@ -104,7 +104,7 @@ class Page:
 
     def _cpu_s(self) -> float:
         """Seconds that all processes of the browser have had."""
-        import psutil  # noqa: PLC0415 - needed only with a browser
+        import psutil
 
         first = psutil.Process(self._browser.process_id)
         times = [process.cpu_times() for process in (first, *first.children(recursive=True))]
@@ -118,7 +118,7 @@ def page() -> Iterator[Page | None]:
     from browser import Browser, chromium
     from web_server import WebServer
 
-    if chromium() is None:
+    if chromium() is None or not _JS.is_dir():
         yield None
         return
     with (

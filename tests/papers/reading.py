@@ -28,6 +28,7 @@ _WAYS = {
     "mosaic, one channel": (MOSAIC, ""),
     "mosaic, four channels": (MOSAIC, '[mosaic]\norder = "interleaved"\n'),
     "bricks in a 3D texture": ("gles3", "[bricks]\n"),
+    "bricks in a mosaic": (MOSAIC, "[bricks]\n"),
 }
 _SURFACE = """reference_mm = 1.0
 isovalue = {at:.6g}

@@ -69,6 +69,7 @@ KINDS: dict[str, dict[str, str]] = {
     },
     "mosaic": {"profile": "gles2-2048", "more": '[render]\nclassification = "preintegrated"'},
     "bricks": {"more": '[bricks]\nsize = 4\n[render]\nclassification = "palette"'},
+    "bricks-in-mosaics": {"profile": "gles2-2048", "more": "[bricks]\nsize = 4"},
     "editable": {"top": "editable = true", "more": "[skip]\nranges = true"},
     "mipmaps": {"more": "[textures]\nmipmaps = true"},
     "slices": {"profile": "gles1"},

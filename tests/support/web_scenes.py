@@ -214,6 +214,10 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "segments in a mosaic": segments_scene("gles2-2048", _LIT),
     "segments with shadows": segments_scene("gles3", _SHADOWS.format("rays")),
     "bricks": _phantom("[bricks]\nsize = 4\n"),
+    "lit bricks in mosaics": _phantom(
+        '[bricks]\nsize = 4\nreach = 2\n[render]\nlighting = "headlight"\n[lighting]\nnormals = "central"\n',
+        "gles2-2048",
+    ),
     "half floats": _phantom("[quantize]\nbits = 16\n"),
     "norm16, perspective": _phantom('[quantize]\nbits = 16\n[render]\nprojection = "perspective"\n', "gles3-norm16"),
     "EAC": _compressed("eac"),

@@ -240,7 +240,7 @@ class GridSettings(Record):
 
 
 class BrickSettings(Record):
-    """Levels as bricks in one 3D texture.
+    """Levels as bricks in one texture: a 3D texture, or a mosaic for devices without them.
 
     A brick in which nothing is seen takes no memory. A brick holds all voxels that a filter reads for a position in it.
     """

@@ -4,8 +4,9 @@ The slices of the pool are the slices of the mosaic, so that the mosaic's own ar
 between bricks: a position stays inside its brick, and with it the filter.
 """
 
-from volprep.parts.bricks.pool import MOST_PLACES, Triple, cells_of
+from volprep.parts.bricks.pool import MOST_PLACES, cells_of
 from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
+from volprep.scan.block_ranges import Triple
 from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import MosaicLayout

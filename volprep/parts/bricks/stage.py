@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.bricks.flat import flat_index, flat_pool, held_zyx
-from volprep.parts.bricks.pool import Triple, brick_layout, places_of, pool_layers, with_reach
+from volprep.parts.bricks.pool import brick_layout, places_of, pool_layers, with_reach
 from volprep.parts.mosaic.packing import Packing, pack_mosaic
 from volprep.parts.skip.occupancy import occupied_blocks
 from volprep.parts.skip.visible import visible_extinction
@@ -15,7 +15,7 @@ from volprep.parts.stage import Stage, Work, any_channel
 from volprep.parts.texels import texels_of, volume_texture
 from volprep.parts.work import codes_of_level
 from volprep.plan.records import BricksPlan, ChannelPlan, LevelPlan, VolumePlan
-from volprep.scan.block_ranges import BlockRanges, block_ranges
+from volprep.scan.block_ranges import BlockRanges, Triple, block_ranges
 from volprep.scan.slabs import RawVolume, bytes_of
 from volprep_formats.arrays import Texels, UInt8Array
 from volprep_formats.diagnostics import VolprepError
@@ -72,7 +72,7 @@ def _layout(
         found = flat_pool(codes.shape_zyx, bricks.size, bricks.reach, packing, profile, count)
     else:
         solid = brick_layout(codes.shape_zyx, bricks.size, bricks.reach, profile.max_3d_texture_size, count)
-        found = solid and (solid, None)
+        found = None if solid is None else (solid, None)
     if found is None or math.prod(held_zyx(*found)) > math.prod(volume.shape_zyx):
         finding = f"{count} bricks of level {volume.level} have no room in {volume.shape_zyx}"
         raise VolprepError("VP4042", finding=finding)
