@@ -11,6 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 from batch_scans import builders, files_of, records, start, wait_until, write_scans
+from small_previews import FULL, small_previews
 
 from volprep.pipeline.build import build
 from volprep.scene.request import request_for_source
@@ -115,7 +116,8 @@ def test_a_killed_batch_goes_on_with_one_record_each_and_the_bytes_of_serial_bui
         request = request_for_source(file)
         request = replace(request, scene=request.scene.model_copy(update={"name": record["name"]}))
         alone = tmp_path / "alone" / f"{record['name']}.volpkg"
-        build(request, alone, Silent())
+        with small_previews(FULL):  # as processes of a batch draw them
+            build(request, alone, Silent())
         assert files_of(out / record["package"]) == files_of(alone)
 
 

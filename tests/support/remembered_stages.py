@@ -26,7 +26,7 @@ import volprep_formats
 from volprep.parts.light import decision, solve
 from volprep.parts.stage import Stage
 from volprep.parts.work import FORMS, SCENE
-from volprep.pipeline import build, make_plan, plan_draft, stages
+from volprep.pipeline import build, make_plan, plan_draft, preview, stages
 from volprep.pipeline.make_plan import Scanned
 from volprep.pipeline.stage_graph import STAGES as STAGES_OF_BUILD
 from volprep.plan.records import Plan
@@ -201,7 +201,7 @@ def _placeless(value: Any) -> Any:
 
 def _constants() -> list[int]:
     """Return what tests patch."""
-    return [slabs.SLAB_BYTES, solve.BATCH, decision._LEAST_SAMPLES]
+    return [slabs.SLAB_BYTES, solve.BATCH, decision._LEAST_SAMPLES, preview._SIZE]
 
 
 def _key(stage: Stage, draft: Draft, plan: Plan, whole_plan: bool) -> str:
