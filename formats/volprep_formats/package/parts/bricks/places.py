@@ -20,8 +20,20 @@ def constant_entry(normalised: Float64Array) -> UInt8Array:
 
 
 def index_entries(texels: NDArray[np.generic], mosaic: MosaicLayout | None) -> UInt8Array:
-    """Return the entries [z, y, x, RGBA] of an index from its texels, of a 3D texture or of a mosaic."""
-    return np.asarray(texels if mosaic is None else slices_of_mosaic([texels[0]], mosaic), np.uint8)
+    """Return the entries [z, y, x, RGBA] of an index from its texels, of a 3D texture or of a mosaic.
+
+    There are no entries if the mosaic does not say how the texels lie.
+    """
+    if mosaic is None:
+        return np.asarray(texels, np.uint8)
+    (rows, columns), (height, width) = mosaic.pitch_yx, mosaic.texture_shape_yx
+    fits = mosaic.tiles_y * rows <= height and mosaic.tiles_x * columns <= width
+    plain = (mosaic.textures, mosaic.slices_per_texel, mosaic.components_per_voxel) == (1, 1, 4)
+    if not (
+        plain and fits and texels.shape == (1, height, width, 4) and mosaic.slices <= mosaic.tiles_x * mosaic.tiles_y
+    ):
+        return np.empty((0, 0, 0, 4), np.uint8)
+    return np.asarray(slices_of_mosaic([texels[0]], mosaic), np.uint8)
 
 
 def misplaced(entries: UInt8Array, layout: BrickLayout) -> str | None:
