@@ -41,6 +41,7 @@ def test_a_name_is_explained_with_its_file_and_the_whole_reason(place: Place) ->
         list(explain("scan-3", place))
 
 
+@pytest.mark.long
 def test_the_command_line_explains_a_name(place: Place) -> None:
     ran = volprep("batch", "--explain", "scan-2", "-o", place.folder)
     assert "JANE.nii" in ran.stdout

@@ -140,6 +140,7 @@ def test_scans_of_a_store_become_packages_in_it_with_the_bytes_of_local_builds(s
     ].startswith("s3://scans/in/")
 
 
+@pytest.mark.long
 def test_what_is_stored_and_unchanged_is_left_out_and_what_changed_or_is_gone_is_made_again(store, tmp_path) -> None:
     write_scans(tmp_path / "in", 1)
     upload(tmp_path / "in")
@@ -168,6 +169,7 @@ def test_a_store_that_is_busy_half_of_the_time_gets_all_packages(store, tmp_path
     assert [record["outcome"] for record in records(tmp_path / "out")] == ["built"] * 2
 
 
+@pytest.mark.long
 def test_a_store_that_takes_no_package_leaves_none_and_is_named_by_code(store, tmp_path) -> None:
     write_scans(tmp_path / "in", 1)
     store.fails = lambda request: ".volpkg.zip" in request["PATH_INFO"]

@@ -78,7 +78,7 @@ def test_a_scan_whose_process_dies_each_time_is_recorded_with_a_code_and_others_
     assert [record["outcome"] for record in records(out)] == ["built", "built"]
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("engine", "limit", "code"),
     [

@@ -90,6 +90,7 @@ def test_skipping_changes_no_pixel(tmp_path) -> None:
         assert np.array_equal(drawn(package, view), drawn(plain, view))
 
 
+@pytest.mark.long
 def test_it_is_within_the_tolerance(tmp_path) -> None:
     package = package_of(tmp_path, "back-to-front", "gles3")
     report = validate(package.path, tmp_path / "report", Silent())

@@ -262,6 +262,7 @@ def test_a_format_that_the_profile_has_not_is_an_error() -> None:
         plan(smooth(), "gles3", textures={"compression": "astc-6x6"})
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("wish", ["eac", "astc-5x5", "astc-6x6", "astc-8x8"])
 def test_tiles_begin_with_blocks_of_their_own(wish: str) -> None:
     tolerance = {"rmse": 1.0, "maximum": 1.0}

@@ -80,6 +80,7 @@ def test_what_is_said_of_the_form_is_the_data_error_of_validation(package) -> No
     assert 0 < blocks - kept.size_bytes < 1000 * len(files)
 
 
+@pytest.mark.long
 def test_it_validates_and_the_report_has_a_section(package) -> None:
     folder = package.path.with_suffix(".report")
     report = validate(package.path, folder, Silent(), picture_size=SIZE)
@@ -110,6 +111,7 @@ def uneven() -> np.ndarray:
     return voxels
 
 
+@pytest.mark.long
 def test_a_form_that_only_the_sample_bears_is_refused(tmp_path) -> None:
     tolerance = "[tolerance]\nrmse = 0.02\nmaximum = 0.1\n"
     request = load_request(scene_of(tmp_path, uneven(), "etc2", tolerance))

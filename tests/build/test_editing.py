@@ -145,6 +145,7 @@ def test_without_skipping_there_are_no_ranges_either(tmp_path):
     assert channel.part(SkipPlan).tables == channel.part(SkipPlan).ranges == ()
 
 
+@pytest.mark.long
 def test_channels_have_histograms_of_their_own_and_filters_that_depend_on_no_function(tmp_path):
     path = write_channel_scene(tmp_path)
     path.write_text(f"editable = true\n{path.read_text()}")

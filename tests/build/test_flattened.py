@@ -79,7 +79,7 @@ def test_a_function_is_hidden_where_it_is_zero_and_an_entry_away_from_where_it_i
     assert numbers.tolist() == [1, 1, 1, 1, 0, 0, 0, 0, 0, 2, 2, 2, 2, 2]
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("profile", "more"), [("gles3", ""), ("gles3", LIT), ("gles2-2048", "")])
 def test_no_picture_changes_and_textures_compress_better(tmp_path, profile, more) -> None:
     flat, plain = packages(tmp_path, profile, more)

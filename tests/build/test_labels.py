@@ -200,6 +200,7 @@ def test_labels_that_codes_cannot_be_are_refused(tmp_path) -> None:
     assert not list(tmp_path.glob("*.volpkg"))
 
 
+@pytest.mark.long
 def test_labels_above_255_get_codes_and_the_package_says_their_numbers(tmp_path) -> None:
     atlas = labels("uint16").astype(np.uint16)
     numbers = {0: 0, 3: 17, 7: 1002, 200: 14175}
@@ -231,6 +232,7 @@ def many_labels(path: Path, count: int) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_a_scan_of_more_than_255_labels_has_a_colour_for_each(tmp_path) -> None:
     request = request_for_source(many_labels(tmp_path / "atlas.nii", 150))
     small = request.scene.render.model_copy(update={"picture_size": 40})
@@ -287,6 +289,7 @@ def test_a_channel_of_labels_stands_beside_one_of_values(tmp_path) -> None:
     assert np.array_equal(codes(package)[0], labels().reshape(-1))
 
 
+@pytest.mark.long
 def test_the_command_line_takes_a_filter_and_refuses_what_is_none(tmp_path) -> None:
     draft = tmp_path / "d.volpkg"
     scene = write_scene(tmp_path, labels())

@@ -111,7 +111,7 @@ def test_a_value_that_no_voxel_can_have_is_refused(tmp_path) -> None:
             package(tmp_path, "head.nii", f'mask = "brain.nii"\noutside = {value}')
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("nan", "value"), [("-7.5", -7.5), ('"outside"', 0.25), ('"outside"\noutside = 3.0', 3.0)])
 def test_voxels_that_are_no_numbers_get_the_value_of_the_scene(tmp_path, nan, value) -> None:
     voxels = head().astype(np.float32) + np.float32(0.25) - head().min()

@@ -129,6 +129,7 @@ def test_the_oracle_of_the_package_is_the_maximum(report) -> None:
     assert max(view.data.rmse for view in report.programs[0].views) < 0.004
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("profile", PROFILES)
 def test_an_edited_window_is_drawn_as_a_package_that_was_built_with_it(tmp_path, profile) -> None:
     edited = VESSELS.replace("4.0", "0.5").replace("300.0", "100.0").replace("0.99", "0.7")

@@ -127,6 +127,7 @@ def test_normals_take_texture_units_of_mosaics(tmp_path):
         built(tmp_path, "[normals]\n", "few.toml")
 
 
+@pytest.mark.long
 def test_a_skip_table_needs_a_texture_unit_that_normals_leave(tmp_path):
     text = (Path(profiles.__file__).parent / "gles2-2048.toml").read_text(encoding="utf-8")
     (tmp_path / "few.toml").write_text(text.replace("units = 8", "units = 3"), encoding="utf-8")

@@ -178,6 +178,7 @@ class TestWhatItDraws:
                 assert uncut(part, program, part.manifest.render) is not None
                 assert uncut(part, program, render) is None
 
+    @pytest.mark.long
     def test_a_mosaic_of_several_textures_with_gutters_draws_what_channels_apart_draw(self, tmp_path) -> None:
         profile = (Path(__file__).parents[2] / "volprep/scene/profiles/gles2-2048.toml").read_text()
         (tmp_path / "narrow.toml").write_text(profile.replace("size = 2048", "size = 64"))

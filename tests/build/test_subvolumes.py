@@ -103,6 +103,7 @@ def test_pieces_have_a_table_where_each_coarser_level_has_its_own(tmp_path) -> N
     assert np.any(pictures)
 
 
+@pytest.mark.long
 def test_pieces_that_nobody_sees_are_not_stored(tmp_path) -> None:
     scene = write_phantom_scene(tmp_path)
     text = scene.read_text(encoding="utf-8").replace("value = 200.0", "value = 550.0")
@@ -260,6 +261,7 @@ def test_what_does_not_fit_is_cut_as_the_plan_proposes(tmp_path) -> None:
     assert found.counts_zyx == (1, 2, 2)
 
 
+@pytest.mark.long
 def test_what_fits_is_not_cut_and_what_cannot_be_cut_says_why(tmp_path) -> None:
     auto = '\n[grid]\nsize = "auto"\n'
     for profile, reason in (("gles3", "the whole volume fits into one texture"), ("gles1", "")):

@@ -226,6 +226,7 @@ class TestWhatIsLeftOut:
         assert (item.kept, item.reason) == (False, "fewer than two channels show something: red")
         np.testing.assert_array_equal(picture(package), picture(package, "red"))
 
+    @pytest.mark.long(keep=2)
     @pytest.mark.parametrize(
         ("changes", "says"),
         [

@@ -76,7 +76,7 @@ def walked(package: Package, folder: Path, steps: str = STEPS):
     return walk(package.path, folder / "walk.toml", folder / "pictures", Silent(), force=True)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("compositing", "profile"),
     [

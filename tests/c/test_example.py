@@ -148,6 +148,7 @@ def test_pictures_of_several_draws_look_as_the_renderer_draws_them(name, drawn, 
     assert_agree(found, expected, name)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("view", ["posterior", "superior"])
 def test_half_angle_slices_agree_from_before_and_behind_the_light(view, drawn, packages):
     found, expected, _ = drawn(packages["half-angle"], view)

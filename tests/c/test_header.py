@@ -114,7 +114,7 @@ def verdicts_of_the_reader(folder: Path) -> set[str]:
     return {finding.code for finding in check(folder)}
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["house", "together", "slices", "several-units"])
 def test_a_lie_in_any_field_of_the_manifest_ends_as_in_the_reader(kind, fuzz_program, packages, tmp_path: Path):
     """Both take the manifest, or both refuse it, the header with one of the reader's codes."""

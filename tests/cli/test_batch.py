@@ -93,6 +93,7 @@ def test_unchanged_scans_are_left_out_and_changed_ones_are_built_again(place, do
     assert len(records(folder / "out")) == 2
 
 
+@pytest.mark.long
 def test_a_dry_run_lists_jobs_with_their_places_and_builds_nothing(place, tmp_path) -> None:
     listed = volprep("batch", "in", "-o", tmp_path / "dry", "--dry-run", cwd=place)
     assert listed.returncode == 0

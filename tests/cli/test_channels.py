@@ -28,6 +28,7 @@ def package(tmp_path_factory):
     return folder / "tissues.volpkg"
 
 
+@pytest.mark.long
 def test_the_channels_of_a_file_are_listed(cells) -> None:
     run = volprep("import", cells[0], "--list")
     assert [line.split() for line in run.stdout.splitlines()][-3:] == [["channel", "name"], ["1", "GFP"], ["2", "-"]]
@@ -39,6 +40,7 @@ def test_several_channels_without_a_choice_end_with_their_names(cells, tmp_path)
     assert (run.returncode, "VP1221" in run.stderr, "'GFP'" in run.stderr) == (3, True, True)
 
 
+@pytest.mark.long
 def test_one_channel_is_imported(cells, tmp_path) -> None:
     file, values = cells
     for channel, index in (("GFP", 0), ("2", 1)):

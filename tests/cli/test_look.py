@@ -31,6 +31,7 @@ def test_a_look_says_size_values_and_what_the_scan_is_recognised_as(scan: Path) 
     assert "1 values are NaN" in text
 
 
+@pytest.mark.long
 def test_a_look_draws_three_slices_and_replaces_no_file_by_itself(scan: Path) -> None:
     picture = scan.parent / "look.png"
     assert volprep("look", scan, "-o", picture).returncode == 0

@@ -51,6 +51,7 @@ def test_a_picture_has_the_size_and_background_that_were_asked_for(package, tmp_
     assert "61×31, level 0, program ray-caster" in done.stdout
 
 
+@pytest.mark.long
 def test_a_picture_that_shows_nothing_says_so(package, tmp_path):
     clear = sealed(tmp_path / "clear.volpkg", function((0.0, (1.0, 0.0, 0.0), 0.0), name="clear"))
     same = ("-o", tmp_path / "p.png", "--size", "9", "--force")
@@ -67,6 +68,7 @@ def test_one_number_is_width_and_height_as_it_is_for_validate(package, tmp_path)
     assert picture(tmp_path / "p.png").shape[:2] == (20, 20)
 
 
+@pytest.mark.long
 def test_views_differ_and_an_eye_may_stand_anywhere(package, tmp_path):
     wishes = {"front": ("--view", "anterior"), "side": ("--view", "left"), "eye": ("--eye", "300,2.5,5.5")}
     widths = {}
@@ -102,6 +104,7 @@ def test_an_impossible_wish_is_one_message_and_leaves_no_picture(package, tmp_pa
     assert not (tmp_path / "p.png").exists()
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("target", ["nowhere/p.png", "p.jpg", "p"])
 def test_a_picture_that_cannot_be_written_is_one_message(package, tmp_path, target):
     done = volprep("render", package, "-o", tmp_path / target)
@@ -110,6 +113,7 @@ def test_a_picture_that_cannot_be_written_is_one_message(package, tmp_path, targ
     assert not (tmp_path / target).exists()
 
 
+@pytest.mark.long
 def test_the_volume_may_have_fewer_pixels_than_the_lines_around_it(package, tmp_path):
     wishes = {"plain": (), "lines": ("--lines",), "small": ("--lines", "--small", "8x6")}
     pictures = {}

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from command_line import volprep
 
 
+@pytest.mark.long
 def test_a_build_replaces_its_own_package_and_no_other(tmp_path: Path) -> None:
     for name in ("a", "b"):
         np.save(tmp_path / f"{name}.npy", np.arange(60, dtype=np.uint8).reshape(3, 4, 5))

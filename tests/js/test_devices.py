@@ -121,6 +121,7 @@ def test_what_passes_draw_into_is_tried_before_it_is_believed(browser, server, s
         assert caught.value.value["code"] == "VP7021"
 
 
+@pytest.mark.long
 def test_limits_are_checked_before_anything_is_uploaded(browser, server, scene_package) -> None:
     package = scene_package("half floats")
     matrices = box_from_clip_of(package)[:1]
@@ -249,7 +250,7 @@ return { during, after: gl.alive(), drawn, error: gl.getError() };
 """
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["half floats", "meshes on OpenGL ES 2"])
 def test_dispose_frees_every_object(browser, server, scene_package, name) -> None:
     package = scene_package(name)

@@ -140,6 +140,7 @@ def test_it_turns_by_itself_and_numbers_that_are_none_are_told(page) -> None:
     assert page.run(script) == {"wrong": ["VP7081"] * 4, "still": True}
 
 
+@pytest.mark.long
 def test_keys_turn_it_and_enter_reads_out_what_is_in_the_middle(page) -> None:
     script = (
         START
@@ -179,6 +180,7 @@ def test_keys_turn_it_and_enter_reads_out_what_is_in_the_middle(page) -> None:
     assert found["marks"] == 2
 
 
+@pytest.mark.long
 def test_bytes_are_drawn_wherever_the_element_is_put(page) -> None:
     """As in JupyterLab, which attaches an element after it was made, and moves it."""
     script = (

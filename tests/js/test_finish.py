@@ -49,7 +49,7 @@ def _pixels(text: str) -> np.ndarray:
     return np.frombuffer(base64.b64decode(text), "<f4").reshape(SIDE, SIDE, 4)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["lit, skips by distance", "meshes", "slabs", "two passes", "slices across the view"])
 def test_no_frame_is_worse_than_the_one_before_it(browser, server, scene_package, name) -> None:
     package = scene_package(name)

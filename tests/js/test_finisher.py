@@ -90,7 +90,7 @@ def check_better_and_better(said) -> None:
         assert better.ssim_black >= worse.ssim_black
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["slabs", "two passes"])
 def test_a_picture_at_rest_comes_part_by_part_after_the_camera_moved(browser, server, scene_package, name) -> None:
     said = _shown(browser, server, scene_package(name), side=96, frame_ms=0.001, turn=True)

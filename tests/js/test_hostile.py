@@ -105,6 +105,7 @@ def test_manifests_that_lie_end_in_a_code_or_a_picture(browser, server, scene_pa
     assert said["found"]["drawn"] >= 1
 
 
+@pytest.mark.long
 def test_a_file_with_a_wrong_byte_is_found_by_its_digest(browser, server, copy) -> None:
     file = copy / Package.open(copy).manifest.textures[0].file
     data = bytearray(file.read_bytes())
@@ -159,6 +160,7 @@ def test_slices_for_devices_without_shaders_are_refused(browser, server, scene_p
     assert caught.value.value["code"] == "VP7010"
 
 
+@pytest.mark.long
 def test_a_zip_is_drawn_by_ranges_that_hold_only_what_is_drawn(browser, package, zipped) -> None:
     draw = """const gl = new OffscreenCanvas(8, 8).getContext("webgl");
     const renderer = await createRenderer(gl, pack, { program: "core", level: 3 });

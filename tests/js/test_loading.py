@@ -99,6 +99,7 @@ def test_impossible_requests_are_refused_with_a_code(run) -> None:
     assert run(script) == ["VP5018", "VP5018", "VP5019", "VP5018", "VP7019", "VP5009", 0]
 
 
+@pytest.mark.long
 def test_a_coarser_step_and_fewer_pixels_are_used_only_while_the_camera_moves(run) -> None:
     script = """
     const renderer = await createRenderer(gl, pack, { frameMs: 0.001 });

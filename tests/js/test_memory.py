@@ -99,6 +99,7 @@ def peak_share(browser: Browser, folder: Path, kind: str) -> float:
     return float((max(peak[0], last) - gpu_before + after - before) / texture)
 
 
+@pytest.mark.long
 def test_no_more_than_a_slab_is_on_its_way(browser, folder) -> None:
     script = """
     const { openPackage, createRenderer } = await import("/js/volpkg.js");

@@ -94,6 +94,7 @@ def test_a_far_server_is_waited_for_a_few_times_and_milliseconds(browser, folder
     assert soon or quiet < TRIES - 1, told
 
 
+@pytest.mark.long
 def test_a_clip_is_moved_without_asking_for_anything(browser, folders) -> None:
     script = (
         OPEN

@@ -185,7 +185,7 @@ def test_the_fidelity_of_a_picture_says_where_its_numbers_come_from(browser, ser
     assert measured["differs"] == ["a part is cut away", "it was judged with a step of 0.75 mm"]
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "kind"), [("segments", "webgl2"), ("segments in a mosaic", "webgl")])
 def test_a_hit_names_the_segments_of_its_voxel(browser, server, scene_package, name, kind) -> None:
     package = scene_package(name)

@@ -88,7 +88,7 @@ def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) ->
     assert browser.run(script, kind_of(package), texts) == [""] * len(texts)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["pieces", "pieces in mosaics"])
 def test_the_pieces_around_a_point_are_drawn(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -111,7 +111,7 @@ def test_pieces_have_the_light_that_was_computed_once(browser, server, scene_pac
     assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["editable", "editable mosaic", "editable, baked light", "editable, light that turns"])
 def test_an_edited_transfer_function_is_drawn_on_every_level(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -184,7 +184,7 @@ def test_what_a_plane_cuts_away_throws_no_shadow(browser, server, scene_package,
 _ENDING = ["norm16, perspective", "mosaic of several textures", "slices across the view", "slabs"]
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*_ENDING, "shadow rays", "shadow map", "half-angle slices"])
 def test_rays_end_at_the_depth_of_what_is_opaque(browser, server, scene_package, name) -> None:
     package = scene_package(name)
@@ -266,6 +266,7 @@ def test_a_light_that_is_moved_lights_as_if_the_package_had_it_there(browser, se
 TURN = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
+@pytest.mark.long
 def test_an_app_turns_the_light_around_the_volume(browser, server, scene_package) -> None:
     package = scene_package("light that turns, in a mosaic")
     matrices = box_from_clip_of(package)[:3]

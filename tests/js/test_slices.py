@@ -70,6 +70,7 @@ def test_slices_have_the_values_of_the_scan_where_the_patient_has_them(page, sce
         ).all()
 
 
+@pytest.mark.long
 def test_shaders_that_read_no_values_have_no_slices(page) -> None:
     assert page("classified voxels", "const found = await renderer.slice(); renderer.dispose(); return found;") is None
 

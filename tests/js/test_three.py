@@ -140,7 +140,7 @@ def test_a_render_target_gets_premultiplied_linear_light(page, package) -> None:
     assert rmse(found[..., :3], picture[..., :3]) < TWO_STEPS
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("reversed_depth", [False, True])
 def test_what_is_opaque_hides_what_is_behind_it_and_shows_through(page, package, reversed_depth) -> None:
     script = """
@@ -169,6 +169,7 @@ def test_what_is_opaque_hides_what_is_behind_it_and_shows_through(page, package,
     assert rmse(middle[..., :3], half[..., :3] + (1 - half[..., 3:]) * colour) < TWO_STEPS
 
 
+@pytest.mark.long
 def test_the_canvas_gets_the_tone_mapping_and_the_colour_space_of_the_renderer(page, package) -> None:
     script = """
     const plain = shown();
@@ -185,6 +186,7 @@ def test_the_canvas_gets_the_tone_mapping_and_the_colour_space_of_the_renderer(p
     assert rmse(mapped[..., :3], 2 * picture / (1 + 2 * picture)) < TWO_STEPS
 
 
+@pytest.mark.long
 def test_a_scene_around_it_is_drawn_as_without_it(page) -> None:
     script = """
     scene.remove(volume);

@@ -471,6 +471,7 @@ def test_only_what_changed_is_drawn(page) -> None:
     }
 
 
+@pytest.mark.long
 def test_motion_is_drawn_coarser_and_then_in_full(page) -> None:
     script = """
     const { loadVolume } = await import("volpkg/three");

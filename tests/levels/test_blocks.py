@@ -35,6 +35,7 @@ def error_of(choice) -> float:
     return np.mean([min(trial.seen_rmse for trial in whole if trial.transfer == name) for name in TABLES])
 
 
+@pytest.mark.long
 def test_the_choice_is_nearly_as_good_as_that_of_whole_levels_and_the_numbers_say_what_was_made(
     wide, tmp_path, monkeypatch
 ) -> None:

@@ -55,6 +55,7 @@ def test_means_without_looks_serve_filters_of_values(scan, tmp_path) -> None:
         assert np.array_equal(level_of(scan, "least-squares", factors), expected[factors])
 
 
+@pytest.mark.long(keep=1)
 def test_all_filters_make_the_whole_level_and_the_choice_is_the_same(scan, tmp_path) -> None:
     factors = FACTORS[0]
     without, codes = Chooser(scan, adapt=True).choose(4, factors, FILTERS, tmp_path.joinpath, lambda _: None)

@@ -81,7 +81,7 @@ FORMS = {
 }
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_a_picture_has_the_light_that_the_texels_hold(built, form, profile) -> None:
@@ -95,6 +95,7 @@ def test_a_picture_has_the_light_that_the_texels_hold(built, form, profile) -> N
     assert picture[..., :3].max() > 0.15
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("form", FORMS)
 def test_light_in_a_mosaic_draws_the_same_picture_as_in_a_3d_texture(built, form) -> None:
     pictures = [
@@ -105,6 +106,7 @@ def test_light_in_a_mosaic_draws_the_same_picture_as_in_a_3d_texture(built, form
     np.testing.assert_allclose(pictures[0], pictures[1], atol=2.1 / 255)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("form", ["a brightness", "turnable"])
 def test_sub_volumes_have_the_light_of_the_whole_volume(built, form) -> None:
     wishes = {"lighting": SKY, **FORMS[form], "more": "[grid]\nsize = 9"}
@@ -205,6 +207,7 @@ def _steep():
     )
 
 
+@pytest.mark.long
 def test_an_edit_leaves_out_light_that_an_app_turns(built) -> None:
     lit = built("edited", lighting=FORMS["turnable"]["lighting"], head="editable = true")
     unlit = built("edited unlit", baked="none", head="editable = true")

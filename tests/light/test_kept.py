@@ -82,6 +82,7 @@ def test_samples_of_another_volume_do_not_count(lit, tmp_path) -> None:
     assert again.calls == 6
 
 
+@pytest.mark.long
 def test_a_killed_build_goes_on_inside_the_light(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(solve, "BATCH", 1 << 14)
     monkeypatch.setattr(decision, "_LEAST_SAMPLES", 1 << 16)

@@ -103,6 +103,7 @@ def test_a_thin_veil_has_no_light_and_the_plan_says_so(tmp_path) -> None:
     assert not any(each.baked for each in manifest.programs)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("more", ["[bricks]\nsize = 4", "[proxy]\nblock = 2"], ids=["bricks", "meshes"])
 def test_bricks_and_meshes_have_the_same_light(tmp_path, monkeypatch, more) -> None:
     monkeypatch.setattr(solve, "BATCH", 1 << 13)

@@ -178,6 +178,7 @@ except VolprepError as error:
 """
 
 
+@pytest.mark.long
 def test_two_processes_cannot_work_on_one_draft(draft: Draft) -> None:
     command = [sys.executable, "-c", OTHER_PROCESS, str(draft.folder)]
     draft.write("work/a.raw", "work", b"")

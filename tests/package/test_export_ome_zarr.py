@@ -150,6 +150,7 @@ for (const { path } of root.attrs.ome.multiscales[0].datasets) {
         assert json.loads(line) == [list(codes.shape), float((physical * (1 + np.arange(codes.size) % 97)).sum())]
 
 
+@pytest.mark.long
 def test_of_a_turned_volume_positions_are_along_its_axes_and_the_direction_is_told(tmp_path) -> None:
     tiny_package(tmp_path / "a.volpkg", CODES, RAMP, ES2, grid=grid(TURNED), packing=Packing(4))
     done = volprep("export", tmp_path / "a.volpkg", tmp_path / "a.ome.zarr")

@@ -60,6 +60,7 @@ def test_a_killed_create_can_be_done_again(room: Path) -> None:
     assert {run["state"] for run in runs} == {"draft"}
 
 
+@pytest.mark.long
 def test_a_killed_publish_leaves_the_older_or_the_newer_package_and_the_next_one_clears_up(room: Path) -> None:
     runs = crash("publish_over", room)
     states = [run["state"] for run in runs]
@@ -107,6 +108,7 @@ def test_a_killed_verb_leaves_the_older_files_or_the_newer_ones_and_the_next_one
     assert {run["new"] for run in runs} == {False, True}
 
 
+@pytest.mark.long
 def test_a_killed_import_is_done_again_by_the_next_one(scene, room) -> None:
     script = CRASH.with_name("crash_verbs.py")
     runs = crash("import_scan", scene.with_name("phantom.volpkg"), scene, room / "out", script=script)

@@ -143,6 +143,7 @@ def part_of(paper, figure):
     return next(part for part in paper.parts if part.title.startswith(f"{figure}:"))
 
 
+@pytest.mark.long
 def test_frames_of_small_tiles_differ_less_and_the_last_frame_is_the_final_picture(ball, tmp_path, monkeypatch):
     monkeypatch.setattr(diaz_garcia, "scan", lambda _: ball)
     monkeypatch.setattr(diaz_garcia, "QUICK_HW", (64, 36))
@@ -180,6 +181,7 @@ def test_a_browser_on_the_same_driver_draws_the_same_picture(ball, tmp_path):
     assert "of the time of a native program" in about_browsers(table)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", [[], ["--quick"]], ids=["full", "quick"])
 def test_a_paper_that_fails_loses_no_other(tmp_path, monkeypatch, capsys, form):
     there_before = {}

@@ -45,6 +45,7 @@ def surface():
         gl.close()
 
 
+@pytest.mark.long
 @settings(max_examples=60)
 @given(shapes, rooms, st.sampled_from(CODES), st.integers(0, 2**32 - 1))
 def test_every_layout_gives_the_normals_between_voxels_or_those_of_the_voxel(surface, shape_zyx, room, kind, seed):

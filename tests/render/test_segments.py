@@ -89,6 +89,7 @@ def test_other_ways_to_draw_give_the_picture_of_ray_casting(folder, mixed, chang
     assert np.abs(drawn_otherwise - expected).max() < (0.01 if "view-slices" in name else 1e-3)
 
 
+@pytest.mark.long
 def test_a_mosaic_of_labels_is_validated(folder):
     package = built(folder, "mosaic", profile="gles2-2048", border="mixed", outside_opacity=0.5)
     assert validate(package.path, folder / "mosaic.report", Silent(), witness=False).verdict.passed

@@ -132,7 +132,7 @@ def test_segments_cast_shadows_on_each_other(folder, border):
     assert rms(picture[..., :3] - drawn(bare)[..., :3]) > 0.01
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("border", ["mixed", "crisp"])
 def test_half_angle_slices_cast_the_shadows_of_segments(folder, border):
     change = {

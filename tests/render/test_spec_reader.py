@@ -139,6 +139,7 @@ def run_javascript(tmp_path: Path, body: str) -> list[list[object]]:
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+@pytest.mark.long
 def test_the_javascript_uploads_the_texels_of_each_texture_as_the_manifest_says(ball, tmp_path) -> None:
     names = {"UNSIGNED_BYTE": ("Uint8Array", np.uint8), "HALF_FLOAT": ("Uint16Array", np.uint16)}
     for record in ball.manifest.textures:

@@ -163,6 +163,7 @@ def test_a_fragment_that_is_longer_than_the_file_is_refused(tmp_path, item, leng
     assert refusal(file) == "VP1031"
 
 
+@pytest.mark.long
 def test_fragments_without_end_are_refused(tmp_path) -> None:
     file = save(compressed(image(PIXELS, SliceThickness="1"), RLELossless), tmp_path / "a", RLELossless)
     data = file.read_bytes()

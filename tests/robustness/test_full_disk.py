@@ -88,7 +88,7 @@ def require_one_message(done: subprocess.CompletedProcess[str]) -> None:
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("command", "name"), FILES.items(), ids=FILES)
 def test_a_file_that_finds_no_room_leaves_the_older_one_and_nothing_else(place, tmp_path, command, name) -> None:
     (tmp_path / name).write_bytes(OLDER)

@@ -143,6 +143,7 @@ def test_a_limit_is_that_of_its_request() -> None:
         assert run(request(decoders.devour, 2**26))[0].tolist() == [1]
 
 
+@pytest.mark.long
 def test_the_error_is_that_of_the_first_bad_request_not_of_the_fastest() -> None:
     slow = request(decoders.hang, seconds=0.5)
     for _ in range(3):

@@ -28,7 +28,7 @@ def finish(scene: Path, target: Path) -> float:
     return time.perf_counter() - began
 
 
-@pytest.mark.longer
+@pytest.mark.long
 @pytest.mark.timeout(60 * KILLS)
 def test_a_build_killed_at_a_random_moment_leaves_the_old_package_or_none(tmp_path: Path) -> None:
     # Two scenes that differ in one stage, each built undisturbed first: what there is must be one of these two.

@@ -206,6 +206,7 @@ def test_a_scan_without_a_scene_gives_its_name_to_nothing(tmp_path, scan_of, com
     assert sorted(canaries_in(away)) == told, "the path of the scan, in the files that stay behind"
 
 
+@pytest.mark.long
 def test_a_draft_that_was_moved_without_its_origin_goes_on_to_a_package(place, tmp_path) -> None:
     spoken(volprep("import", "small.toml", "-o", tmp_path / "d.volpkg", cwd=place))
     moved = tmp_path / "elsewhere" / "m.volpkg"

@@ -77,7 +77,7 @@ def test_what_is_lit_labels_channels_and_stacks_have_their_orders(tmp_path, othe
     assert falling.order == pytest.approx(other.expected, abs=other.scatter), falling
 
 
-@pytest.mark.long(keep=6)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_a_fault_is_found(bench, fault):
     assert fault.found_by

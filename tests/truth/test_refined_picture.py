@@ -56,6 +56,7 @@ def phong(colour, normal, at, towards_viewer, lit):
     return np.minimum(colour * (light.ambient + light.diffuse * max(facing, 0.0)) + shine, 1.0)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("halfway", [False, True])
 @pytest.mark.parametrize("place", [(-20.0, 5.0, 9.0), (3.0, 4.0, 3.5)], ids=["outside", "inside"])
 def test_a_light_with_a_place_is_what_many_samples_give(oracle, scan, place, halfway) -> None:

@@ -239,6 +239,7 @@ def test_an_unsound_number_in_a_group_is_named(tmp_path, keyword) -> None:
     assert keyword in str(error.value)
 
 
+@pytest.mark.long
 def test_every_prefix_and_many_mutations_of_a_multi_frame_file_end_in_a_coded_error_or_a_volume(tmp_path) -> None:
     file = save(enhanced(), tmp_path / "e")
     whole = np.frombuffer(file.read_bytes(), np.uint8)

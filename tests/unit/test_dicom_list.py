@@ -77,6 +77,7 @@ def test_a_folder_without_dicom_is_refused(tmp_path) -> None:
     assert error.value.code == "VP1030"
 
 
+@pytest.mark.long
 def test_the_command_lists_without_names_and_writes_nothing(tree) -> None:
     before = sorted(tree.rglob("*"))
     text, data = volprep("import", tree, "--list"), volprep("import", tree, "--list", "--json")

@@ -56,6 +56,7 @@ def test_integer_volumes_read_back_exactly(tmp_path, dtype, modality) -> None:
     assert info.remarks == ()
 
 
+@pytest.mark.long
 @given(st.lists(st.floats(-1, 1), min_size=9, max_size=9), st.lists(st.floats(-5000, 5000), min_size=3, max_size=3))
 def test_positions_hold_to_a_millionth_of_a_millimetre(tmp_path_factory, turn, origin) -> None:
     direction = np.linalg.qr(np.array(turn).reshape(3, 3) + 2 * np.eye(3))[0]

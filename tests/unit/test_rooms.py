@@ -45,6 +45,7 @@ def imports(root: Path, package: str) -> dict[str, set[str]]:
     return {room: others - {room} for room, others in found.items()}
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("package", ["volprep", "volprep.parts"])
 def test_no_rooms_import_each_other_in_a_circle(package: str) -> None:
     order = TopologicalSorter(imports(ROOT / package.replace(".", "/"), package)).static_order()

@@ -104,7 +104,7 @@ def write_table(kind: str, verdicts: dict[str, str]) -> None:
     (folder / f"{kind}.md").write_text(text, encoding="utf-8")
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_a_lie_in_any_field_is_found_or_listed_as_harmless(derived, tmp_path) -> None:
     path, compare = derived
     copy = tmp_path / "lies.volpkg"

@@ -117,6 +117,7 @@ def test_without_an_excuse_box_means_are_drawn_in_the_view_in_which_a_level_is_f
     assert others._box_in_worst_view(bench, None, chosen, found(left=0.01)) == {}
 
 
+@pytest.mark.long
 def test_a_level_that_is_not_for_previews_is_named_beyond_the_tolerance_and_fails_the_package(
     tmp_path, monkeypatch
 ) -> None:

@@ -68,7 +68,7 @@ def test_codes_of_another_slope_are_not_the_scan(scan: Volume) -> None:
     assert changed_voxels(scan, replace(held(scan, slice(1, 6)), slope=2.1), FUNCTION) is None
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 def test_pixels_around_a_voxel_are_those_whose_rays_meet_its_cells(projection: str) -> None:
     shape_hw = (40, 30)

@@ -93,7 +93,7 @@ def test_coarse_levels_show_shells_thinner_than_an_entry_of_their_own_tables(tmp
         assert all(each.limit is not None for each in coarse)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_each_technique_level_and_precision_is_drawn_and_judged(tmp_path, profile):
     report = tried(tmp_path, "depth-1e-1", profile=profile, trials=Trials())
@@ -253,6 +253,7 @@ def test_a_renderer_that_breaks_a_law_fails(tmp_path, monkeypatch, wrong, law):
     assert all(any(law in each for each in drawing.laws) for drawing in report.results[0].drawings)
 
 
+@pytest.mark.long
 def test_depths_must_rise_in_opacity(tmp_path, monkeypatch):
     right = Renderer.render
     pictures = iter(np.linspace(1.0, 0.5, 1000, dtype=np.float32))

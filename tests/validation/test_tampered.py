@@ -393,6 +393,7 @@ def test_a_package_of_another_version_is_not_proved(packages, tmp_path) -> None:
     assert finding.startswith("VP6033 the package: was made by volprep 0.0.9")
 
 
+@pytest.mark.long
 def test_what_the_command_line_names_judges_and_not_the_origin(packages, tmp_path) -> None:
     package = packages["fitted"]
     scene = write_kind(tmp_path, "fitted")

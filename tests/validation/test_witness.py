@@ -81,7 +81,7 @@ def _folder(tmp_path) -> None:
     judged.folder = tmp_path
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("blend", "projection"), [("composite", "orthographic"), ("composite", "perspective"), ("maximum", "orthographic")]
 )

@@ -162,6 +162,7 @@ def folder_of(phantom, tmp_path, **devices: str):
     return folder
 
 
+@pytest.mark.long
 def test_plan_prints_the_cheapest_package_for_each_device_of_a_folder(phantom, tmp_path) -> None:
     folder = folder_of(phantom, tmp_path, a="Adreno (TM) 750", b="Mali-G715")
     (folder / f"other{ENDING}").write_text(device_record_text())

@@ -58,6 +58,7 @@ def test_the_first_view_shows_the_whole_volume_upright_as_the_standard_view_does
     assert np.allclose(np.reshape(matrix, (4, 4)).T, camera, atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_drag_a_key_and_the_wheel_turn_and_zoom_and_reset_takes_it_back(page) -> None:
     turn_back(page)
     first = picture(page)
@@ -284,6 +285,7 @@ def test_a_damaged_package_is_told_of_with_code_and_remedy(browser, phantom, tmp
     assert browser.run("return document.getElementById('problem').getAttribute('role')") == "alert"
 
 
+@pytest.mark.long
 def test_a_package_in_one_file_is_read_by_ranges(browser, phantom, tmp_path) -> None:
     package = tmp_path / "phantom.volpkg.zip"
     names = [MANIFEST, *(record.path for record in phantom.report.package.manifest.files)]

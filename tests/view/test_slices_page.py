@@ -37,7 +37,7 @@ def reference(page, package, renderer):
         return drawn, renderer.render(np.reshape(matrix, (4, 4)).T, (side, side))
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_the_page_draws_slices_as_the_reference_does_before_and_after_an_edit(browser, package) -> None:
     with served(package.path) as server:
         assert opened(browser, server.url) == "ready"
