@@ -750,8 +750,8 @@ typedef struct volpkg_baked_light {
     double stored_values[2];
     /* Number of positions where light was computed; the texture is fitted to them. */
     int64_t samples;
-    /* Share of the fit's equations that its solution leaves, 0 to 1: the norm of the residual over that of the right
-       side, at the start of the finest grid. */
+    /* Relative residual of the fit, 0 to 1: norm of the residual divided by the norm of the right-hand side, at the
+       start of the finest grid. */
     double residual;
 } volpkg_baked_light;
 
@@ -784,7 +784,7 @@ typedef struct volpkg_texture {
     /* Channels whose data the texture holds; several are components of the same texels. None for textures of a transfer
        function. */
     VOLPKG_LIST(char* const) channels;
-    /* For what lies in 2D textures instead of a 3D one: layout of the slices. NULL if absent. */
+    /* Layout of the slices, if the data are in 2D textures instead of a 3D one. NULL if absent. */
     const volpkg_mosaic* mosaic;
     /* For volumes that share one KTX 2 file as mipmaps: mipmap level of the file for this entry. Bind the one texture,
        and draw this mipmap of it. -1 if absent. */
@@ -810,8 +810,8 @@ typedef struct volpkg_texture {
     const char* path;
     /* Upload parameters. */
     volpkg_gl gl;
-    /* For a volume that holds its level as bricks: layout of the bricks. A `mosaic` is then that of the pool. NULL if
-       absent. */
+    /* For a volume that holds its level as bricks: layout of the bricks. `mosaic` is then the layout of the pool. NULL
+       if absent. */
     const volpkg_bricks* bricks;
     /* Number of the texture in its mosaic, its stack of slices or its light, from 0. */
     int32_t part;
@@ -1461,7 +1461,7 @@ size_t volpkg_looks_bytes(const volpkg_drawing* drawing);
 /*
  * Draw segments with these looks: compute the table of looks and the skip table of the drawing in `room`, and let their
  * textures point there. Upload the textures of the roles VOLPKG_ROLE_LOOKS and VOLPKG_ROLE_SKIP again; nothing else
- * changes. Rays then skip what is hidden. Returns VOLPKG_BAD_ARGUMENT if a look is out of range or the drawing has no
+ * changes. Rays then skip hidden segments. Returns VOLPKG_BAD_ARGUMENT if a look is out of range or the drawing has no
  * segments, and VOLPKG_SMALL_ARENA if `bytes` are too few.
  */
 volpkg_code volpkg_set_looks(volpkg_drawing* drawing, const volpkg_look* looks, void* room, size_t bytes);
@@ -5408,12 +5408,12 @@ static volpkg_code volpkg__pool_rules(volpkg__reader* r, const volpkg_texture* t
     for (k = 0; k < 3; ++k) {
         int64_t pitch = (int64_t)b->cells_zyx[k] + 2 * (int64_t)b->reach - 1;
         VOLPKG__RULE(b->pool_zyx[k] <= 255 && b->pool_zyx[k] * pitch <= INT32_MAX, t->name,
-                     "its texels are not those of its places for bricks");
+                     "its pool of bricks is too large");
         texels_zyx[k] = (int32_t)(b->pool_zyx[k] * pitch);
     }
     if (t->mosaic == NULL) {
         VOLPKG__RULE(volpkg__same_shape(t->shape_zyx, texels_zyx), t->name,
-                     "its texels are not those of its places for bricks");
+                     "its shape differs from the shape of its pool of bricks");
         return VOLPKG_OK;
     }
     VOLPKG__RULE(t->mosaic->textures == 1 && t->mosaic->components_per_voxel == 1, t->name,
@@ -8562,8 +8562,8 @@ static const volpkg_texture* volpkg__label_sets_of(const volpkg_package* p, cons
     return NULL;
 }
 
-/* Mark the blocks with a label that is shown; `seen` has room for a byte of each set. What a package does not tell
-   counts as shown. */
+/* Mark the blocks with a visible label; `seen` has room for a byte of each set. Labels and sets that a package does
+   not list count as visible. */
 static void volpkg__show_blocks(const volpkg_skip_table* skip, const volpkg_texture* sets, const unsigned char* looks,
                                 int32_t labels, unsigned char* seen, unsigned char* occupied) {
     const unsigned char* list = (const unsigned char*)sets->texels;

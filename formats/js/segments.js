@@ -97,7 +97,7 @@ export class Segments {
 }
 
 /**
- * 1 for each block with a label that is shown. What a package does not tell counts as shown.
+ * 1 for each block with a visible label. Labels and sets that a package does not list count as visible.
  * @param {Uint8Array} texels of the labels of blocks @param {number} blocks @param {Uint8Array} looks texels
  */
 function shownBlocks(texels, blocks, looks) {

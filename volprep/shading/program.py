@@ -161,7 +161,7 @@ def _shadow_map(
     sampling, classified, *skipping = _features(package, unlit, grid, skips=skips)
     segments = package.manifest.segments
     of_segments = segments is not None and program.transfer == segments.name
-    # Values of segments depend on what is shown; others need no classification.
+    # Values of segments depend on their looks; others need no classification.
     valued = [values_alone(classified)] if of_segments else []
     sampled = (sampling, *valued, *skipping)
     surface = compositing(package.manifest, program, render, walk, ends_early=False)

@@ -4,9 +4,9 @@ Both leave out samples that show nothing and move no other sample, so the pictur
 by composing the shader without it; a mesh, by drawing with the program that begins at the volume's box.
 
 Pictures without a table take three times as long. So every second row and column is compared in the view of the sweep
-and where there is a mesh, every fourth in other views. Each entry of a table was compared before with one made anew
-from the scan: what is left to find is a fault of the shader that walks over blocks, or of the rule that makes entries,
-and either changes many blocks.
+and where there is a mesh, every fourth in other views. Before that, validation compares each entry of a table with one
+computed from the scan. The remaining faults, of the shader that walks over blocks or of the rule for entries, change
+many blocks.
 
 A ray that begins at a mesh differs only by rounding. That has no effect if the driver filters texels with float
 weights. A GPU has few weights, usually 256: a sample that rounding moves to the next weight changes by a step. Where

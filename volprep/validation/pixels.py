@@ -80,7 +80,7 @@ def judged_level(  # noqa: PLR0917 - a view, and how it is looked at
     )
 
 
-def errors_by_size(  # noqa: PLR0917 - the pictures, what they show, and the limits
+def errors_by_size(  # noqa: PLR0917 - the pictures, their views, and the limits
     drawn: Mapping[str, Picture],
     truths: Mapping[str, Picture],
     found: Sequence[OtherView],

@@ -68,7 +68,7 @@ class FullSize(Record):
 
 
 class SizeErrors(Record):
-    """The errors of a coarse level in pictures of one size: those of the worst view."""
+    """Errors of a coarse level in pictures of one size, each in its worst view."""
 
     pixels: Count
     """Width and height; each pixel is the mean of several of a larger picture, but at the size of the report."""
@@ -79,7 +79,7 @@ class SizeErrors(Record):
     kept_light: float
     """Light that the thin thing keeps that keeps the least; 1 without thin things."""
     passed: bool
-    """Whether every view is within the tolerance by which the level is judged."""
+    """Whether every view is within the tolerance of the level."""
 
 
 class OtherView(Record):
@@ -128,8 +128,8 @@ class OtherDrawing(Record):
     """Errors of a coarse level by size, the largest pictures first: at `pixels`; at the size of the report if it is
     within the tolerance there, else at sizes halved until it is, or the pictures have fewer than 32 pixels."""
     right_up_to_pixels: Count | None = None
-    """Size of the largest of these pictures that is within the tolerance by which the level is judged; null if none
-    is, and for everything but coarse levels."""
+    """Size of the largest of these pictures within the tolerance of the level; null if no size is, and for everything
+    but coarse levels."""
     views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
     """Standard views."""
 

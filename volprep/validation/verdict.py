@@ -33,7 +33,7 @@ class PreviewOutcome(Record):
     within: bool
     """Whether it is within the tolerance of levels for previews."""
     right_up_to_pixels: Count | None = None
-    """Size of the largest pictures, of those that were measured, in which it is within that tolerance; null if none."""
+    """Size of the largest measured pictures within that tolerance; null if no size is."""
 
 
 class Verdict(Record):

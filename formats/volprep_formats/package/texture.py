@@ -101,7 +101,7 @@ class TextureContent(Record):
     """Channels whose data the texture holds; several are components of the same texels. None for textures of a transfer
     function."""
     mosaic: MosaicLayout | None = None
-    """For what lies in 2D textures instead of a 3D one: layout of the slices."""
+    """Layout of the slices, if the data are in 2D textures instead of a 3D one."""
     mipmap: Index | None = None
     """For volumes that share one KTX 2 file as mipmaps: mipmap level of the file for this entry. Bind the one texture,
     and draw this mipmap of it."""
@@ -131,7 +131,7 @@ class Texture(TextureContent):
     gl: GlFormat
     """Upload parameters."""
     bricks: BrickLayout | None = None
-    """For a volume that holds its level as bricks: layout of the bricks. A `mosaic` is then that of the pool."""
+    """For a volume that holds its level as bricks: layout of the bricks. `mosaic` is then the layout of the pool."""
     part: Index = 0
     """Number of the texture in its mosaic, its stack of slices or its light, from 0."""
     max_extinction_per_mm: float | None = None

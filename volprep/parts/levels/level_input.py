@@ -82,7 +82,7 @@ def level_slices(scan: LevelInput, name: LevelFilter, factors: tuple[int, int, i
 
 
 def raised_slices(scan: LevelInput, factors: Factors, appearance: Slices) -> Slices:
-    """Return the slices of the filter "raised": halfway between those of "appearance" and the maximum of each cell.
+    """Return the slices of the filter "raised": the mean of "appearance" and the maximum of each cell.
 
     A thin structure that the mean of its cells hides stays above the foot of the transfer function, and the level's own
     table removes the excess.

@@ -195,11 +195,11 @@ def label_sets(
             )
         )
     fits = all(max(each.shape_zyx) <= profile.max_texture_size for each in found)
-    reason = "an app that hides segments makes skip tables from them, so that rays skip what is hidden"
+    reason = "an app that hides segments makes skip tables from them, so that rays skip hidden segments"
     if not found:
         reason = "there are no skip tables"
     elif not fits:
-        reason = f"they do not fit into a texture of profile {profile.name}, so rays sample what is hidden"
+        reason = f"they do not fit into a texture of profile {profile.name}, so rays sample hidden segments"
     kept = tuple(found) if fits else ()
     size = sum(size_bytes(each.format, each.shape_zyx) for each in found)
     files = tuple(each.file for each in kept)

@@ -1,4 +1,4 @@
-"""Which labels a block may show: those of its voxels whose style shows something of the values of the block."""
+"""Find the labels that each block may show: labels of its voxels whose style shows some values of the block."""
 
 import math
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from volprep_formats.package.parts.segments.label_sets import (
 
 _VOXELS_AT_ONCE = 1 << 22
 _Entries = NDArray[np.int64]
-"""Block and label of an entry: 65536 times the one and the other."""
+"""Block and label of each entry: 65536 times the block, plus the label."""
 
 
 def label_set_texels(labels: Numbers, block: int, style_of: NDArray[np.intp], shown: Occupied) -> UInt8Array:
@@ -69,7 +69,7 @@ def _entries(labels: Numbers, block: int) -> Iterator[_Entries]:
 
 
 def _numbered(entries: _Entries, blocks: int) -> tuple[Numbers, list[Numbers]]:
-    """Return the number of the set of each block, and the sets: those of most blocks first, as many as fit."""
+    """Return the number of the set of each block, and the sets that fit, the most frequent first."""
     block, label = entries >> 16, (entries & 0xFFFF).astype(np.uint16)
     starts = np.flatnonzero(np.diff(block, prepend=-1))
     lengths = np.diff(starts, append=len(entries))

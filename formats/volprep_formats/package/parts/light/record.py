@@ -35,8 +35,8 @@ class StoredLight(Record):
     samples: Total
     """Number of positions where light was computed; the texture is fitted to them."""
     residual: Annotated[float, Field(ge=0.0, le=1.0)]
-    """Share of the fit's equations that its solution leaves, 0 to 1: the norm of the residual over that of the right
-    side, at the start of the finest grid."""
+    """Relative residual of the fit, 0 to 1: norm of the residual divided by the norm of the right-hand side, at the
+    start of the finest grid."""
 
 
 class LightForm(NamedTuple):

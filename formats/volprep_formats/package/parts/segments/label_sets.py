@@ -1,4 +1,4 @@
-"""Labels in the blocks of a level, from which an app finds the blocks that are empty while segments are hidden.
+"""Labels in each block of a level; an app finds the empty blocks with them while segments are hidden.
 
 A texture holds a list of numbers of 16 bits: for each block, in the order of a skip table, the number of a set of
 labels, then the labels of each set. The last label of a set has the highest bit; sets are numbered from 1 on.
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from volprep_formats.arrays import UInt8Array
 
 NO_LABEL = 0
-"""Set of a block in which nothing can be seen, whatever is shown."""
+"""Set of a block that is empty with all looks."""
 ANY_LABEL = 0xFFFF
-"""Set of a block whose labels are not told: it is never empty."""
+"""Set of a block whose labels are not listed: it is never empty."""
 _ROW = 2048
 """Numbers in a row; every device can hold it."""
 _ROOM = 1024
@@ -52,12 +52,12 @@ def room_for_sets(blocks: int) -> int:
 
 
 def shown_blocks_of(texels: UInt8Array, blocks: int, is_shown: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Say of each block whether one of its labels is shown; `is_shown` is by label."""
+    """Return for each block whether one of its labels is shown; `is_shown` has an entry for each label."""
     numbers: Numbers = np.ascontiguousarray(texels).view("<u2").reshape(-1)
     of_block, listed = numbers[:blocks], numbers[blocks:]
     ends = listed >= _END
     labels = listed & np.uint16(_END - 1)
-    # What a package does not tell counts as shown: no picture lacks anything.
+    # Labels and sets that a package does not list count as shown, so that no picture lacks a segment.
     shown = np.concatenate([is_shown, [True]])[np.minimum(labels, len(is_shown))]
     sets = int(ends.sum())
     seen = np.zeros(sets + 2, np.bool_)

@@ -68,10 +68,10 @@ struct BlockWalk {
     }
 };
 
-// After so many tries in a block pieces are worth their bounds, if as many more as the second number are expected.
+// A block that is expected to need more than kSteepTries tries is cut into pieces after kPlainTries of them.
 inline constexpr int kPlainTries = 8;
 inline constexpr double kSteepTries = 32.0;
-// Expected tries in a piece at most.
+// Largest number of expected tries in a piece.
 inline constexpr double kPieceTries = 2.0;
 
 // Light on its way along a ray.

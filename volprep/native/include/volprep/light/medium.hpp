@@ -19,7 +19,7 @@ namespace volprep::light {
 // Cells along an edge of a block with one majorant.
 inline constexpr int64_t kBlock = 4;
 
-// Part of a value, or of a range of values, by which bounds are wider than rounding can make it.
+// Margin of bounds, as a part of a value or of a range of values; larger than rounding errors.
 inline constexpr double kSlack = 1e-9;
 
 // Control points in ascending order; equal neighbours make a jump, and the value itself belongs to the side above.
