@@ -9,20 +9,38 @@ from pathlib import Path
 from forked_commands import Forked
 
 COMMAND = [sys.executable, "-c", "from volprep_cli.main import main; main()"]
+_WITH_SMALL_PREVIEWS = """
+import sys
+sys.path.insert(0, sys.argv.pop(1))
+from small_previews import small_previews
+from volprep_cli.main import main
+with small_previews():
+    main()
+"""
 _TIMEOUT_S = 120.0
 
 
 def volprep(*arguments: str | Path, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run the command line. With an environment of its own it starts from nothing, as it does by `started`."""
-    if not environment and _forked().serves(dict(os.environ)):
+    if environment:
+        return started(*arguments, cwd=cwd, **environment)
+    if _forked().serves(dict(os.environ)):
         return _forked().run([str(argument) for argument in arguments], cwd, _TIMEOUT_S)
-    return started(*arguments, cwd=cwd, **environment)
+    # A test has changed the environment of this process. Previews are as small as those of builds in the test.
+    command = [sys.executable, "-c", _WITH_SMALL_PREVIEWS, str(Path(__file__).parent)]
+    return _ended(command, arguments, cwd, {})
 
 
 def started(*arguments: str | Path, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run the command line in a process that starts from nothing, for tests of what a process does when it starts."""
+    return _ended(COMMAND, arguments, cwd, environment)
+
+
+def _ended(
+    command: list[str], arguments: tuple[str | Path, ...], cwd: Path | None, environment: dict[str, str]
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [*COMMAND, *(str(argument) for argument in arguments)],
+        [*command, *(str(argument) for argument in arguments)],
         cwd=cwd,
         env={**os.environ, **environment},
         capture_output=True,
