@@ -30,6 +30,8 @@ _MODULES = (
     "volprep.view.server",
 )
 """What verbs load when they run; the verbs load the rest."""
+_CHANGING = {"PYTEST_CURRENT_TEST", "DASK_SCHEDULER_ADDRESS", "__DASK_PARENT_PID"}
+"""Set for each test, and by each scheduler in this process."""
 
 
 class Forked:
@@ -37,6 +39,8 @@ class Forked:
 
     def __init__(self) -> None:
         """Start it in the environment that this process has now."""
+        import volprep.render.bindings  # noqa: F401 - sets the variables that OpenGL reads, here as in the copies
+
         self._environment = _lasting(dict(os.environ))
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         path = os.pathsep.join([str(Path(__file__).parent), *filter(None, [os.environ.get("PYTHONPATH")])])
@@ -77,8 +81,8 @@ class Forked:
 
 
 def _lasting(environment: dict[str, str]) -> dict[str, str]:
-    """Return an environment without what pytest changes for each test."""
-    return {name: value for name, value in environment.items() if name != "PYTEST_CURRENT_TEST"}
+    """Return an environment without the variables that tests change and no command reads."""
+    return {name: value for name, value in environment.items() if name not in _CHANGING}
 
 
 def serve(descriptor: int) -> None:
