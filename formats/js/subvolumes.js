@@ -5,6 +5,7 @@ import { parseJson, schemaBreach } from "./strict.js";
 
 /** @typedef {import("./choose.js").Choice} Choice */
 /** @typedef {import("./package.js").Package} Package */
+/** @typedef {import("./types.js").SubvolumeFiles} SubvolumeFiles */
 /** @typedef {import("./types.js").Texture} Texture */
 /** @typedef {import("./types.js").Three} Three */
 /**
@@ -44,14 +45,14 @@ export async function readGrid(pack, signal) {
   if (problem) refuse(problem);
   for (const problem of contradictions(grid)) refuse(problem);
   if (volume.shape_zyx.some((n, i) => n !== grid.shape_zyx[i])) refuse("it has another shape than the volume");
-  const { pieces = [], whole = null } = subvolumes ?? {};
+  const { pieces = [], whole = null } = /** @type {Partial<SubvolumeFiles>} */ (subvolumes ?? {});
   const files = grid.subvolumes.flatMap((/** @type {{file?: string}} */ { file }) => file ?? []);
   if (files.join() !== pieces.join() || (grid.whole ?? null) !== whole)
     refuse("it names other files than the manifest");
   return grid;
 }
 
-/** Every way in which a grid contradicts itself. @param {SubvolumeGrid} grid */
+/** Every way in which a grid contradicts itself. @param {SubvolumeGrid} grid @returns {Generator<string, void>} */
 function* contradictions(grid) {
   const { cuts_zyx, gl, mosaic, points, shape_zyx, size, subvolumes } = grid;
   if (grid.format !== "volpkg-subvolumes" || cuts_zyx.length !== 3) return yield "it is no grid of sub-volumes";

@@ -10,7 +10,7 @@
  * @typedef {{bits: number, window: [number, number]}} Quantization
  * @typedef {{name: string, quantization: Quantization, levels: Level[], transfer_functions: TransferFunction[]}} Channel
  * @typedef {{target: "TEXTURE_2D" | "TEXTURE_3D", internal_format: string, format?: string, type?: string}} GlFormat
- * @typedef {{tile_shape_yx: [number, number], slices: number, gutter?: number, padding_yx?: [number, number], tiles_x: number, tiles_y: number, texture_shape_yx: [number, number]}} Mosaic
+ * @typedef {{order?: string, slices_per_texel: number, textures?: number, components_per_voxel?: number, tile_shape_yx: [number, number], slices: number, gutter?: number, padding_yx?: [number, number], tiles_x: number, tiles_y: number, texture_shape_yx: [number, number]}} Mosaic
  * @typedef {{name: string, role: string, file: string, shape_zyx: Three, gl: GlFormat, filter?: "linear" | "nearest", level?: number, channels?: string[], transfer?: string, part?: number, mipmap?: number, mosaic?: Mosaic, max_extinction_per_mm?: number, light?: StoredLight}} Texture
  * @typedef {{turnable?: boolean, sky?: Three, ground?: Three, suns?: {direction: Three, colour?: Three}[]}} LightModel
  * @typedef {{model: LightModel, largest: number, subtracted?: number}} StoredLight
@@ -47,7 +47,7 @@
  * @typedef {{transfer: string, level: number, file?: string, triangles?: number, draco?: boolean, box_from_mesh_mm_xyz: Three}} ProxyMesh
  * @typedef {{meshes?: ProxyMesh[], programs?: Program[]}} Proxy
  * @typedef {{level: number, file: string, reference_mm: number, channel: string}} JointHistogram
- * @typedef {{grid: string, pieces?: string[], programs?: Program[]}} SubvolumeFiles
+ * @typedef {{grid: string, pieces?: string[], whole?: string | null, programs?: Program[]}} SubvolumeFiles
  * @typedef {{name: string, api: "es1.1" | "es2.0" | "es3.0", max_texture_bytes: number, texture_formats: string[]}} Profile
  * @typedef {{name: string, title?: string, tint?: Three, opacity?: number, visible?: boolean, volume_ml: number}} Segment
  * @typedef {object} Manifest
