@@ -214,7 +214,7 @@ def test_a_build_marks_them_and_the_plan_says_why(tmp_path) -> None:
     for level in manifest.levels:
         assert ("for previews only: " in reasons[f"level {level.index}"]) == bool(level.preview_only)
     # The draft of another tolerance begins with the same levels, and they are judged again.
-    assert not any(level.preview_only for level in built(tmp_path, "[tolerance]\nrmse = 0.9\n").levels)
+    assert not any(level.preview_only for level in built(tmp_path, "[tolerance]\nrmse = 0.9\nflip = 1.0\n").levels)
 
 
 @pytest.mark.long

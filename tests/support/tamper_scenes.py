@@ -77,7 +77,10 @@ KINDS: dict[str, dict[str, str]] = {
         "more": '[render]\nclassification = "preclassified"\n[tolerance]\nrmse = 0.03\nflip = 0.2\nkept_light = 0.0',
         "filter": "transmittance",
     },
-    "compressed": {"profile": "gles3-astc", "more": '[textures]\ncompression = "astc-4x4"\n[tolerance]\nrmse = 0.2'},
+    "compressed": {
+        "profile": "gles3-astc",
+        "more": '[textures]\ncompression = "astc-4x4"\n[tolerance]\nrmse = 0.2\nflip = 1.0',
+    },
     "fitted": {"top": 'crop = "none"', "filter": "auto", "more": '[skip]\nkind = "none"'},
 }
 

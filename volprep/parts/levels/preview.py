@@ -56,7 +56,9 @@ def _is_beyond(choice: LevelChoice, tolerance: Tolerance) -> bool:
 
 def _allowed(tolerance: Tolerance) -> float:
     """Return the largest error along rays of a level that is not for previews."""
-    return min(_CERTAIN * tolerance.rmse, tolerance.flip / _FLIP_OVER_RMSE)
+    allowed = _CERTAIN * tolerance.rmse
+    # No FLIP is above 1: such a tolerance allows all.
+    return allowed if tolerance.flip >= 1.0 else min(allowed, tolerance.flip / _FLIP_OVER_RMSE)
 
 
 def error_along_rays(choice: LevelChoice) -> float:
