@@ -8,13 +8,13 @@ import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Self
 from unittest.mock import patch
 
 import pytest
 from browser import Browser
 from hypothesis import settings
 from long_runs import LONG, MARKERS, split
+from one_after_another import OneAfterAnother
 from phantom_scene import write_phantom_scene
 from remembered_stages import in_full, kept_in, remember
 from small_previews import small_previews
@@ -69,21 +69,6 @@ def pytest_terminal_summary(terminalreporter) -> None:
     used = [resource.getrusage(which) for which in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     seconds = sum(each.ru_utime + each.ru_stime for each in used)
     terminalreporter.write_line(f"processor time: {seconds:.0f} s, browsers not counted")
-
-
-class OneAfterAnother:
-    """A pool without threads, for work that takes no time: to start and end eight threads takes a millisecond."""
-
-    map = map
-
-    def __init__(self, _threads: int) -> None:
-        pass
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,10 +1,10 @@
 """Memory does not grow with the depth of a volume."""
 
 import tracemalloc
-from concurrent.futures import Executor, Future
 
 import numpy as np
 import pytest
+from one_after_another import OneAfterAnother
 
 from volprep.parts.levels import appearance, choose_level, rays, stage
 from volprep.parts.levels.refined import RefineBudget
@@ -24,18 +24,6 @@ from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
 SLICE_SHAPE = (120, 150)
-
-
-class OneAfterTheOther(Executor):
-    """Runs what is submitted before it returns."""
-
-    def __init__(self, _threads: int) -> None:
-        pass
-
-    def submit(self, work, /, *arguments):
-        done = Future()
-        done.set_result(work(*arguments))
-        return done
 
 
 class Waves:
@@ -100,7 +88,7 @@ def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile)
     monkeypatch.setattr(stage, "AUTO", RefineBudget(fine=150_000, coarse=750_000))
     monkeypatch.setattr(appearance, "_LONGEST_AXIS", 16)
     # A level is measured while the next one is made: which of their peaks meet is a matter of time. Neither may grow.
-    monkeypatch.setattr(stage, "ThreadPoolExecutor", OneAfterTheOther)
+    monkeypatch.setattr(stage, "ThreadPoolExecutor", OneAfterAnother)
     # The samples for the plan grow with the depth: 20 kB a slice, however large it is.
     monkeypatch.setattr(statistics, "_PATCH_VOXELS", 4)
     monkeypatch.setattr(statistics, "_PROBES", 4)
