@@ -31,12 +31,12 @@ _SHEET = "contact-sheet"
 _VIEWS = 60
 """Views around each volume in a full run."""
 _SECONDS = {
-    "noguera": (30, 8),
-    "moser-weiskopf": (10, 4),
-    "thesis": (250, 72),
-    "schultz-bailey": (150, 30),
-    "diaz-garcia": (400, 7),
-    _SHEET: (214, 58),
+    "noguera": (41, 8),
+    "moser-weiskopf": (15, 4),
+    "thesis": (455, 72),
+    "schultz-bailey": (257, 30),
+    "diaz-garcia": (425, 7),
+    _SHEET: (111, 58),
 }
 """Of each in full, and quick, on two quiet cores with llvmpipe: what is said of the time that is left."""
 
