@@ -115,6 +115,18 @@ def segments_scene(profile: str, styles: str = "") -> Callable[[Path], Path]:
     return write
 
 
+def _first_hits(tables: str) -> Callable[[Path], Path]:
+    """The same organs, as a solid: the first value of 100 or more, in the shadow of the others."""
+    lit = _SHADOWS.format("map").replace("[render]\n", '[render]\ncompositing = "first-hit"\n')
+
+    def write(folder: Path) -> Path:
+        scene = segments_scene("gles3", tables + lit)(folder)
+        scene.write_text(scene.read_text().replace("\npoints", "\nisovalue = 100.0\npoints"))
+        return scene
+
+    return write
+
+
 def _surface(tables: str = "[render]\n") -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
         scene = _phantom(tables.replace("[render]\n", '[render]\ncompositing = "isosurface"\n'))(folder)
@@ -213,6 +225,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "segments": segments_scene("gles3", _LIT),
     "segments in a mosaic": segments_scene("gles2-2048", _LIT),
     "segments with shadows": segments_scene("gles3", _SHADOWS.format("rays")),
+    "segments in half-angle slices": segments_scene("gles3", _HALF_ANGLE),
+    "segments with a shadow map": _first_hits(""),
     "bricks": _phantom("[bricks]\nsize = 4\n"),
     "lit bricks in mosaics": _phantom(
         '[bricks]\nsize = 4\nreach = 2\n[render]\nlighting = "headlight"\n[lighting]\nnormals = "central"\n',
@@ -252,6 +266,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
 OTHERS = {
     "segments, one hidden": segments_scene("gles3", _ONE_HIDDEN + _LIT),
     "segments in a mosaic, one hidden": segments_scene("gles2-2048", _ONE_HIDDEN + _LIT),
+    "segments in half-angle slices, one hidden": segments_scene("gles3", _ONE_HIDDEN + _HALF_ANGLE),
+    "segments with a shadow map, one hidden": _first_hits(_ONE_HIDDEN),
     "pieces in mosaics": _phantom("[grid]\nsize = 12\n", "gles2-2048"),
     "editable, light that turns": _edited_turning_light,
     "pieces with light": _one(
