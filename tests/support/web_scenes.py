@@ -5,6 +5,7 @@ passes, drivers round their first sample: of the coarsest box of `core`, which i
 tests ask for 0.0078). These scenes keep the default filter.
 """
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import patch
@@ -116,12 +117,14 @@ def segments_scene(profile: str, styles: str = "") -> Callable[[Path], Path]:
 
 
 def _first_hits(tables: str) -> Callable[[Path], Path]:
-    """The same organs, as a solid: the first value of 100 or more, in the shadow of the others."""
+    """The same organs alone, as solids: the first value of 100 or more, in the shadow of the others."""
     lit = _SHADOWS.format("map").replace("[render]\n", '[render]\ncompositing = "first-hit"\n')
 
     def write(folder: Path) -> Path:
-        scene = segments_scene("gles3", tables + lit)(folder)
-        scene.write_text(scene.read_text().replace("\npoints", "\nisovalue = 100.0\npoints"))
+        scene = segments_scene("gles3", f"outside_opacity = 0.0\n{tables}{lit}")(folder)
+        # A surface has the opacity of one millimetre.
+        dense = re.sub(r"per_mm = 0\.0*([1-9])", r"per_mm = \1.0", scene.read_text())
+        scene.write_text(dense.replace("\npoints", "\nisovalue = 100.0\npoints"))
         return scene
 
     return write
