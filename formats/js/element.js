@@ -201,7 +201,7 @@ export class VolumeViewer extends HTMLElement {
     const { signal } = (this.#turning = new AbortController());
     const { rotate } = await import("./rotate.js");
     if (this.#stage && !signal.aborted && !rotate(this.#stage, Number(degrees), signal))
-      this.#wrong("auto-rotate", "it is no number of degrees a second");
+      this.#wrong("auto-rotate", "it is not a number of degrees a second");
   }
 
   /** Shows tools, or takes them away. */

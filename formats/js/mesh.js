@@ -235,7 +235,7 @@ export async function partsOf(data, name, triangles, decodeDraco) {
       indices.length % 3 ||
       indices.some((index) => 3 * index >= positions.length)
     )
-      refuse("an index names no vertex, or a position is no number");
+      refuse("an index names no vertex, or a position is NaN or infinite");
     parts.push(part);
   }
   const found = parts.reduce((sum, { indices }) => sum + indices.length / 3, 0);

@@ -24,10 +24,7 @@ export function usesOf({ editing, subvolumes, proxy }) {
  * @param {import("./types.js").Manifest} manifest
  * @returns {string | undefined}
  */
-export function contradictionOf({ textures, skipping, proxy, segments }) {
-  const named = new Set(segments?.segments.map(({ name }) => name));
-  const unknown = segments?.labels.flatMap((each) => each.segments ?? []).find((name) => !named.has(name));
-  if (unknown) return `a label is of the segment ${unknown}, which is not there`;
+export function contradictionOf({ textures, skipping, proxy }) {
   const empty = proxy?.programs?.find((each) => !each.levels.length);
   if (empty) return `program ${empty.name} draws no level`;
   const torn = textures.find(({ mosaic, shape_zyx: [, ...shape] }) =>

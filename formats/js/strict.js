@@ -96,7 +96,7 @@ export function schemaBreach(value, type, at) {
       .includes(type[0] === "#" ? `${value}` : value) &&
       (type[0] !== "#" || Number.isFinite(value))
       ? undefined
-      : `${at} is none of the words for it`;
+      : `${at} is not one of its words`;
   if (has(TESTS, type)) return TESTS[type](value) ? undefined : `${at} is missing or of the wrong kind`;
   if (type.includes("(")) return within(type)(value) ? undefined : `${at} is out of range`;
   if (typeof value !== "object" || value === null || Array.isArray(value)) return `${at} is no object`;
@@ -177,15 +177,26 @@ export async function decodeManifest(bytes, name) {
   if (record.state === "draft") refuse("VP4005", {});
   const manifest = completed(record);
   if (manifest.textures.some(({ gl }) => gl.format === undefined)) await import("./blocks.js");
-  const contradiction = contradictions(manifest, usesOf(manifest)).next().value ?? contradictionOf(manifest);
+  const contradiction =
+    contradictions(manifest, usesOf(manifest)).next().value ??
+    contradictionOf(manifest) ??
+    (await segmentContradiction(manifest));
   if (contradiction) refuse("VP4011", { problem: contradiction });
   return manifest;
 }
 
-/** The same manifest without values that are null, and with lists that are absent. @param {any} record @returns {Manifest} */
+/** The first contradiction of segments; few packages have them. @param {Manifest} manifest */
+async function segmentContradiction(manifest) {
+  const textures = manifest.textures.filter(({ role }) => ["labels", "looks", "label-sets"].includes(role));
+  if (!manifest.segments && !textures.length) return undefined;
+  return (await import("./segment_rules.js")).segmentContradictions(manifest, textures).next().value;
+}
+
+/** The same manifest without values that are null, and with lists and a name that are absent. @param {any} record @returns {Manifest} */
 function completed(record) {
   const manifest = JSON.parse(JSON.stringify(record, (_, value) => value ?? undefined));
   for (const list of ["channels", "textures", "programs", "files"]) manifest[list] ??= [];
+  if (manifest.segments) manifest.segments.name ??= "segments";
   for (const channel of manifest.channels) for (const list of ["levels", "transfer_functions"]) channel[list] ??= [];
   return manifest;
 }

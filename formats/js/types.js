@@ -49,13 +49,15 @@
  * @typedef {{level: number, file: string, reference_mm: number, channel: string}} JointHistogram
  * @typedef {{grid: string, pieces?: string[], whole?: string | null, programs?: Program[]}} SubvolumeFiles
  * @typedef {{name: string, api: "es1.1" | "es2.0" | "es3.0", max_texture_bytes: number, texture_formats: string[]}} Profile
- * @typedef {{name: string, title?: string, tint?: Three, opacity?: number, visible?: boolean, volume_ml: number}} Segment
+ * @typedef {{name: string, title?: string, transfer: string, tint?: Three, opacity?: number, visible?: boolean, volume_ml: number}} Segment
+ * @typedef {{segments?: string[], transfer: string}} SegmentLabel
+ * @typedef {{name: string, transfers: string[], outside?: number, segments: Segment[], labels: SegmentLabel[]}} Segments
  * @typedef {object} Manifest
  * @property {string} name
  * @property {Profile} profile
  * @property {Grid} grid
  * @property {{name: string, transfers: string[]}} [together]
- * @property {{name: string, transfers: string[], outside?: number, segments: Segment[], labels: {segments?: string[]}[]}} [segments]
+ * @property {Segments} [segments]
  * @property {{step_mm: number, level_steps?: {level: number, step_mm: number}[], opacity_cutoff?: number, projection?: "orthographic" | "perspective"}} render
  * @property {Channel[]} channels
  * @property {Texture[]} textures

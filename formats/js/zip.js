@@ -182,7 +182,7 @@ function entriesOf(name, text, count, stop) {
   let at = 0;
   for (let i = 0; i < count; i++) {
     if (at + ENTRY > text.length || view.getUint32(at, true) !== 0x02014b50)
-      refuse(name, `entry ${i} of its directory is none`);
+      refuse(name, `place ${i} of its directory has no entry`);
     const [nameSize, extraSize, commentSize] = [28, 30, 32].map((each) => view.getUint16(at + each, true));
     const next = at + ENTRY + nameSize + extraSize + commentSize;
     if (next > text.length) refuse(name, `entry ${i} of its directory is cut off`);

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import nibabel
 import numpy as np
 import pytest
 from command_line import volprep
@@ -45,6 +46,21 @@ def test_a_package_without_full_resolution_says_so_and_what_keeps_it(long_scan: 
     assert f"warning: {told['warnings'][0]}" in checked.stderr.splitlines()
     kept = json.loads(volprep(*arguments, "--json", "--grid", "auto", cwd=long_scan.parent).stdout)
     assert not any("full resolution" in each for each in kept["warnings"])
+
+
+def test_a_build_with_segments_says_what_is_left_out(tmp_path: Path) -> None:
+    scan = np.random.default_rng(1).integers(0, 99, (9, 8, 7)).astype(np.uint8)
+    nibabel.save(nibabel.Nifti1Image(scan, np.eye(4)), tmp_path / "scan.nii")
+    (tmp_path / "masks").mkdir()
+    for name, mask in (("liver", scan > 50), ("nothing", scan > 99)):
+        nibabel.save(nibabel.Nifti1Image(mask.astype(np.uint8), np.eye(4)), tmp_path / "masks" / f"{name}.nii")
+    (tmp_path / "masks" / "notes.txt").touch()
+    ran = volprep("build", "scan.nii", "--segments", "masks", "-o", "p.volpkg", "--json", cwd=tmp_path)
+    notes = json.loads(ran.stdout)["notes"]
+    assert any("2 segments have no coded name" in note for note in notes)
+    assert any(note.startswith("1 other entries of the folder are no masks") for note in notes)
+    assert "segments without a voxel of the scan: 2" in notes
+    assert [f"note: {note}" in ran.stderr.splitlines() for note in notes] == [True] * len(notes)
 
 
 @pytest.mark.parametrize(

@@ -128,8 +128,11 @@ def test_an_edited_transfer_function_is_drawn_on_every_level(browser, server, sc
             assert rmse(picture, reference) < TWO_STEPS < rmse(unedited, reference) / 5
 
 
+_LABELLED = ["segments", "segments in a mosaic", "segments in half-angle slices", "segments with a shadow map"]
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["segments", "segments in a mosaic"])
+@pytest.mark.parametrize("name", _LABELLED)
 def test_a_segment_that_an_app_hides_is_as_one_that_the_package_hides(browser, server, scene_package, name) -> None:
     package, hidden = scene_package(name), scene_package(f"{name}, one hidden")
     matrices = box_from_clip_of(package)
@@ -308,7 +311,7 @@ def test_a_technique_that_a_later_volprep_may_bring_is_refused_by_name(
     text = (copy / "manifest.json").read_text()
     assert '"technique": "slabs"' in text
     (copy / "manifest.json").write_text(text.replace('"technique": "slabs"', '"technique": "by-magic"'))
-    with pytest.raises(Exception, match=r"VP4004 .*technique is none of the words"):
+    with pytest.raises(Exception, match=r"VP4004 .*technique is not one of its words"):
         drawn_in_page(browser, server, copy, box_from_clip_of(package))
 
 

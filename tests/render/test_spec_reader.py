@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from channel_scene import write_channel_scene
+from every_kind import write_segments
 from phantom_scene import write_phantom_scene
 from webgl import WebGl
 
@@ -71,6 +72,7 @@ SCENES = {
     "mipmaps": phantom("[textures]\nmipmaps = true\n"),
     "pre-integrated": phantom('[render]\nclassification = "preintegrated"\n'),
     "several channels": together,
+    "segments": write_segments,
 }
 
 

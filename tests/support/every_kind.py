@@ -107,6 +107,9 @@ tint = "#ff4020"
 labels = [2]
 tint = "#20c0ff"
 opacity = 0.5
+[skip]
+kind = "distance"
+block = 2
 [render]
 lighting = "headlight"
 """

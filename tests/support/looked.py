@@ -6,7 +6,7 @@ from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.skip.tables import skip_table
 from volprep_formats.package.parts.segments.label_sets import shown_blocks_of
 from volprep_formats.package.parts.segments.record import Segments, looks
-from volprep_formats.package.parts.segments.texels import look_texels
+from volprep_formats.package.parts.segments.texels import look_texels, visible_labels
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2
 
@@ -28,9 +28,9 @@ def skip_texels(package: Package, segments: Segments, level: int) -> np.ndarray:
     manifest = package.manifest
     textures = {each.role: each for each in manifest.textures if each.level == level}
     record = next(each for each in manifest.skipping.tables if each.level == level)
-    is_shown = look_texels(looks(segments)).reshape(-1, 4)[: len(segments.labels), 3] > 0
     sets = ktx2.decode(package.read_bytes(textures["label-sets"].file), "sets").data
-    occupied = shown_blocks_of(sets, int(np.prod(record.blocks_zyx)), is_shown).reshape(record.blocks_zyx)
+    shown = shown_blocks_of(sets, int(np.prod(record.blocks_zyx)), visible_labels(looks(segments)))
+    occupied = shown.reshape(record.blocks_zyx)
     entries = skip_table(occupied, record.kind)
     layout = textures["skip"].mosaic
     if layout is None:

@@ -5,6 +5,7 @@ passes, drivers round their first sample: of the coarsest box of `core`, which i
 tests ask for 0.0078). These scenes keep the default filter.
 """
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import patch
@@ -115,6 +116,20 @@ def segments_scene(profile: str, styles: str = "") -> Callable[[Path], Path]:
     return write
 
 
+def _first_hits(tables: str) -> Callable[[Path], Path]:
+    """The same organs alone, as solids: the first value of 100 or more, in the shadow of the others."""
+    lit = _SHADOWS.format("map").replace("[render]\n", '[render]\ncompositing = "first-hit"\n')
+
+    def write(folder: Path) -> Path:
+        scene = segments_scene("gles3", f"outside_opacity = 0.0\n{tables}{lit}")(folder)
+        # A surface has the opacity of one millimetre.
+        dense = re.sub(r"per_mm = 0\.0*([1-9])", r"per_mm = \1.0", scene.read_text())
+        scene.write_text(dense.replace("\npoints", "\nisovalue = 100.0\npoints"))
+        return scene
+
+    return write
+
+
 def _surface(tables: str = "[render]\n") -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
         scene = _phantom(tables.replace("[render]\n", '[render]\ncompositing = "isosurface"\n'))(folder)
@@ -213,6 +228,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "segments": segments_scene("gles3", _LIT),
     "segments in a mosaic": segments_scene("gles2-2048", _LIT),
     "segments with shadows": segments_scene("gles3", _SHADOWS.format("rays")),
+    "segments in half-angle slices": segments_scene("gles3", _HALF_ANGLE),
+    "segments with a shadow map": _first_hits(""),
     "bricks": _phantom("[bricks]\nsize = 4\n"),
     "lit bricks in mosaics": _phantom(
         '[bricks]\nsize = 4\nreach = 2\n[render]\nlighting = "headlight"\n[lighting]\nnormals = "central"\n',
@@ -252,6 +269,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
 OTHERS = {
     "segments, one hidden": segments_scene("gles3", _ONE_HIDDEN + _LIT),
     "segments in a mosaic, one hidden": segments_scene("gles2-2048", _ONE_HIDDEN + _LIT),
+    "segments in half-angle slices, one hidden": segments_scene("gles3", _ONE_HIDDEN + _HALF_ANGLE),
+    "segments with a shadow map, one hidden": _first_hits(_ONE_HIDDEN),
     "pieces in mosaics": _phantom("[grid]\nsize = 12\n", "gles2-2048"),
     "editable, light that turns": _edited_turning_light,
     "pieces with light": _one(

@@ -135,6 +135,12 @@ def test_a_folder_has_a_segment_for_each_mask(tmp_path):
     assert [segment.name for segment in found.segments] == ["kidney_left", "spleen"]
     assert [mask.sum() for mask in masks(found)] == [12, 12]
     assert len(found.layers) == 1
+    assert found.remarks == ()
+    (tmp_path / ".hidden").touch()
+    (tmp_path / "statistics.json").touch()
+    assert [remark.split(" (")[0] for remark in opened(tmp_path).remarks] == [
+        "1 other entries of the folder are no masks"
+    ]
     nibabel.save(nibabel.Nifti1Image(mask, np.diag([1, 1, 2, 1])), tmp_path / "tumor.nii.gz")
     assert code_of(lambda: opened(tmp_path)) == "VP1408"
 

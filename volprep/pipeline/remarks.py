@@ -2,14 +2,19 @@
 
 from collections.abc import Iterator
 
-from volprep.plan.item_kinds import FIRST_LOOK, LEVEL
+from volprep.plan.item_kinds import FIRST_LOOK, LEVEL, SEGMENT_NAMES, SEGMENT_REMARK
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Manifest
 
 
 def remarks(manifest: Manifest) -> Iterator[str]:
-    """Return what a scan without a scene was recognised as, and the remarks of the readers with their channels."""
+    """Return what a scan without a scene was recognised as, and the remarks of the readers with their channels.
+
+    Also names of segments that are left out, and remarks about the source of segments.
+    """
     yield from (item.reason for item in manifest.plan if item.kind == FIRST_LOOK)
+    yield from (item.reason for item in manifest.plan if item.kind == SEGMENT_NAMES and not item.kept)
+    yield from (item.reason for item in manifest.plan if item.kind == SEGMENT_REMARK)
     # The channels of a volume in colour are made of one source.
     several = len(manifest.channels) > 1 and all(each.classification != "colour" for each in manifest.programs)
     for channel in manifest.channels:

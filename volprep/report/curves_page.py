@@ -32,7 +32,7 @@ def _finding(curve: Curve) -> str:
     """Say whether the package's variant is on the front, and which variant beats it if not."""
     chosen = next((point for point in curve.points if point.chosen), None)
     if chosen is None:
-        return "What the package has is none of the variants that were drawn."
+        return "The variant of the package was not drawn."
     if chosen.on_front:
         return f"The package has {chosen.label}: nothing here costs less and is as near to the truth."
     cost = plotted_cost(chosen, curve.cost)

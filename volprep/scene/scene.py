@@ -135,24 +135,25 @@ class SceneRender(Record):
     value that is the `isovalue` of the transfer function or more, as of a solid. "isosurface": the first place where
     the value passes the `isovalue`, from either side."""
     technique: TechniqueName = "ray-casting"
-    """How the volume is gone through. "ray-casting": a ray for each pixel, in one pass. "ray-casting-as-published": the
-    same with an opacity for each sample, that of the transfer function's `reference_mm`, whatever the distance of the
-    samples, and the same number of samples in each ray, as the mobile volume rendering thesis has it, to compare with:
+    """How a program goes through the volume. "ray-casting": one ray for each pixel, in one pass.
+    "ray-casting-as-published": each sample has the opacity of the transfer function's `reference_mm`, whatever the
+    distance of samples, and all rays have the same number of samples (mobile volume rendering thesis). For comparison:
     it does not converge to the right picture. "two-pass": ray casting, where a first pass over the faces of the box
-    says where rays enter. "two-pass-as-published": the same with positions of 8 bits, as Congote et al. (2011) have
-    them, to compare with: they are off by up to 1/510 of the box. "slabs": ray casting in several draws, each of the
-    next 40 samples of all rays, so that an app can show the unfinished picture. "tiles": ray casting in tiles of 8×8
-    pixels, which compute shaders of OpenGL ES 3.1 sort by their cost. "view-slices": layers across the view are
-    blended, which some devices draw faster; each is rounded to the 8 bits of the picture. "axis-slices": the same with
-    layers across an axis of the volume. "view-slices-as-published": as "view-slices", with the opacity and the blending
-    of Noguera and Jiménez (2012), to compare with: it does not converge to the right picture."""
+    says where rays enter. "two-pass-as-published": the same with positions of 8 bits (Congote et al. 2011), which are
+    off by up to 1/510 of the box. For comparison. "slabs": ray casting in several draws, each of the next 40 samples of
+    all rays, so that an app can show the unfinished picture. "tiles": ray casting in tiles of 8×8 pixels, which compute
+    shaders of OpenGL ES 3.1 sort by their cost. "view-slices": layers across the view are blended, which some devices
+    draw faster; each layer is rounded to half floats, on OpenGL ES 2 to 8 bits. "axis-slices": the same with layers
+    across an axis of the volume. "view-slices-as-published": as "view-slices", with the opacity and the blending of
+    Noguera and Jiménez (2012). For comparison: it does not converge to the right picture."""
     classification: Literal["auto"] | ClassificationName = "lookup"
     """How values become colours. "lookup": each sample, by a lookup table. "preintegrated": each segment between two
     samples, by the integral of the transfer function; far fewer samples are needed. "palette": each sample, by a few
     constants in the shader, without a texture. "control-points": each sample, by arithmetic from the control points of
     the transfer function, exactly and without a texture. "preclassified": the voxels of the package are colours
-    already. "auto": "lookup", "preintegrated" or "control-points", whichever draws rays of this scan within their part
-    of the tolerance in the least time; with a stated `step_voxels` the one with the least error in the same time."""
+    already. "colour": the four channels of a volume in colour, for which the table [colour] sets it. "auto": "lookup",
+    "preintegrated" or "control-points", whichever draws rays of this scan within their part of the tolerance in the
+    least time; with a stated `step_voxels` the one with the least error in the same time."""
     palette_entries: Annotated[int, Field(ge=2, le=256)] = 60
     """Entries of a palette."""
     step_voxels: Literal["auto"] | Annotated[float, Field(ge=1e-3, le=1e3)] = "auto"

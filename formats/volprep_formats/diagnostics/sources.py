@@ -188,7 +188,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1053": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: a DICOM segmentation (SEG) says what is inside segments of a scan, and has no grey values",
+        "{path}: a DICOM segmentation (SEG) has segments of a scan, and no grey values",
         "Build the scan, and give the segmentation with --segments FILE, or in [segments] of a scene.",
     ),
     "VP1071": Diagnostic(

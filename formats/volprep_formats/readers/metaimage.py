@@ -6,7 +6,6 @@ Comments, names and other fields are not kept: they may name the patient.
 """
 
 import re
-from collections.abc import Iterator
 from functools import partial
 from math import prod
 from pathlib import Path
@@ -22,7 +21,7 @@ from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
-from volprep_formats.readers.unpacking import ForwardStream, inflated, most_text_bytes, numbers_from_text
+from volprep_formats.readers.unpacking import ForwardStream, inflated, joined, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
 from volprep_formats.regular_files import open_regular, open_unbuffered
@@ -196,7 +195,7 @@ def _of_slices(
     for file in files:
         size = file.stat().st_size
         check_declared(file, slice_bytes, header_bytes, size, size)
-    stream = ForwardStream(partial(_joined, files, header_bytes))
+    stream = ForwardStream(partial(joined, files, header_bytes))
     return VoxelFile(path, dtype, shape_zyx, 0, stream)
 
 
@@ -226,14 +225,6 @@ def _numbered(pattern: str, number: int) -> str:
         return str(number).rjust(min(width, _MOST_DIGITS), "0" if zeros else " ")
 
     return _PATTERN.sub(digits, pattern)
-
-
-def _joined(files: list[Path], header_bytes: int) -> Iterator[bytes]:
-    """Yield the voxels of each file in turn."""
-    for file in files:
-        with open_regular(file) as slice_file:
-            slice_file.seek(header_bytes)
-            yield slice_file.read()
 
 
 def _data_start(path: Path, fields: Fields, file: Path, start: int, voxel_bytes: int, *, plain: bool) -> int:

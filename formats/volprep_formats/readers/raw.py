@@ -1,6 +1,5 @@
 """Headerless raw voxels, described by the scene: one file, plain or gzipped, or a folder with a file for each slice."""
 
-from collections.abc import Iterator
 from functools import partial
 from math import prod
 from pathlib import Path
@@ -13,9 +12,8 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.pictures.names import in_order
-from volprep_formats.readers.unpacking import ForwardStream
+from volprep_formats.readers.unpacking import ForwardStream, joined
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.regular_files import open_regular
 from volprep_formats.source import RawLayout, SourceInfo, SourceSpec
 
 
@@ -98,16 +96,8 @@ def _of_slices(layout: RawLayout, folder: Path) -> RawSource:
         if actual != slice_bytes:
             problem = f"{name} has {actual} bytes, but a slice of {nx}×{ny} voxels needs {slice_bytes}"
             raise VolprepError("VP1288", folder=folder, problem=problem)
-    stream = ForwardStream(partial(_joined, [folder / name for name in ordered], layout.header_bytes))
+    stream = ForwardStream(partial(joined, [folder / name for name in ordered], layout.header_bytes))
     return RawSource(layout, VoxelFile(folder, dtype, layout.shape_zyx, 0, stream))
-
-
-def _joined(files: list[Path], header_bytes: int) -> Iterator[bytes]:
-    """Yield the voxels of each file in turn."""
-    for file in files:
-        with open_regular(file) as slice_file:
-            slice_file.seek(header_bytes)
-            yield slice_file.read()
 
 
 def size_error(path: Path, layout: RawLayout, actual: int) -> VolprepError:

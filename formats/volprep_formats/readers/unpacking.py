@@ -1,4 +1,4 @@
-"""Streams of unpacked bytes: gzip, bzip2, zlib, and numbers written as text.
+"""Streams of bytes: several files as one, gzip, bzip2, zlib, and numbers written as text.
 
 These formats have no index, so a stream is read forward; seeking backwards restarts it. Memory is bounded whatever size
 the packed data claims: data is unpacked only on request.
@@ -8,7 +8,7 @@ import bz2
 import gzip
 import sys
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -93,6 +93,14 @@ class ForwardStream:
         part, self._piece = self._piece[:size], self._piece[size:]
         self._position += size
         return part
+
+
+def joined(files: Sequence[Path], header_bytes: int) -> Iterator[bytes]:
+    """Yield the contents of each file in turn, from byte `header_bytes` on."""
+    for each in files:
+        with open_regular(each) as file:
+            file.seek(header_bytes)
+            yield file.read()
 
 
 def unzipped(path: Path, start_bytes: int) -> Iterator[bytes]:

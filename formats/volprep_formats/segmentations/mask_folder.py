@@ -18,7 +18,8 @@ _SAME_VOXELS = 1e-3
 
 def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
     """Read all masks in a folder. Raises VP1401, VP1402, VP1408 (grids differ), and the errors of the readers."""
-    files = sorted(file for file in folder.iterdir() if _MASK.fullmatch(file.name))
+    visible = [file for file in folder.iterdir() if not file.name.startswith(".")]
+    files = sorted(file for file in visible if _MASK.fullmatch(file.name))
     if not 0 < len(files) <= MOST_SEGMENTS:
         raise VolprepError("VP1401", path=folder, count=len(files), most=MOST_SEGMENTS)
     layers: LayerStack | None = None
@@ -34,7 +35,9 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
         raise VolprepError("VP1401", path=folder, count=0, most=MOST_SEGMENTS)
     names = [match[1] for file in files if (match := _MASK.fullmatch(file.name))]
     segments = tuple(SourceSegment(index + 1, name) for index, name in enumerate(names))
-    return LabelLayers(segments, grid, layers.arrays)
+    others = len(visible) - len(files)
+    remark = f"{others} other entries of the folder are no masks (.nii, .nii.gz, .nrrd, .mha, .mgz, .mgh); left out"
+    return LabelLayers(segments, grid, layers.arrays, remarks=(remark,) if others else ())
 
 
 def same_grid(one: Grid, other: Grid) -> bool:

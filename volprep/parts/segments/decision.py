@@ -17,6 +17,7 @@ from volprep.parts.segments.extent import style_blocks
 from volprep.parts.segments.looks import segments_of
 from volprep.parts.skip.decision import KIND as SKIP_KIND
 from volprep.parts.skip.decision import SkipInputs, skip_together
+from volprep.plan.item_kinds import SEGMENT_NAMES, SEGMENT_REMARK
 from volprep.plan.products import LabelSetsPlan, LabelTexturePlan, SegmentsPlan, SkipTablePlan
 from volprep.plan.records import LevelPlan
 from volprep.plan.room import Misfit, first_of
@@ -237,19 +238,19 @@ def segment_items(plan: SegmentsPlan, found: FoundSegments, scene: Scene) -> Ite
     )
     yield PlanItem(
         name="names of segments",
-        kind="names-of-segments",
+        kind=SEGMENT_NAMES,
         kept=not unnamed,
         reason="every segment has a name that may be written"
         if not unnamed
-        else f"{unnamed} segments have no coded name and are called by their numbers; names that somebody typed are "
-        'written with segments.names = "free"',
+        else f"{unnamed} segments have no coded name and are called by their numbers; a scene with "
+        'segments.names = "free" writes typed names',
     )
     for transfer in scene.transfer:
         if transfer.name not in plan.transfers:
             reason = "no label has it as its style"
             yield PlanItem(name=f"transfer function {transfer.name}", kind="style", kept=False, reason=reason)
     for number, remark in enumerate(found.remarks, 1):
-        yield PlanItem(name=f"source of segments {number}", kind="source-of-segments", kept=True, reason=remark)
+        yield PlanItem(name=f"source of segments {number}", kind=SEGMENT_REMARK, kept=True, reason=remark)
 
 
 def look_bytes(plan: Segments) -> int:

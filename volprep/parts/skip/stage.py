@@ -25,7 +25,7 @@ from volprep.scan.slabs import bytes_of
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.segments.label_sets import shown_blocks_of
 from volprep_formats.package.parts.segments.record import looks
-from volprep_formats.package.parts.segments.texels import held_labels, look_texels
+from volprep_formats.package.parts.segments.texels import held_labels, visible_labels
 from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping, SkipTable
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
@@ -146,9 +146,7 @@ def _labelled(
     styles = np.array([segments.transfers.index(label.transfer) for label in segments.labels])
     texels = label_set_texels(labels, wanted.block, styles, shown)
     sets = next((each for each in segments.label_sets if each.level == wanted.level), None)
-    visible = np.ones(len(segments.labels), np.bool_)
-    if sets is not None:
-        visible = look_texels(looks(segments)).reshape(-1, 4)[: len(visible), 3] > 0
+    visible = np.ones(len(segments.labels), np.bool_) if sets is None else visible_labels(looks(segments))
     occupied = shown_blocks_of(texels, shown[0].size, visible).reshape(shown[0].shape)
     if sets is None:
         return occupied, []

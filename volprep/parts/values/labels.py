@@ -52,8 +52,8 @@ def label_step_voxels(
 def label_reason(render: SceneRender, functions: tuple[TransferFunction, ...], step_mm: float) -> str:
     """Say for people what becomes of labels, drawn with this step."""
     said = (
-        "codes are labels, coarser levels hold no others, and a sample has the label of the voxel that it is in: "
-        "between two labels there is none"
+        "codes are labels, coarser levels hold no others, and a sample has the label of the voxel that it is in; "
+        "labels are not interpolated"
     )
     if splits_voxels(render.technique, render.compositing, render.decided_classification):
         return said

@@ -1,6 +1,6 @@
 """Record of the segments that an import found in a scan: working data of a draft."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +17,8 @@ from volprep_formats.label_tables.table import LABEL_TABLES
 from volprep_formats.package.values import Sha256
 from volprep_formats.record import Record
 
+_NAMED = 20
+"""Segments that a remark names."""
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
@@ -101,14 +103,24 @@ def found_segments(fitted: Fitted, sha256: str, table: str | None = None) -> Fou
         )
         for each, volume_ml in zip(fitted.segments, fitted.volumes_ml, strict=True)
     )
+    boxes = _boxes(fitted.labels, len(fitted.members))
     return FoundSegments(
         segments=segments,
         members=fitted.members,
-        boxes=_boxes(fitted.labels, len(fitted.members)),
+        boxes=boxes,
         blocks=np.packbits(blocks_with(fitted.labels > 0, MEASURED_BLOCK)).tobytes().hex(),
         sha256=sha256,
-        remarks=fitted.remarks,
+        remarks=(*fitted.remarks, *_empty(fitted, boxes)),
     )
+
+
+def _empty(fitted: Fitted, boxes: Sequence[VoxelBox | None]) -> Iterator[str]:
+    """Name segments without a voxel."""
+    held = {index for members, box in zip(fitted.members, boxes, strict=True) if box for index in members}
+    numbers = [str(each.number) for index, each in enumerate(fitted.segments) if index not in held]
+    if numbers:
+        more = f" and {len(numbers) - _NAMED} more" if len(numbers) > _NAMED else ""
+        yield f"segments without a voxel of the scan: {', '.join(numbers[:_NAMED])}{more}"
 
 
 def _boxes(labels: LabelArray, count: int) -> tuple[VoxelBox | None, ...]:

@@ -82,6 +82,12 @@ def look_texels(looks: Sequence[tuple[float, float, float, float]]) -> UInt8Arra
     return texels.reshape(1, rows, columns, 4)
 
 
+def visible_labels(looks: Sequence[tuple[float, float, float, float]]) -> NDArray[np.bool_]:
+    """Return for each label whether it is visible: an opacity factor that the table of looks rounds to 0 is not."""
+    opacity = look_texels(looks).reshape(-1, 4)[: len(looks), 3]
+    return np.asarray(opacity > 0, np.bool_)
+
+
 def looks_of_texels(texels: UInt8Array) -> Float64Array:
     """Return linear tint and opacity factor of each label [label, 4]."""
     found = texels.reshape(-1, 4) / 255.0

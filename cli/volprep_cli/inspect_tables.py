@@ -1,0 +1,237 @@
+"""Tables that volprep inspect prints: one for each kind of entry in a manifest."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+from volprep_cli.console import bytes_text, voxels_text
+
+if TYPE_CHECKING:
+    from volprep_formats.package.channel import Channel
+    from volprep_formats.package.manifest import Manifest, Tolerance
+    from volprep_formats.package.parts.segments.record import Segments
+    from volprep_formats.package.texture import GlFormat, Texture
+
+Rows = list[tuple[str, ...]]
+_KINDS = {
+    "transfer": "lookup table",
+    "preintegrated": "pre-integrated table",
+    "skip": "skip table",
+    "ranges": "ranges of blocks",
+    "labels": "labels",
+    "looks": "looks of labels",
+    "label-sets": "labels in blocks",
+    "light": "baked light",
+    "bricks": "places of bricks",
+    "normals": "normals",
+}
+"""Descriptions of texture roles, other than the values or colours of a level."""
+
+
+class Table(NamedTuple):
+    """Rows under headings; a table without rows is not printed."""
+
+    title: str
+    headings: tuple[str, ...]
+    rows: Rows
+
+
+def tables_of(manifest: "Manifest") -> Iterator[Table]:
+    """Yield all tables, in the order in which they are printed."""
+    yield Table("", ("GENERAL", ""), _general(manifest))
+    header = ("channel", "values", "stored as", "largest error", "transfer functions")
+    yield Table("CHANNELS", header, [_channel(channel) for channel in manifest.channels])
+    yield _levels(manifest)
+    yield _textures(manifest)
+    yield _transfer_functions(manifest)
+    if manifest.segments is not None:
+        yield _segments(manifest.segments)
+    yield _programs(manifest)
+    yield _plan(manifest)
+    rows = [(each.path, each.role, bytes_text(each.size_bytes), each.sha256[:16]) for each in manifest.files]
+    yield Table("FILES", ("file", "role", "size", "SHA-256"), [*rows])
+
+
+def _levels(manifest: "Manifest") -> Table:
+    rows: Rows = [
+        (
+            str(level.index),
+            voxels_text(level.grid.shape_zyx),
+            voxels_text(level.grid.spacing_mm_zyx),
+            voxels_text(level.factors_zyx),
+            level.filter,
+            "previews" if level.preview_only else "pictures",
+        )
+        for level in manifest.levels
+    ]
+    return Table("LEVELS", ("level", "voxels x×y×z", "spacing mm", "of level 0", "filter", "use"), rows)
+
+
+def _textures(manifest: "Manifest") -> Table:
+    sizes = {record.path: record.size_bytes for record in manifest.files}
+    rows: Rows = [
+        (
+            texture.name,
+            _holds(texture),
+            voxels_text(texture.shape_zyx),
+            _gl_format(texture.gl),
+            bytes_text(sizes.get(texture.file, 0)),
+            texture.file,
+        )
+        for texture in manifest.textures
+    ]
+    return Table("TEXTURES", ("texture", "holds", "texels x×y×z", "GL format", "size", "file"), rows)
+
+
+def _transfer_functions(manifest: "Manifest") -> Table:
+    unit = (manifest.source.info.unit if manifest.channels else "") or "no unit"
+    rows: Rows = [
+        (
+            transfer.name,
+            str(len(transfer.points)),
+            f"{transfer.points[0].value:g} to {transfer.points[-1].value:g}",
+            f"{max(point.extinction_per_mm for point in transfer.points):g}",
+        )
+        for transfer in manifest.transfer_functions
+    ]
+    headings = ("name", "points", f"values ({unit})", "largest extinction per mm")
+    return Table("TRANSFER FUNCTIONS", headings, rows)
+
+
+def _segments(segments: "Segments") -> Table:
+    rows: Rows = [
+        (
+            each.name,
+            each.title or "",
+            str(each.number),
+            f"{each.volume_ml:.4g}",
+            each.transfer,
+            f"{each.opacity:g}" if each.visible else "hidden",
+        )
+        for each in segments.segments
+    ]
+    return Table("SEGMENTS", ("segment", "title", "number", "volume ml", "transfer", "opacity"), rows)
+
+
+def _programs(manifest: "Manifest") -> Table:
+    rows: Rows = [
+        (
+            program.name,
+            program.sampling,
+            " ".join(map(str, program.levels)),
+            program.transfer,
+            " ".join(f"{uniform.name}={uniform.source}" for uniform in program.uniforms),
+            " ".join(f"{sampler.name}={sampler.role}" for sampler in program.samplers),
+            "any" if program.step_mm_min is None else f"{program.step_mm_min:.4g} mm",
+        )
+        for program in manifest.programs
+    ]
+    headings = ("program", "sampling", "levels", "transfer", "uniforms", "samplers", "finest step")
+    return Table("PROGRAMS", headings, rows)
+
+
+def _plan(manifest: "Manifest") -> Table:
+    rows: Rows = [
+        (
+            item.name,
+            item.channel or "",
+            "kept" if item.kept else "left out",
+            bytes_text(item.size_bytes),
+            item.reason,
+        )
+        for item in manifest.plan
+    ]
+    return Table("PLAN", ("item", "channel", "", "cost", "reason"), rows)
+
+
+def _general(manifest: "Manifest") -> Rows:
+    profile = manifest.profile
+    rows: Rows = [
+        ("name", manifest.name),
+        ("format", f"{manifest.format} {manifest.version}, written by {manifest.generator}"),
+        ("profile", f"{profile.name}, OpenGL ES {profile.graphics.number}"),
+    ]
+    if manifest.channels:
+        rows += _scan(manifest)
+    if manifest.render is not None:
+        render = manifest.render
+        cutoff = "" if render.opacity_cutoff is None else f", rays stop at opacity {render.opacity_cutoff:g}"
+        allowed, previews = render.tolerance, render.tolerance.of_previews
+        longer = "".join(f", {each.step_mm:.4g} mm at level {each.level}" for each in render.level_steps)
+        rows.append(("drawing", f"{render.projection}, step {render.step_mm:.4g} mm{longer}{cutoff}"))
+        rows += [
+            ("tolerance", f"{_limits(allowed)}, largest error {allowed.maximum:g}"),
+            ("of previews", _limits(previews)),
+        ]
+    if manifest.state == "draft":
+        rows.append(("stages done", ", ".join(stage.name for stage in manifest.stages) or "none"))
+    return rows
+
+
+def _limits(tolerance: "Tolerance") -> str:
+    return f"RMSE {tolerance.rmse:g}, FLIP {tolerance.flip:g}, kept light {tolerance.kept_light:g}"
+
+
+def _scan(manifest: "Manifest") -> Rows:
+    """Return the lines that describe the scan of the first channel."""
+    info, statistics = manifest.source.info, manifest.statistics
+    source = f"{info.format} {info.modality}".strip()
+    non_finite = f", {statistics.non_finite} not finite" if statistics.non_finite else ""
+    rows: Rows = [
+        ("source", f"{source}, {voxels_text(info.grid.shape_zyx)} voxels x×y×z, {info.stored_type}"),
+        ("extent", f"{voxels_text(info.grid.extent_mm_zyx)} mm x×y×z"),
+        ("values", f"{statistics.minimum:g} to {statistics.maximum:g} {info.unit}".rstrip() + non_finite),
+    ]
+    rows += [("repaired", f"{repair.kind}, {repair.interpolation} interpolation") for repair in info.repairs]
+    rows += [("remark", remark) for remark in info.remarks]
+    if manifest.quantization is not None:
+        stored = manifest.quantization
+        low, high = stored.window
+        clipped = f"{stored.clipped_below} below, {stored.clipped_above} above"
+        rows.append(("stored as", f"{stored.bits} bits over {low:g} to {high:g}; voxels outside: {clipped}"))
+        rows.append(("loss", f"RMSE {stored.rmse:.3g}, largest {stored.max_error:.3g}"))
+    return rows
+
+
+def _channel(channel: "Channel") -> tuple[str, ...]:
+    values, stored = channel.statistics, channel.quantization
+    return (
+        channel.name,
+        f"{values.minimum:g} to {values.maximum:g} {channel.source.info.unit}".rstrip(),
+        "" if stored is None else f"{stored.bits} bits over {stored.window[0]:g} to {stored.window[1]:g}",
+        "" if stored is None else f"{stored.max_error:.3g}",
+        " ".join(channel.transfers),
+    )
+
+
+def _holds(texture: "Texture") -> str:
+    kind = f"{_KINDS[texture.role]} {texture.transfer or ''}".strip() if texture.role in _KINDS else ""
+    largest = texture.max_extinction_per_mm
+    words = (
+        kind,
+        *texture.channels,
+        "" if texture.level is None else f"level {texture.level}",
+        "" if largest is None else f"extinction up to {largest:g}",
+    )
+    level = ", ".join(word for word in words if word)
+    if texture.slices is not None:
+        slices = texture.slices
+        last = slices.first + slices.slices - 1
+        return f"{level}, slices {slices.first} to {last} across {slices.axis}, {texture.transfer}"
+    if texture.bricks is not None:
+        layout, cells = texture.bricks, voxels_text(texture.bricks.cells_zyx)
+        return f"{level}: {layout.stored} of {math.prod(layout.bricks_zyx)} bricks of {cells} cells"
+    if texture.mosaic is None:
+        return level if texture.mipmap is None else f"{level}, mipmap {texture.mipmap} of {texture.file}"
+    mosaic = texture.mosaic
+    part = "" if mosaic.textures == 1 else f", part {texture.part + 1} of {mosaic.textures}"
+    order = "" if mosaic.slices_per_texel == 1 else f" {mosaic.order}"
+    gutter = f", gutter {mosaic.gutter}" if mosaic.gutter else ""
+    many = "slice" if mosaic.slices_per_texel == 1 else "slices"
+    tiles = f"{mosaic.tiles_x}×{mosaic.tiles_y} tiles of {mosaic.slices_per_texel}{order} {many}"
+    return f"{level}{part}: {tiles}{gutter}"
+
+
+def _gl_format(gl: "GlFormat") -> str:
+    words = (gl.internal_format, gl.format, gl.type)
+    return f"{gl.target} {'/'.join(word for word in words if word)}"
