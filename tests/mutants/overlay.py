@@ -47,8 +47,8 @@ class Overlay:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Environment variables that make Python import the copy, and tests run at full length."""
-        own = {"PYTHONPATH": str(self.folder), "PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0", "VOLPREP_LONG": "1"}
+        """Environment variables that make Python import the copy."""
+        own = {"PYTHONPATH": str(self.folder), "PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0"}
         return {**os.environ, **own}
 
     def plant(self, mutant: Mutant) -> None:

@@ -59,12 +59,12 @@ def draw_references(bench: Bench, programs: Sequence[Program]) -> References:
 def reference_view(subject: Subject, level: Level, transfer: str, view: str) -> Float64Array:
     """Draw the reference of a level in another standard view; the scan is read again."""
     (volumes,) = _volumes(subject, [level])
-    return subject.on_volumes(volumes, transfer, view).rgba
+    return subject.drafted.on_volumes(volumes, transfer, view).rgba
 
 
 def _reference(subject: Subject, volumes: Sequence[Volume], transfer: str) -> Reference:
     return Reference(
-        views={name: subject.on_volumes(volumes, transfer, name).rgba for name in REFERENCE_VIEWS},
+        views={name: subject.drafted.on_volumes(volumes, transfer, name).rgba for name in REFERENCE_VIEWS},
         small=subject.small.on_volumes(volumes, transfer, SWEEP_VIEW),
     )
 

@@ -14,7 +14,7 @@ from volprep.truth.colour import media_of_colour
 from volprep.truth.decoded import Volume, baked_fields, level_volume, own_table, table_function
 from volprep.truth.lit import BakedField, with_baked
 from volprep.truth.metrics import picture_error
-from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
 from volprep.truth.seen import seen_error
 from volprep.validation.records import ErrorNumbers
 from volprep.validation.same_field import (
@@ -37,6 +37,8 @@ _Float = TypeVar("_Float", bound=np.floating)
 _LEAST_SMALL = 128
 _LEAST_RAYS = 64
 """Width and height of the smallest pictures whose errors are a sample of a larger one's."""
+DRAFT_TOLERANCE = 1e-4
+"""A fortieth of a step of an 8-bit target: bound of the oracle where a sharper picture could change no verdict."""
 _OF_SLICES = COMPOSITINGS["emission-absorption"]
 """Compositing that blended slices approximate."""
 
@@ -72,6 +74,7 @@ class Subject:
         self._on_coarse: dict[tuple[str, str, int], OraclePicture] = {}
         self._changed_voxels: dict[str, NDArray[np.intp] | None] = {}
         self._apart = 1
+        self._tolerance = DEFAULT_TOLERANCE
         self._turn: Float64Array | None = None
 
     @cached_property
@@ -103,6 +106,16 @@ class Subject:
         sparse._apart = max(1, min(apart, self.shape_hw[0] // _LEAST_RAYS))
         sparse._on_coarse = {}
         return sparse
+
+    @cached_property
+    def drafted(self) -> "Subject":
+        """The same subject, whose oracle aims at a bound of DRAFT_TOLERANCE: enough where a verdict is clear."""
+        drafted = copy(self)
+        drafted._tolerance = DRAFT_TOLERANCE
+        drafted._truths, drafted._on_coarse = None, {}
+        for sized in ("small", "smallest"):
+            drafted.__dict__.pop(sized, None)
+        return drafted
 
     def has_baked_light(self, transfer: str) -> bool:
         """Return whether light that was computed once lights a transfer function."""
@@ -316,6 +329,7 @@ class Subject:
             shape_hw,
             nearest=volume.nearest,
             normals=with_baked(volume.normals, self._baked),
+            tolerance=self._tolerance,
         )
 
     def level(self, level: int) -> Volume:
