@@ -27,15 +27,12 @@ class Copies:
     """Copies of the product, each used by one thread at a time, and native cores with a bug."""
 
     def __init__(self, work: Path, jobs: int, chosen: Sequence[Mutant]) -> None:
-        """Make `jobs` copies below `work`, and build the native cores that `chosen` need, one after another."""
+        """Make `jobs` copies below `work`. Native cores that `chosen` need are built when they are needed."""
         self._free: SimpleQueue[Overlay] = SimpleQueue()
         self._pool = ThreadPoolExecutor(jobs)
         self._threads = None if jobs == 1 else max(1, (os.cpu_count() or 1) // jobs)
-        natives = [each for each in chosen if each.is_native]
-        build = NativeBuild(work / "native") if natives else None
-        self._libraries: dict[str | None, Path] = {}
-        if build is not None:
-            self._libraries = {each.name: build.library(each) for each in natives} | {None: build.library(None)}
+        is_native = any(each.is_native for each in chosen)
+        self._native = NativeBuild(work / "native") if is_native else None
         for job in range(jobs):
             self._free.put(Overlay(work / f"copy-{job}" / "product"))
 
@@ -51,8 +48,9 @@ class Copies:
             save()
 
     def outcomes(self, run: Run, chosen: Sequence[Mutant], save: Callable[[], None]) -> None:
-        """Plant each of `chosen`; those that `run` has are left out."""
-        trials = [self._pool.submit(self._planted, each, run) for each in chosen if each.name not in run.outcomes]
+        """Plant each of `chosen`, native ones last, for they take a compiler; those that `run` has are left out."""
+        left = sorted((each for each in chosen if each.name not in run.outcomes), key=lambda each: each.is_native)
+        trials = [self._pool.submit(self._planted, each, run) for each in left]
         for done in as_completed(trials):
             outcome = done.result()
             run.outcomes[outcome.name] = outcome
@@ -80,7 +78,7 @@ class Copies:
         return {test: next((line for line in failed if test in line or line in unnamed), "") for test in tests}
 
     def _planted(self, mutant: Mutant, run: Run) -> Outcome:
-        with self._copy() as overlay, _bug(overlay, mutant, self._libraries):
+        with self._copy() as overlay, _bug(overlay, mutant, self._native):
             begun = time.monotonic()
             found = _trial(overlay, mutant.scene, self._threads)
             usable = [test for test in mutant.tests if not run.tests[test]]
@@ -101,12 +99,11 @@ class Copies:
 
 
 @contextmanager
-def _bug(overlay: Overlay, mutant: Mutant, libraries: dict[str | None, Path]) -> Iterator[None]:
+def _bug(overlay: Overlay, mutant: Mutant, native: NativeBuild | None) -> Iterator[None]:
     """Plant a bug in a copy, and take it out in the end."""
     plant, mend = partial(overlay.plant, mutant), partial(overlay.mend, mutant)
-    if mutant.is_native:
-        plant = partial(overlay.use_library, libraries[mutant.name])
-        mend = partial(overlay.use_library, libraries[None])
+    if mutant.is_native and native is not None:
+        plant, mend = partial(overlay.use_core, native.library(mutant)), overlay.use_installed_core
     plant()
     try:
         yield
