@@ -15,8 +15,8 @@ _TEMPLATES = Path(__file__).parent / "templates"
 def environment(truth_bound: float) -> Environment:
     """Return the environment of the page templates: everything is escaped, and an undefined name is an error.
 
-    Errors below `truth_bound`, that of the truth itself, or below a filter's own bound, are shown as such. It is kept, with the templates that it has
-    compiled, for the next page.
+    Errors below `truth_bound`, that of the truth itself, or below the argument of the filter, are shown as such. The
+    environment is kept, with the templates that it has compiled, for the next page.
     """
     found = Environment(
         loader=FileSystemLoader(_TEMPLATES),

@@ -89,8 +89,7 @@ def _coarse_levels(
     with ThreadPoolExecutor(1) as beside:
         for level in levels:
             reference = references.get((program.transfer, level.index))
-            views = None if reference is None else reference.views
-            boxes = beside.submit(_boxes, bench, viewed, level, views or {})
+            boxes = beside.submit(_boxes, bench, viewed, level, reference or {})
             kind = ray_caster_of(subject.package, level.index, program.transfer)
             kinds: tuple[type[Renderer], ...] = (kind, Renderer)
             for each in dict.fromkeys(kinds):
@@ -99,7 +98,7 @@ def _coarse_levels(
                     pictures = {
                         name: renderer.render(camera, subject.shape_hw) for name, camera in subject.views.items()
                     }
-                found.append(beside.submit(_coarse_level, bench, renderer, viewed, pictures, boxes, views))
+                found.append(beside.submit(_coarse_level, bench, renderer, viewed, pictures, boxes, reference))
             bench.progress.advance()
         return [each.result() for each in found]
 

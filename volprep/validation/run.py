@@ -229,7 +229,7 @@ def _result(bench: Bench, program: Program, views: ViewedProgram, references: Re
         level=views.level,
         views=views.views,
         sweep=sweep,
-        levels=compare_levels(bench, program, SWEEP_VIEW, references),
+        levels=compare_levels(bench, program, views, references),
         empty_space=measure_empty_space(bench, program, views, ways, times),
         light=measure_light(bench, program),
         others=others,
