@@ -197,8 +197,8 @@ def _print_views(program: "ProgramResult", bound: float) -> None:
             f"{view.seen.off:.2%}",
             f"{view.seen.flip:.3f}",
             _kept(view.seen.kept_light, view.seen.thin_things),
-            error(view.data.seen_rmse, bound),
-            error(view.drawing.seen_rmse, bound),
+            error(view.data.seen_rmse, max(bound, view.truth_bound)),
+            error(view.drawing.seen_rmse, max(bound, view.truth_bound)),
             "within" if view.passed else "beyond",
         )
         for view in program.views

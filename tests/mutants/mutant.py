@@ -21,7 +21,7 @@ class Mutant:
     scene: str
     """A scene of tests/support/foreign_scans.py, which is built and validated."""
     tests: tuple[str, ...]
-    """Tests that should fail."""
+    """Tests that should fail, FILE or FILE::TEST; short ones, since each runs twice."""
     anchors: int = 1
     """How often the anchor occurs; all are replaced."""
 
@@ -30,6 +30,10 @@ class Mutant:
         """Whether it takes a build."""
         return self.file.startswith("volprep/native")
 
+    def missing_tests(self) -> list[str]:
+        """Return the tests that do not exist."""
+        return [test for test in self.tests if not _exists(test)]
+
     def text(self) -> str:
         """Return the file with the bug. Raises ValueError if the anchor does not occur as often as it should."""
         before = (ROOT / self.file).read_text(encoding="utf-8")
@@ -37,3 +41,9 @@ class Mutant:
             msg = f"{self.name}: the anchor occurs {found} times in {self.file}, not {self.anchors}"
             raise ValueError(msg)
         return before.replace(self.anchor, self.instead)
+
+
+def _exists(test: str) -> bool:
+    file, _, name = test.partition("::")
+    path = ROOT / file
+    return path.is_file() and (not name or f"def {name.rpartition('::')[2]}(" in path.read_text(encoding="utf-8"))

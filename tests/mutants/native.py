@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from threading import Lock
 
 from .mutant import ROOT, Mutant
 
@@ -14,9 +15,11 @@ _READERS = "add_subdirectory(formats/native)\n"
 
 
 class NativeBuild:
-    """Sources and objects in `folder`."""
+    """Sources and objects in `folder`. One core is built at a time."""
 
     def __init__(self, folder: Path) -> None:
+        """Copy the sources, and configure the build."""
+        self._lock = Lock()
         self._source, self._build = folder / "source", folder / "build"
         shutil.rmtree(self._source, ignore_errors=True)
         for name in _SOURCES:
@@ -33,21 +36,20 @@ class NativeBuild:
             *([f"-DCMAKE_CXX_COMPILER_LAUNCHER={launcher}"] if launcher else []),
         )
 
-    def library(self, mutant: Mutant | None) -> Path:
-        """Build the core with a bug, or without, and return its library."""
-        if mutant is not None:
-            path = self._source / mutant.file
+    def library(self, mutant: Mutant) -> Path:
+        """Build the core with a bug, and return its library."""
+        path = self._source / mutant.file
+        with self._lock:
             before = path.read_text(encoding="utf-8")
             path.write_text(mutant.text(), encoding="utf-8")
-        try:
-            self._run("cmake", "--build", str(self._build), "--target", "_native")
-        finally:
-            if mutant is not None:
+            try:
+                self._run("cmake", "--build", str(self._build), "--target", "_native")
+            finally:
                 path.write_text(before, encoding="utf-8")
-        (built,) = (self._build / "volprep/native").glob("_native.*.so")
-        kept = self._build / f"{mutant.name if mutant else 'none'}" / built.name
-        kept.parent.mkdir(exist_ok=True)
-        return Path(shutil.copy(built, kept))
+            (built,) = (self._build / "volprep/native").glob("_native.*.so")
+            kept = self._build / mutant.name / built.name
+            kept.parent.mkdir(exist_ok=True)
+            return Path(shutil.copy(built, kept))
 
     def _run(self, *command: str) -> None:
         path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"

@@ -3,7 +3,6 @@
 from .mutant import Mutant
 
 _READERS = "formats/volprep_formats/readers"
-_SECOND = "tests/validation/test_second_reading.py"
 
 OF_READERS = (
     Mutant(
@@ -13,7 +12,7 @@ OF_READERS = (
         "_LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])",
         "_LPS_FROM_RAS = np.diag([1.0, -1.0, 1.0])",
         "nifti",
-        ("tests/unit/test_nifti.py",),
+        ("tests/unit/test_nifti.py::test_every_voxel_lies_where_the_affine_puts_it_in_lps",),
     ),
     Mutant(
         "nifti-intercept",
@@ -22,7 +21,7 @@ OF_READERS = (
         "    return slope, intercept\n",
         "    return slope, 0.0\n",
         "nifti",
-        ("tests/unit/test_nifti.py",),
+        ("tests/unit/test_nifti.py::test_slope_and_intercept_are_kept_beside_the_stored_values",),
     ),
     Mutant(
         "nifti-slope",
@@ -31,7 +30,7 @@ OF_READERS = (
         "    return slope, intercept\n",
         "    return 1.0, intercept\n",
         "nifti",
-        ("tests/unit/test_nifti.py",),
+        ("tests/unit/test_nifti.py::test_slope_and_intercept_are_kept_beside_the_stored_values",),
     ),
     Mutant(
         "dicom-intercept",
@@ -40,7 +39,7 @@ OF_READERS = (
         "intercept=0.0 if intercept is None else intercept,",
         "intercept=0.0,",
         "dicom",
-        ("tests/unit/test_dicom_values.py", _SECOND),
+        ("tests/validation/test_second_reading.py::test_both_readings_of_a_source_agree_in_places_and_values",),
     ),
     Mutant(
         "dicom-order",
@@ -49,7 +48,7 @@ OF_READERS = (
         "images = [readable.images[i] for i in stack.order]",
         "images = list(readable.images)",
         "dicom",
-        ("tests/unit/test_dicom_scan.py", _SECOND),
+        ("tests/validation/test_second_reading.py::test_both_readings_of_a_source_agree_in_places_and_values",),
     ),
     Mutant(
         "dicom-spacing",
@@ -58,7 +57,7 @@ OF_READERS = (
         "(float(spacing[0, 0]), float(spacing[0, 1]))",
         "(float(spacing[0, 1]), float(spacing[0, 0]))",
         "dicom",
-        ("tests/unit/test_dicom_geometry.py",),
+        ("tests/unit/test_dicom_geometry.py::test_pixel_spacing_is_between_rows_first_and_then_between_columns",),
     ),
     Mutant(
         "dicom-cosines",
@@ -76,7 +75,7 @@ OF_READERS = (
         '("right-anterior-superior", "ras"), (-1.0, -1.0, 1.0)',
         '("right-anterior-superior", "ras"), (1.0, 1.0, 1.0)',
         "maximum",
-        ("tests/unit/test_nrrd.py",),
+        ("tests/unit/test_nrrd.py::test_each_space_of_the_patient_is_turned_into_lps",),
     ),
     Mutant(
         "raw-byte-order",
@@ -85,7 +84,7 @@ OF_READERS = (
         'newbyteorder("<" if layout.byte_order == "little" else ">")',
         'newbyteorder("<")',
         "surface",
-        ("tests/unit/test_raw.py",),
+        ("tests/unit/test_raw.py::test_voxels_are_read_in_native_order_after_the_header",),
         anchors=2,
     ),
     Mutant(
@@ -95,7 +94,7 @@ OF_READERS = (
         "spacing = np.linalg.norm(columns_mm, axis=0)",
         "spacing = np.linalg.norm(columns_mm, axis=0)[[1, 0, 2]]",
         "nifti",
-        ("tests/unit/test_nifti.py",),
+        ("tests/unit/test_nifti.py::test_every_voxel_lies_where_the_affine_puts_it_in_lps",),
     ),
     Mutant(
         "corner",
@@ -122,7 +121,7 @@ OF_READERS = (
         "right = _unit(np.cross(forward, np.array(self.up)))",
         "right = -_unit(np.cross(forward, np.array(self.up)))",
         "nifti",
-        ("tests/unit/test_camera.py",),
+        ("tests/unit/test_camera.py::test_a_view_shows_the_patient_the_right_way_round",),
     ),
     Mutant(
         "swapped-views",
@@ -131,7 +130,7 @@ OF_READERS = (
         '("left", (-1.0, 0.0, 0.0), _HEAD)',
         '("left", (1.0, 0.0, 0.0), _HEAD)',
         "nifti",
-        ("tests/unit/test_camera.py", _SECOND),
+        ("tests/unit/test_camera.py::test_a_view_shows_the_patient_the_right_way_round",),
     ),
     Mutant(
         "srgb",
@@ -140,7 +139,7 @@ OF_READERS = (
         "    return encoded / 12.92 if encoded <= 0.04045 else ((encoded + 0.055) / 1.055) ** 2.4",
         "    return encoded",
         "nifti",
-        ("tests/unit/test_transfer_function.py", _SECOND),
+        ("tests/unit/test_transfer_function.py",),
     ),
     Mutant(
         "opacity",
@@ -149,7 +148,7 @@ OF_READERS = (
         "return -math.log1p(-min(point.opacity, MOST_OPAQUE)) / length_mm",
         "return min(point.opacity, MOST_OPAQUE) / length_mm",
         "nifti",
-        ("tests/unit/test_presets.py", _SECOND),
+        ("tests/unit/test_presets.py::test_opacity_is_that_of_the_reference_length",),
     ),
     Mutant(
         "reference-length",
@@ -158,6 +157,6 @@ OF_READERS = (
         "return -math.log1p(-min(point.opacity, MOST_OPAQUE)) / length_mm",
         "return -math.log1p(-min(point.opacity, MOST_OPAQUE))",
         "nifti",
-        ("tests/unit/test_presets.py", _SECOND),
+        ("tests/unit/test_presets.py::test_opacity_is_that_of_the_reference_length",),
     ),
 )

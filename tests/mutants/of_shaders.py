@@ -3,7 +3,6 @@
 from .mutant import Mutant
 
 _GLSL = "volprep/shading/glsl"
-_PICTURES = ("tests/render/test_pictures.py", "tests/render/test_agreement.py")
 
 OF_SHADERS = (
     Mutant(
@@ -13,7 +12,7 @@ OF_SHADERS = (
         "literal(1.0 - render.opacity_cutoff)",
         "literal(0.1)",
         "opaque",
-        ("tests/render/test_early_ends.py", "tests/unit/test_early_end.py"),
+        ("tests/render/test_early_ends.py",),
     ),
     Mutant(
         "beer",
@@ -22,7 +21,7 @@ OF_SHADERS = (
         "float remaining = exp(-depth);",
         "float remaining = max(1.0 - depth, 0.0);",
         "nifti",
-        _PICTURES,
+        ("tests/render/test_pictures.py::test_opacity_does_not_depend_on_the_step",),
     ),
     Mutant(
         "step-doubled",
@@ -31,7 +30,7 @@ OF_SHADERS = (
         "float segment_mm = length_mm / max(count, 1.0);",
         "float segment_mm = 2.0 * length_mm / max(count, 1.0);",
         "nifti",
-        _PICTURES,
+        ("tests/render/test_pictures.py::test_opacity_does_not_depend_on_the_step",),
     ),
     Mutant(
         "half-voxel",
@@ -40,7 +39,7 @@ OF_SHADERS = (
         "return textureLod(u_volume$OF, at, $LOD)$COMPONENT;",
         "return textureLod(u_volume$OF, at + 0.5 / vec3(textureSize(u_volume$OF, 0)), $LOD)$COMPONENT;",
         "nifti",
-        ("tests/render/test_fetch.py", *_PICTURES),
+        ("tests/render/test_fetch.py::test_at_voxel_centres_the_shader_finds_the_code_itself",),
     ),
     Mutant(
         "lookup-offset",
@@ -49,7 +48,7 @@ OF_SHADERS = (
         '"LOOKUP_OFFSET": literal(0.5 / entries)',
         '"LOOKUP_OFFSET": literal(0.0)',
         "nifti",
-        ("tests/render/test_pictures.py",),
+        ("tests/render/test_pictures.py::test_a_shader_finds_the_entry_of_a_value",),
     ),
     Mutant(
         "extinction-not-squared",
@@ -58,7 +57,7 @@ OF_SHADERS = (
         "entry.a * entry.a);",
         "entry.a);",
         "opaque",
-        ("tests/render/test_pictures.py",),
+        ("tests/render/test_pictures.py::test_opacity_does_not_depend_on_the_step",),
     ),
     Mutant(
         "border-term",
@@ -67,7 +66,7 @@ OF_SHADERS = (
         "border_taps = highest > lowest ? 27.0 : 0.0;",
         "border_taps = 0.0;",
         "segments",
-        ("tests/render/test_segments_lit.py",),
+        ("tests/render/test_segments_lit.py::test_a_headlight_lights_borders_by_the_visible_extinction",),
     ),
     Mutant(
         "front-to-back",
@@ -76,7 +75,7 @@ OF_SHADERS = (
         "colour += medium.rgb * (transmittance - remaining);",
         "colour += medium.rgb * (1.0 - remaining / transmittance) / max(count, 1.0);",
         "nifti",
-        _PICTURES,
+        ("tests/render/test_agreement.py::test_pictures_agree_with_the_oracle",),
     ),
     Mutant(
         "headlight",
@@ -85,7 +84,7 @@ OF_SHADERS = (
         "medium.rgb *= abs(dot(normal, direction)) * inversesqrt(squared);",
         "medium.rgb *= max(dot(normal, direction), 0.0) * inversesqrt(squared);",
         "dicom",
-        ("tests/render/test_headlight.py",),
+        ("tests/render/test_headlight.py::test_a_lit_sphere_is_as_bright_as_the_cosine",),
     ),
     Mutant(
         "normal-code",
@@ -94,7 +93,7 @@ OF_SHADERS = (
         "return (texel.rgb * 255.0 - 128.0) / 127.0;",
         "return texel.rgb;",
         "dicom",
-        ("tests/render/test_normal_codes.py", "tests/render/test_headlight.py"),
+        ("tests/render/test_normal_codes.py::test_the_shader_decodes_what_the_decoder_in_numpy_does",),
     ),
     Mutant(
         "highlight",
@@ -103,7 +102,7 @@ OF_SHADERS = (
         "SPECULAR * pow(max($SHINE, 0.0), SHININESS)",
         "SPECULAR * max($SHINE, 0.0)",
         "surface",
-        ("tests/build/test_lighting.py",),
+        ("tests/build/test_lighting.py::test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel",),
     ),
     Mutant(
         "maximum-floor",
@@ -112,7 +111,7 @@ OF_SHADERS = (
         "float greatest = 0.0;",
         "float greatest = 0.3;",
         "maximum",
-        ("tests/build/test_maximum.py",),
+        ("tests/build/test_maximum.py::test_it_is_within_the_tolerance_and_exact_from_a_voxel_on",),
     ),
     Mutant(
         "isovalue",
@@ -121,7 +120,7 @@ OF_SHADERS = (
         "    return (function.isovalue - low) / (high - low)\n",
         "    return (function.isovalue - low) / (high - low) + 0.05\n",
         "surface",
-        ("tests/build/test_surfaces.py",),
+        ("tests/build/test_surfaces.py::test_surfaces_that_a_ray_just_touches_are_found_between_two_samples",),
     ),
     Mutant(
         "mosaic-column",
@@ -130,7 +129,7 @@ OF_SHADERS = (
         "float column = tile - row * ${P}TILES_X;",
         "float column = tile - row * ${P}TILES_X - 1.0;",
         "opaque",
-        ("tests/render/test_mosaic_fetch.py",),
+        ("tests/render/test_mosaic_fetch.py::test_tiles_padded_to_blocks_give_the_trilinear_field_too",),
     ),
     Mutant(
         "upside-down",
@@ -139,6 +138,6 @@ OF_SHADERS = (
         "upright = picture[::-1].astype(np.float32)",
         "upright = picture.astype(np.float32)",
         "nifti",
-        _PICTURES,
+        ("tests/render/test_pictures.py::test_what_is_left_in_front_and_up_is_where_a_radiologist_expects_it",),
     ),
 )

@@ -13,7 +13,7 @@ OF_STAGES = (
         '"box": lambda slab, factors: _native.box_reduce(np.ascontiguousarray(np.roll(slab.voxels, factors[2] // 2, 2))'
         ", slab.level, factors)",
         "nifti",
-        ("tests/unit/test_pyramid.py",),
+        ("tests/unit/test_pyramid.py::test_a_ramp_stays_a_ramp_and_in_its_place",),
     ),
     Mutant(
         "maximum-of-minimum",
@@ -22,7 +22,7 @@ OF_STAGES = (
         '"maximum": lambda slab, factors: _native.extrema_reduce(slab.voxels, None, slab.level, factors)',
         '"maximum": lambda slab, factors: _native.extrema_reduce(slab.voxels, slab.level, None, factors)',
         "vessels",
-        ("tests/unit/test_pyramid.py", "tests/build/test_maximum.py"),
+        ("tests/unit/test_pyramid.py::test_a_level_of_extremes_has_the_extreme_of_each_cell",),
     ),
     Mutant(
         "maximum-of-means",
@@ -31,7 +31,7 @@ OF_STAGES = (
         '"maximum": lambda slab, factors: _native.extrema_reduce(slab.voxels, None, slab.level, factors)',
         '"maximum": lambda slab, factors: _native.box_reduce(slab.voxels, slab.level, factors)',
         "vessels",
-        ("tests/unit/test_pyramid.py", "tests/build/test_maximum.py"),
+        ("tests/unit/test_pyramid.py::test_a_level_of_extremes_has_the_extreme_of_each_cell",),
     ),
     Mutant(
         "nearest-for-box",
@@ -40,7 +40,7 @@ OF_STAGES = (
         '"box": lambda slab, factors: _native.box_reduce(slab.voxels, slab.level, factors)',
         '"box": lambda slab, factors: _native.nearest_reduce(slab.voxels, slab.level, factors)',
         "nifti",
-        ("tests/unit/test_pyramid.py",),
+        ("tests/unit/test_pyramid.py::test_a_ramp_stays_a_ramp_and_in_its_place",),
     ),
     Mutant(
         "codes-offset",
@@ -49,7 +49,7 @@ OF_STAGES = (
         "        yield bytes_of(codes)\n",
         "        yield bytes_of(np.minimum(codes, np.iinfo(codes.dtype).max - 1) + codes.dtype.type(1))\n",
         "nifti",
-        ("tests/build/test_build.py", "tests/unit/test_shown.py"),
+        ("tests/build/test_build.py::TestWhatItMakes::test_the_levels_are_means_of_the_codes_of_level_0_rounded_once",),
     ),
     Mutant(
         "crop-offset",
@@ -58,7 +58,7 @@ OF_STAGES = (
         "slab = np.ascontiguousarray(slices[:, y0:y1, x0:x1])",
         "slab = np.ascontiguousarray(np.roll(slices, 1, 2)[:, y0:y1, x0:x1])",
         "nifti",
-        ("tests/unit/test_crop.py", "tests/build/test_build.py"),
+        ("tests/build/test_build.py::TestWhatItMakes::test_the_levels_are_means_of_the_codes_of_level_0_rounded_once",),
     ),
     Mutant(
         "table-half-entry",
@@ -67,7 +67,7 @@ OF_STAGES = (
         "colour, extinction = table.at(values)",
         "colour, extinction = table.at(values + np.ptp(window) / entries / 2)",
         "nifti",
-        ("tests/unit/test_transfer_function.py", "tests/render/test_lookup.py"),
+        ("tests/render/test_lookup.py",),
     ),
     Mutant(
         "table-red-blue",
@@ -76,7 +76,7 @@ OF_STAGES = (
         "return medium_texels(table[None, None, :, :3], table",
         "return medium_texels(table[None, None, :, 2::-1], table",
         "nifti",
-        ("tests/render/test_lookup.py", "tests/unit/test_transfer_function.py"),
+        ("tests/render/test_lookup.py",),
     ),
     Mutant(
         "table-linear-root",
@@ -85,7 +85,7 @@ OF_STAGES = (
         "root = np.sqrt(extinction_per_mm / maximum)",
         "root = extinction_per_mm / maximum",
         "opaque",
-        ("tests/unit/test_transfer_function.py", "tests/render/test_lookup.py"),
+        ("tests/render/test_lookup.py",),
     ),
     Mutant(
         "gradient-spacing",
@@ -94,7 +94,7 @@ OF_STAGES = (
         "relative: Float64Array = np.maximum(spacing.min() / spacing, 1 / _LARGEST_RATIO)",
         "relative: Float64Array = np.ones(3)",
         "dicom",
-        ("tests/differential/test_normals.py", "tests/build/test_normals.py"),
+        ("tests/build/test_normals.py::test_a_plane_has_its_normal_whatever_the_spacing",),
     ),
     Mutant(
         "gradient-axes",
@@ -103,7 +103,7 @@ OF_STAGES = (
         "    return _rows(_axes(grid, space) * _relative(grid))\n",
         "    return _rows((_axes(grid, space) * _relative(grid))[::-1])\n",
         "dicom",
-        ("tests/differential/test_normals.py", "tests/build/test_normals.py"),
+        ("tests/build/test_normals.py::test_a_plane_has_its_normal_whatever_the_spacing",),
     ),
     Mutant(
         "skip-too-bold",
@@ -112,6 +112,8 @@ OF_STAGES = (
         "seen = np.concatenate([[0], np.cumsum(extinction_per_mm > threshold_per_mm)])",
         "seen = np.concatenate([[0], np.cumsum(extinction_per_mm > 0.5 * extinction_per_mm.max())])",
         "nifti",
-        ("tests/skip/test_occupancy.py", "tests/skip/test_safety.py"),
+        (
+            "tests/skip/test_occupancy.py::test_a_block_is_occupied_if_an_entry_between_its_extremes_or_one_beside_them_is",
+        ),
     ),
 )

@@ -39,16 +39,13 @@ class Overlay:
                 target.parent.mkdir(parents=True, exist_ok=True)
                 target.symlink_to(path)
         for name in _NATIVE:
-            found = importlib.util.find_spec(name)
-            assert found is not None, name
-            assert found.origin is not None
-            self._copy(self._module(name, Path(found.origin)), Path(found.origin))
+            self._copy(self._module(name, _installed(name)), _installed(name))
         (folder / "sitecustomize.py").write_text(_WITHOUT_EDITABLE, encoding="utf-8")
 
     @property
     def environment(self) -> dict[str, str]:
-        """Environment variables that make Python import the copy, and tests run at full length."""
-        own = {"PYTHONPATH": str(self.folder), "PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0", "VOLPREP_LONG": "1"}
+        """Environment variables that make Python import the copy."""
+        own = {"PYTHONPATH": str(self.folder), "PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0"}
         return {**os.environ, **own}
 
     def plant(self, mutant: Mutant) -> None:
@@ -63,7 +60,11 @@ class Overlay:
         if not mutant.is_native:
             self._replace(self._place(mutant.file), ROOT / mutant.file)
 
-    def use_library(self, library: Path) -> None:
+    def use_installed_core(self) -> None:
+        """Take the native core of the installation."""
+        self.use_core(_installed(_NATIVE[0]))
+
+    def use_core(self, library: Path) -> None:
         """Take another native core. The build may have given it another suffix than the installation."""
         place = self._module(_NATIVE[0], library)
         for other in place.parent.glob(f"{_NATIVE[0].rpartition('.')[2]}.*.so"):
@@ -100,3 +101,10 @@ class Overlay:
         """Take a library as it is now: an installation may replace it while bugs are tried."""
         place.unlink(missing_ok=True)
         shutil.copy(library, place)
+
+
+def _installed(module: str) -> Path:
+    found = importlib.util.find_spec(module)
+    assert found is not None, module
+    assert found.origin is not None
+    return Path(found.origin)

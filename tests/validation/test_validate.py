@@ -21,6 +21,8 @@ from volprep.truth.picture import encoded
 from volprep.validation.folder import default_report_path
 from volprep.validation.report_record import Report
 from volprep.validation.scan import find_scan, read_scan
+from volprep.validation.subject import DRAFT_TOLERANCE
+from volprep.validation.verdict import share_of
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package
@@ -107,7 +109,10 @@ def test_the_parts_of_the_error_agree_with_the_whole(report) -> None:
             # The triangle inequality holds for both norms.
             assert view.total.rmse <= view.data.rmse + view.drawing.rmse + 1e-12
             assert view.total.maximum <= view.data.maximum + view.drawing.maximum + 1e-12
-            assert 0 < view.truth_bound <= report.oracle_tolerance
+            assert 0 < view.truth_bound <= DRAFT_TOLERANCE
+            # Where a draft does not decide, and in the view of the sweep, it is sharp.
+            if share_of(view.seen, report.tolerance) > 0.75 or view.view == program.sweep.view:
+                assert view.truth_bound <= report.oracle_tolerance
         parts = program.sweep.breakdown
         drawing = next(view for view in program.views if view.view == program.sweep.view).drawing
         others = [part.rmse for part in (parts.table, parts.quadrature, parts.termination, parts.target) if part]

@@ -11,7 +11,7 @@ from volprep.compositing.record import Compositing
 from volprep.kernels import _native
 from volprep.transfer.rays import Spacing
 from volprep.truth.lit import Baked, Lit, Normals
-from volprep.truth.oracle import Medium, OraclePicture, oracle_of_media, oracle_picture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture, oracle_of_media, oracle_picture
 from volprep.truth.refined import refined_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
@@ -49,9 +49,10 @@ def _oracle(
     *,
     nearest: bool,
     normals: Normals,
+    tolerance: float = DEFAULT_TOLERANCE,
 ) -> OraclePicture:
     if len(media) > 1:
-        return oracle_of_media(media, grid, box_from_clip, shape_hw)
+        return oracle_of_media(media, grid, box_from_clip, shape_hw, tolerance)
     (medium,) = media
     # A light with a place has no proven bound, and neither has light that was computed once.
     baked = normals.fields.get(medium.transfer_function.name) if isinstance(normals, Baked) else None
@@ -76,6 +77,7 @@ def _oracle(
         medium.transfer_function,
         box_from_clip,
         shape_hw,
+        tolerance,
         nearest=nearest,
         normals=other,
     )

@@ -19,7 +19,7 @@ from volprep.compositing.record import Compositing
 from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Normals
 from volprep.truth.mida import mida_picture
-from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
@@ -50,6 +50,7 @@ def _oracle(
     *,
     nearest: bool,  # noqa: ARG001 - labels have no intensity
     normals: Normals,  # noqa: ARG001 - nothing is lit
+    tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
 ) -> OraclePicture:
     (medium,) = media
     return mida_picture(

@@ -7,7 +7,7 @@ import numpy as np
 from volprep.compositing.record import Compositing, Oracle, Rays, Visible
 from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Normals
-from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
 from volprep.truth.projection import Projection, projected_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
@@ -86,6 +86,7 @@ def _oracle_of(name: Projection) -> Oracle:
         *,
         nearest: bool,  # noqa: ARG001 - labels have no projection
         normals: Normals,  # noqa: ARG001 - nothing is lit
+        tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
     ) -> OraclePicture:
         (medium,) = media
         function = medium.transfer_function

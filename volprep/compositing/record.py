@@ -7,7 +7,7 @@ from typing import Protocol
 from volprep.shading.compositing import CELL_BY_CELL
 from volprep.transfer.rays import Spacing
 from volprep.truth.lit import Normals
-from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
@@ -62,8 +62,13 @@ class Oracle(Protocol):
         *,
         nearest: bool,
         normals: Normals,
+        tolerance: float = DEFAULT_TOLERANCE,
     ) -> OraclePicture:
-        """Draw one volume, or several on one grid."""
+        """Draw one volume, or several on one grid.
+
+        `tolerance` is the bound to aim at where the bound is proven; pictures with an estimated bound are as sharp as
+        ever.
+        """
 
 
 @dataclass(frozen=True)

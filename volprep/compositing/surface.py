@@ -9,7 +9,7 @@ from volprep.compositing.projection import shown
 from volprep.compositing.record import Compositing, LitRays, Oracle, Visible
 from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Normals
-from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
 from volprep.truth.surface import surface_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
@@ -93,6 +93,7 @@ def _oracle(*, solid: bool) -> Oracle:
         *,
         nearest: bool,  # noqa: ARG001 - labels have no surface
         normals: Normals,
+        tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
     ) -> OraclePicture:
         (medium,) = media
         function = medium.transfer_function

@@ -15,8 +15,8 @@ _TEMPLATES = Path(__file__).parent / "templates"
 def environment(truth_bound: float) -> Environment:
     """Return the environment of the page templates: everything is escaped, and an undefined name is an error.
 
-    Errors below `truth_bound`, that of the truth itself, are shown as such. It is kept, with the templates that it has
-    compiled, for the next page.
+    Errors below `truth_bound`, that of the truth itself, or below the argument of the filter, are shown as such. The
+    environment is kept, with the templates that it has compiled, for the next page.
     """
     found = Environment(
         loader=FileSystemLoader(_TEMPLATES),
@@ -28,7 +28,7 @@ def environment(truth_bound: float) -> Environment:
     )
     found.filters.update(
         number=text.number,
-        error=lambda value: text.error(value, truth_bound),
+        error=lambda value, bound=0.0: text.error(value, max(bound, truth_bound)),
         bytes=text.size,
         plain=text.plain,
         ratio=text.ratio,

@@ -59,7 +59,8 @@ class LabelledSubject(Subject):
         own = super().has_own_table
         return any(own(name, level) for name in self._styles(transfer))
 
-    def _truth(self, transfer: str, view: str) -> OraclePicture:
+    def truth(self, transfer: str, view: str) -> OraclePicture:
+        """Draw the scan at full precision."""
         functions = {name: self.function(name) for name in self._styles(transfer)}
         return self._with(self.scan, self._labels, looks(self._derived), functions, view)
 

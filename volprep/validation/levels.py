@@ -2,19 +2,23 @@
 
 import numpy as np
 
-from volprep.truth.oracle import OraclePicture
 from volprep.truth.picture import encoded
 from volprep.validation.bench import Bench
 from volprep.validation.folder import PICTURES
 from volprep.validation.records import LevelComparison
 from volprep.validation.references import References
-from volprep.validation.subject import Subject, errors
+from volprep.validation.subject import errors
+from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.views import ViewedProgram
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import Level
 from volprep_formats.package.program import Program
 
 
-def compare_levels(bench: Bench, program: Program, view: str, references: References) -> tuple[LevelComparison, ...]:
-    """Compare the coarse levels that are drawn like `program` with box means of the scan.
+def compare_levels(
+    bench: Bench, program: Program, viewed: ViewedProgram, references: References
+) -> tuple[LevelComparison, ...]:
+    """Compare the coarse levels that are drawn like `program` with box means of the scan, in the view of the sweep.
 
     The pictures have a quarter of the report's pixels: a voxel of a level still covers more of them than intended.
 
@@ -31,39 +35,35 @@ def compare_levels(bench: Bench, program: Program, view: str, references: Refere
     bench.progress.start(f"levels of {program.transfer}", len(levels))
     if not levels:
         return ()
-    with bench.clock.part("oracle"):
-        small = subject.small
-        truth = small.truth(program.transfer, view)
+    small = subject.small
+    truth = small.of_its_rays(viewed.truth.rgba)
     return tuple(
-        _comparison(bench, small, program, view, truth, level, references[program.transfer, level.index].small)
+        _comparison(
+            bench, program, level, truth, small.of_its_rays(references[program.transfer, level.index][SWEEP_VIEW])
+        )
         for level in levels
     )
 
 
-def _comparison(  # noqa: PLR0917 - the drawn data, its place, and the truth
-    bench: Bench,
-    subject: Subject,
-    program: Program,
-    view: str,
-    truth: OraclePicture,
-    level: Level,
-    box: OraclePicture,
+def _comparison(
+    bench: Bench, program: Program, level: Level, truth: Float64Array, box: Float64Array
 ) -> LevelComparison:
-    transfer = program.transfer
+    subject, transfer = bench.subject.small, program.transfer
     with bench.clock.part("oracle"):
-        common = subject.on_codes(transfer, view, level.index)
-        own = subject.on_data(transfer, view, level.index) if subject.has_own_table(transfer, level.index) else None
-    shown = [box, common, *([] if own is None else [own]), truth]
+        drawn = [subject.on_codes(transfer, SWEEP_VIEW, level.index)]
+        if subject.has_own_table(transfer, level.index):
+            drawn.append(subject.on_data(transfer, SWEEP_VIEW, level.index))
+    shown = [box, *(each.rgba for each in drawn), truth]
     name = f"{PICTURES}/{program.name}-level{level.index}.png"
-    bench.folder.picture(name, np.concatenate([encoded(each.rgba, "black") for each in shown], axis=1))
+    bench.folder.picture(name, np.concatenate([encoded(each, "black") for each in shown], axis=1))
     with bench.clock.part("comparing"):
-        found = [errors(each.rgba, truth.rgba) for each in shown]
+        found = [errors(each, truth) for each in shown[:-1]]
     bench.progress.advance()
     return LevelComparison(
         level=level.index,
         filter=level.filter,
         box=found[0],
         common=found[1],
-        own=None if own is None else found[2],
+        own=found[2] if len(found) > 2 else None,
         picture=name,
     )

@@ -16,6 +16,7 @@ scan, small and in three views.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -64,7 +65,7 @@ def judge_others(
 
     Return them, and where each coarse level keeps the least light of a thin thing.
     """
-    levels = [*_coarse_levels(bench, program, viewed, references)]
+    levels = _coarse_levels(bench, program, viewed, references)
     drawings = [drawing for drawing, _ in levels]
     previews = {drawing.level for drawing in drawings if drawing.preview_only and drawing.level is not None}
     others = (
@@ -78,19 +79,28 @@ def judge_others(
 
 def _coarse_levels(
     bench: Bench, program: Program, viewed: ViewedProgram, references: References
-) -> Iterator[tuple[OtherDrawing, KeptLight | None]]:
+) -> list[tuple[OtherDrawing, KeptLight | None]]:
     subject = bench.subject
     wanted = [index for index in subject.levels(program) if index != viewed.level]
     levels = [level for level in subject.package.manifest.levels if level.index in wanted]
     bench.progress.start(f"coarse levels of {program.transfer}", len(levels))
-    for level in levels:
-        reference = references.get((program.transfer, level.index))
-        boxes = {} if reference is None else _boxes(bench, viewed, level, reference.views)
-        kinds: tuple[type[Renderer], ...] = (ray_caster_of(subject.package, level.index, program.transfer), Renderer)
-        for kind in dict.fromkeys(kinds):
-            renderer = kind(subject.package, level=level.index, transfer=program.transfer)
-            yield _coarse_level(bench, renderer, viewed, boxes, None if reference is None else reference.views)
-        bench.progress.advance()
+    found: list[Future[tuple[OtherDrawing, KeptLight | None]]] = []
+    # Comparing runs in one thread and leaves other processors idle: the next level is drawn at the same time.
+    with ThreadPoolExecutor(1) as beside:
+        for level in levels:
+            reference = references.get((program.transfer, level.index))
+            boxes = beside.submit(_boxes, bench, viewed, level, reference or {})
+            kind = ray_caster_of(subject.package, level.index, program.transfer)
+            kinds: tuple[type[Renderer], ...] = (kind, Renderer)
+            for each in dict.fromkeys(kinds):
+                renderer = each(subject.package, level=level.index, transfer=program.transfer)
+                with renderer, bench.clock.part("drawing"):
+                    pictures = {
+                        name: renderer.render(camera, subject.shape_hw) for name, camera in subject.views.items()
+                    }
+                found.append(beside.submit(_coarse_level, bench, renderer, viewed, pictures, boxes, reference))
+            bench.progress.advance()
+        return [each.result() for each in found]
 
 
 @dataclass(frozen=True)
@@ -113,22 +123,20 @@ def _boxes(bench: Bench, viewed: ViewedProgram, level: Level, drawn: Mapping[str
     return {view.view: _Box(view.seen, view.full) for view in found}
 
 
-def _coarse_level(
+def _coarse_level(  # noqa: PLR0917 - what was drawn, and what it is compared with
     bench: Bench,
     chosen: Renderer,
     viewed: ViewedProgram,
-    boxes: Mapping[str, _Box],
+    pictures: Mapping[str, Picture],
+    boxes_in_views: Future[dict[str, _Box]],
     box_pictures: Mapping[str, Float64Array] | None,
 ) -> tuple[OtherDrawing, KeptLight | None]:
-    subject, level = bench.subject, chosen.level
+    """Judge the pictures of a level; `chosen`, which is closed, has drawn them."""
+    subject, level, boxes = bench.subject, chosen.level, boxes_in_views.result()
     tolerance = subject.render.tolerance
     is_preview = bool(level.preview_only) and _excuse(boxes, tolerance)
     if is_preview:
         tolerance = tolerance.of_previews
-    pictures: dict[str, Picture] = {}
-    with chosen as renderer, bench.clock.part("drawing"):
-        for name, box_from_clip in subject.views.items():
-            pictures[name] = renderer.render(box_from_clip, subject.shape_hw)
     with bench.clock.part("comparing"):
         found = [
             judged_level(name, drawn, viewed.truths[name], tolerance, subject, level, box_pictures)

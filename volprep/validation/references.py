@@ -5,15 +5,12 @@ beyond the tolerance of such levels only if the reference is, too. None of this 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from volprep.truth.box import box_levels, frequent_level
 from volprep.truth.decoded import Volume
-from volprep.truth.oracle import OraclePicture
 from volprep.validation.bench import Bench
 from volprep.validation.same_field import part_of
 from volprep.validation.subject import Subject
-from volprep.validation.sweep import SWEEP_VIEW
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import Level
 from volprep_formats.package.program import Program
@@ -22,16 +19,8 @@ REFERENCE_VIEWS = ("anterior-left", "anterior-right", "posterior-left")
 """The oblique views: rays meet voxels at every angle, and each axis of the scan is seen from aside."""
 
 
-@dataclass(frozen=True)
-class Reference:
-    """Box means of one level, drawn with one transfer function."""
-
-    views: dict[str, Float64Array]
-    """Oracle in the oblique views, as large as the pictures of the report."""
-    small: OraclePicture
-    """Oracle in the view of the sweep, in fewer pixels."""
-
-
+Reference = dict[str, Float64Array]
+"""Box means of one level, drawn with one transfer function by the oracle in the oblique views."""
 References = dict[tuple[str, int], Reference]
 """References by transfer function, or picture of several channels, and level."""
 
@@ -59,14 +48,11 @@ def draw_references(bench: Bench, programs: Sequence[Program]) -> References:
 def reference_view(subject: Subject, level: Level, transfer: str, view: str) -> Float64Array:
     """Draw the reference of a level in another standard view; the scan is read again."""
     (volumes,) = _volumes(subject, [level])
-    return subject.on_volumes(volumes, transfer, view).rgba
+    return subject.drafted.on_volumes(volumes, transfer, view).rgba
 
 
 def _reference(subject: Subject, volumes: Sequence[Volume], transfer: str) -> Reference:
-    return Reference(
-        views={name: subject.on_volumes(volumes, transfer, name).rgba for name in REFERENCE_VIEWS},
-        small=subject.small.on_volumes(volumes, transfer, SWEEP_VIEW),
-    )
+    return {name: subject.drafted.on_volumes(volumes, transfer, name).rgba for name in REFERENCE_VIEWS}
 
 
 def _volumes(subject: Subject, levels: Sequence[Level]) -> Iterator[tuple[Volume, ...]]:

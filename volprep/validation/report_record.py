@@ -64,7 +64,8 @@ class Report(Record):
     tolerance: Tolerance
     """Largest error that a view may have."""
     oracle_tolerance: NonNegative
-    """Bound that the oracle was asked to keep for each channel."""
+    """Bound that the oracle was asked to keep for each channel. A view whose verdict is clear has a drafted truth, with
+    the larger bound that its `truth_bound` states."""
     difference_gain: Annotated[float, Field(gt=0.0)]
     """Factor on the differences in the pictures named `difference`."""
     verdict: Verdict

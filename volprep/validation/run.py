@@ -43,7 +43,7 @@ from volprep.validation.views import MeasuredPrograms, Statement, ViewedProgram,
 from volprep.validation.whole import open_whole
 from volprep.validation.witness.judge import ask_witness
 from volprep.validation.witness.records import Witness
-from volprep.validation.witness.second_reading import read_again
+from volprep.validation.witness.second_reading import SecondReading, read_again
 from volprep.validation.witness.step_checks import check_steps
 from volprep.vtk.layouts import draw_figure
 from volprep.vtk.process import has_pyvista
@@ -229,7 +229,7 @@ def _result(bench: Bench, program: Program, views: ViewedProgram, references: Re
         level=views.level,
         views=views.views,
         sweep=sweep,
-        levels=compare_levels(bench, program, SWEEP_VIEW, references),
+        levels=compare_levels(bench, program, views, references),
         empty_space=measure_empty_space(bench, program, views, ways, times),
         light=measure_light(bench, program),
         others=others,
@@ -250,11 +250,19 @@ def _witnessed(
 ) -> Witness:
     """Ask VTK, and read scan, scene and package a second time."""
     asked = ask_witness(measured.statements, SWEEP_VIEW, scratch)
+    again = reread(path, source, channels, measured)
+    return asked.model_copy(update={"checks": tuple(again.checks), "missing": (*asked.missing, *again.missing)})
+
+
+def reread(
+    path: Path, source: Path | None, channels: Mapping[str, Subject], measured: MeasuredPrograms
+) -> SecondReading:
+    """Read scan, scene and package a second time, and check that finer steps reach the truth; without VTK."""
     again = read_again(path, source, channels, measured.statements)
     manifests = [each.bench.subject.package.manifest for each in measured.statements]
     classifications = {program.name: program.classification for each in manifests for program in each.programs}
-    checks = (*again.checks, *check_steps(measured.programs, classifications))
-    return asked.model_copy(update={"checks": checks, "missing": (*asked.missing, *again.missing)})
+    again.checks += check_steps(measured.programs, classifications)
+    return again
 
 
 def _layout_picture(package: Package, folder: ReportFolder) -> str | None:

@@ -89,7 +89,7 @@ def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
             for longer in ("exact", factor)
         )
     counts = samples(chords_mm(box_from_clip, subject.shape_hw, subject.grid), step_mm)
-    data = errors(on_data, as_sparse(truth, on_data))
+    data = errors(on_data, as_sparse(truth, len(on_data)))
     point = SweepPoint(
         level=level.index,
         step_mm=step_mm,
@@ -98,7 +98,7 @@ def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
         samples_max=int(counts.max()),
         draw=times["nominal"],
         total=errors(picture, truth),
-        drawing=errors(as_sparse(picture, on_data), on_data),
+        drawing=errors(as_sparse(picture, len(on_data)), on_data),
     )
     sizes = {record.path: record.size_bytes for record in subject.package.manifest.files}
     textures = [each for each in subject.package.manifest.textures if each.transfer == stacks.transfer]

@@ -14,7 +14,7 @@ from volprep.truth.colour import media_of_colour
 from volprep.truth.decoded import Volume, baked_fields, level_volume, own_table, table_function
 from volprep.truth.lit import BakedField, with_baked
 from volprep.truth.metrics import picture_error
-from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
 from volprep.truth.seen import seen_error
 from volprep.validation.records import ErrorNumbers
 from volprep.validation.same_field import (
@@ -37,6 +37,8 @@ _Float = TypeVar("_Float", bound=np.floating)
 _LEAST_SMALL = 128
 _LEAST_RAYS = 64
 """Width and height of the smallest pictures whose errors are a sample of a larger one's."""
+DRAFT_TOLERANCE = 1e-4
+"""A fortieth of a step of an 8-bit target: bound of the oracle where a sharper picture could change no verdict."""
 _OF_SLICES = COMPOSITINGS["emission-absorption"]
 """Compositing that blended slices approximate."""
 
@@ -68,10 +70,10 @@ class Subject:
         """For each transfer function, or for the picture of several, the program that draws it at the finest level."""
         self._compositing = COMPOSITINGS[package.manifest.programs[0].compositing] if self.programs else _OF_SLICES
         self._levels: dict[int, Volume] = {}
-        self._truths: dict[tuple[str, str], OraclePicture] | None = None
         self._on_coarse: dict[tuple[str, str, int], OraclePicture] = {}
         self._changed_voxels: dict[str, NDArray[np.intp] | None] = {}
         self._apart = 1
+        self._tolerance = DEFAULT_TOLERANCE
         self._turn: Float64Array | None = None
 
     @cached_property
@@ -80,29 +82,38 @@ class Subject:
 
         The sweep and the comparison of levels use the same few pictures: those already drawn are kept.
         """
-        return self._sized(max(-(-self.shape_hw[0] // 2), _LEAST_SMALL))
+        return self.sparse(2, least=_LEAST_SMALL)
 
     @cached_property
     def smallest(self) -> "Subject":
         """The same subject in a 16th of the pixels, at least 64²: enough to see how an error falls with the step."""
-        return self._sized(max(-(-self.shape_hw[0] // 4), _LEAST_RAYS))
+        return self.sparse(4)
 
-    def _sized(self, pixels: int) -> "Subject":
-        """Return the same subject with pictures of `pixels`², or of its own size if that is smaller."""
-        sized = copy(self)
-        sized.shape_hw = (min(self.shape_hw[0], pixels),) * 2
-        sized._truths, sized._on_coarse = {}, {}
-        return sized
-
-    def sparse(self, apart: int) -> "Subject":
+    def sparse(self, apart: int, least: int = _LEAST_RAYS) -> "Subject":
         """Return the same subject, of whose pictures every `apart`-th row and column is drawn.
 
-        Fewer are left out where less than 64 would be left.
+        `apart` is a power of two, and is halved while less than `least` would be left.
         """
         sparse = copy(self)
-        sparse._apart = max(1, min(apart, self.shape_hw[0] // _LEAST_RAYS))
+        while apart > 1 and self.shape_hw[0] // apart < least:
+            apart //= 2
+        sparse._apart = apart
         sparse._on_coarse = {}
         return sparse
+
+    def of_its_rays(self, picture: NDArray[_Float]) -> NDArray[_Float]:
+        """Return the pixels that it draws of a picture [H, W, 4], which may be sparse itself, but not more so."""
+        return as_sparse(picture, every(self.shape_hw[0], self._apart))
+
+    @cached_property
+    def drafted(self) -> "Subject":
+        """The same subject, whose oracle aims at a bound of DRAFT_TOLERANCE: enough where a verdict is clear."""
+        drafted = copy(self)
+        drafted._tolerance = DRAFT_TOLERANCE
+        drafted._on_coarse = {}
+        for sized in ("small", "smallest"):
+            drafted.__dict__.pop(sized, None)
+        return drafted
 
     def has_baked_light(self, transfer: str) -> bool:
         """Return whether light that was computed once lights a transfer function."""
@@ -116,7 +127,7 @@ class Subject:
     def turned(self, turn: Float64Array) -> "Subject":
         """Return the same subject with turnable light turned by a rotation [3, 3] of the patient's space."""
         other = copy(self)
-        other._turn, other._truths, other._on_coarse = turn, None, {}
+        other._turn, other._on_coarse = turn, {}
         other.__dict__.pop("_baked", None)
         return other
 
@@ -157,13 +168,6 @@ class Subject:
 
     def truth(self, transfer: str, view: str) -> OraclePicture:
         """Draw the scan at full precision."""
-        if self._truths is None:
-            return self._truth(transfer, view)
-        if (transfer, view) not in self._truths:
-            self._truths[transfer, view] = self._truth(transfer, view)
-        return self._truths[transfer, view]
-
-    def _truth(self, transfer: str, view: str) -> OraclePicture:
         return self._draw([(part.scan, part.function(name)) for name, part in self._parts(transfer)], view)
 
     def on_data_beside(
@@ -316,6 +320,7 @@ class Subject:
             shape_hw,
             nearest=volume.nearest,
             normals=with_baked(volume.normals, self._baked),
+            tolerance=self._tolerance,
         )
 
     def level(self, level: int) -> Volume:
@@ -341,9 +346,9 @@ def render_settings(package: Package) -> RenderSettings:
     return render
 
 
-def as_sparse(picture: NDArray[_Float], sparse: FloatArray) -> NDArray[_Float]:
-    """Return the rows and columns of a picture [H, W, 4] that a sparse picture of the same has."""
-    apart = -(-len(picture) // len(sparse))
+def as_sparse(picture: NDArray[_Float], rows: int) -> NDArray[_Float]:
+    """Return the rows and columns of a picture [H, W, 4] that a sparse picture of the same, with `rows` rows, has."""
+    apart = -(-len(picture) // rows)
     return picture[::apart, ::apart]
 
 

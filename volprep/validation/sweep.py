@@ -5,9 +5,9 @@ it is. The quadrature error is that of a float target, rays running to their end
 table as transfer function: it excludes data, table, early termination, and the 8 bits of the target, so its order is
 visible.
 
-The finest level is drawn in a 16th of the report's pixels, coarse levels in a quarter, which are a sample of its rays;
-both pictures of a difference have the same. Only the errors of the nominal step, which the verdict judges, come from
-the report's own picture.
+The finest level is drawn in a 16th of the report's pixels, coarse levels in a quarter: every fourth or every second
+row and column, whose truth the report's own picture has. Only the errors of the nominal step, which the verdict judges,
+come from the whole picture.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -91,10 +91,10 @@ class _Sweeper:
         return possible[-_FINEST_LEVEL_STEPS:]
 
     def draw(self, renderer: Renderer, ratio: float, subject: Subject) -> Float32Array:
-        """Draw with a multiple of the nominal step of the level, as large as the pictures of `subject`."""
+        """Draw the rays of `subject` with a multiple of the nominal step of the level."""
         step_mm = ratio * subject.render.step_of(renderer.level.index)
         with self._clock.part("drawing"):
-            return renderer.render(self._box_from_clip, subject.shape_hw, step_mm)
+            return renderer.render(*subject.rays(SWEEP_VIEW), step_mm)
 
     def precise(self, level: int, ratios: tuple[float, ...]) -> _Precise | None:
         """Draw into the most precise target that the driver has; None if it has 8 bits only."""
@@ -146,7 +146,7 @@ class _Sweeper:
 
     def _timed_hw(self, finest: Renderer) -> tuple[int, int]:
         """Return the size of pictures to time: that of the report, or a smaller one for a slow driver."""
-        pixels = self.small.shape_hw[0]
+        _, (pixels, _) = self.small.rays(SWEEP_VIEW)
         for size in dict.fromkeys(max(-(-pixels // part), min(pixels, _LEAST_TIMED)) for part in (4, 2, 1)):
             shape_hw = (size, size)
             # The first draw is not counted: it compiles, and pages in.
@@ -228,20 +228,19 @@ def measure_sweep(
     steps = 2 * len(ratios) + len(_COARSE_RATIOS) * len(coarser)
     bench.progress.start(f"error against time, {program.name}", steps)
     small, smallest = sweeper.small, sweeper.smallest
+    truth, on_data = (smallest.of_its_rays(each.rgba) for each in (viewed.truth, viewed.on_data))
     with clock.part("oracle"):
-        truth = smallest.truth(program.transfer, SWEEP_VIEW)
-        on_data = smallest.on_data_beside(truth, program.transfer, SWEEP_VIEW, finest).rgba
         on_table = smallest.on_table(program.transfer, SWEEP_VIEW, finest).rgba
     precise = sweeper.precise(finest, ratios)
     timed = [(finest, ratio) for ratio in ratios] + [(level, ratio) for level in coarser for ratio in _COARSE_RATIOS]
     timed_size, times, of_others = sweeper.times(timed, others)
-    points = sweeper.points(finest, ratios, on_data, truth.rgba, times)
+    points = sweeper.points(finest, ratios, on_data, truth, times)
     if precise is not None:
         points = [
             point.model_copy(update={"quadrature": errors(picture, on_table)})
             for point, picture in zip(points, precise.uncut, strict=True)
         ]
-    floors = [sweeper.floor(finest, viewed.on_data.rgba, as_sparse(viewed.truth.rgba, viewed.on_data.rgba))]
+    floors = [sweeper.floor(finest, viewed.on_data.rgba, as_sparse(viewed.truth.rgba, len(viewed.on_data.rgba)))]
     nominal = ratios.index(1.0)
     breakdown = Breakdown(
         data=floors[0].data,
@@ -262,12 +261,12 @@ def measure_sweep(
         labels=subject.scan.nearest,
         borders=subject.has_jumps_at_borders,
     )
+    small_truth = small.of_its_rays(viewed.truth.rgba)
     for level in coarser:
         with clock.part("oracle"):
-            small_truth = small.truth(program.transfer, SWEEP_VIEW)
             on_data = small.on_data(program.transfer, SWEEP_VIEW, level).rgba
-        points += sweeper.points(level, _COARSE_RATIOS, on_data, small_truth.rgba, times)
-        floors.append(sweeper.floor(level, on_data, small_truth.rgba))
+        points += sweeper.points(level, _COARSE_RATIOS, on_data, small_truth, times)
+        floors.append(sweeper.floor(level, on_data, small_truth))
     sweep = Sweep(
         view=SWEEP_VIEW,
         timed_size=timed_size,
