@@ -161,6 +161,7 @@ def _print(report: "Report", folder: Path) -> None:
         _print_sweep(program)
         if program.others:
             _print_others(program.others)
+            _print_styles(program.others)
         if program.empty_space is not None:
             _print_empty_space(program.empty_space)
         if program.light is not None:
@@ -269,9 +270,31 @@ def _print_others(others: "Sequence[OtherDrawing]") -> None:
     print_table(("drawn", "program", "pixels", *measured, "verdict", "right up to"), rows)
 
 
+def _print_styles(others: "Sequence[OtherDrawing]") -> None:
+    """Print how much light segments keep at coarse levels."""
+    rows = [
+        (
+            other.item,
+            other.program,
+            style.transfer,
+            f"{style.kept_light:.2f}",
+            f"{style.least} {style.least_kept_light:.2f}" if style.least else "–",
+            ", ".join(style.lost) or "none",
+        )
+        for other in others
+        for style in other.styles
+    ]
+    if rows:
+        print_line("")
+        print_line("light of segments, each alone, over that of the scan")
+        print_table(("drawn", "program", "style", "kept light", "least", "lost"), rows)
+
+
 def _judgement(other: "OtherDrawing") -> str:
     words = ["within" if other.passed else "beyond"]
-    if other.excused and not other.passed:
+    if other.loses_segments:
+        words.append("loses segments")
+    elif other.excused and not other.passed:
         words.append("as box means")
     if other.preview_only:
         words.append("for previews")

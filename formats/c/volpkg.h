@@ -990,6 +990,8 @@ typedef struct volpkg_piece {
     /* KTX 2 file of a 3D texture, or of a mosaic. Absent for an empty piece; draw a constant piece of the code
        `minimum` instead. NULL if absent. */
     const char* path;
+    /* Label of all voxels of an empty piece, if pieces hold labels; absent for label 0. -1 if absent. */
+    int32_t label;
     /* In the mapping; NULL if it is empty. */
     const void* texels;
     /* Size of the texels. */
@@ -1029,7 +1031,8 @@ typedef struct volpkg_subvolume_grid {
     /* For each axis: the voxels where the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i] to
        cuts[i + 1], both included, so neighbours share one layer. */
     VOLPKG_LIST(int32_t) cuts_zyx[3];
-    /* Upload parameters of a piece. */
+    /* Upload parameters of a piece. Texels of two or three components hold a value and a label: one byte, or two with
+       the low one first. */
     volpkg_gl gl;
     /* Texture filter of a piece: nearest if voxels are labels. */
     volpkg_filter filter;
@@ -3605,10 +3608,12 @@ static const volpkg__field volpkg__manifest_fields[] = {
     {"files", &volpkg__file_record_record_list, offsetof(volpkg_package, files), 0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__manifest_record, volpkg_package, volpkg__manifest_fields)
+VOLPKG__NUMBERS(volpkg__int_from_0_to_32767, VOLPKG__INT, int32_t, 0.0, 32767.0, 1)
 static const volpkg__field volpkg__subvolume_fields[] = {
     {"minimum", &volpkg__int_from_0, offsetof(volpkg_piece, minimum), VOLPKG__NEEDED, 0, NULL},
     {"maximum", &volpkg__int_from_0, offsetof(volpkg_piece, maximum), VOLPKG__NEEDED, 0, NULL},
     {"file", &volpkg__path, offsetof(volpkg_piece, path), VOLPKG__NULLABLE, 0, NULL},
+    {"label", &volpkg__int_from_0_to_32767, offsetof(volpkg_piece, label), VOLPKG__NULLABLE, -1, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__subvolume_record, volpkg_piece, volpkg__subvolume_fields)
 static const volpkg__named volpkg__only_volpkg_subvolumes_words[] = {{"volpkg-subvolumes", 0}, {NULL, 0}};
@@ -4707,6 +4712,21 @@ static uint32_t volpkg__components(const volpkg_gl* gl) {
     }
 }
 
+/* Bytes of a label behind the value in a texel of a piece. */
+static int32_t volpkg__label_bytes(const volpkg_gl* gl) {
+    uint32_t components = volpkg__components(gl);
+    return components == 2 || components == 3 ? (int32_t)components - 1 : 0;
+}
+
+/* Bytes of a label that programs read from pieces: none unless they draw segments. */
+static int32_t volpkg__labels_of_pieces(const volpkg_package* p) {
+    int32_t i;
+    for (i = 0; p->segments != NULL && i < p->subvolumes->programs.count; ++i)
+        if (strcmp(p->subvolumes->programs.at[i].transfer, p->segments->name) == 0)
+            return p->segments->labels.count > 128 ? 2 : 1;
+    return 0;
+}
+
 /* Number of tiles for so many slices. */
 static int64_t volpkg__tiles(int32_t slices, int32_t per_texel, volpkg_mosaic_order order) {
     int64_t n = slices;
@@ -4730,10 +4750,10 @@ static volpkg_code volpkg__check_pieces(volpkg__reader* r, const char* name, con
     for (i = 0; i < 2; ++i) pitch[i] = (int64_t)m->tile_shape_yx[i] + 2 * (int64_t)m->gutter + m->padding_yx[i];
     tiles = volpkg__tiles(m->slices, m->slices_per_texel, m->order);
     own = m->order == VOLPKG_MOSAIC_ORDER_OVERLAPPING ? 3 : m->slices_per_texel;
-    VOLPKG__RULE(m->textures == 1 && m->components_per_voxel == 1 &&
-                     volpkg__components(&grid->gl) == (uint32_t)m->slices_per_texel &&
+    VOLPKG__RULE(m->textures == 1 && m->components_per_voxel == 1 + volpkg__label_bytes(&grid->gl) &&
+                     volpkg__components(&grid->gl) == (uint32_t)(m->slices_per_texel * m->components_per_voxel) &&
                      (m->slices_per_texel == 4 || m->order == VOLPKG_MOSAIC_ORDER_INTERLEAVED),
-                 name, "its mosaic is not one texture with one value of each slice in a texel");
+                 name, "its mosaic is not one texture with one value of each slice, or value and label, in a texel");
     VOLPKG__RULE(m->tile_shape_yx[0] >= largest[1] && m->tile_shape_yx[1] >= largest[2] && m->slices >= largest[0] &&
                      tiles <= (int64_t)m->tiles_x * m->tiles_y && tiles * own >= largest[0] &&
                      pitch[0] <= m->texture_shape_yx[0] / m->tiles_y && pitch[1] <= m->texture_shape_yx[1] / m->tiles_x,
@@ -4778,6 +4798,8 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
     VOLPKG__RULE((grid->whole == NULL) == (files->whole == NULL) &&
                      (grid->whole == NULL || strcmp(grid->whole, files->whole) == 0),
                  file->path, "it names another file of the whole level than the manifest");
+    VOLPKG__RULE(volpkg__label_bytes(&grid->gl) == volpkg__labels_of_pieces(p), file->path,
+                 "its texels have other labels than programs read");
     if (files->whole) {
         VOLPKG__TRY(volpkg__read_ktx(r, volpkg_find_file(p, files->whole), &image));
         if (image.packed) return volpkg__no_ktx(r, volpkg_find_file(p, files->whole), "it must not be compressed");
@@ -6216,12 +6238,12 @@ static volpkg_code volpkg__label_texture_rules(volpkg__reader* r, const volpkg_p
 
 /* A program that draws segments samples the volume, labels, looks and one table of each transfer function. */
 static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg_package* p,
-                                                 const volpkg_program* program) {
+                                                 const volpkg_program* program, int in_pieces) {
     const volpkg_segments* segments = p->segments;
     int32_t tables = program->classification == VOLPKG_CLASSIFICATION_LOOKUP ? segments->transfers.count : 0;
     int32_t skips = volpkg__samples(program, VOLPKG_ROLE_SKIP), volumes = 0, bricks = 0, labels = 0, finest, i, k,
-            next = 0;
-    VOLPKG__RULE(program->sampling != VOLPKG_SAMPLING_SUBVOLUMES &&
+            next = 0, pieces = in_pieces ? 8 : 0;
+    VOLPKG__RULE((program->sampling == VOLPKG_SAMPLING_SUBVOLUMES) == in_pieces &&
                      (program->compositing == VOLPKG_COMPOSITING_EMISSION_ABSORPTION ||
                       program->compositing == VOLPKG_COMPOSITING_BACK_TO_FRONT ||
                       program->compositing == VOLPKG_COMPOSITING_MAXIMUM ||
@@ -6229,9 +6251,9 @@ static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg
                  program->name, "it draws segments in a way that no package has");
     VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE || program->normals_from != VOLPKG_NORMALS_FROM_VOLUME,
                  program->name, "it lights segments with the normals of values, which know no labels");
-    VOLPKG__RULE(program->levels.count > 0, program->name, "it draws no level");
+    VOLPKG__RULE(in_pieces || program->levels.count > 0, program->name, "it draws no level");
     finest = volpkg__finest(program, 1, program->transfer);
-    for (i = 0; i < p->textures.count; ++i) {
+    for (i = 0; i < p->textures.count && !in_pieces; ++i) {
         volumes += p->textures.at[i].role == VOLPKG_ROLE_VOLUME && p->textures.at[i].level == finest;
         bricks += p->textures.at[i].role == VOLPKG_ROLE_BRICKS && p->textures.at[i].level == finest;
         labels += p->textures.at[i].role == VOLPKG_ROLE_LABELS && p->textures.at[i].level == finest;
@@ -6239,9 +6261,10 @@ static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg
     VOLPKG__RULE(volpkg__samples(program, VOLPKG_ROLE_VOLUME) == volumes &&
                      volpkg__samples(program, VOLPKG_ROLE_BRICKS) == bricks &&
                      volpkg__samples(program, VOLPKG_ROLE_LABELS) == labels &&
+                     volpkg__samples(program, VOLPKG_ROLE_SUBVOLUME) == pieces &&
                      volpkg__samples(program, VOLPKG_ROLE_LOOKS) == 1 &&
                      volpkg__samples(program, VOLPKG_ROLE_TRANSFER) == tables &&
-                     program->samplers.count == volumes + bricks + labels + 1 + tables + skips,
+                     program->samplers.count == volumes + bricks + labels + pieces + 1 + tables + skips,
                  program->name, "it draws segments, but samples something else");
     for (i = 0; i < program->samplers.count && tables; ++i) {
         const volpkg_sampler* sampler = &program->samplers.at[i];
@@ -6250,7 +6273,7 @@ static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg
                      "it samples tables in another order than that of the transfer functions");
         ++next;
     }
-    for (i = 0; i < program->levels.count; ++i) {
+    for (i = 0; i < program->levels.count && !in_pieces; ++i) {
         int held = 0;
         for (k = 0; k < p->textures.count; ++k)
             held |= p->textures.at[k].role == VOLPKG_ROLE_LABELS && p->textures.at[k].level == program->levels.at[i];
@@ -6272,9 +6295,12 @@ static volpkg_code volpkg__segments_rules(volpkg__reader* r, const volpkg_packag
     VOLPKG__TRY(volpkg__shared_skip_rules(r, p, p->segments->name));
     for (i = 0; i < p->programs.count; ++i)
         if (volpkg__is(p->programs.at[i].transfer, p->segments->name)) {
-            VOLPKG__TRY(volpkg__segment_program_rules(r, p, &p->programs.at[i]));
+            VOLPKG__TRY(volpkg__segment_program_rules(r, p, &p->programs.at[i], 0));
             ++programs;
         }
+    for (i = 0; p->subvolumes != NULL && i < p->subvolumes->programs.count; ++i)
+        if (volpkg__is(p->subvolumes->programs.at[i].transfer, p->segments->name))
+            VOLPKG__TRY(volpkg__segment_program_rules(r, p, &p->subvolumes->programs.at[i], 1));
     VOLPKG__RULE(programs > 0, p->segments->name, "no program draws this picture");
     return VOLPKG_OK;
 }
@@ -6965,13 +6991,18 @@ static uint16_t volpkg__to_half(double value) {
     return (uint16_t)(exponent < -13 ? whole : (exponent + 13) * 1024 + whole);
 }
 
-static void volpkg__constant_piece(volpkg_drawing* drawing, int32_t part, int64_t code, volpkg_texture* texture) {
+static void volpkg__constant_piece(volpkg_drawing* drawing, int32_t part, const volpkg_piece* piece,
+                                   volpkg_texture* texture) {
+    int64_t code = piece != NULL ? piece->minimum : 0;
     uint32_t word = code < 0 ? 0 : code > 65535 ? 65535 : (uint32_t)code;
     int32_t i, bytes = texture->gl.type == 0x1401 ? 1 : 2;
+    int32_t label = piece != NULL && piece->label > 0 ? piece->label : 0;
     if (texture->gl.type == 0x140B) word = volpkg__to_half(word / 65535.0);
     texture->texel_bytes = bytes * (int32_t)volpkg__components(&texture->gl);
     for (i = 0; i < (int32_t)texture->texel_bytes; ++i)
         drawing->constants[part][i] = (unsigned char)(word >> 8 * (i % bytes));
+    for (i = 0; i < volpkg__label_bytes(&texture->gl); ++i)
+        drawing->constants[part][bytes * (1 + i)] = (unsigned char)(label >> 8 * i);
     texture->shape_zyx[0] = texture->shape_zyx[1] = texture->shape_zyx[2] = 1;
     texture->texels = drawing->constants[part];
 }
@@ -7027,7 +7058,7 @@ volpkg_code volpkg_choose_point(const volpkg_package* package, const char* trans
         texture->mipmaps = 1;
         texture->transfer = "";
         if (piece == NULL || piece->texels == NULL) {
-            volpkg__constant_piece(drawing, sampler->part, piece ? piece->minimum : 0, texture);
+            volpkg__constant_piece(drawing, sampler->part, piece, texture);
             continue;
         }
         volpkg__piece_shape(grid, number, texture->shape_zyx);

@@ -52,7 +52,7 @@ export const SCHEMA = {
   SourceRecord: "info: SourceInfo; sha256: h",
   Statistics: "minimum: n; maximum: n; non_finite: B",
   StoredLight: "model: LightModel; texture_from_box_per_mm_xyz: 3n; largest: P; subtracted?: N; stored_values: 2n; samples: B; residual: F",
-  Subvolume: "minimum: U; maximum: U; file?: p~",
+  Subvolume: "minimum: U; maximum: U; file?: p~; label?: #(0,32767)~",
   SubvolumeFiles: "grid: p; pieces?: *p; whole?: p~; programs?: *Program",
   SubvolumeGrid: "format?: =volpkg-subvolumes; shape_zyx: 3I; size: #(2,2147483647); cuts_zyx: 3*U; gl: GlFormat; filter?: =linear|nearest; mosaic?: MosaicLayout~; whole?: p~; subvolumes: *Subvolume; points: *GridPoint; view: ViewThresholds",
   Sun: "direction: 3n; colour?: 3(0.0,100.0); size_degrees?: (0.0,180.0)",

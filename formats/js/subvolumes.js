@@ -18,7 +18,7 @@ import { parseJson, schemaBreach } from "./strict.js";
  * @property {"linear" | "nearest"} [filter]
  * @property {NonNullable<Texture["mosaic"]>} [mosaic]
  * @property {string | null} [whole]
- * @property {{minimum: number, file?: string}[]} subvolumes
+ * @property {{minimum: number, file?: string, label?: number | null}[]} subvolumes
  * @property {{subvolumes: number[]}[]} points
  */
 
@@ -45,11 +45,23 @@ export async function readGrid(pack, signal) {
   if (problem) refuse(problem);
   for (const problem of contradictions(grid)) refuse(problem);
   if (volume.shape_zyx.some((n, i) => n !== grid.shape_zyx[i])) refuse("it has another shape than the volume");
+  const labelBytes = { 2: 1, 3: 2 }[componentsOf(grid.gl)] ?? 0;
+  if (labelBytes !== labelBytesOfPieces(pack.manifest)) refuse("its texels have other labels than programs read");
   const { pieces = [], whole = null } = /** @type {Partial<SubvolumeFiles>} */ (subvolumes ?? {});
   const files = grid.subvolumes.flatMap((/** @type {{file?: string}} */ { file }) => file ?? []);
   if (files.join() !== pieces.join() || (grid.whole ?? null) !== whole)
     refuse("it names other files than the manifest");
   return grid;
+}
+
+/** Components of a texel. @param {Texture["gl"]} gl */
+const componentsOf = ({ format }) =>
+  ({ LUMINANCE: 1, RED: 1, LUMINANCE_ALPHA: 2, RG: 2, RGB: 3, RGBA: 4 })[String(format)] ?? 0;
+
+/** Bytes of a label that programs read from pieces: none unless they draw segments. @param {Package["manifest"]} manifest */
+function labelBytesOfPieces({ segments, subvolumes }) {
+  if (!segments || !subvolumes?.programs?.some(({ transfer }) => transfer === (segments.name ?? "segments"))) return 0;
+  return segments.labels.length > 128 ? 2 : 1;
 }
 
 /** Every way in which a grid contradicts itself. @param {SubvolumeGrid} grid @returns {Generator<string, void>} */
@@ -85,11 +97,11 @@ function holdsPieces(mosaic, gl, cuts) {
     (at) => at.reduce((most, cut, i) => Math.max(most, i ? cut - at[i - 1] : 0), 0) + 1,
   );
   const count = overlaps && each === 4 ? Math.max(1, Math.ceil((slices - 1) / 3)) : Math.ceil(slices / each);
-  const components = { LUMINANCE: 1, RED: 1, LUMINANCE_ALPHA: 2, RG: 2, RGB: 3, RGBA: 4 }[String(gl.format)];
+  const components = componentsOf(gl);
   return (
     textures === 1 &&
-    components_per_voxel === 1 &&
-    each === components &&
+    components_per_voxel === ([2, 3].includes(components) ? components : 1) &&
+    each * components_per_voxel === components &&
     (each === 4 || order === "interleaved") &&
     sides.every((side, i) => tile[i] >= side) &&
     slices >= depth &&
@@ -173,6 +185,7 @@ function piece(grid, place, part) {
   const at = place.map((each, axis) => each - 1 + ((part >> (2 - axis)) & 1));
   const counts = grid.cuts_zyx.map((cuts) => cuts.length - 1);
   const there = at.every((each, axis) => each >= 0 && each < counts[axis]);
+  /** @type {SubvolumeGrid["subvolumes"][number]} */
   const found = there ? grid.subvolumes[at[2] + counts[2] * (at[1] + counts[1] * at[0])] : { minimum: 0 };
   const shape = !found.file
     ? [1, 1, 1]
@@ -193,7 +206,12 @@ function piece(grid, place, part) {
   };
   if (found.file) return { texture };
   const code = grid.gl.type === "HALF_FLOAT" ? toHalf(found.minimum / 65535) : found.minimum;
-  const codes = Array(grid.gl.format === "RGBA" ? 4 : 1).fill(code);
+  const components = componentsOf(grid.gl);
+  const { label = 0 } = found;
+  // A value and a label, or a value for each slice of a texel.
+  const codes = [2, 3].includes(components)
+    ? [code, (label ?? 0) & 0xff, (label ?? 0) >> 8].slice(0, components)
+    : Array(components || 1).fill(code);
   return {
     texture,
     constant:

@@ -97,6 +97,8 @@ points = [
     { value = 0.0, colour = "#c0c0c0", extinction_per_mm = 0.1 },
     { value = 220.0, colour = "#ffffff", extinction_per_mm = 0.9 },
 ]
+[grid]
+size = 10
 [segments]
 source = "labels.nii"
 outside_opacity = 0.5

@@ -82,11 +82,16 @@ class WalkShot:
 
 
 def walk_scene(package: Package, transfer: str | None, pixels: int) -> WalkScene:
-    """Return the volume that a walk leads through. Raises VP4050 and VP5018 for a package that has no such walk."""
+    """Return the volume that a walk leads through.
+
+    Raises VP4050 and VP5018 for a package that has no such walk, VP4053 for one that draws segments.
+    """
     manifest = package.manifest
     files, level_grid, render = manifest.subvolumes, manifest.grid, manifest.render
     if files is None or level_grid is None or render is None:
         raise VolprepError("VP4050", path=package.path)
+    if manifest.segments is not None:
+        raise VolprepError("VP4053", path=package.path)
     program = block_inputs(package, 0, transfer or manifest.transfer_functions[0].name).program
     ground = Ground(
         grid=decode_grid(package.read_bytes(files.grid), package.path, files.grid),

@@ -195,6 +195,8 @@ class SubvolumesPlan(Record):
     """Format of a texel."""
     mosaic: MosaicLayout | None = None
     """Layout of a piece in a 2D texture; None for a 3D texture."""
+    label_bytes: Annotated[int, Field(ge=0, le=2)] = 0
+    """Bytes of a label behind the value of a voxel; 0 without segments."""
     pieces: bool
     """Whether each piece is a file."""
     whole: PackagePath | None
@@ -202,7 +204,7 @@ class SubvolumesPlan(Record):
     keep_empty: bool
     """Whether pieces that no transfer function shows are kept, because users change the transfer function."""
     programs: tuple[ProgramDesign, ...] = ()
-    """A program for each transfer function that draws the pieces around a point; none without files of pieces."""
+    """A program for each picture that draws the pieces around a point; none without files of pieces."""
 
 
 class ProxyMeshPlan(Record):

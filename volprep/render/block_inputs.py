@@ -73,7 +73,7 @@ def _pieces(grid: SubvolumeGrid, place: tuple[int, int, int]) -> tuple[list[Text
         if piece is not None and piece.file is not None:
             shape = grid.texture_shape_zyx(i + nx * (j + ny * k))
         else:
-            texels[name] = constant_texture(piece.minimum if piece is not None else 0, grid.gl)
+            texels[name] = constant_texture(piece, grid.gl)
         file = piece.file if piece is not None and piece.file is not None else "subvolumes/empty"
         textures.append(
             Texture(

@@ -198,7 +198,9 @@ def _previews_in_words(report: Report) -> str:
     told = f"{len(within)} of {len(previews)} levels for previews are within their tolerance ({limits}), where one of "
     told += "their voxels is about one pixel"
     meaning = ": a person who compares sees a difference, and no thin thing is missing" if within else ""
-    others = "; of the others box means of the scan are beyond it, too" if len(within) < len(previews) else ""
+    lost = any(other.loses_segments for program in report.programs for other in program.others)
+    excuse = "; some lose segments" if lost else "; of the others box means of the scan are beyond it, too"
+    others = excuse if len(within) < len(previews) else ""
     worse = "" if report.verdict.worse else "; none is worse than box means"
     return f"{told}{meaning}{others}{worse}."
 

@@ -221,7 +221,9 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
     if manifest.together is not None and program.transfer == manifest.together.name:
         features = [*drawn_together(manifest, program)]
     elif manifest.segments is not None and program.transfer == manifest.segments.name:
-        features = [*drawn_with_segments(manifest, manifest.segments, program, _sampling(package, program, grid))]
+        pieces = _pieces(package) if program.sampling == "subvolumes" else None
+        sampled = _sampling(package, program, grid)
+        features = [*drawn_with_segments(manifest, manifest.segments, program, sampled, pieces)]
     else:
         features = [_sampling(package, program, grid), _classification(package, program)]
     skipping = skipping_of(manifest, program, manifest.profile.dialect) if skips else None

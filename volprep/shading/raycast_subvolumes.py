@@ -5,13 +5,14 @@ half of the texture coordinates, so that the outer half voxels of neighbours cla
 position lies between voxels that one piece holds.
 """
 
+from volprep.shading.components import component_letter
 from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
 from volprep.shading.positions import in_voxels, voxel_positions
 from volprep.shading.raycast_mosaic import values_of
 from volprep_formats.grid import Grid
-from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, label_bytes
 from volprep_formats.package.program import Sampler, Uniform, UniformSource
 from volprep_formats.package.texture import MosaicLayout, SampleFilter
 from volprep_formats.textures.mosaic import own_slices
@@ -44,6 +45,19 @@ def sampling(grid: Grid, pieces: SubvolumeGrid, *, gradients: bool) -> Feature:
         samplers=samplers,
         offers=in_voxels(grid.shape_zyx),
     )
+
+
+def labels(pieces: SubvolumeGrid) -> tuple[str, str]:
+    """Return the part that reads labels of pieces, and the number of a label from the byte or the bytes of a texel.
+
+    Label texels of a mosaic are read through a linear filter. At the centre of a texel it may round.
+    """
+    letters = "".join(component_letter(pieces.gl.format, 1 + byte) for byte in range(label_bytes(pieces.gl)))
+    texel = f"label_texel(at).{letters}"
+    code = f"{texel} * 255.0" if len(letters) == 1 else f"dot({texel}, vec2(255.0, 65280.0))"
+    if pieces.mosaic is None:
+        return "sampling/subvolumes:labels", code
+    return "sampling/subvolumes_mosaic:labels", f"floor({code} + 0.5)"
 
 
 def _block(piece: MosaicLayout) -> Mosaic:

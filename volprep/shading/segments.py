@@ -23,6 +23,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import accumulate, groupby, pairwise
 
+from volprep.shading import raycast_subvolumes
 from volprep.shading.classification import sample_classification
 from volprep.shading.components import component_letter
 from volprep.shading.compose import Instance, Slot, literal
@@ -37,8 +38,8 @@ from volprep_formats.package.parts.segments.record import (
     table_shape,
 )
 from volprep_formats.package.parts.segments.texels import FLAG_BITS
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 from volprep_formats.package.program import ProgramDesign, Sampler
-from volprep_formats.package.texture import Texture
 
 _PART = "classification/segments"
 _VALUES = "classification/segments_values"
@@ -47,9 +48,13 @@ _BYTES = {False: "({texel}).{low} * 255.0", True: "dot(({texel}).{low}{high}, ve
 
 
 def drawn_with_segments(
-    manifest: Manifest, segments: Segments, program: ProgramDesign, sampling: Feature
+    manifest: Manifest,
+    segments: Segments,
+    program: ProgramDesign,
+    sampling: Feature,
+    pieces: SubvolumeGrid | None = None,
 ) -> tuple[Feature, Feature]:
-    """Return how a program samples the scan, and how it classifies samples by label."""
+    """Return how a program samples the scan, and how it classifies samples by label; `pieces` hold their labels."""
     volume = tuple(replaced(each, segments.transfers[0]) for each in sampling.samplers)
     dialect = manifest.profile.dialect
     classify: list[Instance] = []
@@ -60,9 +65,8 @@ def drawn_with_segments(
         assert isinstance(part, tuple)  # noqa: S101 - a function of samples is an instance
         classify += part
         samplers += [replaced(each, transfer) for each in own.samplers]
-    level, is_lit = min(program.levels), program.lighting != "none"
-    texture = next(each for each in manifest.textures if (each.role, each.level) == ("labels", level))
-    labels = _labels(texture, wide=segments.wide, in_voxels=program.sampling != "texture3d")
+    is_lit = program.lighting != "none"
+    labels = _labels(manifest, segments, program) if pieces is None else _labels_of(pieces)
     words = {
         **labels.words,
         "FLAG": literal(2 ** FLAG_BITS[segments.wide]),
@@ -107,11 +111,19 @@ def values_alone(classified: Feature) -> Feature:
     return replace(classified, slots=slots, samplers=samplers)
 
 
-def _labels(texture: Texture, *, wide: bool, in_voxels: bool) -> Feature:
+def _labels_of(pieces: SubvolumeGrid) -> Feature:
+    """Return how labels are read from sub-volumes: their texels hold them, and are sampled anyway."""
+    texels, code = raycast_subvolumes.labels(pieces)
+    return Feature(slots={"texels": texels}, words={"CODE": code, "PLACE": "at", "OF_VOXELS": ""})
+
+
+def _labels(manifest: Manifest, segments: Segments, program: ProgramDesign) -> Feature:
     """Return how labels are read: from a 3D texture, or from a mosaic of one slice in a texel.
 
-    Labels use the positions of the volume: voxels if `in_voxels`, else texture coordinates.
+    Labels use the positions of the volume: voxels, or texture coordinates.
     """
+    level, wide, in_voxels = min(program.levels), segments.wide, program.sampling != "texture3d"
+    texture = next(each for each in manifest.textures if (each.role, each.level) == ("labels", level))
     low, high = (component_letter(texture.gl.format, component) for component in (0, 1))
     if texture.mosaic is None:
         texel = "textureLod(u_labels, at, 0.0)"

@@ -1,5 +1,6 @@
 """Subject of validation for a scan with its segments: the oracle draws scan and package with their labels."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,12 +9,17 @@ from numpy.typing import NDArray
 from volprep.truth.box import frequent_level
 from volprep.truth.decoded import Volume
 from volprep.truth.labelled import Labelled, labelled_picture, tinted
+from volprep.truth.labelled_light import light_of_labels
 from volprep.truth.labelled_values import labelled_value_picture
 from volprep.truth.oracle import OraclePicture
+from volprep.validation.kept_styles import kept_styles
 from volprep.validation.same_field import part_of
+from volprep.validation.seen_records import KeptStyle
 from volprep.validation.subject import Subject
-from volprep_formats.arrays import UInt8Array
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.segments.record import Segments, looks
 from volprep_formats.package.parts.segments.texels import held_labels, looks_of_texels
 from volprep_formats.package.reader import Package
@@ -88,6 +94,29 @@ class LabelledSubject(Subject):
         labels = frequent_level(self._labels[part_of(self.scan.grid, grid)], level.factors_zyx)
         functions = {name: self.function(name) for name in self._styles(transfer)}
         return self._with(volume, labels, looks(self._derived), functions, view)
+
+    def kept_styles(self, level: Level, least: float) -> tuple[KeptStyle, ...]:
+        """Return the kept light of each visible style of segments at a coarse level; `least` is allowed."""
+        grid = self.package.manifest.grid
+        if grid is None:
+            msg = "a sealed package without a grid"
+            raise ValueError(msg)
+        box = part_of(self.scan.grid, grid)
+        scan = self._light(self.scan.stored[box], self._labels[box], self.scan, grid)
+        volume, held = self.level(level.index), self._held_labels(level.index)
+        coarse = self._light(volume.stored, held, volume, level.grid)
+        voxels = np.bincount(self._labels[box].ravel(), minlength=len(scan))
+        # Nothing can hold less than half a voxel.
+        enough = voxels * 2 >= math.prod(level.factors_zyx)
+        return kept_styles(self._derived, scan, coarse, enough, least)
+
+    def _light(
+        self, stored: NDArray[np.generic], labels: NDArray[np.uint16], volume: Volume, grid: Grid
+    ) -> Float64Array:
+        functions = [self.function(label.transfer) for label in self._derived.labels]
+        return light_of_labels(
+            stored, volume.slope, volume.intercept, labels, functions, math.prod(grid.spacing_mm_zyx)
+        )
 
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with lookup tables as transfer functions."""

@@ -156,6 +156,7 @@ def _coarse_level(  # noqa: PLR0917 - what was drawn, and what it is compared wi
         pixels=pixels_of(subject, level),
         sizes=sizes,
         right_up_to_pixels=next((each.pixels for each in sizes if each.passed), None),
+        styles=subject.kept_styles(level, tolerance.kept_light),
         views=views,
     )
     return drawing, _least_kept(bench, chosen, views, pictures, viewed)

@@ -108,6 +108,27 @@ class OtherView(Record):
     """The same in pictures as large as the report's."""
 
 
+class KeptStyle(Record):
+    """Light that a style of segments, a transfer function, keeps at a coarse level.
+
+    The light of a label is its extinction, integrated over its voxels. Kept light is that of the level over that of the
+    scan; 1 if right.
+    """
+
+    transfer: str
+    """Transfer function."""
+    kept_light: NonNegative
+    """Kept light of all its visible labels together."""
+    least: str | None
+    """Name of the visible segment that keeps the least, "outside" for what belongs to none; null if all are smaller
+    than half a voxel of the level."""
+    least_kept_light: NonNegative
+    """Kept light of this segment."""
+    lost: tuple[str, ...] = ()
+    """Names of the visible segments that keep less than the tolerance of the level, but for smaller ones than half a
+    voxel of it."""
+
+
 class OtherDrawing(Record):
     """A coarse level, the pieces of level 0, an edit or a cut, drawn in standard views and judged."""
 
@@ -130,13 +151,20 @@ class OtherDrawing(Record):
     right_up_to_pixels: Count | None = None
     """Size of the largest of these pictures within the tolerance of the level; null if no size is, and for everything
     but coarse levels."""
+    styles: tuple[KeptStyle, ...] = ()
+    """Kept light of each visible style of segments at a coarse level."""
     views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
     """Standard views."""
 
     @property
     def passed(self) -> bool:
-        """Whether all views are within the tolerance."""
-        return all(view.passed for view in self.views)
+        """Whether all views are within the tolerance, and no visible segment loses more light than it allows."""
+        return all(view.passed for view in self.views) and not self.loses_segments
+
+    @property
+    def loses_segments(self) -> bool:
+        """Whether a visible segment keeps less light than the tolerance asks for. Nothing excuses it."""
+        return any(style.lost for style in self.styles)
 
     @property
     def rmse(self) -> float:

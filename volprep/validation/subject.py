@@ -25,9 +25,11 @@ from volprep.validation.same_field import (
     pixels_around,
     reach_of,
 )
+from volprep.validation.seen_records import KeptStyle
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.program import CompositingName, Program
 from volprep_formats.package.reader import Package
@@ -264,6 +266,11 @@ class Subject:
     def table(self, transfer: str, level: int) -> TransferFunction:
         """Return the transfer function that the lookup table represents."""
         return table_function(self.package, transfer, level)
+
+    def kept_styles(self, level: Level, least: float) -> tuple[KeptStyle, ...]:
+        """Return the kept light of each visible style of segments at a coarse level; `least` is allowed. None here."""
+        del level, least
+        return ()
 
     def levels(self, program: Program) -> list[int]:
         """Levels where the transfer function of `program` is drawn in the same way, finest first."""

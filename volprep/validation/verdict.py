@@ -55,7 +55,7 @@ class Verdict(Record):
     """Coarse levels that are worse than the box reference, which is a defect whatever the tolerance."""
     beyond: tuple[str, ...] = ()
     """Coarse levels, pieces of level 0, edits and cuts with a view beyond the tolerance; not levels for previews that
-    the box reference excuses."""
+    the box reference excuses, unless they lose a segment."""
     previews: tuple[PreviewOutcome, ...] = ()
     """Levels for previews only, with the errors of their pictures: they have a tolerance of their own."""
     unproved: tuple[str, ...] = ()
@@ -177,7 +177,7 @@ def judge(
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
     unlike = tuple(each.program for each in programs if each.light is not None and not each.light.passed)
     others = [other for each in programs for other in each.others]
-    beyond = tuple(other.item for other in others if not other.passed and not other.excused)
+    beyond = tuple(other.item for other in others if not other.passed and (other.loses_segments or not other.excused))
     shifted = _items(other for other in others if other.shift_voxels > _MOST_SHIFT_VOXELS)
     worse = _items(other for program in programs for other in program.others if _has_worse_view(other, program))
     return Verdict(

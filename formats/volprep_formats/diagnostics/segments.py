@@ -82,8 +82,8 @@ SCENE_ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "{path}: a scan with its segments is not drawn with {what}",
         "Leave one of the two out of the scene. Segments are drawn with compositing emission-absorption, "
-        "back-to-front, maximum or first-hit, without shadows, from 3D textures, mosaics or bricks. For maximum and "
-        "first-hit their transfer functions must have the same isovalue and reference_mm.",
+        "back-to-front, maximum or first-hit, from 3D textures, mosaics or bricks. Sub-volumes have files of pieces, "
+        "no maximum and no first hit. For these two, functions must have the same isovalue and reference_mm.",
     ),
     "VP3222": Diagnostic(
         ExitStatus.SCENE,

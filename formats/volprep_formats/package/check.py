@@ -12,7 +12,8 @@ from volprep_formats.package.parts.bricks.places import index_entries, misplaced
 from volprep_formats.package.parts.editing.record import decode_histogram
 from volprep_formats.package.parts.proxy.record import ProxyMeshFile
 from volprep_formats.package.parts.proxy.rules import mesh_problems
-from volprep_formats.package.parts.subvolumes.record import decode_grid
+from volprep_formats.package.parts.segments.rules import label_bytes_of_pieces
+from volprep_formats.package.parts.subvolumes.record import decode_grid, label_bytes
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import sizes_of
 from volprep_formats.package.texture import TEXTURE_ROLES, GlFormat, Texture
@@ -133,6 +134,10 @@ def _check_grid(package: Package, name: str, data: bytes, *, strict: bool) -> No
     level = package.manifest.grid
     if level is None or level.shape_zyx != grid.shape_zyx:
         raise VolprepError("VP4011", path=package.path, problem=f"{name} is not cut from the grid of level 0")
+    if label_bytes(grid.gl) != label_bytes_of_pieces(package.manifest):
+        problem = f"{name} has {label_bytes(grid.gl)} bytes of labels in a texel of {grid.gl.format}, and programs "
+        problem += f"that read {label_bytes_of_pieces(package.manifest)}"
+        raise VolprepError("VP4011", path=package.path, problem=problem)
     wanted = texture_format(grid.gl, package.manifest.profile.api)
     for number, piece in enumerate(grid.subvolumes):
         record = next((each for each in package.manifest.files if each.path == piece.file), None)

@@ -35,15 +35,15 @@ class Ktx2Box:
         if self.head.supercompressed:
             raise VolprepError("VP4030", name=name, problem="it is supercompressed, so that no part can be read alone")
 
-    def read(self, box: Box, out: NDArray[np.generic]) -> None:
-        """Read the texels of `box` [z, y, x], of one channel, into `out`, whose shape and type are theirs.
+    def box(self, box: Box, channels: int = 1) -> NDArray[np.generic]:
+        """Read the texels of a box, [z, y, x] or [z, y, x, channel].
 
         One read where the texels lie together: for the whole box, for each slice, or for each row. Raises VP4030 if
-        the texture has several channels.
+        the texture has another number of channels.
         """
-        if self.head.channels != 1:
-            channels = self.head.channels
-            raise VolprepError("VP4030", name=self._name, problem=f"it has {channels} channels instead of one")
+        if self.head.channels != channels:
+            problem = f"it has {self.head.channels} channels instead of {channels}"
+            raise VolprepError("VP4030", name=self._name, problem=problem)
         _, height, width = self.head.shape_zyx
         z, y, x = box
         rows, columns = y.stop - y.start, x.stop - x.start
@@ -54,14 +54,16 @@ class Ktx2Box:
             runs = [(k, y.start, rows * columns) for k in range(z.start, z.stop)]
         else:
             runs = [(k, j, columns) for k in range(z.start, z.stop) for j in range(y.start, y.stop)]
-        texels = np.empty(math.prod(out.shape), self.head.dtype)
+        shape = (z.stop - z.start, rows, columns, self.head.channels)
+        texels = np.empty(math.prod(shape), self.head.dtype)
         target, done = texels.data.cast("B"), 0
+        texel_bytes = self.head.channels * self.head.dtype.itemsize
         for k, j, count in runs:
             at = (k * height + j) * width + (0 if whole_rows else x.start)
-            size = count * self.head.dtype.itemsize
-            self._read_into(target[done : done + size], self.head.levels_at[0] + at * self.head.dtype.itemsize)
+            size = count * texel_bytes
+            self._read_into(target[done : done + size], self.head.levels_at[0] + at * texel_bytes)
             done += size
-        out[...] = texels.reshape(out.shape)
+        return texels.reshape(shape[:3] if self.head.channels == 1 else shape)
 
     def texels(self) -> NDArray[np.generic]:
         """Read a whole 2D texture, [y, x] or [y, x, channel]: the slices of a box lie all over a mosaic."""

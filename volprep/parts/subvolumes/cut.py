@@ -20,6 +20,7 @@ from volprep_formats.package.parts.subvolumes.record import (
     SubvolumeGrid,
     constant_piece,
     decode_grid,
+    label_bytes,
 )
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents
@@ -146,10 +147,7 @@ class _Reading:
         self.empty = 0
 
     def whole(self, path: str, box: Box) -> NDArray[np.generic]:
-        file = self._open(path)
-        texels = np.empty(_shape(box), file.head.dtype)
-        file.read(box, texels)
-        return texels
+        return self._open(path).box(box)
 
     def pieces(self, grid: SubvolumeGrid, box: Box) -> NDArray[np.generic]:
         texels: NDArray[np.generic] = constant_piece(0, grid.gl, _shape(box))
@@ -168,11 +166,16 @@ class _Reading:
                 span = _with_shared(grid, (k, j, i), met[k, j, i], box, empty)
                 start_zyx = grid.cuts_zyx[0][k], grid.cuts_zyx[1][j], grid.cuts_zyx[2][i]
                 own, out = _moved(span, start_zyx), texels[_moved(span, _corners(box)[0])]
-                if grid.mosaic is None:
-                    self._open(piece.file).read(own, out)
-                else:
-                    out[...] = grid.voxels_of_mosaic(i + nx * (j + ny * k), self._open(piece.file).texels())[own]
+                out[...] = self._values(grid, i + nx * (j + ny * k), piece.file, own)
         return texels
+
+    def _values(self, grid: SubvolumeGrid, number: int, file: str, own: Box) -> NDArray[np.generic]:
+        """Return the values of a box of a piece, without labels."""
+        if grid.mosaic is None:
+            texels = self._open(file).box(own, 1 + label_bytes(grid.gl))
+        else:
+            texels = grid.voxels_of_mosaic(number, self._open(file).texels())[own]
+        return texels if texels.ndim == 3 else texels[..., 0]
 
     def _open(self, path: str) -> Ktx2Box:
         held = self._stack.enter_context(open_contents(self._package.path, path))

@@ -7,8 +7,8 @@ from typing import Literal
 from volprep.parts.mosaic.decision import mosaic_text
 from volprep.parts.programs.decision import VERTEX, light_of
 from volprep.parts.subvolumes.cuts import cuts_along
-from volprep.parts.subvolumes.piece import HELD, Form, classification_of, file_bytes, form_of
-from volprep.plan.products import SubvolumesPlan
+from volprep.parts.subvolumes.piece import HELD, Form, Voxels, classification_of, file_bytes, form_of
+from volprep.plan.products import SegmentsPlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.plan.room import Misfit
 from volprep.plan.shape_text import shape_text
@@ -18,8 +18,6 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName, NormalsFrom, ProgramDesign
-from volprep_formats.package.texture import SampleFilter
-from volprep_formats.package.transfer_function import TransferFunction
 
 GRID = "subvolumes/grid.json"
 """File that says where level 0 is cut."""
@@ -43,25 +41,23 @@ class Proposal:
     """Size of the textures of the pieces that a device draws at a time."""
 
 
-def propose(
-    scene: Scene, profile: DeviceProfile, grid: Grid, bits: int, between: SampleFilter = "linear"
-) -> Proposal | Misfit:
+def propose(scene: Scene, profile: DeviceProfile, grid: Grid, voxels: Voxels) -> Proposal | Misfit:
     """Propose the fewest pieces, nearly of one size, such that a device holds eight in half of its memory.
 
     The other half is for a coarser level and all other textures.
     """
     if scene.render.classification == "preclassified":
         return Misfit("pieces hold values, and the voxels of this scene are classified")
-    classified = classification_of(scene, profile)
+    classified = classification_of(scene, profile, voxels)
     if isinstance(classified, Misfit):
         return classified
     cells = max(grid.shape_zyx) - 1
     for pieces in range(1, max(-(-cells // (_LEAST_SIZE - 1)), 1) + 1):
         size = -(-cells // pieces) + 1
         # A cube counts, so that a flat volume is cut as a deep one of its length.
-        form = form_of(scene, profile, Grid.of((size,) * 3, (1.0,) * 3), size, bits, between)
+        form = form_of(scene, profile, Grid.of((size,) * 3, (1.0,) * 3), size, voxels)
         if isinstance(form, Form) and form.held_bytes <= profile.max_texture_bytes // 2:
-            own = form_of(scene, profile, grid, size, bits, between)
+            own = form_of(scene, profile, grid, size, voxels)
             assert isinstance(own, Form)  # noqa: S101 - it takes no more than the cube
             return Proposal(size, _counts(grid, size), file_bytes(own, grid, size), own.held_bytes)
     return Misfit(f"pieces of {_LEAST_SIZE} voxels along an axis are more than profile {profile.name} can hold")
@@ -71,22 +67,24 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
     scene: Scene,
     profile: DeviceProfile,
     grid: Grid,
-    bits: int,
-    between: SampleFilter,
+    voxels: Voxels,
     volumes: tuple[VolumePlan, ...],
-    functions: tuple[TransferFunction, ...],
+    pictures: tuple[str, ...],
 ) -> SubvolumesPlan | None:
-    """Decide how level 0 is cut. Raises VP3030 where the profile cannot hold eight pieces of the size in the scene."""
+    """Decide how level 0 is cut, and that `pictures` are drawn from the pieces.
+
+    Raises VP3030 where the profile cannot hold eight pieces of the size in the scene.
+    """
     wanted = scene.grid
     if wanted is None:
         return None
     size: int | Literal["auto"] = wanted.size
     if size == "auto":
-        proposed = propose(scene, profile, grid, bits, between)
+        proposed = propose(scene, profile, grid, voxels)
         if volumes[0].level == 0 or isinstance(proposed, Misfit):
             return None
         size = proposed.size
-    form, classified = form_of(scene, profile, grid, size, bits, between), classification_of(scene, profile)
+    form, classified = form_of(scene, profile, grid, size, voxels), classification_of(scene, profile, voxels)
     for each in (form, classified):
         if isinstance(each, Misfit):
             raise VolprepError("VP3030", profile=profile.name, size=size, reason=each.reason)
@@ -102,10 +100,11 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
         size=size,
         format=form.format,
         mosaic=form.mosaic,
+        label_bytes=voxels.label_bytes,
         pieces=wanted.layout != "single",
         whole=None if wanted.layout == "files" else finest,
         keep_empty=scene.crop == "none",
-        programs=tuple(_program(function, scene, classified) for function in functions if wanted.layout != "single"),
+        programs=tuple(_program(picture, scene, classified) for picture in pictures if wanted.layout != "single"),
     )
 
 
@@ -119,8 +118,8 @@ def _is_whole(finest: VolumePlan) -> bool:
     return finest.level == 0 and finest.mosaic is None and finest.bricks is None
 
 
-def _program(function: TransferFunction, scene: Scene, classified: ClassificationName) -> ProgramDesign:
-    name = f"subvolumes-{function.name}"
+def _program(picture: str, scene: Scene, classified: ClassificationName) -> ProgramDesign:
+    name = f"subvolumes-{picture}"
     lit = _is_lit(scene)
     return ProgramDesign(
         name=name,
@@ -134,8 +133,13 @@ def _program(function: TransferFunction, scene: Scene, classified: Classificatio
         vertex=VERTEX,
         fragment=f"shaders/{name}.frag",
         levels=(0,),
-        transfer=function.name,
+        transfer=picture,
     )
+
+
+def voxels_of(plan: ChannelPlan) -> Voxels:
+    """Return what pieces of a channel hold of each voxel."""
+    return Voxels(plan.quantize.bits, plan.quantize.filter, plan.part(SegmentsPlan))
 
 
 def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
@@ -148,7 +152,7 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
         else:
             yield _left_out(scene, plan)
         return
-    form = form_of(scene, plan.profile, plan.grid, subvolumes.size, plan.quantize.bits, plan.quantize.filter)
+    form = form_of(scene, plan.profile, plan.grid, subvolumes.size, voxels_of(plan))
     assert isinstance(form, Form)  # noqa: S101 - as it was decided
     fits = ", although the whole volume fits into one texture" if whole_fits else ""
     asked = "the scene asks for them" if scene.must_be_cut else "the whole volume does not fit into one texture"
@@ -161,7 +165,7 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
         kept=True,
         reason=f"{asked}{fits}: {shape_text(_counts(plan.grid, subvolumes.size))} pieces of at most {subvolumes.size} "
         f"voxels along an axis; neighbours share a layer of voxels"
-        f"{_texture_text(subvolumes, plan)}{_light_text(scene)}",
+        f"{_texture_text(subvolumes, plan, scene)}{_light_text(scene)}",
         files=tuple(files),
         size_bytes=file_bytes(form, plan.grid, subvolumes.size),
     )
@@ -177,13 +181,14 @@ def _slopes(scene: Scene) -> NormalsFrom:
     return "forward" if scene.lighting.normals == "forward" else "central"
 
 
-def _texture_text(subvolumes: SubvolumesPlan, plan: ChannelPlan) -> str:
-    if subvolumes.mosaic is None:
-        return ""
-    text = f"; each piece is a {mosaic_text(subvolumes.mosaic)}"
-    if {each.classification for each in subvolumes.programs} - {each.classification for each in plan.programs}:
+def _texture_text(subvolumes: SubvolumesPlan, plan: ChannelPlan, scene: Scene) -> str:
+    text = "" if subvolumes.mosaic is None else f"; each piece is a {mosaic_text(subvolumes.mosaic)}"
+    if subvolumes.label_bytes:
+        text += "; a texel holds the value of a voxel and its label"
+    if {each.classification for each in subvolumes.programs} - {scene.render.classification}:
         units = plan.profile.texture_units
-        text += f", and samples are classified by the control points, since {HELD} pieces take all {units} units"
+        text += f", and samples are classified by the control points, since tables beside {HELD} pieces take more than "
+        text += f"the {units} units"
     return text
 
 
@@ -196,7 +201,7 @@ def _light_text(scene: Scene) -> str:
 
 
 def _left_out(scene: Scene, plan: ChannelPlan) -> PlanItem:
-    proposed = propose(scene, plan.profile, plan.grid, plan.quantize.bits, plan.quantize.filter)
+    proposed = propose(scene, plan.profile, plan.grid, voxels_of(plan))
     if isinstance(proposed, Misfit):
         return PlanItem(name="sub-volumes", kind=KIND, kept=False, reason=proposed.reason)
     return PlanItem(

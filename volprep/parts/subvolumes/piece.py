@@ -2,6 +2,8 @@
 
 Around a point are eight pieces, so that a program has eight samplers for them, beside its table. OpenGL ES 2.0 promises
 eight texture units: with no more than that, samples are classified by the control points, which take no texture.
+Segments need one more, for their looks; so a texel holds the value of a voxel and its label, which shaders read without
+the filter. That takes one slice in a texel.
 """
 
 import math
@@ -17,6 +19,7 @@ from volprep.parts.subvolumes.cuts import cuts_along
 from volprep.plan.room import FOUR_CHANNELS, Misfit, first_of, one_channel
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
+from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
@@ -24,9 +27,28 @@ from volprep_formats.textures.gl_formats import size_bytes
 
 HELD = 8
 """Pieces that a device draws at a time: those around a point."""
+LABELLED: dict[int, tuple[TextureFormat, ...]] = {1: ("RG8", "LUMINANCE_ALPHA8"), 2: ("RGB8",)}
+"""Formats of a value of 8 bits and a label, by the bytes of the label."""
 _FETCHES = {"overlapping": 1.0, "interleaved": 1.25, "planar": 2.0}
 _WITH_TABLES = frozenset(("lookup", "preintegrated"))
 """Classifications with a texture for their table."""
+
+
+@dataclass(frozen=True)
+class Voxels:
+    """What pieces hold of each voxel."""
+
+    bits: int
+    """Bits of its value."""
+    between: SampleFilter = "linear"
+    """Filter between values."""
+    segments: Segments | None = None
+    """Segments, if each voxel has a label."""
+
+    @property
+    def label_bytes(self) -> int:
+        """Bytes of a label."""
+        return 0 if self.segments is None else 1 + self.segments.wide
 
 
 @dataclass(frozen=True)
@@ -46,38 +68,42 @@ class Form:
         return HELD * self.largest_bytes
 
 
-def form_of(  # noqa: PLR0917 - the piece, the device class, and the settings
-    scene: Scene, profile: DeviceProfile, grid: Grid, size: int, bits: int, between: SampleFilter
-) -> Form | Misfit:
+def form_of(scene: Scene, profile: DeviceProfile, grid: Grid, size: int, voxels: Voxels) -> Form | Misfit:
     """Return the texture of pieces of at most `size` voxels along an axis, or why the profile has none."""
     even = not profile.max_3d_texture_size
     z, y, x = (max(b - a for a, b in pairwise(cuts_along(n, size, even=even))) + 1 for n in grid.shape_zyx)
     if profile.max_3d_texture_size:
-        texel = one_channel(bits, profile)
-        if texel is None or size > profile.max_3d_texture_size:
+        texel = _one_slice(voxels, profile)
+        if isinstance(texel, Misfit):
+            return texel
+        if size > profile.max_3d_texture_size:
             return Misfit(f"3D textures hold at most {profile.max_3d_texture_size} along an axis")
         return Form(texel, None, size_bytes(texel, (z, y, x)))
     if not profile.has_shaders:
         return Misfit(f"profile {profile.name} has no shaders")
-    found = [_mosaic((z, y, x), order, bits, profile) for order in _orders(scene)]
+    found = [_mosaic((z, y, x), order, voxels, profile) for order in _orders(scene, voxels)]
     fitting = [form for form in found if isinstance(form, Form)]
     if not fitting:
         return found[-1]
-    return min(fitting, key=lambda form: (_fetches(form, between), form.largest_bytes))
+    return min(fitting, key=lambda form: (_fetches(form, voxels.between), form.largest_bytes))
 
 
-def classification_of(scene: Scene, profile: DeviceProfile) -> ClassificationName | Misfit:
+def classification_of(scene: Scene, profile: DeviceProfile, voxels: Voxels) -> ClassificationName | Misfit:
     """Return how programs of pieces classify samples, or why there are too few texture units for them."""
     wanted = scene.render.classification
     assert wanted != "auto"  # noqa: S101 - rays have chosen before
-    units = HELD + (wanted in _WITH_TABLES)
+    looks = voxels.segments is not None
+    styles = 1 if voxels.segments is None else len(voxels.segments.transfers)
+    units = HELD + looks + styles * (wanted in _WITH_TABLES)
     if units <= profile.texture_units:
         return wanted
     others = COMPOSITINGS[scene.render.compositing].classifications
-    if profile.texture_units >= HELD and wanted == "lookup" and not scene.editable and "control-points" in others:
+    can_change = wanted == "lookup" and not scene.editable and "control-points" in others
+    if can_change and profile.texture_units >= HELD + looks:
         return "control-points"
     table = " and their table" if wanted in _WITH_TABLES else ""
-    return Misfit(f"{HELD} pieces{table} take {units} texture units of {profile.texture_units}")
+    looked = " with looks" if looks else ""
+    return Misfit(f"{HELD} pieces{looked}{table} take {units} texture units of {profile.texture_units}")
 
 
 def file_bytes(form: Form, grid: Grid, size: int) -> int:
@@ -90,34 +116,53 @@ def file_bytes(form: Form, grid: Grid, size: int) -> int:
 
 
 def tiled(texels: NDArray[np.generic], layout: MosaicLayout) -> NDArray[np.generic]:
-    """Lay the texels [z, y, x] of a piece out as its mosaic, [1, y, x, component]; beyond them the last ones repeat."""
-    whole_zyx = layout.slices, *layout.tile_shape_yx
-    repeated = np.pad(texels, [(0, n - own) for n, own in zip(whole_zyx, texels.shape, strict=True)], mode="edge")
+    """Lay the texels [z, y, x] of a piece out as its mosaic, [1, y, x, component]; beyond them the last ones repeat.
+
+    With labels they are [z, y, x, component].
+    """
+    whole = layout.slices, *layout.tile_shape_yx, *texels.shape[3:]
+    repeated = np.pad(texels, [(0, n - own) for n, own in zip(whole, texels.shape, strict=True)], mode="edge")
     strips = list(pack_mosaic(lambda z0, z1: repeated[z0:z1], layout))
     return np.concatenate(strips)[None]
 
 
-def _orders(scene: Scene) -> tuple[MosaicOrder | None, ...]:
+def _one_slice(voxels: Voxels, profile: DeviceProfile) -> TextureFormat | Misfit:
+    """Return the format of one voxel in a texel."""
+    if not voxels.label_bytes:
+        texel = one_channel(voxels.bits, profile)
+        return texel or Misfit(f"profile {profile.name} has no texture format of {voxels.bits} bits")
+    if voxels.bits != 8:
+        return Misfit(f"a texel holds a label beside 8 bits, and values have {voxels.bits}: set quantize.bits = 8")
+    texel = first_of(LABELLED[voxels.label_bytes], profile)
+    return texel or Misfit(f"profile {profile.name} has no texture format of {1 + voxels.label_bytes} bytes")
+
+
+def _orders(scene: Scene, voxels: Voxels) -> tuple[MosaicOrder | None, ...]:
     """Return the orders of slices to try; None for one slice in a texel."""
+    if voxels.label_bytes:
+        return (None,)
     return (None, "overlapping", "interleaved") if scene.mosaic.order == "auto" else (scene.mosaic.order,)
 
 
 def _mosaic(
-    shape_zyx: tuple[int, int, int], order: MosaicOrder | None, bits: int, profile: DeviceProfile
+    shape_zyx: tuple[int, int, int], order: MosaicOrder | None, voxels: Voxels, profile: DeviceProfile
 ) -> Form | Misfit:
-    texel = one_channel(bits, profile) if order is None else first_of(FOUR_CHANNELS[bits], profile)
+    texel = _one_slice(voxels, profile) if order is None else first_of(FOUR_CHANNELS[voxels.bits], profile)
     if texel is None:
-        return Misfit(f"profile {profile.name} has no texture format of {bits} bits for a mosaic")
+        return Misfit(f"profile {profile.name} has no texture format of {voxels.bits} bits for a mosaic")
+    if isinstance(texel, Misfit):
+        return texel
     depth, height, width = shape_zyx
     # The last slice of a smaller piece may begin a tile: every third slice needs one.
     slices = depth + 1 if order == "overlapping" else depth
-    packing, room = Packing() if order is None else Packing(4, order), room_of(profile)
+    one = Packing(components_per_voxel=1 + voxels.label_bytes)
+    packing, room = one if order is None else Packing(4, order), room_of(profile)
     layout = fit_mosaic((slices, height, width), packing, room)
     if layout is None:
-        channels = "one channel" if order is None else "four channels"
+        channels = "one voxel in a texel" if order is None else "four channels"
         return Misfit(
             f"a piece has {depth} slices of {width}×{height} voxels, and a mosaic of {room.size}×{room.size} texels "
-            f"and {channels} has room for {most_slices((height, width), packing, room)}"
+            f"with {channels} has room for {most_slices((height, width), packing, room)}"
         )
     return Form(texel, layout, size_bytes(texel, (1, *layout.texture_shape_yx)))
 

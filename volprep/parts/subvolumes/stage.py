@@ -13,15 +13,18 @@ from volprep.compositing import COMPOSITINGS
 from volprep.parts.stage import Stage, Work, any_channel, present, required
 from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points
 from volprep.parts.subvolumes.decision import GRID
+from volprep.parts.subvolumes.labels import piece_labels
 from volprep.parts.subvolumes.piece import tiled
 from volprep.parts.texels import texel_reader, texels_of
 from volprep.parts.work import codes_of_source
-from volprep.plan.products import SubvolumesPlan
+from volprep.plan.products import SegmentsPlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan
 from volprep.plan.room import one_channel
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution, SubvolumeFiles
+from volprep_formats.package.parts.segments.texels import labels_of_texels
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,
     Subvolume,
@@ -37,7 +40,9 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    return (*present(plan.part(SubvolumesPlan)), plan.quantize, *plan.transfer_functions, *plan.tables)
+    segments = plan.part(SegmentsPlan)
+    labelled = () if segments is None else (segments, plan.shared.crop)
+    return (*present(plan.part(SubvolumesPlan)), plan.quantize, *plan.transfer_functions, *plan.tables, *labelled)
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
@@ -70,27 +75,41 @@ def _pieces(
     draft: Draft, plan: ChannelPlan, codes: RawVolume, cuts_zyx: tuple[Cuts, Cuts, Cuts], progress: Progress
 ) -> Iterator[Subvolume]:
     counts = [len(cuts) - 1 for cuts in cuts_zyx]
+    labels = piece_labels(draft, plan)
     row: NDArray[Any] = np.empty((0, 0, 0), codes.dtype)
+    labelled: UInt8Array | None = None
     for number, (z, y, x) in enumerate(boxes_zyx(cuts_zyx)):
         k, j, i = np.unravel_index(number, counts)
         if i == 0:
             row = codes.read_rows(z, y)
-        yield _piece(draft, plan, row[:, :, x], f"subvolumes/{i}-{j}-{k}.ktx2")
+            labelled = None if labels is None else labels.rows(z, y)
+        own = None if labelled is None else labelled[:, :, x]
+        yield _piece(draft, plan, row[:, :, x], own, f"subvolumes/{i}-{j}-{k}.ktx2")
         progress.advance()
 
 
-def _piece(draft: Draft, plan: ChannelPlan, codes: NDArray[Any], file: str) -> Subvolume:
+def _piece(draft: Draft, plan: ChannelPlan, codes: NDArray[Any], labels: UInt8Array | None, file: str) -> Subvolume:
     wanted = required(plan.part(SubvolumesPlan))
     low, high = int(codes.min()), int(codes.max())
-    if not wanted.pieces or _is_empty(plan, wanted, low, high):
-        return Subvolume(minimum=low, maximum=high)
-    draft.write(file, "subvolume", _texture(wanted, texels_of(codes, wanted.format)))
+    label, same_labels = (None, True) if labels is None else _only_label(labels)
+    if not wanted.pieces or (same_labels and _is_empty(plan, wanted, low, high)):
+        return Subvolume(minimum=low, maximum=high, label=label or None)
+    texels = texels_of(codes, wanted.format)
+    if labels is not None:
+        texels = np.concatenate([texels[..., None], labels], axis=-1)
+    draft.write(file, "subvolume", _texture(wanted, texels))
     return Subvolume(minimum=low, maximum=high, file=file)
 
 
+def _only_label(texels: UInt8Array) -> tuple[int, bool]:
+    """Return a label of a piece, and whether all its voxels have it: labels of neighbours count at borders."""
+    labels = labels_of_texels(texels[..., 0] if texels.shape[-1] == 1 else texels)
+    return int(labels.flat[0]), bool((labels == labels.flat[0]).all())
+
+
 def _texture(wanted: SubvolumesPlan, texels: NDArray[Any]) -> Iterator[bytes | memoryview]:
-    z, y, x = texels.shape
     if wanted.mosaic is None:
+        z, y, x = texels.shape[:3]
         return ktx2.encode(ktx2.Ktx2Image(KTX2_FORMAT[wanted.format], (z, y, x), texels, 3))
     head = ktx2.header(KTX2_FORMAT[wanted.format], (1, *wanted.mosaic.texture_shape_yx), 2)
     return iter((head, bytes_of(tiled(texels, wanted.mosaic))))

@@ -1,6 +1,7 @@
 //: GLSL ES 3.00. In: u_subvolume_0 to _7, the pieces around a point of the grid, R8, R16 or R16F, 3D, LINEAR,
 //: CLAMP_TO_EDGE. A piece that does not exist is never reached: u_split lies outside the volume there. Slot slopes,
-//: where gradients are taken: section slopes.
+//: where gradients are taken: section slopes. Where voxels have labels, in the components after the value: section
+//: labels. Word: STORED, the function.
 // Level 0 as up to eight pieces that share a layer of voxels with their neighbours. They fill the box from u_box_low_mm
 // to u_box_high_mm.
 uniform highp sampler3D u_subvolume_0;
@@ -18,7 +19,7 @@ uniform vec3 u_high_start;
 uniform vec3 u_high_size;
 uniform vec3 u_box_low_mm;
 uniform vec3 u_box_high_mm;
-float stored_value(vec3 at) {
+float $STORED(vec3 at) {
   vec3 upper = step(u_split, at);
   vec3 inside = (at - mix(u_low_start, u_high_start, upper)) / mix(u_low_size, u_high_size, upper);
   if (upper.z < 0.5) {
@@ -33,6 +34,26 @@ float stored_value(vec3 at) {
   return upper.x < 0.5 ? textureLod(u_subvolume_6, inside, 0.0).r : textureLod(u_subvolume_7, inside, 0.0).r;
 }
 //#part slopes
+//#section labels
+// A texel of a piece without its filter; an empty piece has only one.
+vec4 voxel_of(highp sampler3D piece, ivec3 at) {
+  return texelFetch(piece, clamp(at, ivec3(0), textureSize(piece, 0) - 1), 0);
+}
+// Value and label of a voxel, from the piece that begins at it, or holds it.
+vec4 label_texel(vec3 at) {
+  vec3 upper = step(u_split, at);
+  ivec3 inside = ivec3(floor(at - mix(u_low_start, u_high_start, upper)));
+  if (upper.z < 0.5) {
+    if (upper.y < 0.5) {
+      return upper.x < 0.5 ? voxel_of(u_subvolume_0, inside) : voxel_of(u_subvolume_1, inside);
+    }
+    return upper.x < 0.5 ? voxel_of(u_subvolume_2, inside) : voxel_of(u_subvolume_3, inside);
+  }
+  if (upper.y < 0.5) {
+    return upper.x < 0.5 ? voxel_of(u_subvolume_4, inside) : voxel_of(u_subvolume_5, inside);
+  }
+  return upper.x < 0.5 ? voxel_of(u_subvolume_6, inside) : voxel_of(u_subvolume_7, inside);
+}
 //#section slopes
 
 // First and last positions that the pieces hold; a voxel beyond, where the volume ends there: textures repeat the last.

@@ -1,7 +1,8 @@
 //: GLSL ES 1.00. In: the pieces around a point of the grid as eight textures of a mosaic, one piece in each. Slices are
 //: numbered through all of them, and block_value reads them. A piece that does not exist is never reached: u_split lies
-//: outside the volume there. Slot slopes, where gradients are taken: section slopes of subvolumes.glsl. Words: SLICES,
-//: the slices of a texture.
+//: outside the volume there. Slot slopes, where gradients are taken: section slopes of subvolumes.glsl. Where voxels
+//: have labels, in the components after the value: section labels. Words: SLICES, the slices of a texture; STORED, the
+//: function.
 // Level 0 as up to eight pieces that share a layer of voxels with their neighbours. They fill the box from u_box_low_mm
 // to u_box_high_mm.
 uniform vec3 u_split;
@@ -12,7 +13,7 @@ uniform vec3 u_high_size;
 uniform vec3 u_box_low_mm;
 uniform vec3 u_box_high_mm;
 const float SLICES_OF_PIECE = $SLICES;
-float stored_value(vec3 at) {
+float $STORED(vec3 at) {
   vec3 upper = step(u_split, at);
   vec3 inside = at - mix(u_low_start, u_high_start, upper);
   // Half a voxel inside the piece, so that the filter reaches no other tile, and no slice of another piece.
@@ -21,3 +22,11 @@ float stored_value(vec3 at) {
   return block_value(inside);
 }
 //#part slopes
+//#section labels
+// Value and label of a voxel, from the piece that begins at it, or holds it.
+vec4 label_texel(vec3 at) {
+  vec3 upper = step(u_split, at);
+  vec3 inside = at - mix(u_low_start, u_high_start, upper);
+  inside = clamp(inside, vec3(0.5), mix(u_low_size, u_high_size, upper) - 0.5);
+  return tile_texel(floor(inside.z) + dot(upper, vec3(1.0, 2.0, 4.0)) * SLICES_OF_PIECE, inside.xy);
+}

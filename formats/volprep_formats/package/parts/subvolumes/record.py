@@ -16,6 +16,7 @@ from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Count, Index
+from volprep_formats.package.parts.segments.record import LARGEST_LABEL
 from volprep_formats.package.texture import COMPONENTS, GlFormat, MosaicLayout, SampleFilter
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record, problems
@@ -39,6 +40,8 @@ class Subvolume(Record):
     file: PackagePath | None = None
     """KTX 2 file of a 3D texture, or of a mosaic. Absent for an empty piece; draw a constant piece of the code
     `minimum` instead."""
+    label: Annotated[int, Field(ge=0, le=LARGEST_LABEL)] | None = None
+    """Label of all voxels of an empty piece, if pieces hold labels; absent for label 0."""
 
 
 class GridPoint(Record):
@@ -93,7 +96,8 @@ class SubvolumeGrid(Record):
     """For each axis: the voxels where the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i] to
     cuts[i + 1], both included, so neighbours share one layer."""
     gl: GlFormat
-    """Upload parameters of a piece."""
+    """Upload parameters of a piece. Texels of two or three components hold a value and a label: one byte, or two with
+    the low one first."""
     filter: SampleFilter = "linear"
     """Texture filter of a piece: nearest if voxels are labels."""
     mosaic: MosaicLayout | None = None
@@ -131,7 +135,10 @@ class SubvolumeGrid(Record):
         return self.piece_shape_zyx(number) if self.mosaic is None else (1, *self.mosaic.texture_shape_yx)
 
     def voxels_of_mosaic(self, number: int, texels: NDArray[np.generic]) -> NDArray[np.generic]:
-        """Take the voxels [z, y, x] of a piece out of the texels [y, x] or [y, x, component] of its mosaic."""
+        """Take the voxels of a piece out of the texels [y, x] or [y, x, component] of its mosaic.
+
+        [z, y, x], or with labels [z, y, x, component].
+        """
         assert self.mosaic is not None  # noqa: S101 - asked for mosaics only
         z, y, x = self.piece_shape_zyx(number)
         return slices_of_mosaic([texels], self.mosaic)[:z, :y, :x]
@@ -144,11 +151,25 @@ def constant_piece(code: int, gl: GlFormat, shape_zyx: tuple[int, int, int]) -> 
     return np.full(shape_zyx, code, np.uint16 if gl.type == "UNSIGNED_SHORT" else np.uint8)
 
 
-def constant_texture(code: int, gl: GlFormat) -> NDArray[np.generic]:
-    """Return the only texel of the texture of a piece without a file, [1, 1, 1] or [1, 1, 1, component]."""
+def label_bytes(gl: GlFormat) -> int:
+    """Return how many bytes of a label texels hold behind the value: 0 if pieces have no labels."""
+    return {2: 1, 3: 2}.get(COMPONENTS.get(gl.format, 1), 0)
+
+
+def constant_texture(piece: Subvolume | None, gl: GlFormat) -> NDArray[np.generic]:
+    """Return the only texel of the texture of a piece without a file, [1, 1, 1] or [1, 1, 1, component].
+
+    It is 0 for a piece that does not exist.
+    """
+    code, label = (0, 0) if piece is None else (piece.minimum, piece.label or 0)
     components = COMPONENTS.get(gl.format, 1)
     texel = constant_piece(code, gl, (1, 1, 1))
-    return texel if components == 1 else np.repeat(texel[..., None], components, axis=-1)
+    if components == 1:
+        return texel
+    texels = np.repeat(texel[..., None], components, axis=-1)
+    for component in range(1, 1 + label_bytes(gl)):
+        texels[..., component] = label >> 8 * (component - 1) & 0xFF
+    return texels
 
 
 def encode_grid(grid: SubvolumeGrid) -> bytes:
@@ -202,8 +223,10 @@ def _mosaic_problems(grid: SubvolumeGrid, mosaic: MosaicLayout) -> list[str]:
     rows, columns = mosaic.tiles_y * mosaic.pitch_yx[0], mosaic.tiles_x * mosaic.pitch_yx[1]
     wrong = {
         "lies in several textures": mosaic.textures != 1,
-        "has several components in a voxel": mosaic.components_per_voxel != 1,
+        f"has {mosaic.components_per_voxel} components in a voxel": mosaic.components_per_voxel
+        != 1 + label_bytes(grid.gl),
         f"has {mosaic.slices_per_texel} slices in a texel of {grid.gl.format}": mosaic.slices_per_texel
+        * mosaic.components_per_voxel
         != COMPONENTS.get(grid.gl.format),
         f"has one slice in a texel, but these are {mosaic.order}": mosaic.slices_per_texel == 1
         and mosaic.order != "interleaved",

@@ -1,0 +1,170 @@
+"""Sub-volumes with segments: texels hold values and labels, and blocks laid over each other are the scan's picture."""
+
+from itertools import pairwise, product
+from pathlib import Path
+
+import nibabel
+import numpy as np
+import pytest
+from judged import validate
+from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, truth, write_segments
+
+from volprep.parts.subvolumes.cut import cut
+from volprep.render.renderer import Renderer
+from volprep.truth.camera import standard_views
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.check import check
+from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, constant_texture, decode_grid
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+from volprep_formats.textures import ktx2
+
+VIEW = "anterior-left"
+PIECES = {"grid": {"size": 8}}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return write_segments(tmp_path_factory.mktemp("segments"))
+
+
+@pytest.fixture(scope="module")
+def mixed(folder) -> Package:
+    return built(folder, "mixed", change=PIECES, outside_opacity=0.5)
+
+
+def grid_of(package: Package) -> SubvolumeGrid:
+    name = package.manifest.subvolumes.grid
+    return decode_grid(package.read_bytes(name), package.path, name)
+
+
+def laid_over(package: Package, target: str = "rgba32f") -> np.ndarray:
+    """All blocks around every second point, drawn with parallel rays and put together from front to back."""
+    counts, grid = grid_of(package).counts_zyx, package.manifest.grid
+    camera = standard_views(grid, "orthographic")[VIEW].box_from_clip(grid, 1.0)
+    ahead = (camera @ [0.0, 0.0, 1.0, 0.0])[:3][::-1]
+    places = sorted(
+        product(*(range(1, count + 1, 2) for count in counts)),
+        key=lambda place: sum(at if along > 0 else -at for at, along in zip(place, ahead, strict=True)),
+    )
+    picture = np.zeros((48, 48, 4))
+    for place in places:
+        point = int(np.ravel_multi_index(place, [count + 1 for count in counts]))
+        with Renderer(package, point=point, target=target) as renderer:
+            picture += (1 - picture[..., 3:]) * renderer.render(camera, (48, 48))
+    return picture
+
+
+@pytest.mark.long(keep=2)
+@pytest.mark.parametrize(
+    ("profile", "labels", "pixels"),
+    [
+        ("gles3", "labels", "RG"),
+        ("gles2-4096", "labels", "LUMINANCE_ALPHA"),
+        ("gles3", "many", "RGB"),
+        ("gles2-4096", "many", "RGB"),
+    ],
+)
+def test_blocks_laid_over_each_other_are_the_picture_of_the_whole(folder, profile, labels, pixels) -> None:
+    source = {"source": str(folder / f"{labels}.nii"), "style": [], "outside_opacity": 0.5}
+    package = built(folder, f"{profile}-{labels}", profile, PIECES, **source)
+    assert check(package.path) == []
+    assert grid_of(package).gl.format == pixels
+    (program,) = package.manifest.subvolumes.programs
+    assert sum(each.role == "subvolume" for each in program.samplers) == 8
+    assert not [each for each in program.samplers if each.role == "labels"]
+    # Rays take other samples in blocks; OpenGL ES 2 has tables of 8 bits.
+    assert np.abs(laid_over(package) - drawn(package)).max() < (0.004 if profile == "gles3" else 0.01)
+
+
+def test_blocks_laid_over_each_other_are_the_truth(folder, mixed) -> None:
+    picture = laid_over(mixed)
+    # The bound of the picture of the whole (test_segments.py): no seam is seen.
+    assert np.abs(picture - truth(folder, mixed, VIEW)).max() < 0.004
+    assert picture[..., 3].max() > 0.5
+
+
+@pytest.mark.long
+def test_crisp_and_lit_blocks_are_the_picture_of_the_whole(folder) -> None:
+    crisp = built(folder, "crisp", change=PIECES, border="crisp")
+    difference = np.abs(laid_over(crisp) - drawn(crisp)).max(axis=-1)
+    assert np.sqrt((difference**2).mean()) < 0.004
+    render = {"step_voxels": 0.25, "opacity_cutoff": 1.0, "lighting": "headlight"}
+    lit = built(folder, "lit", change=PIECES | {"render": render}, outside_opacity=0.5)
+    difference = np.abs(laid_over(lit) - drawn(lit)).max(axis=-1)
+    # Slopes at the ends of a block are one-sided.
+    assert np.sqrt((difference**2).mean()) < 0.004
+
+
+def test_pieces_hold_the_labels_of_level_0(mixed) -> None:
+    (texture,) = (each for each in mixed.manifest.textures if each.role == "labels" and each.level == 0)
+    whole = np.stack([level_texels(mixed, 0), ktx2.decode(mixed.read_bytes(texture.file), "labels").data], axis=-1)
+    grid = grid_of(mixed)
+    boxes = product(*(pairwise(cuts) for cuts in grid.cuts_zyx))
+    for piece, box in zip(grid.subvolumes, boxes, strict=True):
+        own = whole[tuple(slice(first, last + 1) for first, last in box)]
+        if piece.file is None:
+            # The last layer may have flags, of cells of the next piece.
+            assert ((own & [0xFF, 0x7F]) == constant_texture(piece, grid.gl)).all()
+        else:
+            np.testing.assert_array_equal(ktx2.decode(mixed.read_bytes(piece.file), piece.file).data, own)
+
+
+def test_a_cut_of_pieces_with_labels_has_the_values(mixed) -> None:
+    found = cut(mixed, (10.0, 8.0, 6.0), 9)
+    box = zip(found.record.start_zyx, found.record.stop_zyx, strict=True)
+    np.testing.assert_array_equal(found.texels, level_texels(mixed, 0)[tuple(slice(*each) for each in box)])
+
+
+def test_a_piece_of_one_value_and_one_label_is_not_stored(folder, tmp_path) -> None:
+    x, _, _ = np.indices(SHAPE_XYZ)
+    nibabel.save(nibabel.Nifti1Image(np.full(SHAPE_XYZ, 200, np.uint8), AFFINE), tmp_path / "scan.nii")
+    nibabel.save(nibabel.Nifti1Image((x > 9).astype(np.int16), AFFINE), tmp_path / "labels.nii")
+    package = built(tmp_path, "halves", change=PIECES, style=[], outside_opacity=0.5)
+    pieces = grid_of(package).subvolumes
+    assert {(piece.file is None, piece.label) for piece in pieces} == {(True, None), (False, None), (True, 1)}
+    assert np.abs(laid_over(package) - truth(tmp_path, package, VIEW)).max() < 0.004
+
+
+def test_a_profile_of_eight_units_and_16_bits_are_refused_with_the_reason(folder) -> None:
+    for profile, more, reason in (
+        ("gles2-2048", {}, "8 pieces with looks and their table take 11 texture units of 8"),
+        ("gles3", {"quantize": {"bits": 16}}, "set quantize.bits = 8"),
+    ):
+        with pytest.raises(VolprepError, match=f"VP3030.*{reason}"):
+            built(folder, "bad", profile, PIECES | more, border="mixed")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"grid": {"size": 8, "layout": "both"}},
+        PIECES | {"render": {"compositing": "maximum"}},
+    ],
+)
+def test_what_pieces_with_labels_cannot_do_is_refused(folder, change) -> None:
+    with pytest.raises(VolprepError, match="VP3220"):
+        built(folder, "bad", change=change, border="mixed")
+
+
+def test_styles_that_would_take_too_many_units_are_classified_by_control_points(folder) -> None:
+    functions = [{"name": f"style-{n}", "points": INSIDE} for n in range(8)]
+    styles = [{"labels": [number], "transfer": f"style-{n}"} for n, number in enumerate((1, 2, 3, 200))]
+    transfer = [{"name": "veil", "points": [SOFT, INSIDE[-1]]}, *functions[:4]]
+    small = (folder / "small.toml", "gles3.toml")
+    text = (Path(__file__).parents[2] / "volprep/scene/profiles" / small[1]).read_text()
+    small[0].write_text(text.replace("texture_units = 16", "texture_units = 12", 1))
+    change = PIECES | {"transfer": transfer}
+    package = built(folder, "styles", "small.toml", change, outside="veil", inside="style-3", style=styles)
+    assert package.manifest.subvolumes.programs[0].classification == "control-points"
+    assert package.manifest.programs[0].classification == "lookup"
+    assert np.abs(laid_over(package) - drawn(package)).max() < 0.006
+
+
+@pytest.mark.long
+def test_pieces_with_labels_are_validated(folder, mixed) -> None:
+    report = validate(mixed.path, folder / "report", Silent(), witness=False)
+    assert report.verdict.passed
+    items = [other.item for program in report.programs for other in program.others]
+    assert any(item.startswith("pieces around points 1") for item in items)
