@@ -9,11 +9,14 @@ from segment_files import FRAME, seg, structure_set
 
 from volprep.kernels import _native
 from volprep.parts.segments.level_labels import coarse_labels
+from volprep.parts.segments.looks import segments_of
 from volprep.scan.segments.combine import combine
 from volprep.scan.segments.contours import plane_coverage
 from volprep.scan.segments.fitted import fitted_segments
 from volprep.scan.segments.onto_grid import onto_grid
+from volprep.scan.segments.record import FoundSegment, FoundSegments, VoxelBox
 from volprep.scan.segments.smoothing import smoothed_labels
+from volprep.scene.segments import SegmentsSettings
 from volprep.truth.box import frequent_level
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -28,6 +31,15 @@ def test_overlaps_get_labels_of_their_own_that_know_their_segments():
     found = combine(Path("x"), [one, two])
     assert found.members == ((), (0,), (1,), (2,), (0, 1))
     assert found.labels.ravel().tolist() == [1, 4, 2, 3]
+
+
+def test_a_style_of_segments_without_a_voxel_names_no_function():
+    boxes = (VoxelBox(start_zyx=(0, 0, 0), stop_zyx=(1, 1, 1)),)
+    segment = FoundSegment(number=1, name="", code=None, colour=None, volume_ml=0.0)
+    found = FoundSegments(segments=(segment,), members=((),), boxes=boxes, blocks="00", sha256="0" * 64)
+    record, _ = segments_of(found, SegmentsSettings(source="s"), ["veil", "inside"], "scene")
+    assert record.transfers == ("veil",)
+    assert [each.transfer for each in record.segments] == ["veil"]
 
 
 def slow_coverage(src, shape, matrix, samples):
@@ -140,6 +152,8 @@ PLANE = np.ones((8, 9), np.uint8)
         (lambda path: seg(path, [(1, (1.1, 2, 3), PLANE)]), "", "VP1411", "no common frame"),
         (lambda path: seg(path, [(1, (-3, -5.5, z), PLANE) for z in (3, 5, 7, 9, 11)]), "", "VP1411", "x and y turned"),
         (lambda path: structure_set(path, [[[(0, 0, 3), (2, 0, 4), (2, 2, 5)]]]), FRAME, "VP1412", "turned by"),
+        (lambda path: structure_set(path, [[ring_at(500.0)], []]), FRAME, "VP1411", "mm apart"),
+        (lambda path: structure_set(path, [[], []]), FRAME, "VP1400", "none of its structures has a closed contour"),
     ],
 )
 def test_segments_of_another_place_are_refused_with_numbers(fit, make, frame, code, says):

@@ -58,7 +58,7 @@ _BY_HEAD: tuple[tuple[re.Pattern[bytes], Other], ...] = tuple(
         (rb"# AmiraMesh|# Avizo", "an Amira mesh file", "Export it from Amira as NRRD or raw."),
         (rb"%PDF", "a PDF document", "Get the images themselves, as DICOM."),
         (rb"\x1aE\xdf\xa3|....ftyp", "a film", "Get the slices themselves, as DICOM or as pictures."),
-        (rb"GIF8|RIFF....WEBP", "a picture of a kind that is not read", "Save the slices as PNG or TIFF."),
+        (rb"GIF8|RIFF....WEBP", "a GIF or WebP picture", "Save the slices as PNG or TIFF."),
         (rb"7z\xbc\xaf'\x1c|Rar!|\xfd7zXZ|BZh|\x28\xb5\x2f\xfd", "a packed archive", _UNPACK),
         (rb".{128}DICM", "a DICOM file packed by gzip", "Unpack it with gunzip, and name the file or its folder."),
         (
@@ -77,8 +77,8 @@ _BY_NAME: dict[str, Other] = {
     ".obj": Other("an OBJ mesh", _MESH),
     ".vtp": Other("a VTK mesh", _MESH),
     ".head": Other("the header of an AFNI scan", "Convert it with 3dAFNItoNIFTI."),
-    ".brik": Other("the voxels of an AFNI scan", "Convert it with 3dAFNItoNIFTI."),
-    ".rec": Other("the voxels of a Philips PAR/REC scan", "Convert it with dcm2niix."),
+    ".brik": Other("a file of voxels of an AFNI scan", "Convert it with 3dAFNItoNIFTI."),
+    ".rec": Other("a file of voxels of a Philips PAR/REC scan", "Convert it with dcm2niix."),
 }
 
 

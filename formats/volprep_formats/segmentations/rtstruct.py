@@ -41,6 +41,8 @@ def read_rtstruct(path: Path) -> Contours:
             found, others = _rings(path, drawn.get(number))
             rings.append(found)
             left_out += others
+        if not any(rings):
+            raise VolprepError("VP1400", path=path, problem="none of its structures has a closed contour")
         segments = tuple(
             SourceSegment(
                 number=number,

@@ -38,10 +38,15 @@ def segments_of(
         SegmentLabel(segments=tuple(segments[member].name for member in found.members[label]), transfer=of_label[label])
         for label in order
     )
+    transfers_shown = tuple(dict.fromkeys(label.transfer for label in labels))
     record = Segments(
-        transfers=tuple(dict.fromkeys(label.transfer for label in labels)),
+        transfers=transfers_shown,
         border=wanted.border,
-        segments=segments,
+        # A segment without a voxel has no label: the package may lack the function of its style.
+        segments=tuple(
+            each if each.transfer in transfers_shown else each.model_copy(update={"transfer": outside})
+            for each in segments
+        ),
         labels=labels,
         outside=wanted.outside_opacity,
         sha256=found.sha256,

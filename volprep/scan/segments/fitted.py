@@ -7,7 +7,7 @@ import numpy as np
 
 from volprep.scan.segments.combine import LabelArray, combine
 from volprep.scan.segments.contours import OffPlane, coverage_of
-from volprep.scan.segments.onto_grid import difference, onto_grid
+from volprep.scan.segments.onto_grid import contours_outside, difference, onto_grid
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
@@ -50,6 +50,9 @@ def fitted_segments(path: Path, grid: Grid, frame_of_reference: str, progress: P
         ends = {"own": own[-_UID_ENDING:], "scan": frame_of_reference[-_UID_ENDING:]}
         raise VolprepError("VP1410", path=path, **ends)
     if isinstance(found, Contours):
+        problem = contours_outside(found.rings, grid)
+        if problem:
+            raise VolprepError("VP1411", path=path, difference=problem, own=_box_of(found), scan=described(grid))
         layers, volumes = _masks(path, found, grid)
         combined = combine(path, layers)
         return Fitted(combined.labels, combined.members, found.segments, volumes, found.remarks)
@@ -60,6 +63,13 @@ def fitted_segments(path: Path, grid: Grid, frame_of_reference: str, progress: P
     combined = combine(path, found.layers)
     labels = onto_grid(combined.labels, found.grid, grid)
     return Fitted(labels, combined.members, found.segments, _volumes(found), found.remarks)
+
+
+def _box_of(contours: Contours) -> str:
+    """Say in one line where contours lie."""
+    points = np.concatenate([ring for rings in contours.rings for ring in rings])
+    low, high = (", ".join(f"{x:.4g}" for x in ends) for ends in (points.min(axis=0), points.max(axis=0)))
+    return f"contours from ({low}) to ({high}) mm"
 
 
 def _masks(path: Path, contours: Contours, grid: Grid) -> tuple[tuple[LayerArray, ...], tuple[float, ...]]:

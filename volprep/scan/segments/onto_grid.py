@@ -1,5 +1,6 @@
 """Labels of a segmentation brought onto the grid of a scan: copied where voxels coincide, else by covered volume."""
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -63,9 +64,9 @@ def difference(grid: Grid, target: Grid, *, same_frame: bool) -> str:
     Without a known frame both must fill the same box, within half a voxel.
     """
     box, scan = _ends(grid), _ends(target)
-    if (box[1] <= scan[0]).any() or (box[0] >= scan[1]).any():
-        apart = np.maximum(np.maximum(box[0] - scan[1], scan[0] - box[1]), 0.0)
-        return f"their boxes do not meet, they are {float(np.linalg.norm(apart)):.4g} mm apart{_mirrored(grid, target)}"
+    outside = _outside(box, scan)
+    if outside:
+        return f"{outside}{_mirrored(grid, target)}"
     if same_frame or coincides(grid, target):
         return ""
     apart_mm = float(np.abs(box - scan).max())
@@ -76,6 +77,23 @@ def difference(grid: Grid, target: Grid, *, same_frame: bool) -> str:
         f"no common frame of reference is stated, and the faces of their boxes are up to {apart_mm:.4g} mm apart, "
         f"more than half a voxel, {allowed_mm:.4g} mm{_mirrored(grid, target)}"
     )
+
+
+def contours_outside(rings: Sequence[Sequence[Float64Array]], target: Grid) -> str:
+    """Say that contours, each [points, (x, y, z)] in millimetres, lie outside a scan on `target`; empty if not all do.
+
+    They need at least one point.
+    """
+    points = np.concatenate([ring for own in rings for ring in own])
+    return _outside(np.stack([points.min(axis=0), points.max(axis=0)]), _ends(target))
+
+
+def _outside(box: Float64Array, scan: Float64Array) -> str:
+    """Say how far two boxes [2, 3] are apart; empty if they meet."""
+    if not ((box[1] <= scan[0]) | (box[0] >= scan[1])).any():
+        return ""
+    apart = np.maximum(np.maximum(box[0] - scan[1], scan[0] - box[1]), 0.0)
+    return f"their boxes do not meet, they are {float(np.linalg.norm(apart)):.4g} mm apart"
 
 
 def _mirrored(grid: Grid, target: Grid) -> str:
