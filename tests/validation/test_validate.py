@@ -3,6 +3,7 @@
 import json
 import shutil
 from pathlib import Path
+from unittest.mock import patch
 
 import jsonschema
 import numpy as np
@@ -18,6 +19,7 @@ from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
+from volprep.validation import others, views
 from volprep.validation.folder import default_report_path
 from volprep.validation.report_record import Report
 from volprep.validation.scan import find_scan, read_scan
@@ -118,6 +120,28 @@ def test_the_parts_of_the_error_agree_with_the_whole(report) -> None:
         others = [part.rmse for part in (parts.table, parts.quadrature, parts.termination, parts.target) if part]
         assert len(others) == 4
         assert drawing.rmse <= sum(others) + 1e-12
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("sure", "drafted"), [(1.0, 8), (0.0, 0)])
+def test_a_truth_is_sharp_where_a_draft_could_decide(tmp_path, built_package, sure, drafted) -> None:
+    with patch.object(views, "_SURE", sure):
+        report = validate(built_package, tmp_path / "r", Silent(), picture_size=64)
+    (shell,) = (each for each in report.programs if each.transfer == "shell")
+    assert sum(view.truth_bound > report.oracle_tolerance for view in shell.views) == drafted
+
+
+@pytest.mark.long
+def test_the_truth_of_a_level_near_its_limit_is_sharp(tmp_path, built_package) -> None:
+    with patch.object(others, "_unsure", lambda viewed, *_: [*viewed.truths]):
+        sharp = validate(built_package, tmp_path / "sharp", Silent(), picture_size=64)
+    drafted = validate(built_package, tmp_path / "drafted", Silent(), picture_size=64)
+    for one, other in zip(sharp.programs, drafted.programs, strict=True):
+        for levels in zip(one.others, other.others, strict=True):
+            for first, second in zip(*(level.views for level in levels), strict=True):
+                assert first.seen.rmse == pytest.approx(second.seen.rmse, abs=DRAFT_TOLERANCE)
+                assert first.seen.flip == pytest.approx(second.seen.flip, abs=1e-3)
+    assert sharp.programs[0].others[0].views[0].seen != drafted.programs[0].others[0].views[0].seen
 
 
 @pytest.mark.long(keep=1)

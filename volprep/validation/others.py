@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.truth.decoded import light_of_program
-from volprep.truth.oracle import OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
 from volprep.truth.part import picture_of_part
 from volprep.validation.bench import Bench
 from volprep.validation.edits_and_cuts import OBLIQUE, judge_cut, judge_edit, part_of_scan
@@ -54,6 +54,9 @@ _LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back
 """Compositings whose pictures of blocks behind each other make that of the whole."""
 _PIXELS_APART = 64
 """Width and height of the pictures of blocks that are compared one by one."""
+_NEAR = 0.05
+"""Distance from a limit, as a share of it, in which the truth of a level is sharp: a drafted one moves RMSE by a
+hundredth of the usual tolerance at most, and averages of pixels by less."""
 _TILINGS = (1, 0)
 """First points of the blocks along each axis: both together hold points of every kind."""
 
@@ -137,11 +140,20 @@ def _coarse_level(  # noqa: PLR0917 - what was drawn, and what it is compared wi
     is_preview = bool(level.preview_only) and _excuse(boxes, tolerance)
     if is_preview:
         tolerance = tolerance.of_previews
-    with bench.clock.part("comparing"):
-        found = [
-            judged_level(name, drawn, viewed.truths[name], tolerance, subject, level, box_pictures)
-            for name, drawn in pictures.items()
-        ]
+
+    def judged_views() -> list[OtherView]:
+        with bench.clock.part("comparing"):
+            return [
+                judged_level(name, drawn, viewed.truths[name], tolerance, subject, level, box_pictures)
+                for name, drawn in pictures.items()
+            ]
+
+    found = judged_views()
+    if unsure := _unsure(viewed, found, tolerance):
+        with bench.clock.part("oracle"):
+            sharp = {name: subject.truth(chosen.program.transfer, name).rgba.astype(np.float32) for name in unsure}
+        viewed = replace(viewed, truths={**viewed.truths, **sharp})
+        found = judged_views()
     if is_preview and not _excuse(boxes, tolerance):
         boxes = {**boxes, **_box_in_worst_view(bench, viewed, chosen, found)}
     with bench.clock.part("comparing"):
@@ -160,6 +172,14 @@ def _coarse_level(  # noqa: PLR0917 - what was drawn, and what it is compared wi
         views=views,
     )
     return drawing, _least_kept(bench, chosen, views, pictures, viewed)
+
+
+def _unsure(viewed: ViewedProgram, found: Sequence[OtherView], tolerance: Tolerance) -> list[str]:
+    """Return the views with a drafted truth in which a level is so near a limit that a sharper one might decide."""
+    allowed = tolerance.model_copy(update={"maximum": 1.0})
+    drafted = {view.view for view in viewed.views if view.truth_bound > DEFAULT_TOLERANCE}
+    near = (view.view for view in found if abs(share_of(view.seen, allowed) - 1.0) < _NEAR)
+    return [name for name in near if name in drafted]
 
 
 def _excuse(boxes: Mapping[str, _Box], tolerance: Tolerance) -> bool:

@@ -96,12 +96,19 @@ class Subject:
 
         `apart` is a power of two, and is halved while less than `least` would be left.
         """
-        sparse = copy(self)
+        sparse = self._copied()
         while apart > 1 and self.shape_hw[0] // apart < least:
             apart //= 2
         sparse._apart = apart
-        sparse._on_coarse = {}
         return sparse
+
+    def _copied(self) -> "Subject":
+        """Return a copy that shares what was read and decoded, but no picture, and no subject made of this one."""
+        copied = copy(self)
+        copied._on_coarse = {}
+        for name in ("small", "smallest", "drafted"):
+            copied.__dict__.pop(name, None)
+        return copied
 
     def of_its_rays(self, picture: NDArray[_Float]) -> NDArray[_Float]:
         """Return the pixels that it draws of a picture [H, W, 4], which may be sparse itself, but not more so."""
@@ -110,11 +117,8 @@ class Subject:
     @cached_property
     def drafted(self) -> "Subject":
         """The same subject, whose oracle aims at a bound of DRAFT_TOLERANCE: enough where a verdict is clear."""
-        drafted = copy(self)
+        drafted = self._copied()
         drafted._tolerance = DRAFT_TOLERANCE
-        drafted._on_coarse = {}
-        for sized in ("small", "smallest"):
-            drafted.__dict__.pop(sized, None)
         return drafted
 
     def has_baked_light(self, transfer: str) -> bool:
@@ -128,8 +132,8 @@ class Subject:
 
     def turned(self, turn: Float64Array) -> "Subject":
         """Return the same subject with turnable light turned by a rotation [3, 3] of the patient's space."""
-        other = copy(self)
-        other._turn, other._on_coarse = turn, {}
+        other = self._copied()
+        other._turn = turn
         other.__dict__.pop("_baked", None)
         return other
 
