@@ -34,7 +34,7 @@ def test_a_package_with_baked_light_is_proved_against_path_tracing(bowl) -> None
     assert report.verdict.passed
     item = next(each for each in package.manifest.plan if each.name == "baked light")
     assert "from path tracing at half the resolution" in item.reason
-    assert "for a volume that is cut through its middle" in item.reason
+    assert "for the volume cut by a plane through its middle" in item.reason
     light = report.programs[0].light
     assert light.pixels > 100
     assert 0.0 < light.rmse < light.rmse_below < 0.02

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 from every_kind import single_file
 from readers_compare import disagreement
 from three_readers import READ, Readers
@@ -13,7 +14,9 @@ from web_scenes import build_scene
 
 
 def lights(manifest: dict[str, Any]) -> list[dict[str, Any]]:
-    return [each for each in manifest["textures"] if each["role"] == "light"]
+    """Textures of light, those of a cut last."""
+    found = [each for each in manifest["textures"] if each["role"] == "light"]
+    return sorted(found, key=lambda each: len(each["light"]["planes"]))
 
 
 def both(manifest: dict[str, Any], key: str, value: object) -> None:
@@ -44,11 +47,26 @@ LIES: dict[str, Callable[[dict[str, Any]], object]] = {
 }
 
 
-def test_readers_agree_on_lies_about_light(readers: Readers, tmp_path: Path) -> None:
-    package = build_scene("light that turns, in a mosaic", tmp_path).path
+LIES_OF_A_CUT: dict[str, Callable[[dict[str, Any]], object]] = {
+    "a normal of another length": lambda m: lights(m)[1]["light"]["planes"][0].update(normal=[2.0, 0.0, 0.0]),
+    "no direction": lambda m: lights(m)[1]["light"]["planes"][0].update(normal=[0.0, 0.0, 0.0]),
+    "another scale": lambda m: lights(m)[1]["light"].update(largest=7.0),
+    "two lights of the whole": lambda m: lights(m)[1]["light"].update(planes=[]),
+    "two lights of the cut": lambda m: lights(m)[0]["light"].update(planes=lights(m)[1]["light"]["planes"]),
+    "no light of the whole": lambda m: m["textures"].remove(lights(m)[0]),
+}
+
+
+@pytest.mark.parametrize(
+    ("scene", "lies"),
+    [("light that turns, in a mosaic", LIES), ("light of a cut", LIES_OF_A_CUT)],
+    ids=["light that turns", "light of a cut"],
+)
+def test_readers_agree_on_lies_about_light(scene, lies, readers: Readers, tmp_path: Path) -> None:
+    package = build_scene(scene, tmp_path).path
     manifest = json.loads((package / "manifest.json").read_text())
     paths = []
-    for number, lie in enumerate((lambda _: None, *LIES.values())):
+    for number, lie in enumerate((lambda _: None, *lies.values())):
         told = json.loads(json.dumps(manifest))
         lie(told)
         folder = tmp_path / str(number) / "p.volpkg"
@@ -57,6 +75,6 @@ def test_readers_agree_on_lies_about_light(readers: Readers, tmp_path: Path) -> 
         paths.append(single_file(folder))
     found = readers.all(paths)
     assert found[0] == ({READ}, READ, READ)
-    for name, said in zip(LIES, found[1:], strict=True):
+    for name, said in zip(lies, found[1:], strict=True):
         assert disagreement(*said) is None, (name, said)
         assert said[1] == "VP4011", (name, said)

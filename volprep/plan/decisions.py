@@ -68,6 +68,16 @@ class CompressionChoice:
 
 
 @dataclass(frozen=True)
+class CutChoice:
+    """Whether the volume that the scene's planes cut has light of its own."""
+
+    kept: bool
+    """Whether it has."""
+    reason: str
+    """Why."""
+
+
+@dataclass(frozen=True)
 class LightChoice:
     """The resolution of light that is computed once."""
 
@@ -75,6 +85,8 @@ class LightChoice:
     """Voxels along the edge of a texel; None if the light is left out."""
     reason: str
     """Why."""
+    cut: CutChoice | None = None
+    """Light of the cut volume; None if the scene does not ask for it."""
 
 
 @dataclass(frozen=True)

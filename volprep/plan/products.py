@@ -8,6 +8,7 @@ from volprep.scene.scene import DracoWish
 from volprep_formats.grid import Count
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.parts.light.planes import ClipPlane
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalMeaning
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.segments.record import Segments
@@ -108,6 +109,8 @@ class LightTexturePlan(Record):
     """Name of the transfer function."""
     part: int = 0
     """Number of the texture: 0 where both ends of the share are in one, or for the lower end; 1 for the upper end."""
+    is_of_a_cut: bool = False
+    """Whether the light is that of the volume cut by the planes of the plan."""
     name: str
     """Name of the texture."""
     file: PackagePath
@@ -129,8 +132,10 @@ class LightPlan(Record):
     """Layout of the slices in a 2D texture; None for 3D textures."""
     samples: Count
     """Approximate number of places where light is computed."""
+    planes: tuple[ClipPlane, ...] = ()
+    """Planes in box space that cut the volume for a second light; empty without one."""
     textures: tuple[LightTexturePlan, ...]
-    """One or two for each transfer function."""
+    """One or two for each transfer function, and as many for the volume cut by `planes`."""
     editable: bool
     """Whether one code is a light of 1: an app fills the texture with it after an edit of the function."""
 
