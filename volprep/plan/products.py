@@ -1,10 +1,10 @@
 """Planned contents of a package besides levels and tables, as records that the stages read."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
-from volprep.scene.scene import DracoWish
+from volprep.scene.scene import DracoWish, LightFactor
 from volprep_formats.grid import Count
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.light.model import LightModel
@@ -122,7 +122,7 @@ class LightPlan(Record):
 
     model: LightModel
     """The light around the volume, and how it travels."""
-    factor: Literal[2, 4]
+    factor: LightFactor
     """Voxels along the edge of a texel."""
     shape_zyx: tuple[Count, Count, Count]
     """Places with light along each axis."""

@@ -48,6 +48,8 @@ class QuantizeSettings(Record):
     functions tell apart."""
 
 
+LightFactor = Literal[1, 2, 4]
+LightResolution = Literal["auto"] | LightFactor
 Refinement = Literal["none", "auto", "thorough"]
 
 
@@ -202,11 +204,11 @@ class LightingSettings(Record):
     """With `baked`, light from below. In between, light changes with the cosine of the angle."""
     suns: tuple[Sun, ...] = ()
     """With `baked`, lights that are far away."""
-    resolution: Literal["auto", 2, 4] = "auto"
-    """With `baked`, voxels along the edge of a texel of light: 2 for half the resolution, 4 for a quarter. "auto":
-    the build compares both with path tracing in small pictures, and takes a quarter if half is hardly better; more
-    than 4 million texels are never taken. If pictures without the light are within half of the tolerance, "auto"
-    leaves it out."""
+    resolution: LightResolution = "auto"
+    """With `baked`, voxels along the edge of a texel of light: 1 for all of the resolution, 2 for half, 4 for a
+    quarter. "auto": the build compares them with path tracing in small pictures. It takes a quarter if half is hardly
+    better, and all of the resolution if half misses the tolerance; more than 4 million texels are never taken. If
+    pictures without the light are within half of the tolerance, "auto" leaves it out."""
     clip_planes: Annotated[tuple[ClipPlane, ...], Field(max_length=MOST_PLANES)] = ()
     """With `baked`, planes in the patient's space (LPS) that an app cuts the volume with. The plan states the error of
     the light behind this cut; without planes, behind the middle plane along y."""

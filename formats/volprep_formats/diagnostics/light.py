@@ -18,7 +18,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3242": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: baked light of {programs} is off by RMSE {rmse:.3g} from path tracing, allowed is {allowed:.3g}",
-        "Set lighting.resolution to 2, or allow more with tolerance.rmse. {report} shows the pictures.",
+        "Set lighting.resolution to 2 or 1, or allow more with tolerance.rmse. {report} shows the pictures.",
     ),
     "VP3243": Diagnostic(
         ExitStatus.SCENE,

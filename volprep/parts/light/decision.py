@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from volprep.parts.light.trial import MOST_TEXELS, light_model
 from volprep.parts.mosaic.decision import mosaic_text, part_names
@@ -11,7 +11,7 @@ from volprep.plan.decisions import CutChoice, LightChoice
 from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import LevelPlan
 from volprep.plan.room import Beside, Misfit, first_of
-from volprep.scene.scene import LightingSettings, Scene
+from volprep.scene.scene import LightFactor, LightingSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
@@ -90,7 +90,7 @@ class _Held(NamedTuple):
 
     model: LightModel
     format: TextureFormat
-    factor: Literal[2, 4]
+    factor: LightFactor
     shape_zyx: tuple[int, int, int]
     mosaic: MosaicLayout | None
 
@@ -102,13 +102,13 @@ class _Held(NamedTuple):
 def _held(
     scene: Scene, profile: DeviceProfile, shape_zyx: tuple[int, int, int], tried: LightChoice | None = None
 ) -> _Held | Misfit | None:
-    """Return the wanted resolution, or a quarter where the device class does not hold half; None without light."""
+    """Return the wanted resolution, or the next that the device class holds; None without light."""
     model = light_model(scene)
     texel = None if model is None else first_of(_formats(model), profile)
     if model is None or texel is None:
         return None
     wanted = (tried and tried.factor) or _factor(scene.lighting, shape_zyx)
-    factors: tuple[Literal[2, 4], ...] = (2, 4)
+    factors: tuple[LightFactor, ...] = (1, 2, 4)
     packing = Packing(components_per_voxel=form_of(model).components)
     for factor in factors[factors.index(wanted) :]:
         light_zyx = _shape(shape_zyx, factor)
@@ -182,7 +182,7 @@ def light_items(
         size = size_bytes(texel, _shape(grid.shape_zyx, 2))
         yield PlanItem(name="baked light", kind=KIND, kept=False, reason=reason, size_bytes=size)
         return
-    part = {2: "half", 4: "a quarter of"}[plan.factor]
+    part = {1: "all of", 2: "half", 4: "a quarter of"}[plan.factor]
     whole = [texture for texture in plan.textures if not texture.is_of_a_cut]
     count = len(whole)
     layout = "" if plan.mosaic is None else f" as a {mosaic_text(plan.mosaic)}"
@@ -229,10 +229,10 @@ def _held_text(model: LightModel) -> str:
 def _coarser_text(plan: LightPlan, scene: Scene, tried: LightChoice | None, grid: Grid) -> str:
     """Explain a coarser texture than wanted; empty if the device class holds the wanted one."""
     wanted = (tried and tried.factor) or _factor(scene.lighting, grid.shape_zyx)
-    return "" if plan.factor == wanted else "; no texture of the device class holds half the resolution"
+    return "" if plan.factor == wanted else "; no texture of the device class holds more"
 
 
-def _factor(wanted: LightingSettings, shape_zyx: tuple[int, int, int]) -> Literal[2, 4]:
+def _factor(wanted: LightingSettings, shape_zyx: tuple[int, int, int]) -> LightFactor:
     if wanted.resolution != "auto":
         return wanted.resolution
     return 2 if math.prod(_shape(shape_zyx, 2)) <= MOST_TEXELS else 4

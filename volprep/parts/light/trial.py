@@ -17,7 +17,7 @@ from volprep.parts.light.lit import lit_volume, middle_plane, views_of_a_cut
 from volprep.plan.decisions import CutChoice, LightChoice
 from volprep.plan.records import CropPlan
 from volprep.scan.slabs import RawVolume
-from volprep.scene.scene import Scene
+from volprep.scene.scene import LightResolution, Scene
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.lit import BakedField
 from volprep.truth.path_traced import LUMINANCE, LitVolume, squares_beyond_noise, traced_picture
@@ -31,7 +31,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo
 
 MOST_TEXELS = 4_000_000
-"""Texels up to which half the resolution is possible; fitting these takes 700 MB at most."""
+"""Texels up to which a resolution is chosen; fitting these takes 700 MB at most."""
 _FACTORS: tuple[Literal[4], Literal[2]] = (4, 2)
 _COARSER = 2
 """The grid that the fit begins with has cells of so many of the coarsest."""
@@ -40,7 +40,7 @@ _BATCHES = 4
 _SHARE = 0.5
 """Part of the tolerance below which an error does not count."""
 _NEARLY = 1.1
-"""A quarter of the resolution, with an eighth of the bytes, may have so many times the error."""
+"""A resolution with an eighth of the bytes may have so many times the error."""
 _VIEWS = ("anterior", "anterior-left", "superior")
 _PIXELS = 24
 _PATHS = 128
@@ -94,7 +94,12 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
     planes = plane_numbers(planes_in_box(wanted.clip_planes, grid)) if wanted.clip_planes else middle_plane(grid)
     trials = [_tried(each, planes, progress, cut_light=wanted.clip_aware) for each in lit]
     *errors, cut, own, brightness = np.sqrt(np.max([trial.squares for trial in trials], axis=0)).tolist()
-    found = choice(np.array(errors), scene.tolerance.rmse, wanted.resolution, texels(grid, 2))
+    tolerance = scene.tolerance.rmse
+    misses = wanted.resolution == "auto" and errors[-1] > tolerance and texels(grid, 1) <= MOST_TEXELS
+    full = None
+    if wanted.resolution == 1 or misses:
+        full = math.sqrt(max(_at_full_resolution(each, progress) for each in lit))
+    found = choice(np.array(errors), tolerance, wanted.resolution, texels(grid, 2), full)
     if found.factor is None:
         return found
     reason = f"{found.reason}; the fit leaves a residual of {max(trial.residual for trial in trials):.1g}"
@@ -104,14 +109,21 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
     reason += f"; {cut:.2g} for the volume cut by {where}"
     if brightness > 0.0 and not model.turnable:
         reason += f"; a brightness is RMSE {brightness:.2g} from light in colour (lighting.channels)"
-    cut_choice = choice_for_a_cut(cut, own, scene.tolerance.rmse) if wanted.clip_aware else None
+    cut_choice = choice_for_a_cut(cut, own, tolerance) if wanted.clip_aware else None
     return replace(found, reason=reason, cut=cut_choice)
 
 
-def choice(errors: Error, tolerance: float, wanted: Literal["auto", 2, 4], half_texels: int) -> LightChoice:
-    """Decide by root mean square errors: without the light, at a quarter of the resolution, and at half of it."""
+def choice(
+    errors: Error, tolerance: float, wanted: LightResolution, half_texels: int, full: float | None = None
+) -> LightChoice:
+    """Decide by root mean square errors: without the light, at a quarter of the resolution, and at half of it.
+
+    `full` is the error at the resolution of the scan, if it was measured.
+    """
     unlit, quarter, half = errors.tolist()
     told = f"in small pictures RMSE {half:.2g} from path tracing at half the resolution, {quarter:.2g} at a quarter"
+    if full is not None:
+        told += f", {full:.2g} at all of it"
     without = f"{unlit:.2g} without the light"
     if wanted == "auto" and unlit <= _SHARE * tolerance:
         half_of = f"less than half of the tolerance of {tolerance:.2g}"
@@ -120,6 +132,8 @@ def choice(errors: Error, tolerance: float, wanted: Literal["auto", 2, 4], half_
         return LightChoice(wanted, f"as the scene states; {told}, {without}")
     if half_texels > MOST_TEXELS:
         return LightChoice(4, f"{told}, {without}; half would be more than {MOST_TEXELS} texels")
+    if full is not None and _NEARLY * full < half:
+        return LightChoice(1, f"{told}, {without}; half misses the tolerance of {tolerance:.2g}")
     is_enough = quarter <= max(_SHARE * tolerance, _NEARLY * half)
     return LightChoice(4 if is_enough else 2, f"{told}, {without}")
 
@@ -165,6 +179,14 @@ def _tried(lit: LitVolume, planes: Float64Array, progress: Progress, *, cut_ligh
     cameras = [views[name] for name in _VIEWS]
     squares = [_squares(lit, ways, cameras), np.resize(cut_squares, 2), _of_brightness(lit, fields[-1], cameras)]
     return _Trial(np.concatenate(squares), fields[-1].residual)
+
+
+def _at_full_resolution(lit: LitVolume, progress: Progress) -> float:
+    """Return the mean square over seen pixels with a texel for each voxel."""
+    field = solve.solve_fields(lit, [*_FACTORS, 1], _BATCHES * solve.BATCH, progress)[-1]
+    views = standard_views(lit.grid)
+    way = baked_field(coded(field).decoded(field), lit.grid)
+    return float(_squares(lit, [way], [views[name] for name in _VIEWS])[0])
 
 
 def _of_brightness(lit: LitVolume, field: solve.LightField, views: Sequence[Camera]) -> Float64Array:
