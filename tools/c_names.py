@@ -6,6 +6,7 @@ Everything that is not listed here has the name that it has in the manifest.
 RECORDS = {
     "BlockRangesRecord": "ranges",
     "BrickLayout": "bricks",
+    "ClipPlane": "plane",
     "DeviceProfile": "profile",
     "DrawCost": "cost",
     "FileRecord": "file",

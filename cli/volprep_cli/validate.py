@@ -165,7 +165,9 @@ def _print(report: "Report", folder: Path) -> None:
         if program.empty_space is not None:
             _print_empty_space(program.empty_space)
         if program.light is not None:
-            _print_light(program.light)
+            _print_light("baked light", program.light)
+        if program.cut_light is not None:
+            _print_light("baked light of the cut", program.cut_light)
         print_line("")
     allowed = report.tolerance
     if report.witness is not None:
@@ -363,15 +365,13 @@ def _print_empty_space(found: "EmptySpace") -> None:
     print_table(("left out by", "samples", "ms (quartiles)", "faster", "largest difference"), rows)
 
 
-def _print_light(found: "TracedLight") -> None:
+def _print_light(name: str, found: "TracedLight") -> None:
     from volprep.report.text import number
 
     noise = f"noise of its {found.paths} paths, {number(found.noise_rmse)}, left out"
     print_line("")
     around = ", the light around as it is and turned" if found.orientations > 1 else ""
-    print_line(
-        f"baked light against path tracing: RMSE {number(found.rmse)} over {found.pixels} pixels{around}, {noise}"
-    )
+    print_line(f"{name} against path tracing: RMSE {number(found.rmse)} over {found.pixels} pixels{around}, {noise}")
 
 
 def _print_ablation(found: "Ablation") -> None:

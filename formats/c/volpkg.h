@@ -393,6 +393,14 @@ typedef struct volpkg_channel {
     VOLPKG_LIST(volpkg_transfer_function) transfer_functions;
 } volpkg_channel;
 
+/* A plane: what is on its inner side stays. */
+typedef struct volpkg_plane {
+    /* Direction of the inner side, of any length but zero. */
+    double normal[3];
+    /* A point p is inside where normal * p + `constant_mm` is above 0, in millimetres times the length of `normal`. */
+    double constant_mm;
+} volpkg_plane;
+
 /* One form of the finest level, encoded and decoded again. */
 typedef struct volpkg_compressed_form {
     /* Format of its textures. A reader accepts any other word for a form that is not kept. */
@@ -730,12 +738,14 @@ typedef struct volpkg_normals {
     double largest_gradient;
 } volpkg_normals;
 
-/* Light that multiplies the colour of each sample. It is the same for all levels. At a place p in box millimetres the
-   texture is read at p * `texture_from_box_per_mm_xyz` plus half a texel, with linear filters, also between the slices
-   of a mosaic: the middles of the outer texels lie on the faces of the box. With r and g its two components, and s the
-   share, the light is `largest` * (r + s * (g - r)) - `subtracted`, and not below 0. The share rises from 0 at the
-   first to 1 at the second of `stored_values`, of the normalised stored value at the sample; it is constant outside.
-   Light of several numbers has two textures of these instead: part 0 holds r, and part 1 holds g. */
+/* Light that multiplies the colour of each sample. It is the same for all levels. A transfer function has light of the
+   whole volume. It may also have light of the volume cut by `planes`, in textures that differ from those of the whole
+   in their texels only. At a place p in box millimetres the texture is read at p * `texture_from_box_per_mm_xyz` plus
+   half a texel, with linear filters, also between the slices of a mosaic: the middles of the outer texels lie on the
+   faces of the box. With r and g its two components, and s the share, the light is `largest` * (r + s * (g - r)) -
+   `subtracted`, and not below 0. The share rises from 0 at the first to 1 at the second of `stored_values`, of the
+   normalised stored value at the sample; it is constant outside. Light of several numbers has two textures of these
+   instead: part 0 holds r, and part 1 holds g. */
 typedef struct volpkg_baked_light {
     /* The light around the volume, and how it travels. */
     volpkg_light_model model;
@@ -748,6 +758,9 @@ typedef struct volpkg_baked_light {
     double subtracted;
     /* Normalised stored values where the share is 0 and 1, ascending. */
     double stored_values[2];
+    /* Planes in box space that cut the volume, with normals of length 1: a picture takes this light only if exactly
+       these planes cut it. Empty for the light of the whole volume. */
+    VOLPKG_LIST(volpkg_plane) planes;
     /* Number of positions where light was computed; the texture is fitted to them. */
     int64_t samples;
     /* Relative residual of the fit, 0 to 1: norm of the residual divided by the norm of the right-hand side, at the
@@ -1634,6 +1647,14 @@ void volpkg_clip_box(const double low_mm_xyz[3], const double high_mm_xyz[3], fl
 
 /* A plane of the patient's space in box space: dot(plane.xyz, place) + plane.w >= 0 is kept, in millimetres. */
 void volpkg_clip_plane(const volpkg_grid* grid, const double world_plane[4], float plane[4]);
+
+/*
+ * Let the textures of a drawing hold the light of the cut volume, if the package has light of exactly this cut, and the
+ * light of the whole volume otherwise (SPEC.md section 12.1). Planes are those of the shader; planes that cut nothing
+ * of the volume do not count. Returns 1 for light of the cut, and 0 for other light and for none. Upload the textures
+ * of the role VOLPKG_ROLE_LIGHT again if the result changes. Call it before volpkg_edit_drawing.
+ */
+int volpkg_cut_light(volpkg_drawing* drawing, const float* planes, int32_t count);
 
 /* ---- editing -------------------------------------------------------------------------------------------- */
 
@@ -2952,6 +2973,11 @@ static const volpkg__field volpkg__channel_fields[] = {
      0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__channel_record, volpkg_channel, volpkg__channel_fields)
+static const volpkg__field volpkg__clip_plane_fields[] = {
+    {"normal", &volpkg__real_x3, offsetof(volpkg_plane, normal), VOLPKG__NEEDED, 0, NULL},
+    {"constant_mm", &volpkg__real, offsetof(volpkg_plane, constant_mm), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__clip_plane_record, volpkg_plane, volpkg__clip_plane_fields)
 VOLPKG__NUMBERS(volpkg__long_from_1, VOLPKG__LONG, int64_t, 1.0, 9007199254740991.0, 1)
 static const volpkg__field volpkg__compressed_form_fields[] = {
     {"format", &volpkg__string, offsetof(volpkg_compressed_form, format), VOLPKG__NEEDED, 0, NULL},
@@ -3252,6 +3278,7 @@ static const volpkg__field volpkg__normals_fields[] = {
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__normals_record, volpkg_normals, volpkg__normals_fields)
 VOLPKG__MAYBE(volpkg__normals_record_pointer, volpkg__normals_record)
+VOLPKG__MANY(volpkg__clip_plane_record_list_to_12, volpkg__clip_plane_record, 0, 12.0)
 static const volpkg__field volpkg__stored_light_fields[] = {
     {"model", &volpkg__light_model_record, offsetof(volpkg_baked_light, model), VOLPKG__NEEDED, 0, NULL},
     {"texture_from_box_per_mm_xyz", &volpkg__real_x3, offsetof(volpkg_baked_light, texture_from_box_per_mm_xyz),
@@ -3259,6 +3286,7 @@ static const volpkg__field volpkg__stored_light_fields[] = {
     {"largest", &volpkg__real_above_0, offsetof(volpkg_baked_light, largest), VOLPKG__NEEDED, 0, NULL},
     {"subtracted", &volpkg__real_from_0, offsetof(volpkg_baked_light, subtracted), 0, 0.0, NULL},
     {"stored_values", &volpkg__real_x2, offsetof(volpkg_baked_light, stored_values), VOLPKG__NEEDED, 0, NULL},
+    {"planes", &volpkg__clip_plane_record_list_to_12, offsetof(volpkg_baked_light, planes), 0, 0, NULL},
     {"samples", &volpkg__long_from_0, offsetof(volpkg_baked_light, samples), VOLPKG__NEEDED, 0, NULL},
     {"residual", &volpkg__real_from_0_to_1, offsetof(volpkg_baked_light, residual), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
@@ -5662,18 +5690,37 @@ static int volpkg__same_light(const volpkg_texture* a, const volpkg_texture* b) 
                   sizeof one->texture_from_box_per_mm_xyz) == 0;
 }
 
+static int volpkg__is_of_a_cut(const volpkg_texture* t) { return t->light != NULL && t->light->planes.count > 0; }
+
+static int volpkg__same_planes(const volpkg_baked_light* a, const volpkg_baked_light* b) {
+    int32_t i;
+    int same = a->planes.count == b->planes.count, axis;
+    for (i = 0; same && i < a->planes.count; ++i) {
+        const volpkg_plane *one = &a->planes.at[i], *other = &b->planes.at[i];
+        same = one->constant_mm == other->constant_mm;
+        for (axis = 0; axis < 3; ++axis) same &= one->normal[axis] == other->normal[axis];
+    }
+    return same;
+}
+
 static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_package* p, int32_t c,
                                                const volpkg_texture* t) {
     const volpkg_mosaic* m = t->mosaic;
     const volpkg_light_model* model = &t->light->model;
     uint32_t components = model->turnable ? 4 : model->channels == VOLPKG_LIGHT_CHANNELS_RGB ? 3 : 2, seen = 0;
     int32_t k;
+    int whole = 0;
     VOLPKG__RULE(volpkg__components(&t->gl) == components && t->gl.type == 0x1401, t->name,
                  "it holds light of other components than its format, or no bytes");
     VOLPKG__RULE(t->filter == VOLPKG_FILTER_LINEAR && t->level < 0, t->name,
                  "it holds light, so it must be filtered, and for all levels");
     VOLPKG__RULE(t->light->stored_values[0] < t->light->stored_values[1], t->name,
                  "its light has stored values that do not ascend");
+    for (k = 0; k < t->light->planes.count; ++k) {
+        const double* n = t->light->planes.at[k].normal;
+        VOLPKG__RULE(fabs(sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) - 1) <= 1e-6, t->name,
+                     "it holds light of a cut by planes whose normals have not the length 1");
+    }
     VOLPKG__RULE((t->gl.target == 0x806F) == (m == NULL), t->name,
                  "it holds light, so it must be a 3D texture or a mosaic");
     if (m != NULL) {
@@ -5691,12 +5738,18 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
         if (other->role != VOLPKG_ROLE_LIGHT || !volpkg__is(other->transfer, t->transfer) || other->light == NULL ||
             !volpkg__texture_concerns(p, c, other))
             continue;
+        VOLPKG__RULE(volpkg__same_light(t, other), t->name,
+                     "the textures of its light differ in more than their texels");
+        if (volpkg__is_of_a_cut(t) != volpkg__is_of_a_cut(other)) {
+            whole |= !volpkg__is_of_a_cut(other);
+            continue;
+        }
+        VOLPKG__RULE(volpkg__same_planes(t->light, other->light), t->name, "the textures of its light are of two cuts");
         VOLPKG__RULE(other->part < volpkg__light_parts(model) && !(seen >> other->part & 1), t->name,
                      "the light of its transfer function has not each part once");
         seen |= (uint32_t)1 << other->part;
-        VOLPKG__RULE(volpkg__same_light(t, other), t->name,
-                     "the textures of its light differ in more than their texels");
     }
+    VOLPKG__RULE(whole || !volpkg__is_of_a_cut(t), t->name, "it holds light of a cut, and there is none of the whole");
     VOLPKG__RULE(seen == ((uint32_t)1 << volpkg__light_parts(model)) - 1, t->name,
                  "the light of its transfer function has not each part once");
     return VOLPKG_OK;
@@ -6783,7 +6836,7 @@ static const volpkg_texture* volpkg__texture_for(const volpkg_package* p, const 
     for (i = 0; i < p->textures.count; ++i) {
         const volpkg_texture* t = &p->textures.at[i];
         if (t->role != sampler->role || t->part != sampler->part || (t->level >= 0 && t->level != level) ||
-            (t->transfer[0] && !volpkg__is(t->transfer, transfer)) ||
+            (t->transfer[0] && !volpkg__is(t->transfer, transfer)) || volpkg__is_of_a_cut(t) ||
             (owner >= 0 && t->channels.count &&
              !volpkg__lists(t->channels.at, t->channels.count, p->channels.at[owner].name)))
             continue;
@@ -8030,6 +8083,65 @@ void volpkg_clip_plane(const volpkg_grid* grid, const double world_plane[4], flo
         for (k = 0; k < 4; ++k) sum += world_from_box[4 * i + k] * world_plane[k];
         plane[i] = (float)sum;
     }
+}
+
+#define VOLPKG__SAME_PLANE 1e-4 /* of a component of unit normals, and of distances in diagonals of the box */
+
+/* Whether a plane takes something of the volume away; `unit` is the plane with a normal of length 1. */
+static int volpkg__cuts(const volpkg_grid* grid, double diagonal, const float plane[4], double unit[4]) {
+    double length = 0, least;
+    int axis;
+    for (axis = 0; axis < 3; ++axis) length += (double)plane[axis] * plane[axis];
+    if (!(length > 0)) return 0;
+    for (axis = 0; axis < 4; ++axis) unit[axis] = plane[axis] / sqrt(length);
+    least = unit[3];
+    for (axis = 0; axis < 3; ++axis) least += unit[axis] < 0 ? unit[axis] * grid->extent_mm_zyx[2 - axis] : 0;
+    return least < -VOLPKG__SAME_PLANE * diagonal;
+}
+
+/* Whether planes cut a volume exactly as for a light. */
+static int volpkg__is_cut_as(const volpkg_grid* grid, const volpkg_baked_light* light, const float* planes,
+                             int32_t count) {
+    double diagonal = 0, unit[4];
+    int32_t i, k, cutting = 0, found = 0;
+    int axis;
+    for (axis = 0; axis < 3; ++axis) diagonal += grid->extent_mm_zyx[axis] * grid->extent_mm_zyx[axis];
+    diagonal = sqrt(diagonal);
+    for (i = 0; i < count; ++i) {
+        int known = 0;
+        if (!volpkg__cuts(grid, diagonal, planes + 4 * i, unit)) continue;
+        ++cutting;
+        for (k = 0; k < light->planes.count; ++k) {
+            const volpkg_plane* own = &light->planes.at[k];
+            int same = fabs(unit[3] - own->constant_mm) <= VOLPKG__SAME_PLANE * diagonal;
+            for (axis = 0; axis < 3; ++axis) same &= fabs(unit[axis] - own->normal[axis]) <= VOLPKG__SAME_PLANE;
+            known |= same;
+        }
+        found += known;
+    }
+    return cutting == light->planes.count && found == cutting;
+}
+
+int volpkg_cut_light(volpkg_drawing* drawing, const float* planes, int32_t count) {
+    const volpkg_package* p = drawing->package;
+    int32_t unit, i;
+    int of_cut = 0;
+    for (unit = 0; unit < drawing->units; ++unit) {
+        const volpkg_texture *t = &drawing->textures[unit], *chosen = NULL;
+        if (t->role != VOLPKG_ROLE_LIGHT) continue;
+        for (i = 0; i < p->textures.count; ++i) {
+            const volpkg_texture* each = &p->textures.at[i];
+            if (each->role != VOLPKG_ROLE_LIGHT || each->part != t->part || !volpkg__is(each->transfer, t->transfer))
+                continue;
+            if (each->light->planes.count == 0 ? chosen == NULL
+                                               : volpkg__is_cut_as(p->grid, each->light, planes, count))
+                chosen = each;
+        }
+        if (chosen == NULL) continue;
+        of_cut = chosen->light->planes.count > 0;
+        drawing->textures[unit] = *chosen;
+    }
+    return of_cut;
 }
 
 /* ---- editing; SPEC.md section 19 ---- */

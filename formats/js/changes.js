@@ -11,7 +11,7 @@ export class Changes {
   #depth;
   /** Planes that each picture adds. */
   more = 0;
-  /** Transfer functions that were edited, by the name of the one they replace. @type {Map<string, TransferFunction>} */
+  /** Transfer functions that were edited, by the name of the one they replace. @type {Map<string, import("./edit.js").Edit>} */
   edits = new Map();
   /** Looks of segments, if an app has changed one. @type {import("./segments.js").Segments | null} */
   segments = null;
@@ -64,7 +64,7 @@ export class Changes {
    */
   async setClip(cut, more = this.more) {
     const { clipOf } = await import("./clip.js");
-    const made = clipOf({ ...cut, depth: Boolean(cut?.depth || this.#depth) }, more);
+    const made = clipOf({ ...cut, depth: Boolean(cut?.depth || this.#depth) }, more, this.#pack.manifest);
     this.more = more;
     this.cut = cut;
     // Clips of one key differ in values only.

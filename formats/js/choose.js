@@ -19,6 +19,7 @@ import { has } from "./shapes.js";
  * @property {Level} level
  * @property {Texture[]} textures in the order of the program's samplers
  * @property {Record<string, Value>} values of uniforms that are the same in all pictures, by the source of the uniform
+ * @property {boolean} [relit] whether light was computed again for an edited function
  * @property {Record<string, Uint8Array>} texels that are not read from the package, by the name of their texture
  */
 
@@ -83,6 +84,8 @@ export function textureOf(pack, program, sampler, level) {
       (each.part ?? 0) === (sampler.part ?? 0) &&
       (each.level === undefined || each.level === level) &&
       (each.transfer === undefined || each.transfer === transfer) &&
+      // Light of a cut volume comes in its place later.
+      !each.light?.planes?.length &&
       (!each.channels?.length || !channel || each.channels.includes(channel.name)),
   );
   // A level's own table replaces the common one.

@@ -2,6 +2,7 @@
  * Clipping by a box and by planes. Rays are cut where the shader cuts them to the volume: its function clip_to_box gets
  * another one around it, as SPEC section 9 allows.
  */
+import { cutLight } from "./cut_light.js";
 import { VolpkgError } from "./rarer.js";
 
 /**
@@ -20,6 +21,7 @@ import { VolpkgError } from "./rarer.js";
  * The cuts of a picture, and the code for them in its shaders.
  * @typedef {object} Clip
  * @property {string} key clips with the same key have the same shader text, and differ in values only
+ * @property {import("./cut_light.js").CutLight | null} lit the light of the cut volume; null if the package has none
  * @property {string[]} uniforms that clipping adds to the shader
  * @property {(fragment: string, path: string, fromLight?: boolean) => string} shader adds clipping to a fragment
  *   shader; `fromLight` for a pass whose rays come from a light
@@ -38,10 +40,10 @@ const OWN_DEPTH = /** @type {const} */ ([-2, 1, 0]);
 
 /**
  * @param {Wanted} wanted
- * @param {number} [more] how many planes each picture adds
+ * @param {number} more how many planes each picture adds @param {import("./types.js").Manifest} manifest
  * @returns {Clip | null} null if nothing is cut away
  */
-export function clipOf({ box, planes = [], depth = false }, more = 0) {
+export function clipOf({ box, planes = [], depth = false }, more, manifest) {
   const side = (/** @type {number} */ axis, /** @type {number} */ sign, /** @type {number} */ at) =>
     [0, 1, 2, 3].map((c) => sign * (c === axis ? 1 : c === 3 ? -at : 0));
   const sides = (box ?? []).flatMap((corner, i) => [0, 1, 2].map((axis) => side(axis, i ? -1 : 1, corner[axis])));
@@ -51,10 +53,12 @@ export function clipOf({ box, planes = [], depth = false }, more = 0) {
     throw new VolpkgError("VP7019", { what: JSON.stringify({ box, planes }), limit: MOST - more - sides.length });
   }
   if (!count && !depth) return null;
+  const lit = cutLight(manifest, own, more);
   const of = count ? ["u_clip_planes[0]"] : [];
   const ofDepth = depth ? ["u_clip_depth", "u_clip_pixel", "u_clip_kind", "u_clip_box"] : [];
   return {
-    key: `${count} ${depth}`,
+    key: `${count} ${depth} ${lit?.cut}`,
+    lit,
     uniforms: [...of, ...ofDepth],
     shader: (fragment, path, fromLight = false) => clipped(fragment, path, count, depth && !fromLight),
     bind(

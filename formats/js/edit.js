@@ -11,6 +11,10 @@ import { entriesOf, skipEntries } from "./skip.js";
 /** @typedef {import("./types.js").Channel} Channel */
 /** @typedef {import("./types.js").Texture} Texture */
 /** @typedef {import("./types.js").TransferFunction} TransferFunction */
+/**
+ * An edited function, and texels of the light that was computed again for it, by texture.
+ * @typedef {TransferFunction & {lights?: Map<string, Uint8Array>}} Edit
+ */
 /** Colour and extinction per millimetre of each entry, four numbers for one. @typedef {Float64Array} Table */
 
 const BINS = 256;
@@ -72,7 +76,7 @@ function problemOf(point, before) {
 
 /**
  * A choice with the tables of edited functions in place of its own.
- * @param {Package} pack @param {Choice} choice @param {Map<string, TransferFunction>} edits @param {AbortSignal} signal
+ * @param {Package} pack @param {Choice} choice @param {Map<string, Edit>} edits @param {AbortSignal} signal
  * @returns {Promise<Choice>}
  */
 export async function edited(pack, choice, edits, signal) {
@@ -100,9 +104,10 @@ export async function edited(pack, choice, edits, signal) {
     return choice;
   for (const [i, { role }] of program.samplers.entries()) {
     if (role === "skip") texels[textures[i].name] = await skipTexels(pack, textures[i], seen, signal);
-    if (role === "light") texels[textures[i].name] = noLight(textures[i]);
+    if (role === "light")
+      texels[textures[i].name] = edits.get(program.transfer)?.lights?.get(textures[i].name) ?? noLight(textures[i]);
   }
-  return { ...choice, texels };
+  return { ...choice, texels, relit: Boolean(edits.get(program.transfer)?.lights) };
 }
 
 /** Texels of a light of 1 everywhere: the stored light is of another function. @param {Texture} texture */

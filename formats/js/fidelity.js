@@ -21,10 +21,19 @@
  * @property {number | null} rmse root mean square error over visible pixels, premultiplied linear light
  * @property {number | null} maximum no channel of a pixel is expected to be further off
  * @property {number | null} kept_light share of the light of thin structures that is kept
+ * @property {"whole" | "cut" | "edited" | "occlusion" | null} light whose precomputed light is drawn: that of the whole
+ *   or the cut volume; of an edited function none, or occlusion that was computed again
  * @property {string[]} differs why this picture is another one than that which was judged
  */
 
 const SAME = 1e-6;
+/** Whose precomputed light is drawn, if the function was edited or the volume cut. */
+const LIGHTS = {
+  edited: "light: of another function, so that it is left out",
+  occlusion: "light: occlusion of the edited function, computed on this device",
+  cut: "light: of the cut volume",
+  whole: "light: of the uncut volume",
+};
 
 /** @param {Renderer} renderer @param {Measured} [measured] @returns {Fidelity | null} null if nothing was drawn */
 export function fidelityOf(renderer, measured) {
@@ -44,10 +53,10 @@ export function fidelityOf(renderer, measured) {
   );
   const found = nearest ?? stated;
   const judged = nearest ? nearest.step_mm : renderer.packageStep;
-  const isBaked = drawn.choice.program.samplers.some(({ role }) => role === "light");
+  const light = bakedLight(drawn.choice, changed.edited);
   const differs = [
     changed.edited && "the transfer function was edited",
-    changed.edited && isBaked && "light: of another function, so that it is left out",
+    light && (changed.edited || changed.cut) && LIGHTS[light],
     changed.cut && "a part is cut away",
     changed.lit && "the light was moved",
     scale < 1 && "fewer pixels are drawn while the camera moves",
@@ -67,8 +76,21 @@ export function fidelityOf(renderer, measured) {
     rmse: value(nearest ? nearest.seen_rmse : stated?.rmse),
     maximum: value(found?.maximum),
     kept_light: value(found?.kept_light),
+    light,
     differs: differs.filter((each) => typeof each === "string"),
   };
+}
+
+/**
+ * Whose precomputed light is drawn; null for a picture without such light.
+ * @param {import("./choose.js").Choice} choice @param {boolean} edited
+ * @returns {keyof typeof LIGHTS | null}
+ */
+function bakedLight({ textures, relit }, edited) {
+  const lit = textures.find((each) => each.light);
+  if (!lit) return null;
+  if (edited) return relit ? "occlusion" : "edited";
+  return lit.light?.planes?.length ? "cut" : "whole";
 }
 
 /** A record as one line of text. @param {Fidelity} record */

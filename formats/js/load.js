@@ -29,7 +29,7 @@ import { passesOf } from "./shapes.js";
  * @property {string} picture
  * @property {number} level
  * @property {number | null} point
- * @property {Map<string, TransferFunction>} edits
+ * @property {Map<string, import("./edit.js").Edit>} edits
  * @property {import("./segments.js").Segments | null} segments as an app has changed them
  * @property {Clip | null} clip
  * @property {number} [maxTextureBytes] limit of the bytes of all textures
@@ -63,6 +63,7 @@ export async function load(wanted) {
   const { gl, pack, device, edits, segments, clip, maxTextureBytes, use, signal } = wanted;
   let choice = await chosen(wanted);
   checkFits(gl, pack, choice, maxTextureBytes);
+  choice = clip?.lit?.of(choice) ?? choice;
   if (edits.size) choice = await (await import("./edit.js")).edited(pack, choice, edits, signal);
   if (segments) choice = await segments.shown(pack, choice, signal);
   check(signal);

@@ -102,7 +102,7 @@ export class Renderer extends RendererState {
     const { drawn, device } = this._levels;
     const [, , width, height] = viewport;
     if (!drawn || !device || !(width && height)) return false;
-    if (planes.length > this._changes.more) this.#cutMore(planes.length);
+    if (planes.length || this._changes.more) this.#follow(planes, drawn.choice);
     if (moving && !this.#pace && this.#options.frameMs !== Infinity) this.#measure();
     const quality = this.#quality(moving);
     const light = drawn.lightOf?.(this.grid, drawn.choice, this._changes);
@@ -239,10 +239,15 @@ export class Renderer extends RendererState {
     this.#pace ??= new Pace(this.#gl, this.#options.frameMs ?? 33);
   }
 
-  /** Recompiles the shader for a number of planes per picture. @param {number} count */
-  async #cutMore(count) {
+  /**
+   * Recompiles the shader for more planes of a picture, or loads the light of the volume that they cut.
+   * @param {readonly (readonly number[])[]} planes @param {import("./choose.js").Choice} choice
+   */
+  async #follow(planes, choice) {
     try {
-      await this.setClip(this._changes.cut, count);
+      const { clip, cut, more } = this._changes;
+      if (planes.length > more) await this.setClip(cut, planes.length);
+      else if (clip?.lit?.sees(planes, choice)) await this._levels.refresh();
     } catch (error) {
       this.#options.onError?.(error);
     }

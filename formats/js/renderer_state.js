@@ -172,7 +172,7 @@ export class RendererState extends EventTarget {
    */
   async setTransfer(edited, name = this._levels.want.picture) {
     await this._changes.setTransfer(edited, name);
-    await this._levels.refresh();
+    await this.#refresh(name);
   }
 
   /**
@@ -184,7 +184,14 @@ export class RendererState extends EventTarget {
    */
   async setWindow(window, name = this._levels.want.picture) {
     await this._changes.setWindow(window, name);
+    await this.#refresh(name);
+  }
+
+  /** Draws with an edited function; begins to compute its light again, if the options ask for it. @param {string} name */
+  async #refresh(name) {
     await this._levels.refresh();
+    /** Fulfilled when the light of the last edit is computed again, or another edit came first. */
+    if (this.#options.relight) this.relit = import("./occlusion.js").then(({ relight }) => relight(this, name));
   }
 
   /**
@@ -219,8 +226,8 @@ export class RendererState extends EventTarget {
   async setClip(clip, more) {
     const { version } = this._changes;
     await this._changes.setClip(clip, more);
-    if (version !== this._changes.version) return this._levels.refresh();
     this._levels.adopt();
+    if (version !== this._changes.version) return this._levels.refresh();
     this._changed();
   }
 

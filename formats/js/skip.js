@@ -7,7 +7,7 @@ import { FORMATS, fromHalf } from "./formats.js";
 const LARGEST = 255;
 
 /** Texel of a voxel in a texture that is 3D, or a mosaic of one slice a texel. @param {Texture} texture @param {Shape} shape @returns {(z: number, y: number, x: number) => number} */
-function place({ mosaic }, [, height, width]) {
+export function placeIn({ mosaic }, [, height, width]) {
   if (!mosaic) return (z, y, x) => (z * height + y) * width + x;
   const {
     gutter = 0,
@@ -28,7 +28,7 @@ export function entriesOf(texture, texels, shape) {
   const list = type === "UNSIGNED_BYTE" ? texels : new Uint16Array(texels.buffer, texels.byteOffset, texels.length / 2);
   const value =
     type === "HALF_FLOAT" ? fromHalf : (/** @type {number} */ each) => each / (type === "UNSIGNED_BYTE" ? 255 : 65535);
-  const at = place(texture, shape);
+  const at = placeIn(texture, shape);
   const found = new Float64Array(shape[0] * shape[1] * shape[2]);
   each(shape, (i, z, y, x) => {
     found[i] = value(list[at(z, y, x)]);
@@ -46,7 +46,7 @@ export function skipEntries(occupied, shape, kind, texture) {
   const [, height, width] = texture.shape_zyx;
   const texels = new Uint8Array(height * width);
   const whole = /** @type {const} */ ([entries.length / shape[1] / shape[2], shape[1], shape[2]]);
-  const at = place(texture, whole);
+  const at = placeIn(texture, whole);
   each(whole, (i, z, y, x) => {
     texels[at(z, y, x)] = entries[i];
   });

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from volprep.parts.light.codes import coded
+from volprep.parts.light.codes import coded, coded_alike
 from volprep.parts.light.solve import LightField
 
 
@@ -27,7 +27,7 @@ def test_ends_of_a_field_come_back_within_half_a_code(low, high) -> None:
 @pytest.mark.parametrize(("low", "high"), [(0.0, 0.3), (-2.0, 3.0), (0.1, 200.0)])
 def test_a_light_of_1_is_a_code_where_functions_are_edited(low, high) -> None:
     field = field_of(np.random.default_rng(28).uniform(low, high, (5, 7, 3, 2)))
-    codes = coded(field, holds_one=True)
+    codes = coded_alike([field], holds_one=True)[0]
     one = (1.0 + codes.subtracted) / codes.largest * 255.0
     assert one == pytest.approx(round(one), abs=1e-9)
     assert 1 <= one <= 255

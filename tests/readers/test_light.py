@@ -2,13 +2,16 @@
 
 from pathlib import Path
 
+import pytest
 from reader_lies import Lies, Manifest, codes_of_lies
 from three_readers import Readers
 from web_scenes import build_scene
 
 
 def lights(manifest: Manifest) -> list[Manifest]:
-    return [each for each in manifest["textures"] if each["role"] == "light"]
+    """Textures of light, those of a cut last."""
+    found = [each for each in manifest["textures"] if each["role"] == "light"]
+    return sorted(found, key=lambda each: len(each["light"]["planes"]))
 
 
 def both(manifest: Manifest, key: str, value: object) -> None:
@@ -39,7 +42,22 @@ LIES: Lies = {
 }
 
 
-def test_readers_agree_on_lies_about_light(readers: Readers, tmp_path: Path) -> None:
-    package = build_scene("light that turns, in a mosaic", tmp_path).path
-    codes = codes_of_lies(readers, package, LIES, tmp_path)
-    assert {name: c for name, (c, _) in codes.items()} == dict.fromkeys(LIES, "VP4011")
+LIES_OF_A_CUT: Lies = {
+    "a normal of another length": lambda m: lights(m)[1]["light"]["planes"][0].update(normal=[2.0, 0.0, 0.0]),
+    "no direction": lambda m: lights(m)[1]["light"]["planes"][0].update(normal=[0.0, 0.0, 0.0]),
+    "another scale": lambda m: lights(m)[1]["light"].update(largest=7.0),
+    "two lights of the whole": lambda m: lights(m)[1]["light"].update(planes=[]),
+    "two lights of the cut": lambda m: lights(m)[0]["light"].update(planes=lights(m)[1]["light"]["planes"]),
+    "no light of the whole": lambda m: m["textures"].remove(lights(m)[0]),
+}
+
+
+@pytest.mark.parametrize(
+    ("scene", "lies"),
+    [("light that turns, in a mosaic", LIES), ("light of a cut", LIES_OF_A_CUT)],
+    ids=["light that turns", "light of a cut"],
+)
+def test_readers_agree_on_lies_about_light(scene: str, lies: Lies, readers: Readers, tmp_path: Path) -> None:
+    package = build_scene(scene, tmp_path).path
+    codes = codes_of_lies(readers, package, lies, tmp_path)
+    assert {name: c for name, (c, _) in codes.items()} == dict.fromkeys(lies, "VP4011")

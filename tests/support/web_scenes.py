@@ -72,6 +72,14 @@ def _edited_light(folder: Path) -> Path:
     return scene
 
 
+def _cut_light(folder: Path) -> Path:
+    """The phantom with its first transfer function only, and light of its own for a cut through the larger blob."""
+    planes = "clip_aware = true\nclip_planes = [{ normal = [0.5, 0.0, 0.0], constant_mm = -7.0 }]\n"
+    scene = _one(f'[lighting]\nbaked = "occlusion"\nresolution = 2\n{planes}')(folder)
+    scene.write_text(scene.read_text().replace("extinction_per_mm = 0.2", "extinction_per_mm = 2.0"))
+    return scene
+
+
 def _compressed(form: str, profile: str = "gles3") -> Callable[[Path], Path]:
     """A volume that is smooth enough for every compressed form."""
 
@@ -280,6 +288,7 @@ OTHERS = {
     "published slices for OpenGL ES 2": _phantom('[render]\ntechnique = "view-slices-as-published"\n', "gles2-4096"),
     "half-angle slices, light at another place": _phantom(_HALF_ANGLE.replace(_LIGHT, _ELSEWHERE)),
     "light at another place": _phantom(_PLACED.format(_ELSEWHERE)),
+    "light of a cut": _cut_light,
 }
 
 

@@ -496,7 +496,7 @@ def solve_light(rows: numpy.typing.NDArray[numpy.int32], pairs: numpy.typing.NDA
         If an array has another type or order.
     """
 
-def light_samples(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, seed: int, first: int, paths: int, inner_each: int, places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], kinds: numpy.typing.NDArray[numpy.uint8], known: numpy.typing.NDArray[numpy.float32] | None = None, known_curve: numpy.typing.NDArray[numpy.float64] | None = None, known_per_mm_xyz: Sequence[float] | None = None, lighting: bool = False, bounces: int = 1, threads: int = 0) -> None:
+def light_samples(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, planes: numpy.typing.NDArray[numpy.float64] | None, seed: int, first: int, paths: int, inner_each: int, places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], kinds: numpy.typing.NDArray[numpy.uint8], known: numpy.typing.NDArray[numpy.float32] | None = None, known_curve: numpy.typing.NDArray[numpy.float64] | None = None, known_per_mm_xyz: Sequence[float] | None = None, lighting: bool = False, bounces: int = 1, threads: int = 0) -> None:
     """
     Write the places where pictures need light, and an estimate of the light at each.
 
@@ -517,6 +517,8 @@ def light_samples(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
     reach_mm, scatters
         What is farther away than this takes no light away; whether light that is stopped goes on.
+    planes
+        float64 [n, 4] in box space, or None. The volume ends at these: it is where planes[:, :3] @ place + planes[:, 3] >= 0.
     seed, first
         Sample k has its own stream of random numbers, that of `seed` and `first` + k.
     paths
@@ -846,7 +848,7 @@ def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float,
         If an array has another type or order.
     """
 
-def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, baked: numpy.typing.NDArray[numpy.float32] | None = None, baked_curve: numpy.typing.NDArray[numpy.float64] | None = None, baked_per_mm_xyz: Sequence[float] | None = None, baked_start_mm_xyz: Sequence[float] = (0.0, 0.0, 0.0), threads: int = 0) -> None:
+def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, baked: numpy.typing.NDArray[numpy.float32] | None = None, baked_curve: numpy.typing.NDArray[numpy.float64] | None = None, baked_per_mm_xyz: Sequence[float] | None = None, baked_start_mm_xyz: Sequence[float] = (0.0, 0.0, 0.0), planes: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None:
     """
     Write a picture by refinement, for light that has no proven bound, and how far it has settled.
 
@@ -878,6 +880,8 @@ def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
     baked, baked_curve, baked_per_mm_xyz, baked_start_mm_xyz
         Light that multiplies the colours: float32 [z, y, x, 2, channels], 1 or 3 channels; float64 [2, n], ascending values and
         the share of the second number at each; nodes of this field for each millimetre; where its box begins.
+    planes
+        float64 [n, 4] in box space, or None. The volume ends at these: it is where planes[:, :3] @ place + planes[:, 3] >= 0.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
@@ -1020,7 +1024,7 @@ def sample_patches(patches: numpy.typing.NDArray[numpy.float64], starts: numpy.t
         If an array has another type or order.
     """
 
-def trace_picture(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, box_from_clip: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, rgba: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> float:
+def trace_picture(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, planes: numpy.typing.NDArray[numpy.float64] | None, box_from_clip: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, rgba: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> float:
     """
     Write a picture by path tracing, and the variance of each pixel.
 
@@ -1043,6 +1047,8 @@ def trace_picture(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
     reach_mm, scatters
         What is farther away than this takes no light away; whether light that is stopped goes on.
+    planes
+        float64 [n, 4] in box space, or None. The volume ends at these: it is where planes[:, :3] @ place + planes[:, 3] >= 0.
     box_from_clip
         float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
     paths, seed
@@ -1060,7 +1066,7 @@ def trace_picture(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
         If an array has another type or order.
     """
 
-def trace_places(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, places_mm_xyz: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, light: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> float:
+def trace_places(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], lamp_mm_xyz: Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, planes: numpy.typing.NDArray[numpy.float64] | None, places_mm_xyz: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, light: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> float:
     """
     Write the light that reaches places, by path tracing, and its variance.
 
@@ -1083,6 +1089,8 @@ def trace_places(volume: numpy.typing.NDArray[numpy.generic], slope: float, inte
         A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
     reach_mm, scatters
         What is farther away than this takes no light away; whether light that is stopped goes on.
+    planes
+        float64 [n, 4] in box space, or None. The volume ends at these: it is where planes[:, :3] @ place + planes[:, 3] >= 0.
     places_mm_xyz
         float64 [n, 3], places in box space, inside the box.
     paths, seed

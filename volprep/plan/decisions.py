@@ -1,7 +1,6 @@
 """Results of the decisions about one channel, with their reasons. The rooms of `volprep.parts` make them."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, Quantizer
@@ -14,6 +13,7 @@ from volprep.plan.records import (
     VolumePlan,
 )
 from volprep.plan.room import Beside, Misfit
+from volprep.scene.scene import LightFactor
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.textures.block_formats import CompressedFormat
@@ -68,13 +68,25 @@ class CompressionChoice:
 
 
 @dataclass(frozen=True)
+class CutChoice:
+    """Whether the volume that the scene's planes cut has light of its own."""
+
+    kept: bool
+    """Whether it has."""
+    reason: str
+    """Why."""
+
+
+@dataclass(frozen=True)
 class LightChoice:
     """The resolution of light that is computed once."""
 
-    factor: Literal[2, 4] | None
+    factor: LightFactor | None
     """Voxels along the edge of a texel; None if the light is left out."""
     reason: str
     """Why."""
+    cut: CutChoice | None = None
+    """Light of the cut volume; None if the scene does not ask for it."""
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,14 @@
 """Planned contents of a package besides levels and tables, as records that the stages read."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
-from volprep.scene.scene import DracoWish
+from volprep.scene.scene import DracoWish, LightFactor
 from volprep_formats.grid import Count
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.parts.light.planes import ClipPlane
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalMeaning
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.segments.record import Segments
@@ -108,6 +109,8 @@ class LightTexturePlan(Record):
     """Name of the transfer function."""
     part: int = 0
     """Number of the texture: 0 where both ends of the share are in one, or for the lower end; 1 for the upper end."""
+    is_of_a_cut: bool = False
+    """Whether the light is that of the volume cut by the planes of the plan."""
     name: str
     """Name of the texture."""
     file: PackagePath
@@ -119,7 +122,7 @@ class LightPlan(Record):
 
     model: LightModel
     """The light around the volume, and how it travels."""
-    factor: Literal[2, 4]
+    factor: LightFactor
     """Voxels along the edge of a texel."""
     shape_zyx: tuple[Count, Count, Count]
     """Places with light along each axis."""
@@ -129,8 +132,10 @@ class LightPlan(Record):
     """Layout of the slices in a 2D texture; None for 3D textures."""
     samples: Count
     """Approximate number of places where light is computed."""
+    planes: tuple[ClipPlane, ...] = ()
+    """Planes in box space that cut the volume for a second light; empty without one."""
     textures: tuple[LightTexturePlan, ...]
-    """One or two for each transfer function."""
+    """One or two for each transfer function, and as many for the volume cut by `planes`."""
     editable: bool
     """Whether one code is a light of 1: an app fills the texture with it after an edit of the function."""
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from volprep.scene.colour import ColourSettings, with_colour_channels
 from volprep.scene.points import PhysicalValue
@@ -15,6 +15,7 @@ from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import Projection, Tolerance
 from volprep_formats.package.parts.hybrid.record import OpacitySource
 from volprep_formats.package.parts.light.model import BakedKind, LightChannels, LightColour, Sun
+from volprep_formats.package.parts.light.planes import MOST_PLANES, ClipPlane
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode, NormalSpace
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
@@ -47,6 +48,8 @@ class QuantizeSettings(Record):
     functions tell apart."""
 
 
+LightFactor = Literal[1, 2, 4]
+LightResolution = Literal["auto"] | LightFactor
 Refinement = Literal["none", "auto", "thorough"]
 
 
@@ -202,11 +205,17 @@ class LightingSettings(Record):
     """With `baked`, light from below. In between, light changes with the cosine of the angle."""
     suns: tuple[Sun, ...] = ()
     """With `baked`, lights that are far away."""
-    resolution: Literal["auto", 2, 4] = "auto"
-    """With `baked`, voxels along the edge of a texel of light: 2 for half the resolution, 4 for a quarter. "auto":
-    the build compares both with path tracing in small pictures, and takes a quarter if half is hardly better; more
-    than 4 million texels are never taken. If pictures without the light are within half of the tolerance, "auto"
-    leaves it out."""
+    resolution: LightResolution = "auto"
+    """With `baked`, voxels along the edge of a texel of light: 1 for all of the resolution, 2 for half, 4 for a
+    quarter. "auto": the build compares them with path tracing in small pictures. It takes a quarter if half is hardly
+    better, and all of the resolution if half misses the tolerance; more than 4 million texels are never taken. If
+    pictures without the light are within half of the tolerance, "auto" leaves it out."""
+    clip_planes: Annotated[tuple[ClipPlane, ...], Field(max_length=MOST_PLANES)] = ()
+    """With `baked`, planes in the patient's space (LPS) that an app cuts the volume with. The plan states the error of
+    the light behind this cut; without planes, behind the middle plane along y."""
+    clip_aware: bool = False
+    """With `baked`, whether the package has a second light, of the volume cut by `clip_planes`, for twice the bytes and
+    about twice the time. It is left out if small pictures of the cut are not better with it; the plan says so."""
     normals: NormalsFrom = "volume"
     """Where normals come from. "volume": from a volume of normals in the package. "forward", "central": the shader
     takes differences of the values one voxel apart, with four and six fetches more for each sample that is seen, and
@@ -227,6 +236,14 @@ class LightingSettings(Record):
     the pixel's own ray. Technique "slabs" keeps such draws short. "map", for surfaces and a light outside the volume: a
     pass draws how far the light goes, and samples look it up. "half-angle", with technique "view-slices" and a light
     outside the volume: each slice is drawn for the viewer and for the light."""
+
+    @field_validator("clip_planes")
+    @classmethod
+    def _planes_have_directions(cls, planes: tuple[ClipPlane, ...]) -> tuple[ClipPlane, ...]:
+        if any(not any(plane.normal) for plane in planes):
+            msg = "the normal of a plane must not be zero"
+            raise ValueError(msg)
+        return planes
 
 
 class GridSettings(Record):

@@ -235,7 +235,8 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
         normals = (each for each in manifest.textures if (each.role, each.level) == ("normals", level))
         lit = lighting(program, next(normals, None), grid)
     if program.baked:
-        held = [each for each in manifest.textures if (each.role, each.transfer) == ("light", program.transfer)]
+        lights = [each for each in manifest.textures if each.role == "light" and not each.is_of_a_cut]
+        held = [each for each in lights if each.transfer == program.transfer]
         features[1], lit = with_baked_light(features[1], lit, sorted(held, key=lambda each: each.part))
     return features if lit is None else [*features, lit]
 

@@ -127,14 +127,14 @@ def _level_normals(package: Package, level: int) -> Float32Array:
     return np.ascontiguousarray(interpolated(octets, code))
 
 
-def baked_fields(package: Package, turn: Float64Array | None = None) -> dict[str, BakedField]:
-    """Decode the precomputed light, by the name of its transfer function.
+def baked_fields(package: Package, turn: Float64Array | None = None, *, cut: bool = False) -> dict[str, BakedField]:
+    """Decode the precomputed light, by the name of its transfer function: of the whole volume, or of the `cut` one.
 
     The rotation `turn` [3, 3] of the patient's space turns light that apps may turn.
     """
     held: dict[str, list[Texture]] = {}
     for texture in package.manifest.textures:
-        if texture.light is not None and texture.transfer is not None:
+        if texture.light is not None and texture.transfer is not None and texture.is_of_a_cut == cut:
             held.setdefault(texture.transfer, []).append(texture)
     return {transfer: _baked_field(package, textures, turn) for transfer, textures in held.items()}
 

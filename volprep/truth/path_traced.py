@@ -74,6 +74,7 @@ class NativeLight(TypedDict):
     ambient: float
     reach_mm: float
     scatters: bool
+    planes: Float64Array | None
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,9 @@ class LitVolume:
     environment: Float64Array | None = None
     """[4, RGB]: light from around in place of the model's: from the direction w of the patient's space comes the first
     row plus the others times w."""
+    planes: Float64Array | None = None
+    """[n, 4]: planes in box space that cut the volume; it ends where a·x + b·y + c·z + d falls below 0, in
+    millimetres. None for the whole volume."""
 
     def native(self) -> NativeLight:
         """Return the arguments that the native kernels of light share. Raises the errors of `require_field`."""
@@ -119,6 +123,7 @@ class LitVolume:
             ambient=model.ambient,
             reach_mm=model.radius_mm or math.inf,
             scatters=model.kind == "scattering",
+            planes=self.planes,
         )
 
 

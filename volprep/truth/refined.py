@@ -27,11 +27,13 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
     normals: Normals = None,
     intensities: tuple[float, float] | None = None,
     baked: BakedField | None = None,
+    planes: Float64Array | None = None,
 ) -> OraclePicture:
     """Draw a volume, lit by a light with a place where `normals` has one; parameters and errors as `oracle_picture`.
 
     `baked` light multiplies the colours of the transfer function. With `intensities`, the values of the intensities 0
-    and 1, the picture is of maximum intensity difference accumulation.
+    and 1, the picture is of maximum intensity difference accumulation. `planes` [n, 4] in box space cut the volume: it
+    ends where a·x + b·y + c·z + d falls below 0, in millimetres.
     """
     require_field(volume, grid)
     points = transfer_function.points
@@ -61,5 +63,6 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
         None if baked is None else baked.curve,
         None if baked is None else baked.nodes_per_mm_xyz,
         (0.0, 0.0, 0.0) if baked is None else baked.start_mm(grid),
+        planes,
     )
     return picture

@@ -312,10 +312,17 @@ class ProgramResult(Record):
     """Savings of its skip table and its mesh; null if it has neither."""
     light: TracedLight | None = None
     """Its precomputed light against path tracing; null if it has none."""
+    cut_light: TracedLight | None = None
+    """Its light of the cut volume against path tracing of that volume; null if it has none."""
     others: tuple[OtherDrawing, ...] = ()
     """Coarse levels, pieces of level 0, an edit and a cut that are drawn with the same transfer function."""
     kept_light: tuple[KeptLight, ...] = ()
     """Light that thin things keep at each level, finest first; levels without thin things are left out."""
+
+    @property
+    def traced_lights(self) -> tuple[TracedLight, ...]:
+        """Its precomputed light, of the whole volume and of the cut one, against path tracing."""
+        return tuple(light for light in (self.light, self.cut_light) if light is not None)
 
 
 class Deviation(Record):

@@ -36,7 +36,7 @@ from volprep.validation.seen_records import KeptLight
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep, nominal_time
-from volprep.validation.traced_light import measure_light
+from volprep.validation.traced_light import measure_cut_light, measure_light
 from volprep.validation.truth_pictures import write_truth
 from volprep.validation.verdict import judge
 from volprep.validation.views import MeasuredPrograms, Statement, ViewedProgram, draw_differences, measure_views
@@ -232,6 +232,7 @@ def _result(bench: Bench, program: Program, views: ViewedProgram, references: Re
         levels=compare_levels(bench, program, views, references),
         empty_space=measure_empty_space(bench, program, views, ways, times),
         light=measure_light(bench, program),
+        cut_light=measure_cut_light(bench, program),
         others=others,
         kept_light=(*_kept_by_finest(bench, program, views), *kept_by_levels),
     )

@@ -10,11 +10,17 @@ from itertools import product
 
 import numpy as np
 
+from volprep.parts.light.lit import views_of_a_cut
+from volprep.truth.decoded import baked_fields
 from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_picture
+from volprep.truth.refined import refined_picture
 from volprep.validation.bench import Bench
 from volprep.validation.records import TracedLight
+from volprep.validation.subject import Subject
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.parts.light.environment import environment_of, turned
+from volprep_formats.package.parts.light.planes import plane_numbers
+from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.program import Program
 
 _VIEWS = ("anterior", "anterior-left", "superior")
@@ -28,23 +34,12 @@ _STANDARD_ERRORS = 3.0
 
 def measure_light(bench: Bench, program: Program) -> TracedLight | None:
     """Compare the precomputed light of a program with path tracing; None if it has none."""
-    if not program.baked:
-        return None
     subject = bench.subject
-    light = next(
-        each.light
-        for each in subject.package.manifest.textures
-        if each.light is not None and each.transfer == program.transfer
-    )
+    light = _light_of(subject, program, cut=False)
+    if light is None:
+        return None
     scan = replace(subject.scan, normals=None)
-    lit = LitVolume(
-        np.ascontiguousarray(scan.stored),
-        scan.grid,
-        scan.slope,
-        scan.intercept,
-        subject.function(program.transfer),
-        light.model,
-    )
+    lit = _lit(subject, program, light)
     lights = [(lit, subject)]
     if light.model.turnable:
         environment = turned(environment_of(light.model), _TURN)
@@ -59,6 +54,50 @@ def measure_light(bench: Bench, program: Program) -> TracedLight | None:
         noise.append(truth.variance[truth.rgba[..., 3] > 0.0, :3].mean(axis=1))
     found = _judged(np.concatenate(beyond), np.concatenate(noise), subject.render.tolerance.rmse)
     return found.model_copy(update={"orientations": len(lights)})
+
+
+def measure_cut_light(bench: Bench, program: Program) -> TracedLight | None:
+    """Compare the light of the cut volume with path tracing of this volume; None if there is none."""
+    subject = bench.subject
+    light = _light_of(subject, program, cut=True)
+    if light is None:
+        return None
+    scan = subject.scan
+    # The package's box begins elsewhere if the scan was cropped.
+    scan_from_package = np.linalg.inv(subject.grid.world_from_box) @ scan.grid.world_from_box
+    lit = replace(_lit(subject, program, light), planes=plane_numbers(light.planes) @ scan_from_package)
+    field = baked_fields(subject.package, cut=True)[program.transfer]
+    beyond: list[Float64Array] = []
+    noise: list[Float64Array] = []
+    for view in views_of_a_cut(subject.grid, plane_numbers(light.planes)):
+        camera = view.box_from_clip(scan.grid, aspect=1.0)
+        truth = traced_picture(lit, camera, (_PIXELS, _PIXELS), _PATHS)
+        picture = refined_picture(
+            lit.volume,
+            lit.grid,
+            lit.slope,
+            lit.intercept,
+            lit.transfer_function,
+            camera,
+            (_PIXELS, _PIXELS),
+            baked=field,
+            planes=lit.planes,
+        )
+        beyond.append(squares_beyond_noise(picture.rgba, truth))
+        noise.append(truth.variance[truth.rgba[..., 3] > 0.0, :3].mean(axis=1))
+    return _judged(np.concatenate(beyond), np.concatenate(noise), subject.render.tolerance.rmse)
+
+
+def _light_of(subject: Subject, program: Program, *, cut: bool) -> StoredLight | None:
+    textures = subject.package.manifest.textures if program.baked else ()
+    found = (each.light for each in textures if each.transfer == program.transfer and each.is_of_a_cut == cut)
+    return next((light for light in found if light is not None), None)
+
+
+def _lit(subject: Subject, program: Program, light: StoredLight) -> LitVolume:
+    scan, function = subject.scan, subject.function(program.transfer)
+    stored = np.ascontiguousarray(scan.stored)
+    return LitVolume(stored, scan.grid, scan.slope, scan.intercept, function, light.model)
 
 
 def _judged(beyond: Float64Array, noise: Float64Array, tolerance: float) -> TracedLight:

@@ -175,7 +175,7 @@ def judge(
     worst_program, worst = max(views, key=lambda item: share_of(item[1].seen, tolerance))
     failed = sum(not view.passed for _, view in views)
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
-    unlike = tuple(each.program for each in programs if each.light is not None and not each.light.passed)
+    unlike = tuple(each.program for each in programs if any(not light.passed for light in each.traced_lights))
     others = [other for each in programs for other in each.others]
     beyond = tuple(other.item for other in others if not other.passed and (other.loses_segments or not other.excused))
     shifted = _items(other for other in others if other.shift_voxels > _MOST_SHIFT_VOXELS)

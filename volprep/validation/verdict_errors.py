@@ -37,7 +37,7 @@ def _contradicted(report: Report, package: Path, folder: Path) -> VolprepError:
 
 
 def _unlike_paths(report: Report, package: Path, folder: Path) -> VolprepError:
-    rmse = max(each.light.rmse for each in report.programs if each.light is not None and not each.light.passed)
+    rmse = max(light.rmse for each in report.programs for light in each.traced_lights if not light.passed)
     programs = ", ".join(report.verdict.unlike_paths)
     return VolprepError(
         "VP3242", path=package, report=folder, programs=programs, rmse=rmse, allowed=report.tolerance.rmse

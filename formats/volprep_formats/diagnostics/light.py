@@ -18,6 +18,11 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3242": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: baked light of {programs} is off by RMSE {rmse:.3g} from path tracing, allowed is {allowed:.3g}",
-        "Set lighting.resolution to 2, or allow more with tolerance.rmse. {report} shows the pictures.",
+        "Set lighting.resolution to 2 or 1, or allow more with tolerance.rmse. {report} shows the pictures.",
+    ),
+    "VP3243": Diagnostic(
+        ExitStatus.SCENE,
+        "lighting.clip_aware needs the planes of the cut",
+        "Set lighting.clip_planes, or leave out clip_aware.",
     ),
 }

@@ -149,3 +149,8 @@ class Texture(TextureContent):
     """For compressed texels: encoder, with version and settings."""
     slices: SliceLayout | None = None
     """For slices: the slices in the texture, and their positions."""
+
+    @property
+    def is_of_a_cut(self) -> bool:
+        """Whether it holds the light of a cut volume, which programs read in place of the whole one's."""
+        return self.light is not None and bool(self.light.planes)

@@ -58,7 +58,7 @@ inline light::Surroundings surroundings_of(const SkyNumbers& sky, const Suns& ro
         nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(), nb::arg("colours").noconvert(),               \
         nb::arg("extinctions_per_mm").noconvert(), nb::arg("albedos").noconvert(), nb::arg("sky").noconvert(), \
         nb::arg("suns").noconvert(), nb::arg("lamp_mm_xyz").none(), nb::arg("ambient"), nb::arg("reach_mm"),   \
-        nb::arg("scatters")
+        nb::arg("scatters"), nb::arg("planes").noconvert().none()
 
 inline constexpr const char* kLightSignature =
     "volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
@@ -66,7 +66,8 @@ inline constexpr const char* kLightSignature =
     "values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], "
     "extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], "
     "sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], "
-    "lamp_mm_xyz: collections.abc.Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, ";
+    "lamp_mm_xyz: collections.abc.Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, "
+    "planes: numpy.typing.NDArray[numpy.float64] | None, ";
 
 inline constexpr std::string_view kLightParameters = R"(volume
     [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
@@ -83,6 +84,8 @@ lamp_mm_xyz, ambient
     A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
 reach_mm, scatters
     What is farther away than this takes no light away; whether light that is stopped goes on.
+planes
+    float64 [n, 4] in box space, or None. The volume ends at these: it is where planes[:, :3] @ place + planes[:, 3] >= 0.
 )";
 
 }  // namespace volprep::bind

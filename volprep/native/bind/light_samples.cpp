@@ -14,10 +14,10 @@ using Kinds = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 void sample(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm, const Colours& albedos,
             const SkyNumbers& sky, const Suns& suns, const std::optional<Vector3>& lamp_mm_xyz, double ambient,
-            double reach_mm, bool scatters, uint64_t seed, int64_t first, int64_t paths, int64_t inner_each,
-            const Rows4& places, const Rows3& light, const Kinds& kinds, const std::optional<Texels>& known,
-            const std::optional<Curve>& known_curve, const std::optional<Vector3>& known_per_mm_xyz, bool lighting,
-            int64_t bounces, int threads) {
+            double reach_mm, bool scatters, const std::optional<PlaneNumbers>& planes, uint64_t seed, int64_t first,
+            int64_t paths, int64_t inner_each, const Rows4& places, const Rows3& light, const Kinds& kinds,
+            const std::optional<Texels>& known, const std::optional<Curve>& known_curve,
+            const std::optional<Vector3>& known_per_mm_xyz, bool lighting, int64_t bounces, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(first >= 0 && paths >= 1 && inner_each >= 0 && bounces >= 1,
@@ -27,7 +27,8 @@ void sample(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     std::vector<light::Sun> kept;
     const light::Surroundings around = surroundings_of(sky, suns, kept, lamp_mm_xyz, ambient, reach_mm, scatters);
     const light::Function function = function_of(values, colours, extinctions_per_mm, albedos);
-    const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    source.cut = planes_of(planes);
     require(known.has_value() == known_curve.has_value() && known.has_value() == known_per_mm_xyz.has_value(),
             "known, known_curve and known_per_mm_xyz go together");
     light::StoredLight stored{};

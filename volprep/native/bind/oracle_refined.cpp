@@ -13,7 +13,8 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
             const std::optional<std::array<double, 2>>& intensities, const std::optional<LightNumbers>& light,
             bool halfway, bool shadows, const std::string& kernel, const std::optional<Vectors>& normals,
             double slope_scale, const std::optional<Texels>& baked, const std::optional<Curve>& baked_curve,
-            const std::optional<Vector3>& baked_per_mm_xyz, Vector3 baked_start_mm_xyz, int threads) {
+            const std::optional<Vector3>& baked_per_mm_xyz, Vector3 baked_start_mm_xyz,
+            const std::optional<PlaneNumbers>& planes, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(tolerance >= 1e-12, "tolerance must be at least 1e-12");
@@ -24,6 +25,7 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     require(vectors.has_value() || !light.has_value(), "a light needs normals");
     OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     if (vectors.has_value()) source.normals = &*vectors;
+    source.cut = planes_of(planes);
     const OracleLight placed = light.has_value() ? placed_light(*light, halfway, shadows) : OracleLight{};
     const std::array<double, 2> range = intensities.value_or(std::array<double, 2>{0.0, 0.0});
     require(!intensities.has_value() || range[0] < range[1], "intensities must ascend");
@@ -55,7 +57,8 @@ void oracle_refined(nb::module_& module) {
         nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
         nb::arg("baked").noconvert().none() = nb::none(), nb::arg("baked_curve").noconvert().none() = nb::none(),
         nb::arg("baked_per_mm_xyz").none() = nb::none(),
-        nb::arg("baked_start_mm_xyz") = std::array<double, 3>{0.0, 0.0, 0.0}, nb::arg("threads") = 0,
+        nb::arg("baked_start_mm_xyz") = std::array<double, 3>{0.0, 0.0, 0.0},
+        nb::arg("planes").noconvert().none() = nb::none(), nb::arg("threads") = 0,
         nb::sig(
             "def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
             "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
@@ -70,7 +73,8 @@ void oracle_refined(nb::module_& module) {
             "baked: numpy.typing.NDArray[numpy.float32] | None = None, "
             "baked_curve: numpy.typing.NDArray[numpy.float64] | None = None, "
             "baked_per_mm_xyz: collections.abc.Sequence[float] | None = None, "
-            "baked_start_mm_xyz: collections.abc.Sequence[float] = (0.0, 0.0, 0.0), threads: int = 0) -> None"),
+            "baked_start_mm_xyz: collections.abc.Sequence[float] = (0.0, 0.0, 0.0), "
+            "planes: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None"),
         described(R"(Write a picture by refinement, for light that has no proven bound, and how far it has settled.
 
 Each ray is refined until two halvings of its steps in a row change no channel by more than `tolerance`.
@@ -101,6 +105,8 @@ kernel, normals, slope_scale
 baked, baked_curve, baked_per_mm_xyz, baked_start_mm_xyz
     Light that multiplies the colours: float32 [z, y, x, 2, channels], 1 or 3 channels; float64 [2, n], ascending values and
     the share of the second number at each; nodes of this field for each millimetre; where its box begins.
+planes
+    float64 [n, 4] in box space, or None. The volume ends at these: it is where planes[:, :3] @ place + planes[:, 3] >= 0.
 )",
                   "a size does not fit")
             .c_str());

@@ -23,6 +23,7 @@ using Rgba = nb::ndarray<double, nb::shape<-1, -1, 4>, nb::c_contig, nb::device:
 using Vectors = nb::ndarray<const float, nb::shape<-1, -1, -1, 3>, nb::c_contig, nb::device::cpu>;
 using LightNumbers = nb::ndarray<const double, nb::shape<7>, nb::c_contig, nb::device::cpu>;
 using Pixels = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using PlaneNumbers = nb::ndarray<const double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
 
 inline void require_source(Shape3 shape, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz, int threads) {
     require_voxels(shape);
@@ -41,7 +42,13 @@ inline OracleVolume source_of(Shape3 shape, double slope, double intercept, Vect
             {spacing_mm_xyz[0], spacing_mm_xyz[1], spacing_mm_xyz[2]},
             {extent_mm_xyz[0], extent_mm_xyz[1], extent_mm_xyz[2]},
             false,
-            nullptr};
+            nullptr,
+            {}};
+}
+
+inline oracle::Planes planes_of(const std::optional<PlaneNumbers>& planes) {
+    if (!planes.has_value()) return {};
+    return {static_cast<int64_t>(planes->shape(0)), planes->data()};
 }
 
 inline OracleTransfer transfer_of(const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm) {

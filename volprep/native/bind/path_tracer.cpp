@@ -13,8 +13,8 @@ double trace_view(const AnyVolume& volume, double slope, double intercept, Vecto
                   Vector3 extent_mm_xyz, const Numbers& values, const Colours& colours,
                   const Numbers& extinctions_per_mm, const Colours& albedos, const SkyNumbers& sky, const Suns& suns,
                   const std::optional<Vector3>& lamp_mm_xyz, double ambient, double reach_mm, bool scatters,
-                  const Matrix4& box_from_clip, int64_t paths, uint64_t seed, const Rgba& rgba, const Rgba& variance,
-                  int threads) {
+                  const std::optional<PlaneNumbers>& planes, const Matrix4& box_from_clip, int64_t paths, uint64_t seed,
+                  const Rgba& rgba, const Rgba& variance, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(paths >= 2, "paths must be at least 2");
@@ -23,7 +23,8 @@ double trace_view(const AnyVolume& volume, double slope, double intercept, Vecto
     std::vector<light::Sun> kept;
     const light::Surroundings around = surroundings_of(sky, suns, kept, lamp_mm_xyz, ambient, reach_mm, scatters);
     const light::Function function = function_of(values, colours, extinctions_per_mm, albedos);
-    const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    source.cut = planes_of(planes);
     const OracleView view{static_cast<int64_t>(rgba.shape(0)), static_cast<int64_t>(rgba.shape(1)),
                           box_from_clip.data()};
     const TracedPicture picture{view, paths, seed, rgba.data(), variance.data()};
@@ -40,8 +41,8 @@ double trace_points(const AnyVolume& volume, double slope, double intercept, Vec
                     Vector3 extent_mm_xyz, const Numbers& values, const Colours& colours,
                     const Numbers& extinctions_per_mm, const Colours& albedos, const SkyNumbers& sky, const Suns& suns,
                     const std::optional<Vector3>& lamp_mm_xyz, double ambient, double reach_mm, bool scatters,
-                    const Places& places_mm_xyz, int64_t paths, uint64_t seed, const Lights& light,
-                    const Lights& variance, int threads) {
+                    const std::optional<PlaneNumbers>& planes, const Places& places_mm_xyz, int64_t paths,
+                    uint64_t seed, const Lights& light, const Lights& variance, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(paths >= 2, "paths must be at least 2");
@@ -51,7 +52,8 @@ double trace_points(const AnyVolume& volume, double slope, double intercept, Vec
     std::vector<light::Sun> kept;
     const light::Surroundings around = surroundings_of(sky, suns, kept, lamp_mm_xyz, ambient, reach_mm, scatters);
     const light::Function function = function_of(values, colours, extinctions_per_mm, albedos);
-    const OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
+    source.cut = planes_of(planes);
     const TracedPlaces wanted{
         static_cast<int64_t>(count), places_mm_xyz.data(), paths, seed, light.data(), variance.data()};
     double missed = 0.0;

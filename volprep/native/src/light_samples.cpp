@@ -55,6 +55,7 @@ bool find_seen(const light::Medium<Voxel>& medium, const OracleVolume& volume, l
         double from_mm = 0.0;
         double to_mm = 0.0;
         if (!oracle::clip_to_box(ray, volume.extent_mm_xyz, from_mm, to_mm)) continue;
+        if (!medium.cut.clip(ray.origin_mm, ray.direction, from_mm, to_mm)) continue;
         for (int axis = 0; axis < 3; ++axis) {
             place[axis] = (ray.origin_mm[axis] + from_mm * ray.direction[axis]) / medium.spacing_mm[axis] - 0.5;
         }
@@ -81,6 +82,9 @@ template <typename Voxel>
 bool find_inner(const light::Medium<Voxel>& medium, light::Stream& stream, double place[3], double& value) noexcept {
     for (int k = 0; k < kTries; ++k) {
         for (int axis = 0; axis < 3; ++axis) place[axis] = stream.uniform() * (medium.end[axis] + 0.5) - 0.5;
+        double at_mm[3];
+        medium.millimetres(place, at_mm);
+        if (!medium.cut.hold(at_mm)) continue;
         value = medium.value_at(place);
         if (medium.function->extinction(value) > 0.0) return true;
     }

@@ -70,7 +70,8 @@ double trace_picture(const Voxel* voxels, const OracleVolume& volume, const ligh
         Mean<4> mean;
         double from_mm = 0.0;
         double to_mm = 0.0;
-        const bool hits = ray.length_mm > 0.0 && oracle::clip_to_box(ray, volume.extent_mm_xyz, from_mm, to_mm);
+        const bool hits = ray.length_mm > 0.0 && oracle::clip_to_box(ray, volume.extent_mm_xyz, from_mm, to_mm) &&
+                          volume.cut.clip(ray.origin_mm, ray.direction, from_mm, to_mm);
         light::Stream stream(picture.seed, static_cast<uint64_t>(i));
         double open = 0.0;
         for (int64_t k = 0; k < picture.paths; ++k) {

@@ -7,13 +7,14 @@ within 29.8 dB of path tracing at half of its resolution and 23.1 dB at a quarte
 29.6 dB.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from volprep.parts.light.solve import LightField
-from volprep_formats.arrays import UInt8Array
+from volprep_formats.arrays import Float32Array, UInt8Array
 
 _RARE = 1e-4
 """Part of the ends that may lie above the largest code, and part below the smallest: a few outliers would cost all
@@ -42,11 +43,15 @@ class LightCodes(NamedTuple):
         return self.texels[..., 0, :], self.texels[..., 1, :]
 
 
-def coded(field: LightField, *, holds_one: bool = False) -> LightCodes:
-    """Return the codes of a field. With `holds_one` the light 1 is one of the codes."""
-    first, second = field.texels[..., 0, :], field.texels[..., 1, :]
-    ends = np.stack([first, first + second], axis=-2)
-    lit = ends[ends != 0.0]
+def coded(field: LightField) -> LightCodes:
+    """Return the codes of a field."""
+    return coded_alike([field])[0]
+
+
+def coded_alike(fields: Sequence[LightField], *, holds_one: bool = False) -> list[LightCodes]:
+    """Return the codes of fields that one shader reads. With `holds_one` the light 1 is one of the codes."""
+    all_ends = [_ends(field) for field in fields]
+    lit = np.concatenate([ends[ends != 0.0] for ends in all_ends])
     low, high = np.quantile(lit, [_RARE, 1.0 - _RARE]).tolist() if lit.size else (0.0, 1.0)
     subtracted = max(-low, 0.0)
     largest = high + subtracted if high + subtracted > 0.0 else 1.0
@@ -54,5 +59,14 @@ def coded(field: LightField, *, holds_one: bool = False) -> LightCodes:
         one = 1.0 + subtracted
         # Where a step of the codes is more than 1, the nearest code has to do.
         largest = 255.0 * one / (int(255.0 * one / max(largest, one)) or 255.0 * one / largest)
-    texels: UInt8Array = np.rint(np.clip((ends + subtracted) / largest, 0.0, 1.0) * 255.0).astype(np.uint8)
-    return LightCodes(texels, largest, subtracted)
+    return [
+        LightCodes(
+            np.rint(np.clip((ends + subtracted) / largest, 0.0, 1.0) * 255.0).astype(np.uint8), largest, subtracted
+        )
+        for ends in all_ends
+    ]
+
+
+def _ends(field: LightField) -> Float32Array:
+    first, second = field.texels[..., 0, :], field.texels[..., 1, :]
+    return np.stack([first, first + second], axis=-2)

@@ -2,20 +2,21 @@
 
 import math
 from collections.abc import Iterator
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from volprep.parts.light.trial import MOST_TEXELS, light_model
 from volprep.parts.mosaic.decision import mosaic_text, part_names
 from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
-from volprep.plan.decisions import LightChoice
+from volprep.plan.decisions import CutChoice, LightChoice
 from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import LevelPlan
 from volprep.plan.room import Beside, Misfit, first_of
-from volprep.scene.scene import LightingSettings, Scene
+from volprep.scene.scene import LightFactor, LightingSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.parts.light.planes import planes_in_box
 from volprep_formats.package.parts.light.record import form_of
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.texture import MosaicLayout
@@ -37,14 +38,19 @@ _MANY_TEXELS, _MOST_OF_MANY = 1_000_000, 3 << 19
 
 
 def require_light(scene: Scene, profile: DeviceProfile) -> None:
-    """Raise VP3240 for what light that is computed once does not go with, VP3241 for a shadow without a light."""
+    """Raise VP3240 for what light that is computed once does not go with.
+
+    Raises VP3241 for a shadow without a light, VP3243 for light of a cut without planes.
+    """
     baked, render, model = scene.lighting.baked, scene.render, light_model(scene)
+    if scene.lighting.clip_aware and not scene.lighting.clip_planes:
+        raise VolprepError("VP3243")
     if baked == "none" or model is None:
         return
     possible = {
         f"profile {profile.name}, which has no shaders": profile.has_shaders,
-        f"profile {profile.name}, which has no textures of format {' or '.join(_formats(model))}": light_format(
-            model, profile
+        f"profile {profile.name}, which has no textures of format {' or '.join(_formats(model))}": first_of(
+            _formats(model), profile
         )
         is not None,
         f"technique {render.technique}": render.technique in _TECHNIQUES,
@@ -63,33 +69,28 @@ def require_light(scene: Scene, profile: DeviceProfile) -> None:
         raise VolprepError("VP3241")
 
 
-def light_format(model: LightModel, profile: DeviceProfile) -> TextureFormat | None:
-    """Return the format of the texels of a light; None if the profile has none."""
-    return first_of(_formats(model), profile)
-
-
 def _formats(model: LightModel) -> tuple[TextureFormat, ...]:
     return _FORMATS[form_of(model).components]
 
 
 def beside_level(scene: Scene, profile: DeviceProfile, level: LevelPlan, beside: Beside) -> Beside | Misfit:
     """Add the textures of light to the room that is taken beside the volume of a level."""
-    model = light_model(scene)
-    texel = None if model is None else light_format(model, profile)
-    if model is None or texel is None:
-        return beside
     z, y, x = (n * factor for n, factor in zip(level.shape_zyx, level.factors_zyx, strict=True))
-    held = _held(model, profile, (z, y, x), _factor(scene.lighting, (z, y, x)))
+    held = _held(scene, profile, (z, y, x))
+    if held is None:
+        return beside
     if isinstance(held, Misfit):
         return Misfit(f"its light: {held.reason}")
-    parts = form_of(model).parts
-    return Beside(units=beside.units + parts, bytes=beside.bytes + parts * size_bytes(texel, held.texels_zyx))
+    parts = form_of(held.model).parts
+    return Beside(units=beside.units + parts, bytes=beside.bytes + parts * size_bytes(held.format, held.texels_zyx))
 
 
 class _Held(NamedTuple):
-    """How a device class holds light."""
+    """How a device class holds the light of a scene."""
 
-    factor: Literal[2, 4]
+    model: LightModel
+    format: TextureFormat
+    factor: LightFactor
     shape_zyx: tuple[int, int, int]
     mosaic: MosaicLayout | None
 
@@ -99,18 +100,23 @@ class _Held(NamedTuple):
 
 
 def _held(
-    model: LightModel, profile: DeviceProfile, shape_zyx: tuple[int, int, int], wanted: Literal[2, 4]
-) -> _Held | Misfit:
-    """Return the resolution that is wanted, or a quarter where the device class does not hold half."""
-    factors: tuple[Literal[2, 4], ...] = (2, 4)
+    scene: Scene, profile: DeviceProfile, shape_zyx: tuple[int, int, int], tried: LightChoice | None = None
+) -> _Held | Misfit | None:
+    """Return the wanted resolution, or the next that the device class holds; None without light."""
+    model = light_model(scene)
+    texel = None if model is None else first_of(_formats(model), profile)
+    if model is None or texel is None:
+        return None
+    wanted = (tried and tried.factor) or _factor(scene.lighting, shape_zyx)
+    factors: tuple[LightFactor, ...] = (1, 2, 4)
     packing = Packing(components_per_voxel=form_of(model).components)
     for factor in factors[factors.index(wanted) :]:
         light_zyx = _shape(shape_zyx, factor)
         if profile.max_3d_texture_size:
             if max(light_zyx) <= profile.max_3d_texture_size:
-                return _Held(factor, light_zyx, None)
+                return _Held(model, texel, factor, light_zyx, None)
         elif (mosaic := fit_mosaic(light_zyx, packing, room_of(profile))) is not None:
-            return _Held(factor, light_zyx, mosaic)
+            return _Held(model, texel, factor, light_zyx, mosaic)
     return Misfit(f"profile {profile.name} has no texture that holds a quarter of the resolution")
 
 
@@ -127,26 +133,29 @@ def plan_light(
 
     Raises VP3240 for `labels`, which have no light between voxels.
     """
-    wanted, model = scene.lighting, light_model(scene)
-    texel = None if model is None else light_format(model, profile)
-    if model is None or texel is None:
+    held = _held(scene, profile, grid.shape_zyx, tried)
+    if held is None:
         return None
     if labels:
-        raise VolprepError("VP3240", baked=wanted.baked, what="labels")
-    held = _held(model, profile, grid.shape_zyx, (tried and tried.factor) or _factor(wanted, grid.shape_zyx))
+        raise VolprepError("VP3240", baked=scene.lighting.baked, what="labels")
     assert isinstance(held, _Held)  # noqa: S101 - `beside_level` has found that it fits
-    parts = form_of(model).parts
+    parts = form_of(held.model).parts
+    asked = scene.lighting.clip_aware and (tried is None or tried.cut is None or tried.cut.kept)
     return LightPlan(
-        model=model,
+        model=held.model,
         factor=held.factor,
         shape_zyx=held.shape_zyx,
-        format=texel,
+        format=held.format,
         mosaic=held.mosaic,
         samples=sample_count(held.shape_zyx),
+        planes=planes_in_box(scene.lighting.clip_planes, grid) if asked else (),
         textures=tuple(
-            LightTexturePlan(transfer=function.name, part=part, name=name, file=f"textures/{name}.ktx2")
+            LightTexturePlan(
+                transfer=function.name, part=part, is_of_a_cut=is_of_a_cut, name=name, file=f"textures/{name}.ktx2"
+            )
             for function in functions
-            for part, name in enumerate(part_names(f"light-{function.name}", parts))
+            for is_of_a_cut in ((False, True) if asked else (False,))
+            for part, name in enumerate(part_names(f"{'cut-' if is_of_a_cut else ''}light-{function.name}", parts))
         ),
         editable=scene.editable,
     )
@@ -173,8 +182,9 @@ def light_items(
         size = size_bytes(texel, _shape(grid.shape_zyx, 2))
         yield PlanItem(name="baked light", kind=KIND, kept=False, reason=reason, size_bytes=size)
         return
-    part = {2: "half", 4: "a quarter of"}[plan.factor]
-    count = len(plan.textures)
+    part = {1: "all of", 2: "half", 4: "a quarter of"}[plan.factor]
+    whole = [texture for texture in plan.textures if not texture.is_of_a_cut]
+    count = len(whole)
     layout = "" if plan.mosaic is None else f" as a {mosaic_text(plan.mosaic)}"
     yield PlanItem(
         name="baked light",
@@ -184,7 +194,25 @@ def light_items(
         f"{count} texture{'s' if count > 1 else ''} of {plan.format}{layout}; {_held_text(plan.model)}; "
         f"for the transfer functions and the volume as they are; {tried.reason if tried else _NOT_TRIED}"
         f"{_coarser_text(plan, scene, tried, grid)}",
-        files=tuple(texture.file for texture in plan.textures),
+        files=tuple(texture.file for texture in whole),
+        size_bytes=count * size_bytes(plan.format, plan.texels_zyx),
+    )
+    if scene.lighting.clip_aware:
+        yield _item_of_the_cut(plan, tried.cut if tried else None, count)
+
+
+def _item_of_the_cut(plan: LightPlan, tried: CutChoice | None, count: int) -> PlanItem:
+    files = tuple(texture.file for texture in plan.textures if texture.is_of_a_cut)
+    reason = _NOT_TRIED if tried is None else tried.reason
+    if plan.planes:
+        by = f"{len(plan.planes)} plane{'s' if len(plan.planes) > 1 else ''}"
+        reason = f"light of the volume cut by {by}, which an app takes if exactly these cut it; {reason}"
+    return PlanItem(
+        name="baked light of the cut",
+        kind=KIND,
+        kept=bool(files),
+        reason=reason,
+        files=files,
         size_bytes=count * size_bytes(plan.format, plan.texels_zyx),
     )
 
@@ -201,10 +229,10 @@ def _held_text(model: LightModel) -> str:
 def _coarser_text(plan: LightPlan, scene: Scene, tried: LightChoice | None, grid: Grid) -> str:
     """Explain a coarser texture than wanted; empty if the device class holds the wanted one."""
     wanted = (tried and tried.factor) or _factor(scene.lighting, grid.shape_zyx)
-    return "" if plan.factor == wanted else "; no texture of the device class holds half the resolution"
+    return "" if plan.factor == wanted else "; no texture of the device class holds more"
 
 
-def _factor(wanted: LightingSettings, shape_zyx: tuple[int, int, int]) -> Literal[2, 4]:
+def _factor(wanted: LightingSettings, shape_zyx: tuple[int, int, int]) -> LightFactor:
     if wanted.resolution != "auto":
         return wanted.resolution
     return 2 if math.prod(_shape(shape_zyx, 2)) <= MOST_TEXELS else 4

@@ -1,16 +1,18 @@
-"""The source of a package under the light that is computed for it, and what a cut leaves of it."""
-
-from dataclasses import replace
+"""The source of a package under the light that is computed for it, whole or cut by planes."""
 
 import numpy as np
 
 from volprep.plan.records import CropPlan
 from volprep.scan.slabs import RawVolume
+from volprep.truth.camera import Camera, view_from
 from volprep.truth.path_traced import LitVolume
+from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
+
+_MOST_VIEWS = 3
 
 
 def lit_volume(  # noqa: PLR0917 - the parts of a channel's scan
@@ -22,11 +24,14 @@ def lit_volume(  # noqa: PLR0917 - the parts of a channel's scan
     return LitVolume(volume, grid, info.slope, info.intercept, function, model)
 
 
-def behind_a_cut(lit: LitVolume) -> LitVolume:
-    """Return the half of a volume behind its middle plane along y, as if the rest were not there."""
-    y0 = lit.grid.shape_zyx[1] // 2
-    direction = np.array(lit.grid.direction)
-    origin = np.array(lit.grid.origin_mm_xyz) + direction @ [0.0, y0 * lit.grid.spacing_mm_zyx[1], 0.0]
-    volume = np.ascontiguousarray(lit.volume[:, y0:])
-    z, y, x = volume.shape
-    return replace(lit, volume=volume, grid=Grid.of((z, y, x), lit.grid.spacing_mm_zyx, origin, direction))
+def middle_plane(grid: Grid) -> Float64Array:
+    """Return the plane [1, 4] between the halves of a volume along y, in box space; the half with greater y stays."""
+    y_mm = grid.shape_zyx[1] // 2 * grid.spacing_mm_zyx[1]
+    return np.array([[0.0, 1.0, 0.0, -y_mm]])
+
+
+def views_of_a_cut(grid: Grid, planes: Float64Array) -> list[Camera]:
+    """Return cameras that look at the faces that planes [n, 4] in box space cut, of the first three planes."""
+    extent_xyz = np.array(grid.extent_mm_zyx[::-1])
+    eyes_mm = 0.5 * extent_xyz - np.linalg.norm(extent_xyz) * planes[:_MOST_VIEWS, :3]
+    return [view_from(grid, tuple((grid.world_from_box @ [*eye_mm, 1.0])[:3].tolist())) for eye_mm in eyes_mm]

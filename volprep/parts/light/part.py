@@ -27,7 +27,11 @@ def _images(plan: ChannelPlan, transfer: str, _level: int, program: ProgramDesig
     light = plan.part(LightPlan)
     if light is None or program is None or not program.baked:
         return {}
-    return {each.file: (light.format, light.texels_zyx) for each in light.textures if each.transfer == transfer}
+    return {
+        each.file: (light.format, light.texels_zyx)
+        for each in light.textures
+        if each.transfer == transfer and not each.is_of_a_cut
+    }
 
 
 def _has(manifest: Manifest, _transfer: str) -> bool | None:

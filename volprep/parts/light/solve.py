@@ -101,46 +101,64 @@ class _Samples(NamedTuple):
 
 
 def solve_field(
-    lit: LitVolume, factor: int, count: int, progress: Progress, kept: KeptSamples | None = None
+    lit: LitVolume,
+    factor: int,
+    count: int,
+    progress: Progress,
+    kept: KeptSamples | None = None,
+    *,
+    curve: Float64Array | None = None,
 ) -> LightField:
     """Fit a field with a node for each `factor`³ voxels to about `count` samples.
 
     The result is the same on any number of threads, and with samples that were `kept`. It is 0 everywhere if nothing is
-    seen.
+    seen. With a `curve` [2, n] the share has these values; otherwise it follows from the samples.
     """
-    return solve_fields(lit, [factor * each for each in _COARSER], count, progress, kept)[-1]
+    return solve_fields(lit, [factor * each for each in _COARSER], count, progress, kept, curve=curve)[-1]
 
 
 def solve_fields(
-    lit: LitVolume, factors: Sequence[int], count: int, progress: Progress, kept: KeptSamples | None = None
+    lit: LitVolume,
+    factors: Sequence[int],
+    count: int,
+    progress: Progress,
+    kept: KeptSamples | None = None,
+    *,
+    curve: Float64Array | None = None,
 ) -> list[LightField]:
     """Fit a field for each of `factors`, which halve from one to the next, to the same samples.
 
-    Each field begins with the one before it.
+    Each field begins with the one before it. Other arguments as `solve_field`.
     """
     samples = partial(_samples, lit, kept)
     if lit.model.kind == "shadow":
-        return _fields(lit, partial(samples, _Gather()), factors, count, progress)
+        return _fields(lit, partial(samples, _Gather()), factors, count, progress, curve=curve)
     if lit.model.kind == "occlusion":
         nothing = LightField(*_NOTHING, samples=0, smoothness=0.0, residual=0.0)
-        return _fields(lit, partial(samples, _Gather(nothing)), factors, count, progress)
+        return _fields(lit, partial(samples, _Gather(nothing)), factors, count, progress, curve=curve)
     lighting = _Gather(lighting=True)
     # Whole paths are too few, and too noisy, for the finest grid.
     coarse = factors[:-1] or factors
     rough = _fields(lit, partial(samples, lighting), coarse, -(-count // _PATHS_EACH), progress)[-1]
     lighting = _Gather(rough, lighting=True)
     draft = _fields(lit, partial(samples, lighting), factors, -(-count // _DRAFT_EACH), progress)[-1]
-    return _fields(lit, partial(samples, _Gather(draft)), factors, count, progress)
+    return _fields(lit, partial(samples, _Gather(draft)), factors, count, progress, curve=curve)
 
 
 def _fields(
-    lit: LitVolume, samples: "Callable[[int], _Samples]", factors: Sequence[int], count: int, progress: Progress
+    lit: LitVolume,
+    samples: "Callable[[int], _Samples]",
+    factors: Sequence[int],
+    count: int,
+    progress: Progress,
+    *,
+    curve: Float64Array | None = None,
 ) -> list[LightField]:
     """Fit fields to batches of samples, each by its number."""
     batches = max(1, -(-count // BATCH))
     progress.start("light", batches + len(factors))
     first = samples(0)
-    curve = _curve(first)
+    curve = _curve(first) if curve is None else curve
     grids = [_Sums(_node_grid(lit, factor), curve, first) for factor in factors]
     tests: list[_Samples] = []
     used = 0

@@ -1,27 +1,29 @@
 """Light is computed once for each transfer function, and stored in one or two small textures.
 
 A texel holds the light where the share is 0, and the light where it is 1 (volprep/parts/light/codes.py); light of
-several numbers has a texture for each of these.
+several numbers has a texture for each of these. A volume that planes cut may have a second light.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from volprep.parts.light.codes import coded
+from volprep.parts.light.codes import LightCodes, coded_alike
 from volprep.parts.light.kept import KeptSamples
 from volprep.parts.light.lit import lit_volume
-from volprep.parts.light.solve import solve_field
+from volprep.parts.light.solve import LightField, solve_field
 from volprep.parts.light.turnable import solve_turnable
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.stage import Shapes, Stage, Work, any_channel, present, required
 from volprep.parts.work import source_info, source_volume
-from volprep.plan.products import LightPlan
+from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import bytes_of
 from volprep.truth.path_traced import LitVolume
 from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.light.planes import plane_numbers
 from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
@@ -48,12 +50,26 @@ def _textures(
 ) -> Iterator[Texture]:
     lit = _lit(draft, plan, light, transfer)
     kept = KeptSamples(draft.kept(STAGE.name), lit.volume)
-    field = (solve_turnable if light.model.turnable else solve_field)(lit, light.factor, light.samples, progress, kept)
-    codes = coded(field, holds_one=light.editable)
+    solve = solve_turnable if light.model.turnable else solve_field
+    fields = [solve(lit, light.factor, light.samples, progress, kept)]
+    if light.planes:
+        cut = replace(lit, planes=plane_numbers(light.planes))
+        # One shader reads both, so that they share what it has as constants.
+        fields.append(solve(cut, light.factor, light.samples, progress, kept, curve=fields[0].curve))
+    for is_of_a_cut, (field, codes) in enumerate(
+        zip(fields, coded_alike(fields, holds_one=light.editable), strict=True)
+    ):
+        wanted = [each for each in light.textures if (each.transfer, each.is_of_a_cut) == (transfer, bool(is_of_a_cut))]
+        stored = _stored(plan, light, field, codes).model_copy(update={"planes": light.planes if is_of_a_cut else ()})
+        for texture in wanted:
+            yield _written(draft, plan, light, texture, codes, stored)
+
+
+def _stored(plan: ChannelPlan, light: LightPlan, field: LightField, codes: LightCodes) -> StoredLight:
     low, high = plan.quantize.window
     first, last = ((float(value) - low) / (high - low) for value in field.curve[0])
     x, y, z = (per / n for per, n in zip(field.nodes_per_mm_xyz, light.shape_zyx[::-1], strict=True))
-    stored = StoredLight(
+    return StoredLight(
         model=light.model,
         texture_from_box_per_mm_xyz=(x, y, z),
         largest=codes.largest,
@@ -62,19 +78,23 @@ def _textures(
         samples=field.samples,
         residual=min(field.residual, 1.0),
     )
-    for wanted in (each for each in light.textures if each.transfer == transfer):
-        draft.write(wanted.file, "texture", _file(codes.parts[wanted.part], light))
-        yield Texture(
-            name=wanted.name,
-            role="light",
-            file=wanted.file,
-            part=wanted.part,
-            shape_zyx=light.texels_zyx,
-            gl=gl_format(light.format, "TEXTURE_3D" if light.mosaic is None else "TEXTURE_2D", plan.profile.api),
-            mosaic=light.mosaic,
-            transfer=transfer,
-            light=stored,
-        )
+
+
+def _written(  # noqa: PLR0917 - what a texture is made of
+    draft: Draft, plan: ChannelPlan, light: LightPlan, wanted: LightTexturePlan, codes: LightCodes, stored: StoredLight
+) -> Texture:
+    draft.write(wanted.file, "texture", _file(codes.parts[wanted.part], light))
+    return Texture(
+        name=wanted.name,
+        role="light",
+        file=wanted.file,
+        part=wanted.part,
+        shape_zyx=light.texels_zyx,
+        gl=gl_format(light.format, "TEXTURE_3D" if light.mosaic is None else "TEXTURE_2D", plan.profile.api),
+        mosaic=light.mosaic,
+        transfer=wanted.transfer,
+        light=stored,
+    )
 
 
 def _file(texels: UInt8Array, light: LightPlan) -> Iterator[bytes | memoryview]:

@@ -7,30 +7,31 @@ of the samples.
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from volprep.parts.light import solve
-from volprep.parts.light.codes import coded
-from volprep.parts.light.lit import behind_a_cut, lit_volume
-from volprep.plan.decisions import LightChoice
+from volprep.parts.light.codes import coded, coded_alike
+from volprep.parts.light.lit import lit_volume, middle_plane, views_of_a_cut
+from volprep.plan.decisions import CutChoice, LightChoice
 from volprep.plan.records import CropPlan
 from volprep.scan.slabs import RawVolume
-from volprep.scene.scene import Scene
-from volprep.truth.camera import Camera, standard_views, view_from
+from volprep.scene.scene import LightResolution, Scene
+from volprep.truth.camera import Camera, standard_views
 from volprep.truth.lit import BakedField
 from volprep.truth.path_traced import LUMINANCE, LitVolume, squares_beyond_noise, traced_picture
 from volprep.truth.refined import refined_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.parts.light.planes import plane_numbers, planes_in_box
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo
 
 MOST_TEXELS = 4_000_000
-"""Texels up to which half the resolution is possible; fitting these takes 700 MB at most."""
+"""Texels up to which a resolution is chosen; fitting these takes 700 MB at most."""
 _FACTORS: tuple[Literal[4], Literal[2]] = (4, 2)
 _COARSER = 2
 """The grid that the fit begins with has cells of so many of the coarsest."""
@@ -39,7 +40,7 @@ _BATCHES = 4
 _SHARE = 0.5
 """Part of the tolerance below which an error does not count."""
 _NEARLY = 1.1
-"""A quarter of the resolution, with an eighth of the bytes, may have so many times the error."""
+"""A resolution with an eighth of the bytes may have so many times the error."""
 _VIEWS = ("anterior", "anterior-left", "superior")
 _PIXELS = 24
 _PATHS = 128
@@ -47,7 +48,8 @@ _PICTURE_TOLERANCE = 1e-3
 
 Error = Float64Array
 """[3]: mean square over seen pixels without the light, with a quarter of the resolution, and with half of it. Trials
-add two: half of the resolution for the half of the volume behind a cut, and its brightness against light in colour."""
+add three: half of the resolution for the cut volume, with the light of the whole and with its own; and its brightness
+against light in colour."""
 
 
 def light_model(scene: Scene) -> LightModel | None:
@@ -88,20 +90,40 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
         # The surroundings may have colours, although the volume scatters as grey.
         model = model.model_copy(update={"channels": "rgb"})
     lit = [lit_volume(volume, info, crop, grid, function, model) for function in functions]
-    *errors, cut, brightness = np.sqrt(np.max([_errors(each, progress) for each in lit], axis=0)).tolist()
-    found = choice(np.array(errors), scene.tolerance.rmse, scene.lighting.resolution, texels(grid, 2))
+    wanted = scene.lighting
+    planes = plane_numbers(planes_in_box(wanted.clip_planes, grid)) if wanted.clip_planes else middle_plane(grid)
+    trials = [_tried(each, planes, progress, cut_light=wanted.clip_aware) for each in lit]
+    *errors, cut, own, brightness = np.sqrt(np.max([trial.squares for trial in trials], axis=0)).tolist()
+    tolerance = scene.tolerance.rmse
+    misses = wanted.resolution == "auto" and errors[-1] > tolerance and texels(grid, 1) <= MOST_TEXELS
+    full = None
+    if wanted.resolution == 1 or misses:
+        full = math.sqrt(max(_at_full_resolution(each, progress) for each in lit))
+    found = choice(np.array(errors), tolerance, wanted.resolution, texels(grid, 2), full)
     if found.factor is None:
         return found
-    reason = f"{found.reason}; {cut:.2g} for a volume that is cut through its middle"
+    reason = f"{found.reason}; the fit leaves a residual of {max(trial.residual for trial in trials):.1g}"
+    where = (
+        f"{len(planes)} plane{'s' if len(planes) > 1 else ''}" if wanted.clip_planes else "a plane through its middle"
+    )
+    reason += f"; {cut:.2g} for the volume cut by {where}"
     if brightness > 0.0 and not model.turnable:
         reason += f"; a brightness is RMSE {brightness:.2g} from light in colour (lighting.channels)"
-    return replace(found, reason=reason)
+    cut_choice = choice_for_a_cut(cut, own, tolerance) if wanted.clip_aware else None
+    return replace(found, reason=reason, cut=cut_choice)
 
 
-def choice(errors: Error, tolerance: float, wanted: Literal["auto", 2, 4], half_texels: int) -> LightChoice:
-    """Decide by root mean square errors: without the light, at a quarter of the resolution, and at half of it."""
+def choice(
+    errors: Error, tolerance: float, wanted: LightResolution, half_texels: int, full: float | None = None
+) -> LightChoice:
+    """Decide by root mean square errors: without the light, at a quarter of the resolution, and at half of it.
+
+    `full` is the error at the resolution of the scan, if it was measured.
+    """
     unlit, quarter, half = errors.tolist()
     told = f"in small pictures RMSE {half:.2g} from path tracing at half the resolution, {quarter:.2g} at a quarter"
+    if full is not None:
+        told += f", {full:.2g} at all of it"
     without = f"{unlit:.2g} without the light"
     if wanted == "auto" and unlit <= _SHARE * tolerance:
         half_of = f"less than half of the tolerance of {tolerance:.2g}"
@@ -110,8 +132,27 @@ def choice(errors: Error, tolerance: float, wanted: Literal["auto", 2, 4], half_
         return LightChoice(wanted, f"as the scene states; {told}, {without}")
     if half_texels > MOST_TEXELS:
         return LightChoice(4, f"{told}, {without}; half would be more than {MOST_TEXELS} texels")
+    if full is not None and _NEARLY * full < half:
+        return LightChoice(1, f"{told}, {without}; half misses the tolerance of {tolerance:.2g}")
     is_enough = quarter <= max(_SHARE * tolerance, _NEARLY * half)
     return LightChoice(4 if is_enough else 2, f"{told}, {without}")
+
+
+def choice_for_a_cut(whole: float, own: float, tolerance: float) -> CutChoice:
+    """Decide by root mean square errors of the cut volume: with the light of the whole volume, and with its own."""
+    if whole == 0.0:
+        return CutChoice(kept=False, reason="nothing of the volume is seen behind the planes")
+    told = (
+        f"small pictures of the cut are {_decibels(whole):.1f} dB from path tracing with the light of the whole volume"
+    )
+    if whole <= _SHARE * tolerance:
+        return CutChoice(kept=False, reason=f"{told}, RMSE {whole:.2g}, less than half of the tolerance")
+    told += f", {_decibels(own):.1f} dB with their own"
+    return CutChoice(kept=_NEARLY * own < whole, reason=told)
+
+
+def _decibels(rmse: float) -> float:
+    return -20.0 * math.log10(max(rmse, 1e-4))
 
 
 def texels(grid: Grid, factor: int) -> int:
@@ -119,15 +160,33 @@ def texels(grid: Grid, factor: int) -> int:
     return math.prod(-(-n // factor) for n in grid.shape_zyx)
 
 
-def _errors(lit: LitVolume, progress: Progress) -> Error:
-    """Return the mean squares over seen pixels of pictures of one function; 0 if nothing is seen."""
-    fields = solve.solve_fields(lit, [_COARSER * _FACTORS[0], *_FACTORS], _BATCHES * solve.BATCH, progress)
+class _Trial(NamedTuple):
+    squares: Error  # [6], 0 if nothing is seen, and of the cut's own light if it is not asked for
+    residual: float  # of the field at half of the resolution
+
+
+def _tried(lit: LitVolume, planes: Float64Array, progress: Progress, *, cut_light: bool) -> _Trial:
+    """Measure pictures of one function, whole and cut by `planes`."""
+    factors, count = [_COARSER * _FACTORS[0], *_FACTORS], _BATCHES * solve.BATCH
+    fields = solve.solve_fields(lit, factors, count, progress)
     ways = (None, *(baked_field(coded(field).decoded(field), lit.grid) for field in fields[1:]))
     views = standard_views(lit.grid)
-    half = behind_a_cut(lit)
-    cut = _squares(half, ways[-1:], [_facing_the_cut(half.grid)])
+    cut, of_cut = replace(lit, planes=planes), [ways[-1]]
+    if cut_light:
+        own = solve.solve_fields(cut, factors, count, progress, curve=fields[-1].curve)[-1]
+        of_cut.append(baked_field(coded_alike([fields[-1], own])[1].decoded(own), lit.grid))
+    cut_squares = _squares(cut, of_cut, views_of_a_cut(lit.grid, planes))
     cameras = [views[name] for name in _VIEWS]
-    return np.concatenate([_squares(lit, ways, cameras), cut, _of_brightness(lit, fields[-1], cameras)])
+    squares = [_squares(lit, ways, cameras), np.resize(cut_squares, 2), _of_brightness(lit, fields[-1], cameras)]
+    return _Trial(np.concatenate(squares), fields[-1].residual)
+
+
+def _at_full_resolution(lit: LitVolume, progress: Progress) -> float:
+    """Return the mean square over seen pixels with a texel for each voxel."""
+    field = solve.solve_fields(lit, [*_FACTORS, 1], _BATCHES * solve.BATCH, progress)[-1]
+    views = standard_views(lit.grid)
+    way = baked_field(coded(field).decoded(field), lit.grid)
+    return float(_squares(lit, [way], [views[name] for name in _VIEWS])[0])
 
 
 def _of_brightness(lit: LitVolume, field: solve.LightField, views: Sequence[Camera]) -> Float64Array:
@@ -144,12 +203,6 @@ def _of_brightness(lit: LitVolume, field: solve.LightField, views: Sequence[Came
     brightness = replace(field, texels=(field.texels @ weights[:, None]).astype(np.float32))
     in_colour = replace(lit, model=model.model_copy(update={"channels": "rgb"}))
     return _squares(in_colour, [baked_field(coded(brightness).decoded(brightness), lit.grid)], views)
-
-
-def _facing_the_cut(grid: Grid) -> Camera:
-    extent_xyz = np.array(grid.extent_mm_zyx[::-1])
-    x, y, z = (np.array(grid.world_from_box) @ [*(extent_xyz * [0.5, -1.0, 0.5]), 1.0])[:3].tolist()
-    return view_from(grid, (x, y, z))
 
 
 def _squares(lit: LitVolume, ways: Sequence[BakedField | None], views: Sequence[Camera]) -> Float64Array:
@@ -183,4 +236,5 @@ def _drawn(lit: LitVolume, camera: Float64Array, baked: BakedField | None) -> Fl
         (_PIXELS, _PIXELS),
         _PICTURE_TOLERANCE,
         baked=baked,
+        planes=lit.planes,
     ).rgba

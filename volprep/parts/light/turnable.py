@@ -21,11 +21,17 @@ _AT_ONCE = 3
 
 
 def solve_turnable(
-    lit: LitVolume, factor: int, count: int, progress: Progress, kept: KeptSamples | None = None
+    lit: LitVolume,
+    factor: int,
+    count: int,
+    progress: Progress,
+    kept: KeptSamples | None = None,
+    *,
+    curve: Float64Array | None = None,
 ) -> LightField:
     """Fit a field of four channels, one for each environment. Arguments as `solve_field`."""
     fields = [
-        solve_field(_under(lit, CORNERS[first : first + _AT_ONCE]), factor, count, progress, kept)
+        solve_field(_under(lit, CORNERS[first : first + _AT_ONCE]), factor, count, progress, kept, curve=curve)
         for first in range(0, len(CORNERS), _AT_ONCE)
     ]
     texels = np.concatenate([field.texels for field in fields], axis=4)

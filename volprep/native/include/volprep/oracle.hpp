@@ -19,6 +19,7 @@
 #include <cstdint>
 
 #include "volprep/gradient.hpp"
+#include "volprep/oracle/planes.hpp"
 #include "volprep/shape.hpp"
 
 namespace volprep {
@@ -46,6 +47,7 @@ struct OracleVolume {
     double extent_mm_xyz[3];  // the box; may be smaller than spacing * voxels
     bool nearest;             // the field is constant in each voxel, as labels are, not trilinear; then nothing is lit
     const OracleNormals* normals;  // none where nothing is lit
+    oracle::Planes cut{};          // the volume ends at these
 };
 
 struct OracleView {

@@ -6,12 +6,16 @@ from pydantic import Field
 
 from volprep_formats.grid import Vector
 from volprep_formats.package.parts.light.model import LightModel
+from volprep_formats.package.parts.light.planes import MOST_PLANES, ClipPlane
 from volprep_formats.package.values import Total
 from volprep_formats.record import Record
 
 
 class StoredLight(Record):
     """Light that multiplies the colour of each sample. It is the same for all levels.
+
+    A transfer function has light of the whole volume. It may also have light of the volume cut by `planes`, in textures
+    that differ from those of the whole in their texels only.
 
     At a place p in box millimetres the texture is read at p · `texture_from_box_per_mm_xyz` plus half a texel, with
     linear filters, also between the slices of a mosaic: the middles of the outer texels lie on the faces of the box.
@@ -32,6 +36,9 @@ class StoredLight(Record):
     """Minus the light of a component that is 0."""
     stored_values: tuple[float, float]
     """Normalised stored values where the share is 0 and 1, ascending."""
+    planes: Annotated[tuple[ClipPlane, ...], Field(max_length=MOST_PLANES)] = ()
+    """Planes in box space that cut the volume, with normals of length 1: a picture takes this light only if exactly
+    these planes cut it. Empty for the light of the whole volume."""
     samples: Total
     """Number of positions where light was computed; the texture is fitted to them."""
     residual: Annotated[float, Field(ge=0.0, le=1.0)]

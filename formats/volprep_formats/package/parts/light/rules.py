@@ -1,11 +1,13 @@
 """Check the consistency of a manifest's precomputed light; SPEC.md states the rules."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.mosaic_rules import mosaic_contradictions
+from volprep_formats.package.parts.light.planes import ClipPlane
 from volprep_formats.package.parts.light.record import StoredLight, form_of
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import COMPONENTS, Texture
@@ -13,20 +15,27 @@ from volprep_formats.package.texture import COMPONENTS, Texture
 ROLE = "light"
 """Role of its textures and samplers."""
 _TEXEL_TOLERANCE = 1e-9
+_UNIT_TOLERANCE = 1e-6
 
 
 def light_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of textures of light, and of the programs that read them."""
     held: dict[str | None, list[Texture]] = {}
+    cut: dict[str | None, list[Texture]] = {}
     for texture in manifest.textures:
         yield from (f"texture {texture.name} {problem}" for problem in _texture(texture, manifest))
         if texture.role == ROLE:
-            held.setdefault(texture.transfer, []).append(texture)
+            (cut if texture.is_of_a_cut else held).setdefault(texture.transfer, []).append(texture)
     known = {function.name for function in manifest.transfer_functions}
-    for transfer, textures in held.items():
+    for transfer, textures in (*held.items(), *cut.items()):
         if transfer not in known:
             yield f"texture {textures[0].name} holds light of {transfer}, which is no transfer function"
         yield from (f"the light of {transfer} {problem}" for problem in _parts(textures))
+    for transfer, textures in cut.items():
+        if any(_reading(each) != _reading(textures[0]) for each in held.get(transfer, ())):
+            yield f"the light of {transfer} for a cut is read in another way than that of the whole volume"
+        if transfer not in held:
+            yield f"there is light of {transfer} for a cut, but none of the whole volume"
     for program in _programs(manifest):
         textures = held.get(program.transfer, [])
         yield from (f"program {program.name} {problem}" for problem in _program(program, textures))
@@ -53,6 +62,8 @@ def _texture(texture: Texture, manifest: Manifest) -> Iterator[str]:
     low, high = light.stored_values
     if not low < high:
         yield f"has the stored values {low} and {high}, which must ascend"
+    if any(abs(math.hypot(*plane.normal) - 1.0) > _UNIT_TOLERANCE for plane in light.planes):
+        yield "holds light of a cut by planes whose normals have not the length 1"
     yield from _form(texture, light, manifest)
 
 
@@ -82,7 +93,7 @@ def _parts(textures: Sequence[Texture]) -> Iterator[str]:
     wanted = list(range(form_of(first.light.model).parts))
     if sorted(texture.part for texture in textures) != wanted:
         yield f"needs textures of the parts {wanted}, once each"
-    if any(_reading(other) != _reading(first) for other in textures[1:]):
+    if any(_reading(other) != _reading(first) or _planes(other) != _planes(first) for other in textures[1:]):
         yield "has textures that differ in more than their texels"
 
 
@@ -91,6 +102,10 @@ def _reading(texture: Texture) -> tuple[object, ...]:
     light = texture.light
     of_light = () if light is None else (form_of(light.model), *_numbers(light))
     return texture.gl, texture.shape_zyx, texture.mosaic, *of_light
+
+
+def _planes(texture: Texture) -> tuple[ClipPlane, ...]:
+    return () if texture.light is None else texture.light.planes
 
 
 def _numbers(light: StoredLight) -> tuple[object, ...]:

@@ -160,6 +160,7 @@ struct Flight {
 template <typename Voxel>
 bool stopped(const Medium<Voxel>& medium, double place[3], const double direction[3], double reach_mm, Stream& stream,
              double& value) noexcept {
+    reach_mm = medium.inside_mm(place, direction, reach_mm);
     Flight<Voxel> flight(medium, place, direction, stream, value);
     for (;;) {
         const int axis = flight.walk.nearest_axis();

@@ -17,6 +17,7 @@ Medium<Voxel> make_medium(const Voxel* voxels, const OracleVolume& volume, const
         medium.spacing_mm[axis] = volume.spacing_mm_xyz[axis];
         medium.end[axis] = volume.extent_mm_xyz[axis] / volume.spacing_mm_xyz[axis] - 0.5;
     }
+    medium.cut = volume.cut;
     medium.function = &function;
     medium.blocks = minmax_shape(volume.shape, kBlock);
     bound_blocks(medium, threads);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "volprep/block_minmax.hpp"
+#include "volprep/oracle/planes.hpp"
 #include "volprep/oracle/transfer.hpp"
 #include "volprep/shape.hpp"
 
@@ -75,6 +76,7 @@ struct Medium {
     double intercept;
     double spacing_mm[3];  // x, y, z
     double end[3];         // the box's far corner in index coordinates
+    oracle::Planes cut;    // the medium ends at these
     const Function* function;
     Shape3 blocks;
     std::vector<double> majorants;   // [blocks]
@@ -83,6 +85,18 @@ struct Medium {
     int64_t count(int axis) const noexcept { return axis == 0 ? shape.x : axis == 1 ? shape.y : shape.z; }
     int64_t block_count(int axis) const noexcept { return axis == 0 ? blocks.x : axis == 1 ? blocks.y : blocks.z; }
 
+    void millimetres(const double place[3], double out[3]) const noexcept {
+        for (int axis = 0; axis < 3; ++axis) out[axis] = (place[axis] + 0.5) * spacing_mm[axis];
+    }
+    // Part of a way of `reach_mm` from a place inside that is inside.
+    double inside_mm(const double place[3], const double direction[3], double reach_mm) const noexcept {
+        if (cut.count == 0) return reach_mm;
+        double at_mm[3];
+        millimetres(place, at_mm);
+        double from_mm = 0.0;
+        cut.clip(at_mm, direction, from_mm, reach_mm);
+        return std::max(reach_mm, 0.0);
+    }
     // Least and greatest value of the voxels around a straight way: no value on it lies outside.
     void bound(const double from[3], const double to[3], double& least, double& greatest) const noexcept {
         int64_t first[3];

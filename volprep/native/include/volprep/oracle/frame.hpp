@@ -90,6 +90,7 @@ Field<Voxel> field_of(const Voxel* voxels, const OracleVolume& volume, const Nor
     field.intercept = volume.intercept;
     field.blocks = minmax_shape(volume.shape, kBlockCells);
     field.normals = normals;
+    field.cut = volume.cut;
     std::copy_n(volume.spacing_mm_xyz, 3, field.spacing_mm);
     std::copy_n(volume.extent_mm_xyz, 3, field.extent_mm);
     return field;

@@ -33,6 +33,7 @@ struct Field {
     Shape3 blocks;
     bool nearest;            // constant in each voxel, not trilinear
     const Normals* normals;  // none where nothing is lit
+    Planes cut;              // the volume ends at these
 
     int64_t count(int axis) const noexcept { return axis == 0 ? shape.x : axis == 1 ? shape.y : shape.z; }
     int64_t stride(int axis) const noexcept { return axis == 0 ? 1 : axis == 1 ? shape.x : shape.slice(); }
@@ -179,6 +180,7 @@ template <typename Voxel>
 bool enter_box(RayWalk& walk, const Field<Voxel>& field, const Ray& ray) noexcept {
     constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
     if (!clip_to_box(ray, field.extent_mm, walk.t_mm, walk.to_mm)) return false;
+    if (!field.cut.clip(ray.origin_mm, ray.direction, walk.t_mm, walk.to_mm)) return false;
     // Coordinates are a sum and a product of numbers up to this size; 8 units in the last place cover them and the
     // camera.
     double size_mm = ray.length_mm;

@@ -1,0 +1,144 @@
+/**
+ * Light of an edited transfer function: ambient occlusion, computed again on the device while frames go on. The
+ * package's own shader reads the values of the volume.
+ */
+import { sampled } from "./edit.js";
+import { texelBytes } from "./ktx2.js";
+import { placeIn } from "./skip.js";
+import { sweeps } from "./sweep.js";
+import { drawValues, valueOf, valueProgram, windowOf } from "./values.js";
+
+/** @typedef {import("./renderer.js").Renderer} Renderer */
+/** @typedef {readonly [z: number, y: number, x: number]} Shape */
+/** @typedef {import("./types.js").Texture} Texture */
+/** @typedef {import("./types.js").TransferFunction} TransferFunction */
+
+/** Cells of 64³: a sweep over them takes about 2 ms. */
+const MOST_CELLS = 1 << 18;
+/** Values along each edge of a cell, whose mean extinction counts. */
+const EACH = 2;
+const ENTRIES = 4096;
+const MAIN = `uniform vec3 u_cells;
+uniform float u_cell_mm;
+uniform float u_layer;
+uniform vec3 u_extent;
+void main() {
+  vec3 place = vec3(mod(gl_FragCoord.x, u_cells.x), gl_FragCoord.y, u_layer + floor(gl_FragCoord.x / u_cells.x) + 0.5) * u_cell_mm;
+  vec3 within = step(vec3(0.0), place) * step(place, u_extent);
+  float inside = within.x * within.y * within.z;
+  float value = stored_value(position(clamp(place, vec3(0.0), u_extent)));
+`;
+
+/**
+ * Computes the light of an edited function in the background, and draws with it.
+ * @param {any} state the renderer; its own members are used, too @param {string} name of the function
+ */
+export async function relight(state, name) {
+  const edit = state._changes.edits.get(name);
+  // Resolved when there is time for a step of a few milliseconds; false if the edit is outdated.
+  const pause = async () => {
+    await new Promise((resolve) => setTimeout(resolve));
+    return state._levels.drawn && state._changes.edits.get(name) === edit;
+  };
+  try {
+    const lights = edit && (await occlusionTexels(state, edit, pause));
+    if (!lights) return;
+    edit.lights = lights;
+    state._changes.version++;
+    await state._levels.refresh();
+  } catch (error) {
+    if (state._levels.drawn) state.inside.options.onError?.(error);
+  }
+}
+
+/**
+ * Texels of the light of an edited function, for each of its textures.
+ * @param {Renderer} renderer @param {TransferFunction} edit
+ * @param {() => Promise<boolean>} pause before each step; false ends the work
+ * @returns {Promise<Map<string, Uint8Array> | null>} by texture; null if it was ended, or the shader reads no values
+ */
+async function occlusionTexels(renderer, edit, pause) {
+  const textures = renderer.package.manifest.textures.filter(({ light, transfer }) => light && transfer === edit.name);
+  const linked = textures.length ? await valueProgram(renderer, "occlusion", MAIN) : null;
+  if (!linked) return null;
+  const extent = [...renderer.grid.extent_mm_zyx].reverse();
+  const spacing = Math.min(...renderer.grid.spacing_mm_zyx);
+  const cellMm = Math.max(4 * spacing, Math.cbrt((extent[0] * extent[1] * extent[2]) / MOST_CELLS));
+  const shape = extent.map((mm) => Math.ceil(mm / cellMm));
+  const extinction = new Float32Array(shape[0] * shape[1] * shape[2]);
+  const table = sampled(edit, windowOf(renderer), ENTRIES);
+  for (let layer = 0; layer < shape[2]; layer++) {
+    if (!(await pause())) return null;
+    addLayer(renderer, linked, { shape, cellMm, extent, layer }, table, extinction);
+  }
+  /** @type {Float32Array} */
+  let light = new Float32Array();
+  for (light of sweeps(extinction, shape, cellMm, textures[0].light?.model.radius_mm ?? Infinity)) {
+    if (!(await pause())) return null;
+  }
+  return new Map(textures.map((texture) => [texture.name, texelsOf(texture, light, shape, cellMm, extent)]));
+}
+
+/**
+ * Reads the values of a layer of cells, and keeps the mean extinction of each.
+ * @param {Renderer} renderer @param {import("./program.js").Linked} linked
+ * @param {{shape: number[], cellMm: number, extent: number[], layer: number}} where
+ * @param {Float64Array} table @param {Float32Array} extinction
+ */
+function addLayer(renderer, linked, { shape: [nx, ny], cellMm, extent, layer }, table, extinction) {
+  const size = /** @type {const} */ ([EACH * EACH * nx, EACH * ny]);
+  const pixels = drawValues(renderer, linked, size, (gl, { locations }) => {
+    gl.uniform3f(locations.u_cells, EACH * nx, 0, 0);
+    gl.uniform1f(locations.u_cell_mm, cellMm / EACH);
+    gl.uniform1f(locations.u_layer, EACH * layer);
+    gl.uniform3fv(locations.u_extent, new Float32Array(extent));
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  });
+  for (let i = 0; i < size[0] * size[1]; i++) {
+    if (!pixels[4 * i + 3]) continue;
+    const x = Math.floor((i % (EACH * nx)) / EACH);
+    const y = Math.floor(Math.floor(i / size[0]) / EACH);
+    const entry = Math.round(valueOf(pixels, i) * (ENTRIES - 1));
+    extinction[(layer * ny + y) * nx + x] += table[4 * entry + 3] / EACH ** 3;
+  }
+}
+
+/**
+ * Codes of the light at the nodes of a texture, whose outer ones lie on the faces of the box. Both ends of the share
+ * are the same.
+ * @param {Texture} texture @param {Float32Array} light @param {number[]} shape @param {number} cellMm @param {number[]} extent
+ */
+function texelsOf(texture, light, shape, cellMm, extent) {
+  const { mosaic, shape_zyx: own, gl, light: stored } = texture;
+  const nodes = /** @type {Shape} */ (mosaic ? [mosaic.slices, ...mosaic.tile_shape_yx] : own);
+  const bytes = texelBytes(gl.internal_format, own);
+  const components = bytes / (own[0] * own[1] * own[2]);
+  const texels = new Uint8Array(bytes);
+  const place = placeIn(texture, nodes);
+  const { largest = 1, subtracted = 0 } = stored ?? {};
+  const at = [2, 1, 0].map((axis, i) =>
+    Float64Array.from({ length: nodes[axis] }, (_, k) => (k * extent[i]) / Math.max(nodes[axis] - 1, 1) / cellMm - 0.5),
+  );
+  for (let z = 0; z < nodes[0]; z++)
+    for (let y = 0; y < nodes[1]; y++)
+      for (let x = 0; x < nodes[2]; x++) {
+        const value = between(light, shape, [at[0][x], at[1][y], at[2][z]]);
+        const code = Math.min(Math.round((255 * (value + subtracted)) / largest), 255);
+        texels.fill(code, components * place(z, y, x), components * (place(z, y, x) + 1));
+      }
+  return texels;
+}
+
+/** Trilinear between the middles of cells. @param {Float32Array} cells @param {number[]} shape @param {number[]} at */
+function between(cells, shape, at) {
+  const low = at.map((each, i) => Math.min(Math.max(Math.floor(each), 0), Math.max(shape[i] - 2, 0)));
+  const share = at.map((each, i) => Math.min(Math.max(each - low[i], 0), 1));
+  let sum = 0;
+  for (let corner = 0; corner < 8; corner++) {
+    const upper = [corner & 1, (corner >> 1) & 1, corner >> 2];
+    const [x, y, z] = low.map((each, i) => Math.min(each + upper[i], shape[i] - 1));
+    const weight = upper.reduce((product, each, i) => product * (each ? share[i] : 1 - share[i]), 1);
+    sum += weight * cells[(z * shape[1] + y) * shape[0] + x];
+  }
+  return sum;
+}
