@@ -32,9 +32,11 @@ from volprep_formats.grid import Grid
 
 Factors = tuple[int, int, int]
 
-_ROUNDS = (8, 12)
+_ROUNDS = (8, 12, 12)
 """Steps of voxels in each round; tables are fitted before each."""
-STEPS = sum(_ROUNDS)
+_FEW_ROUNDS = (8, 12)
+"""The same along fewer rays: more steps fit themselves."""
+_MANY_RAYS_PER_VOXEL = 20
 _TABLE_RAYS = 3000
 """Rays that tables are fitted along between rounds."""
 _TIE = 0.01
@@ -60,7 +62,7 @@ class RefineBudget:
     """Samples of level 0 along all rays together."""
     coarse: int
     """Samples of all levels, in all steps and through all transfer functions."""
-    rays_per_voxel: int = 20
+    rays_per_voxel: int = 30
     """Rays for each voxel that is seen, where there is room for them."""
 
 
@@ -70,14 +72,24 @@ THOROUGH = RefineBudget(fine=600_000_000, coarse=3_000_000_000)
 """Minutes."""
 
 
+@dataclass(frozen=True)
+class RefineRays:
+    """Rays that a level is refined along."""
+
+    lines: RaySegments
+    """The rays."""
+    rounds: tuple[int, ...]
+    """Steps of voxels in each round."""
+
+
 def refine_lines(
     grid: Grid, blocks: SeenBlocks, levels: Sequence[Factors], functions: int, budget: RefineBudget
-) -> dict[Factors, RaySegments]:
+) -> dict[Factors, RefineRays]:
     """Return the rays that each level is refined along; none for a level that is beyond the budget.
 
     The coarsest level comes first: it gains most, and needs the fewest rays.
     """
-    chosen: dict[Factors, RaySegments] = {}
+    chosen: dict[Factors, RefineRays] = {}
     fine, coarse = budget.fine, budget.coarse
     for factors in sorted(levels, key=math.prod, reverse=True):
         voxels = _seen_voxels(blocks, factors)
@@ -86,9 +98,13 @@ def refine_lines(
         if not len(probe.lengths_mm):
             continue
         per_ray = int(ray_counts(probe.lengths_mm, grid.spacing_mm_zyx).mean()) + 1
-        work = STEPS * functions * (per_ray // min(factors) + 1)
         usual = max(budget.rays_per_voxel * voxels, min(_MOST_RAYS_PER_VOXEL * voxels, _USUAL_RAYS), _FEWEST_RAYS)
-        count = min(usual, fine // per_ray, Refinement.parts * coarse // work)
+        most = min(usual, fine // per_ray)
+        for rounds in (_ROUNDS, _FEW_ROUNDS):
+            work = sum(rounds) * functions * (per_ray // min(factors) + 1)
+            count = min(most, Refinement.parts * coarse // work)
+            if count >= _MANY_RAYS_PER_VOXEL * voxels:
+                break
         if count < _FEWEST_RAYS_PER_VOXEL * voxels:
             continue
         fine -= count * per_ray
@@ -97,7 +113,8 @@ def refine_lines(
         aimed = aimed_lines(grid, blocks, aside, count - at_random, _SEED)
         lines = RaySegments.joined([aimed, random_lines(grid, at_random, _SEED, fewest=1)])
         # Tables are fitted along the first of them.
-        chosen[factors] = lines.taken(np.random.default_rng(_SEED).permutation(len(lines.lengths_mm)))
+        order = np.random.default_rng(_SEED).permutation(len(lines.lengths_mm))
+        chosen[factors] = RefineRays(lines.taken(order), rounds)
     return chosen
 
 
@@ -128,12 +145,14 @@ class Refinement:
     """Samples along rays for each voxel of the level."""
     parts: int = 4
     """Parts of the rays; a step follows one of them."""
+    rounds: tuple[int, ...] = _ROUNDS
+    """Steps of voxels in each round."""
 
     def refined(self, start: Float32Array, spacing_mm_zyx: tuple[float, float, float]) -> Float32Array:
         """Return the voxels [z, y, x] of a level that begins as `start`; values from 0 to 1."""
         tables = dict(self.tables)
         level = start
-        for steps in _ROUNDS:
+        for steps in self.rounds:
             if self.adapt:
                 tables = {name: self._fitted(level, name, table, spacing_mm_zyx) for name, table in tables.items()}
             level = self._moved(level, spacing_mm_zyx, tables, steps)
