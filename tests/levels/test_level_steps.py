@@ -127,7 +127,7 @@ def test_the_step_of_a_single_slice_holds_for_rays_that_run_along_it() -> None:
     codes = np.concatenate([slices for slices, _ in level_slices(scan, "box", factors)])
     compositing = COMPOSITINGS["emission-absorption"]
     steps = LevelSteps(scan, WINDOW, (DISC,), compositing, is_segments=False, tolerance=Tolerance(rmse=0.01))
-    rays = steps._rays(InMemory.of(codes), factors)
+    rays = steps._rays(InMemory.of(codes), factors, [])
     lengths_mm = [len(each.values) * each.step_mm for each in rays]
     assert min(lengths_mm) < 1.2
     assert max(lengths_mm) > 20.0

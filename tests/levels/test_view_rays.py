@@ -103,7 +103,7 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
         measured = gauge.result("0" * 64)
         crop = CropPlan(start_zyx=start_zyx, stop_zyx=stop_zyx)
         seen = np.ones(measured.blocks.shape_zyx, bool)
-        found.append(view_rays(InMemory.of(stored), info, measured, seen, crop, grid, lit=True))
+        found.append(view_rays(InMemory.of(stored), info, measured, seen, crop, grid, lit=()))
     assert len(found[0]) > 16
     along_z = found[0][2].values
     assert along_z.shape[0] == 36 * 2 * (2 * FINE)
@@ -123,4 +123,4 @@ def test_a_scan_of_which_nothing_is_seen_has_no_rays() -> None:
     measured = gauge.result("0" * 64)
     nothing = np.zeros(measured.blocks.shape_zyx, bool)
     crop = CropPlan(start_zyx=(0, 0, 0), stop_zyx=codes.shape)
-    assert not view_rays(InMemory.of(codes), info, measured, nothing, crop, info.grid, lit=False)
+    assert not view_rays(InMemory.of(codes), info, measured, nothing, crop, info.grid)

@@ -81,6 +81,17 @@ class _Made:
     seconds: float
 
 
+@dataclass(frozen=True)
+class _Way:
+    """A way to choose levels, prepared for all of them."""
+
+    name: str
+    chooser: Chooser
+    candidates: tuple[LevelFilter, ...]
+    seconds: float
+    """What preparing it took, for each level."""
+
+
 def measure(
     subject: Subject, levels: Sequence[int], pixels: int, *, thorough: bool = False
 ) -> Iterator[tuple[StudyRow, StudyPicture]]:
@@ -89,14 +100,15 @@ def measure(
     yield bench.row(0, _Made("truth", "none", subject.codes, bench.table, 0.0))
     factors = [bench.factors(level) for level in levels]
     with tempfile.TemporaryDirectory() as folder:
-        ways = [("auto, not refined", None), ("auto", AUTO), *([("auto, thorough", THOROUGH)] if thorough else [])]
+        budgets = {"auto, not refined": None, "auto": AUTO, **({"auto, thorough": THOROUGH} if thorough else {})}
+        ways = [bench.way(name, factors, budget) for name, budget in budgets.items()]
         for level, each in zip(levels, factors, strict=True):
             for name in _FILTERS:
                 yield bench.row(level, bench.filtered(name, each))
-            for way, budget in ways:
-                made = bench.chosen(way, each, factors, budget, Path(folder))
+            for way in ways:
+                made = bench.chosen(way, each, Path(folder))
                 yield bench.row(level, made)
-                if way == "auto":
+                if way.name == "auto":
                     auto = made
             began = time.perf_counter()
             best = optimum(bench.scan, each, auto.voxels, auto.table)
@@ -128,18 +140,21 @@ class _Bench:
         voxels = np.concatenate([slices for slices, _ in level_slices(self.scan, name, factors)])
         return _Made(name, name, voxels, self.table, time.perf_counter() - began)
 
-    def chosen(
-        self, way: str, factors: Factors, levels: Sequence[Factors], budget: RefineBudget | None, folder: Path
-    ) -> _Made:
-        """Make a level as a build does."""
+    def way(self, name: str, levels: Sequence[Factors], budget: RefineBudget | None) -> _Way:
+        """Prepare making all levels as a build does."""
         began = time.perf_counter()
         chooser = Chooser(self.scan, adapt=True, levels=levels, budget=budget)
         candidates = _WITHOUT if budget is None else CANDIDATES
-        choice, codes = chooser.choose(1, factors, candidates, folder.joinpath, lambda _: None)
-        seconds = time.perf_counter() - began
+        return _Way(name, chooser, candidates, (time.perf_counter() - began) / len(levels))
+
+    def chosen(self, way: _Way, factors: Factors, folder: Path) -> _Made:
+        """Make a level as a build does."""
+        began = time.perf_counter()
+        choice, codes = way.chooser.choose(1, factors, way.candidates, folder.joinpath, lambda _: None)
+        seconds = way.seconds + time.perf_counter() - began
         voxels = codes.read_slab(0, codes.shape_zyx[0]).copy()
         table = np.array(choice.tables[0].entries) if choice.tables else self.table
-        return _Made(way, choice.filter, voxels, table, seconds)
+        return _Made(way.name, choice.filter, voxels, table, seconds)
 
     def row(self, level: int, made: _Made) -> tuple[StudyRow, StudyPicture]:
         """Measure a level."""

@@ -68,10 +68,14 @@ class ChannelScan:
             return self
         if self.scene.render.step_voxels != "auto" and self.scene.render.classification != "auto":
             return self
-        shown = COMPOSITINGS[self.scene.render.compositing].visible_table
-        seen = shown_blocks(self.measured.blocks, [shown(Table.exact(each)) for each in self.functions])
-        is_lit = self.scene.render.lighting != "none"
-        rays = view_rays(self.voxels, self.info, self.measured, seen, crop, grid, lit=is_lit)
+        compositing = COMPOSITINGS[self.scene.render.compositing]
+        tables = [Table.exact(each) for each in self.functions]
+        seen = shown_blocks(self.measured.blocks, [compositing.visible_table(each) for each in tables])
+        lit = None
+        if self.scene.render.lighting != "none":
+            # Only behind what is blended nothing is seen.
+            lit = tables if compositing.ends_early else ()
+        rays = view_rays(self.voxels, self.info, self.measured, seen, crop, grid, lit=lit)
         return replace(self, finest=rays)
 
     def valued(self, profile: DeviceProfile) -> ValueChoice:

@@ -16,12 +16,6 @@ constexpr int64_t groups = 4;
 // Light from behind this changes no picture of 16 bits.
 constexpr double least_transmittance = 1e-6;
 
-// The corners of the cell that a sample lies in, and their weights.
-struct Corners {
-    int64_t voxel[8];
-    float weight[8];
-};
-
 // Where a sample lies between the centres of two voxels along an axis.
 struct Place {
     int64_t lower;
@@ -34,64 +28,108 @@ inline Place find_place(double position, int64_t voxels) noexcept {
     return {lower, static_cast<float>(inside - static_cast<double>(lower))};
 }
 
-Corners find_corners(const double* origin, const double* direction, double t, Shape3 shape) noexcept {
+// The cell between voxels that a sample lies in, and where in it.
+struct Spot {
+    int64_t first;  // the lower corner's voxel
+    float upper_weight[3];
+};
+
+inline Spot find_spot(const double* origin, const double* direction, double t, Shape3 shape) noexcept {
     const Place x = find_place(origin[0] + t * direction[0], shape.x);
     const Place y = find_place(origin[1] + t * direction[1], shape.y);
     const Place z = find_place(origin[2] + t * direction[2], shape.z);
-    const int64_t first = (z.lower * shape.y + y.lower) * shape.x + x.lower;
-    const int64_t next_x = shape.x > 1 ? 1 : 0;
-    const int64_t next_y = shape.y > 1 ? shape.x : 0;
-    const int64_t next_z = shape.z > 1 ? shape.slice() : 0;
-    Corners corners;
+    return {(z.lower * shape.y + y.lower) * shape.x + x.lower, {x.upper_weight, y.upper_weight, z.upper_weight}};
+}
+
+// Distance from a voxel to the next one along each axis, x first; 0 along an axis of one voxel.
+struct Strides {
+    int64_t along[3];
+
+    explicit Strides(Shape3 shape) noexcept
+        : along{shape.x > 1 ? 1 : 0, shape.y > 1 ? shape.x : 0, shape.z > 1 ? shape.slice() : 0} {}
+};
+
+// Calls each(voxel, weight) for the corners of a sample's cell.
+template <typename Each>
+inline void each_corner(const Spot& spot, const Strides& next, const Each& each) {
+    const auto [x, y, z] = spot.upper_weight;
     for (int k = 0; k < 8; ++k) {
-        corners.voxel[k] = first + (k & 1 ? next_x : 0) + (k & 2 ? next_y : 0) + (k & 4 ? next_z : 0);
-        corners.weight[k] = (k & 1 ? x.upper_weight : 1.0F - x.upper_weight) *
-                            (k & 2 ? y.upper_weight : 1.0F - y.upper_weight) *
-                            (k & 4 ? z.upper_weight : 1.0F - z.upper_weight);
+        const int64_t voxel = spot.first + (k & 1 ? next.along[0] : 0) + (k & 2 ? next.along[1] : 0) +
+                              (k & 4 ? next.along[2] : 0);
+        each(voxel, (k & 1 ? x : 1.0F - x) * (k & 2 ? y : 1.0F - y) * (k & 4 ? z : 1.0F - z));
     }
-    return corners;
+}
+
+// Whether a cell shows something, or would if a value changed, by its lower corner: samples elsewhere need no reading.
+// A step takes 0.6 to 0.7 of the time.
+std::vector<uint8_t> find_shown_cells(const float* level, Shape3 shape, const SlopedTable& table) {
+    std::vector<int64_t> shown_before(static_cast<size_t>(table.entries) + 1);
+    for (int64_t entry = 0; entry < table.entries; ++entry) {
+        const bool shows = table.rgba[4 * entry + 3] > 0.0 || table.slopes[4 * entry + 3] != 0.0;
+        shown_before[entry + 1] = shown_before[entry] + (shows ? 1 : 0);
+    }
+    const int64_t voxels = shape.voxels();
+    std::vector<float> least(level, level + voxels);
+    std::vector<float> most(level, level + voxels);
+    for (const int64_t stride : Strides(shape).along) {
+        // Upwards: the next voxel is still that of one axis less. Cells beyond the last voxel are never asked for.
+        for (int64_t voxel = 0; voxel < voxels - stride; ++voxel) {
+            least[voxel] = std::min(least[voxel], least[voxel + stride]);
+            most[voxel] = std::max(most[voxel], most[voxel + stride]);
+        }
+    }
+    const auto entry_of = [&](float value, int64_t aside) {
+        const double position = std::clamp<double>(value, 0.0, 1.0) * static_cast<double>(table.entries - 1);
+        return std::clamp<int64_t>(static_cast<int64_t>(position) + aside, 0, table.entries - 1);
+    };
+    std::vector<uint8_t> shown(static_cast<size_t>(voxels));
+    for (int64_t voxel = 0; voxel < voxels; ++voxel) {
+        // A mean of values may be rounded across an entry.
+        shown[voxel] = shown_before[entry_of(most[voxel], 2) + 1] > shown_before[entry_of(least[voxel], -1)];
+    }
+    return shown;
 }
 
 // A sample that shows something, or would if its value changed.
 struct Sample {
-    int64_t number;  // along the ray
+    Spot spot;
     double colour[3];
     double slope[4];  // of colour, and of optical depth
     double in_front;
     double through;
 };
 
+// The level that rays run through.
+struct Field {
+    const float* level;
+    Shape3 shape;
+    Strides next;
+    std::vector<uint8_t> shown_cells;
+};
+
 // The ray that is worked on.
 struct Ray {
-    std::vector<float> values;
     std::vector<Sample> samples;
     double light[4];
     int64_t number = 0;
-    double segment_mm = 0.0;
 };
 
-void read_values(const float* level, Shape3 shape, const Rays& rays, Ray& ray) {
-    const int64_t count = rays.offsets[ray.number + 1] - rays.offsets[ray.number];
-    ray.values.resize(static_cast<size_t>(count));
-    ray.segment_mm = rays.length_mm[ray.number] / static_cast<double>(count);
-    for (int64_t i = 0; i < count; ++i) {
-        const Corners corners = find_corners(rays.origin_xyz + 3 * ray.number, rays.direction_xyz + 3 * ray.number,
-                                             (static_cast<double>(i) + 0.5) * ray.segment_mm, shape);
-        float value = 0.0F;
-        for (int k = 0; k < 8; ++k) {
-            value += corners.weight[k] * level[corners.voxel[k]];
-        }
-        ray.values[i] = value;
-    }
-}
-
-void march(const SlopedTable& table, Ray& ray) {
+void march(const SlopedTable& table, const Field& field, const Rays& rays, Ray& ray) {
     ray.samples.clear();
     std::fill_n(ray.light, 3, 0.0);
     double transmittance = 1.0;
-    const auto count = static_cast<int64_t>(ray.values.size());
+    const int64_t count = rays.offsets[ray.number + 1] - rays.offsets[ray.number];
+    const double segment_mm = rays.length_mm[ray.number] / static_cast<double>(count);
+    const double* const origin = rays.origin_xyz + 3 * ray.number;
+    const double* const direction = rays.direction_xyz + 3 * ray.number;
     for (int64_t i = 0; i < count && transmittance >= least_transmittance; ++i) {
-        const double position = std::clamp<double>(ray.values[i], 0.0, 1.0) * static_cast<double>(table.entries - 1);
+        const Spot spot = find_spot(origin, direction, (static_cast<double>(i) + 0.5) * segment_mm, field.shape);
+        if (field.shown_cells[spot.first] == 0) {
+            continue;
+        }
+        float value = 0.0F;
+        each_corner(spot, field.next, [&](int64_t voxel, float weight) { value += weight * field.level[voxel]; });
+        const double position = std::clamp<double>(value, 0.0, 1.0) * static_cast<double>(table.entries - 1);
         const int64_t entry = std::min(static_cast<int64_t>(position), table.entries - 2);
         const double weight = position - static_cast<double>(entry);
         const auto mix = [&](const double* rows, int channel) {
@@ -103,19 +141,18 @@ void march(const SlopedTable& table, Ray& ray) {
         if (extinction_per_mm <= 0.0 && slope == 0.0) {
             continue;
         }
-        Sample sample{};
-        sample.number = i;
+        Sample& sample = ray.samples.emplace_back();
+        sample.spot = spot;
         sample.in_front = transmittance;
-        sample.through = std::exp(-extinction_per_mm * ray.segment_mm);
+        sample.through = std::exp(-extinction_per_mm * segment_mm);
         const double shown = transmittance * (1.0 - sample.through);
         for (int c = 0; c < 3; ++c) {
             sample.colour[c] = mix(table.rgba, c);
             sample.slope[c] = mix(table.slopes, c);
             ray.light[c] += shown * sample.colour[c];
         }
-        sample.slope[3] = slope * ray.segment_mm;
+        sample.slope[3] = slope * segment_mm;
         transmittance *= sample.through;
-        ray.samples.push_back(sample);
     }
     ray.light[3] = 1.0 - transmittance;
 }
@@ -139,8 +176,8 @@ void each_slope(const Ray& ray, const Each& each) {
 }
 
 // Adds what one ray says through one table; returns its weighted squared error.
-double add_ray(const RefineTarget& target, Shape3 shape, const Rays& rays, Ray& ray, float* sums) {
-    march(target.table, ray);
+double add_ray(const RefineTarget& target, const Field& field, const Rays& rays, Ray& ray, float* sums) {
+    march(target.table, field, rays, ray);
     const double weight = target.weight[ray.number];
     double residual[4];
     double cost = 0.0;
@@ -164,15 +201,13 @@ double add_ray(const RefineTarget& target, Shape3 shape, const Rays& rays, Ray& 
         if (curvature == 0.0) {
             return;
         }
-        const Corners corners = find_corners(rays.origin_xyz + 3 * ray.number, rays.direction_xyz + 3 * ray.number,
-                                             (static_cast<double>(sample.number) + 0.5) * ray.segment_mm, shape);
         const auto down = static_cast<float>(weight * gradient);
         const auto bend = static_cast<float>(weight * curvature);
-        for (int k = 0; k < 8; ++k) {
-            float* const to = sums + refine_numbers * corners.voxel[k];
-            to[0] += corners.weight[k] * down;
-            to[1] += corners.weight[k] * bend;
-        }
+        each_corner(sample.spot, field.next, [&](int64_t voxel, float share) {
+            float* const to = sums + refine_numbers * voxel;
+            to[0] += share * down;
+            to[1] += share * bend;
+        });
     });
     return cost;
 }
@@ -183,6 +218,7 @@ double refine_sums(const float* level, Shape3 shape, const Rays& rays, const Ref
                    int threads) {
     const int64_t numbers = refine_numbers * shape.voxels();
     std::vector<std::vector<float>> parts(groups, std::vector<float>(static_cast<size_t>(numbers)));
+    const Field field{level, shape, Strides(shape), find_shown_cells(level, shape, target.table)};
     std::vector<Ray> work(groups);
     double costs[groups] = {};
     const int64_t longest = [&] {
@@ -193,15 +229,13 @@ double refine_sums(const float* level, Shape3 shape, const Rays& rays, const Ref
         return most;
     }();
     for (Ray& ray : work) {
-        ray.values.reserve(static_cast<size_t>(longest));
         ray.samples.reserve(static_cast<size_t>(longest));
     }
 #pragma omp parallel for num_threads(resolve_threads(threads)) schedule(static, 1)
     for (int64_t group = 0; group < groups; ++group) {
         Ray& ray = work[group];
         for (ray.number = group; ray.number < rays.count; ray.number += groups) {
-            read_values(level, shape, rays, ray);
-            costs[group] += add_ray(target, shape, rays, ray, parts[group].data());
+            costs[group] += add_ray(target, field, rays, ray, parts[group].data());
         }
     }
 #pragma omp parallel for num_threads(resolve_threads(threads)) schedule(static)

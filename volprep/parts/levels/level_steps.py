@@ -11,8 +11,9 @@ import numpy as np
 
 from volprep.compositing import Compositing
 from volprep.parts.levels.aimed import aimed_lines
+from volprep.parts.levels.headlight import Shown
 from volprep.parts.levels.level_input import Factors, LevelInput
-from volprep.parts.levels.view_rays import ViewGroup, cut, sampled
+from volprep.parts.levels.view_rays import Headlit, ViewGroup, cut, sampled
 from volprep.parts.programs.patch_rays import PatchRays
 from volprep.parts.programs.step_bench import STEP_SHARE, StepBench, in_voxels, longest_step
 from volprep.plan.level_choice import AdaptedTable, MeasuredStep
@@ -65,13 +66,13 @@ class LevelSteps:
         3 % to it (the root of 1 + 1/16): finer ones would make the level slower than a finer level, and no picture
         better. They never take more than the whole tolerance: what a level holds is always drawn within it.
         """
-        rays = self._rays(codes, factors)
         tables = {each.name: Table.exact(each) for each in self.functions}
         for each in own:
             entries = np.array(each.entries)
             values = np.linspace(*self.window, len(entries))
             tables[each.transfer] = tables[each.transfer].with_entries(values, entries)
         exact = list(tables.values())
+        rays = self._rays(codes, factors, exact)
         bench = StepBench(self.compositing, exact, rays, is_segments=self.is_segments, layers=self.layers)
         if not bench.sees:
             return None
@@ -89,12 +90,15 @@ class LevelSteps:
         voxels, reason, _ = longest_step(bench, voxel_mm, allowed, self.compositing.step_voxels, _MARGIN, part)
         return MeasuredStep(step_mm=voxels * voxel_mm, reason=f"{in_voxels(voxels)}: on the level as it is, {reason}")
 
-    def _rays(self, codes: RawVolume, factors: Factors) -> list[PatchRays]:
+    def _rays(self, codes: RawVolume, factors: Factors, tables: Sequence[Table]) -> list[PatchRays]:
         """Sample the level along pieces of rays through visible voxels: one record for each length that rays have."""
         spacing_mm_zyx = self.scan.spacing_mm_zyx(factors)
         groups = list(self._groups(factors, _MOST_VOXELS * min(spacing_mm_zyx)))
-        least_per_mm = LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx) if self.lit else None
-        return sampled(codes, spacing_mm_zyx, groups, self.window, least_per_mm)
+        light = None
+        if self.lit:
+            shown = Shown(tables if self.compositing.ends_early else (), self.window)
+            light = Headlit(shown, LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx))
+        return sampled(codes, spacing_mm_zyx, groups, self.window, light)
 
     def _groups(self, factors: Factors, most_mm: float) -> Iterator[ViewGroup]:
         """Yield pieces of rays of one length each. Views are: oblique ones together, along x, y, z."""

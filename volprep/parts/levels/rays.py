@@ -153,8 +153,19 @@ def sample_level(
     `between` is the interpolation between voxels: labels are not mixed. The samples of each ray are a `multiple` of so
     many.
     """
-    spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
     counts = ray_counts(lines.lengths_mm, spacing_mm_zyx, multiple, per_voxel)
+    return sample_at(volume, spacing_mm_zyx, lines, counts, between)
+
+
+def sample_at(
+    volume: RawVolume,
+    spacing_mm_zyx: tuple[float, float, float],
+    lines: RaySegments,
+    counts: NDArray[np.intp],
+    between: SampleFilter = "linear",
+) -> RaySamples:
+    """Sample the codes of a level as `sample_level` does, with `counts` samples along the rays."""
+    spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
     offsets = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
     origins = np.ascontiguousarray(lines.starts_mm_xyz / spacing_mm_xyz - 0.5)
     directions = np.ascontiguousarray(lines.directions_xyz / spacing_mm_xyz)

@@ -21,13 +21,13 @@ def refinements(
     chosen = refine_lines(scan.grid, scan.looks.seen_blocks, levels, len(scan.tables), budget)
     if not chosen:
         return {}
-    lights = _lights(scan, RaySegments.joined(list(chosen.values())), per_voxel)
+    lights = _lights(scan, RaySegments.joined([each.lines for each in chosen.values()]), per_voxel)
     found: dict[Factors, Refinement] = {}
     begin = 0
-    for factors, lines in chosen.items():
-        end = begin + len(lines.lengths_mm)
+    for factors, rays in chosen.items():
+        end = begin + len(rays.lines.lengths_mm)
         part = {name: np.ascontiguousarray(light[begin:end]) for name, light in lights.items()}
-        found[factors] = Refinement(lines, part, scan.tables, adapt, per_voxel)
+        found[factors] = Refinement(rays.lines, part, scan.tables, adapt, per_voxel, rounds=rays.rounds)
         begin = end
     return found
 

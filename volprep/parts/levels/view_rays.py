@@ -13,14 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.parts.levels.rays import RaySegments, inside_box, sample_sets
-from volprep.parts.levels.rendered_rays import beside, cosines
+from volprep.parts.levels.headlight import Shown, headlight
+from volprep.parts.levels.rays import RaySegments, inside_box, sample_level
 from volprep.parts.programs.patch_rays import FINE, PatchRays
 from volprep.plan.records import CropPlan
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import MEASURED_BLOCK, Measured
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.parts.normals.record import LEAST_SLOPE
 from volprep_formats.source import SourceInfo
 
@@ -45,6 +46,16 @@ _SEED = 23
 
 
 @dataclass(frozen=True)
+class Headlit:
+    """How samples are lit by the viewer."""
+
+    shown: Shown
+    """What is seen of them."""
+    least_per_mm: float
+    """Below this slope, in the codes' own unit, a sample is lit as without a gradient."""
+
+
+@dataclass(frozen=True)
 class ViewGroup:
     """Rays of one view that are equally long."""
 
@@ -62,17 +73,17 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     crop: CropPlan,
     grid: Grid,
     *,
-    lit: bool,
+    lit: Sequence[Table] | None = None,
 ) -> list[PatchRays]:
     """Return the physical values along rays through the part of a source that is level 0, whose grid is `grid`.
 
     `seen` says in which of the measured blocks [z, y, x] a transfer function shows something. Returns no rays if no
-    block does.
+    block does. Where samples are lit, `lit` are the transfer functions: what all show is lit, all of it for none.
     """
     spacing_mm_xyz = np.array(grid.spacing_mm_zyx[::-1])
     offset_mm = np.array(crop.start_zyx[::-1]) * spacing_mm_xyz
     block_mm = spacing_mm_xyz * MEASURED_BLOCK
-    groups = list(_groups(grid, np.argwhere(seen)[:, ::-1] * block_mm - offset_mm, block_mm, lit=lit))
+    groups = list(_groups(grid, np.argwhere(seen)[:, ::-1] * block_mm - offset_mm, block_mm, lit=lit is not None))
     shifted = [
         ViewGroup(each.view, replace(each.lines, starts_mm_xyz=each.lines.starts_mm_xyz + offset_mm)) for each in groups
     ]
@@ -80,8 +91,8 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     codes, window = _codes(volume, info, (lowest, highest))
     # The least slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
     share = (highest - lowest) / abs(window[1] - window[0]) if highest > lowest else 1.0
-    least_per_mm = share * LEAST_SLOPE / min(grid.spacing_mm_zyx) if lit else None
-    return sampled(codes, grid.spacing_mm_zyx, shifted, window, least_per_mm, per_voxel=_PER_VOXEL)
+    light = None if lit is None else Headlit(Shown(lit, window), share * LEAST_SLOPE / min(grid.spacing_mm_zyx))
+    return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel=_PER_VOXEL)
 
 
 def sampled(  # noqa: PLR0917 - where, what, and how fine
@@ -89,21 +100,23 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
     spacing_mm_zyx: tuple[float, float, float],
     groups: Sequence[ViewGroup],
     window: tuple[float, float],
-    least_per_mm: float | None,
+    lit: Headlit | None,
     per_voxel: int = FINE,
 ) -> list[PatchRays]:
     """Sample a volume of codes along groups of rays; `window` are the physical values of its codes 0 and the largest.
 
-    Below a slope of `least_per_mm`, in the codes' own unit, samples are lit as without a gradient; None if not lit.
+    `lit` says which samples are lit, and how; None if none is.
     """
     if not groups:
         return []
     lines = RaySegments.joined([group.lines for group in groups])
-    others = [] if least_per_mm is None else beside(lines, spacing_mm_zyx)
-    samples, *around = sample_sets(codes, spacing_mm_zyx, [lines, *others], per_voxel=per_voxel)
+    samples = sample_level(codes, spacing_mm_zyx, lines, per_voxel=per_voxel)
     low, high = window
     values = low + samples.values.astype(np.float64) * samples.scale * (high - low)
-    shown = None if least_per_mm is None else cosines(lines, samples, around, spacing_mm_zyx, least_per_mm)
+    shown = None
+    if lit is not None:
+        wanted = lit.shown.samples(samples, per_voxel)
+        shown = headlight(codes, spacing_mm_zyx, lines, samples, wanted, lit.least_per_mm)
     views = 1 + max(group.view for group in groups)
     rays: list[PatchRays] = []
     begin = 0
@@ -111,9 +124,9 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
         count = len(group.lines.lengths_mm)
         first, end = (int(samples.offsets[ray]) for ray in (begin, begin + count))
         step_mm = float(group.lines.lengths_mm[0]) * count / (end - first)
-        headlight = None if shown is None else _by_ray(shown[first:end], count)
+        light = None if shown is None else _by_ray(shown[first:end], count)
         own = tuple(slice(0, count if number == group.view else 0) for number in range(views))
-        rays.append(PatchRays(_by_ray(values[first:end], count), step_mm, own, headlight))
+        rays.append(PatchRays(_by_ray(values[first:end], count), step_mm, own, light))
         begin += count
     return rays
 

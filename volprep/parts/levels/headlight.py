@@ -1,0 +1,114 @@
+"""Light from the viewer on samples of rays: the cosine of ray and gradient, central differences one voxel wide.
+
+Gradients need six more samples for each. Only samples that show something, and that are not hidden, get them: on a
+lit head one in seven.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.parts.levels.rays import RaySamples, RaySegments, sample_at
+from volprep.scan.slabs import RawVolume
+from volprep_formats.arrays import Float64Array
+from volprep_formats.package.function_table import Table
+from volprep_formats.package.texture import SampleFilter
+
+_HIDDEN_DEPTH = 14.0
+"""Optical depth behind which nothing changes a picture: a millionth of the light is left."""
+_LONGEST_STEP = 2
+"""Voxels. A sample this far behind hidden ones counts still: long steps look less deep."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is seen of samples: all of it if there are no `tables`."""
+
+    tables: Sequence[Table]
+    """Transfer functions; a sample that one of them shows counts."""
+    window: tuple[float, float]
+    """Physical values of the code 0 and the largest."""
+
+    def samples(self, along: RaySamples, per_voxel: int) -> NDArray[np.bool_]:
+        """Return which samples need light [n]; rays have `per_voxel` samples for each voxel."""
+        if not self.tables:
+            return np.ones(len(along.values), np.bool_)
+        least, most = self._extinctions(round(1.0 / along.scale))
+        code = along.values.astype(np.intp)
+        shown = most[code] > 0.0
+        shown[1:] |= shown[:-1]
+        shown[:-1] |= shown[1:]
+        counts = np.diff(along.offsets)
+        depth = least[code] * np.repeat(along.lengths_mm / counts, counts)
+        so_far = np.concatenate([[0.0], np.cumsum(depth)])
+        begin = np.repeat(along.offsets[:-1], counts)
+        before = np.maximum(np.arange(len(code)) - _LONGEST_STEP * per_voxel, begin)
+        found: NDArray[np.bool_] = shown & (so_far[before] - so_far[begin] < _HIDDEN_DEPTH)
+        return found
+
+    def _extinctions(self, largest: int) -> tuple[Float64Array, Float64Array]:
+        """Return the least extinction of all tables between each code and the next one, and the most of any."""
+        first, last = self.window
+        codes = np.linspace(first, last, largest + 1)
+        least, most = np.full(largest + 1, np.inf), np.zeros(largest + 1)
+        for table in self.tables:
+            at_codes = np.interp(codes, table.values, table.extinction_per_mm)
+            following = np.append(at_codes[1:], at_codes[-1])
+            lower, upper = np.minimum(at_codes, following), np.maximum(at_codes, following)
+            place = np.clip((table.values - first) / (last - first) * largest, 0, largest)
+            # A control point on a code belongs to both sides.
+            for side in (np.floor(place), np.maximum(np.ceil(place) - 1, 0)):
+                np.minimum.at(lower, side.astype(np.intp), table.extinction_per_mm)
+                np.maximum.at(upper, side.astype(np.intp), table.extinction_per_mm)
+            least, most = np.minimum(least, lower), np.maximum(most, upper)
+        return least, most
+
+
+def headlight(  # noqa: PLR0917 - a volume, rays through it, and what is seen of them
+    volume: RawVolume,
+    spacing_mm_zyx: tuple[float, float, float],
+    lines: RaySegments,
+    along: RaySamples,
+    wanted: NDArray[np.bool_],
+    least_per_mm: float,
+    between: SampleFilter = "linear",
+) -> Float64Array:
+    """Return the absolute cosine of ray and gradient at each sample; 1 where the slope is less than `least_per_mm`.
+
+    Samples that are not `wanted` have 1.
+    """
+    result = np.ones(len(along.values))
+    if not wanted.any():
+        return result
+    pieces, counts = _pieces(lines, along, wanted)
+    # A voxel to each side along x, y and z, the side of larger coordinates first.
+    steps_mm = [sign * step_mm for step_mm in np.diag(spacing_mm_zyx[::-1]) for sign in (1, -1)]
+    beside = [RaySegments(pieces.starts_mm_xyz + each, pieces.directions_xyz, pieces.lengths_mm) for each in steps_mm]
+    around = sample_at(volume, spacing_mm_zyx, RaySegments.joined(beside), np.tile(counts, len(beside)), between)
+    values = around.values.reshape(len(beside), -1).astype(np.float64)
+    forward, squared = np.zeros(values.shape[1]), np.zeros(values.shape[1])
+    for axis, spacing_mm in enumerate(spacing_mm_zyx[::-1]):
+        slope = (values[2 * axis] - values[2 * axis + 1]) * (around.scale / (2 * spacing_mm))
+        forward += slope * np.repeat(pieces.directions_xyz[:, axis], counts)
+        squared += slope**2
+    length = np.sqrt(squared)
+    is_flat = length < least_per_mm
+    result[wanted] = np.where(is_flat, 1.0, np.abs(forward) / np.where(is_flat, 1.0, length))
+    return result
+
+
+def _pieces(lines: RaySegments, along: RaySamples, wanted: NDArray[np.bool_]) -> tuple[RaySegments, NDArray[np.intp]]:
+    """Return the pieces of rays whose samples are wanted, and how many samples each has."""
+    is_first = np.zeros(len(wanted), np.bool_)
+    is_first[along.offsets[:-1]] = True
+    begins = wanted & (is_first | ~np.append(False, wanted[:-1]))
+    starts = np.flatnonzero(begins)
+    counts = np.bincount(np.cumsum(begins)[wanted] - 1)
+    ray = np.searchsorted(along.offsets, starts, side="right") - 1
+    segment_mm = (along.lengths_mm / np.diff(along.offsets))[ray]
+    aside_mm = (starts - along.offsets[ray]) * segment_mm
+    directions_xyz = lines.directions_xyz[ray]
+    starts_mm_xyz = lines.starts_mm_xyz[ray] + aside_mm[:, None] * directions_xyz
+    return RaySegments(starts_mm_xyz, directions_xyz, counts * segment_mm), counts
