@@ -11,11 +11,12 @@ const CLICK_PX = 4;
 /** @param {number} value */
 const short = (value) => Number(value.toPrecision(4)).toString();
 
-/** A hit as one line of text. @param {Hit} hit */
-export function words({ value, segments, position_mm: at, voxel, uncertainty_mm: half }) {
+/** A hit as one line of text. @param {Hit} hit @param {{name: string, title?: string}[]} all segments of the package */
+export function words({ value, segments, position_mm: at, voxel, uncertainty_mm: half }, all) {
   const place = at.map((each) => each.toFixed(1)).join(", ");
   const cell = voxel.map((each) => Math.round(each)).join(", ");
-  const named = segments?.length ? `${segments.join(" and ")}: ` : "";
+  const titles = segments?.map((name) => all.find((each) => each.name === name)?.title ?? name) ?? [];
+  const named = titles.length ? `${titles.join(" and ")}: ` : "";
   return `${named}${value === null ? "" : `value ${short(value)}, `}${place} mm, voxel ${cell}, depth ± ${short(half)} mm`;
 }
 
@@ -114,9 +115,10 @@ export class Ruler {
   /** @param {Hit | null} hit */
   #said(hit) {
     if (!hit) return "Nothing is seen there.";
-    if (this.#points.length < 2) return words(hit);
+    const read = words(hit, this.#stage.renderer.segments);
+    if (this.#points.length < 2) return read;
     const { apart, uncertainty } = distance(this.#points[0], this.#points[1]);
-    return `${short(apart)} mm between the points, ± ${short(uncertainty)} mm; ${words(hit)}`;
+    return `${short(apart)} mm between the points, ± ${short(uncertainty)} mm; ${read}`;
   }
 }
 

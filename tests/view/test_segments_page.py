@@ -1,6 +1,7 @@
 """The page of a scan with its segments: a list with volumes, and names under the resting mouse."""
 
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from web_scenes import build_scene
 
 from volprep_formats.package.reader import Package
 
+ROOT = Path(__file__).parents[2]
 _PLACES = """
 const canvas = window.volprep.stage.gl.canvas;
 const { left, top, width, height } = canvas.getBoundingClientRect();
@@ -74,6 +76,14 @@ def test_the_list_has_the_volume_of_every_segment(page, package) -> None:
     assert all((each.title or each.name) in told for each in segments)
     volumes = [float(each) for each in re.findall(r"(\S+) ml", told)]
     assert volumes == pytest.approx([each.volume_ml for each in segments], rel=0.01)
+
+
+def test_the_ruler_says_titles() -> None:
+    script = f"""import {{ words }} from "{ROOT}/formats/js/ruler.js";
+    const hit = {{ value: 1, segments: ["a", "b"], position_mm: [1, 2, 3], voxel: [4, 5, 6], uncertainty_mm: 0.5 }};
+    console.log(words(hit, [{{ name: "a", title: "Liver" }}, {{ name: "b" }}]));"""
+    done = subprocess.run(["node", "--input-type=module", "-e", script], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("Liver and b: value 1, ")
 
 
 def test_switching_a_segment_leaves_no_word_of_loading(page) -> None:

@@ -76,5 +76,5 @@ export function segmentControls(stage, manifest, changed) {
   return controls;
 }
 
-/** @param {{name: string, title?: string}} segment */
-const titleOf = ({ name, title }) => title ?? name;
+/** Names of files have underscores for spaces. @param {{name: string, title?: string}} segment */
+const titleOf = ({ name, title }) => (title ?? name).replaceAll("_", " ");
