@@ -57,7 +57,7 @@ OF_SHADERS = (
         "entry.a * entry.a);",
         "entry.a);",
         "opaque",
-        ("tests/render/test_pictures.py::test_opacity_does_not_depend_on_the_step",),
+        ("tests/render/test_pictures.py::test_an_extinction_below_the_largest_of_its_table_of_bytes_is_exact",),
     ),
     Mutant(
         "border-term",
