@@ -26,8 +26,8 @@ def main() -> None:
     """Measure the subjects that are asked for; all phantoms and scans if none are."""
     parser = argparse.ArgumentParser(prog="make levels-study", description=__doc__)
     parser.add_argument("--only", nargs="*", default=[], metavar="TEXT", help="subjects whose names hold one of these")
-    parser.add_argument("--size", type=int, default=96, help="voxels along an edge of phantoms")
-    parser.add_argument("--pixels", type=int, default=128, help="pixels along an edge of pictures")
+    parser.add_argument("--size", type=int, default=64, help="voxels along an edge of phantoms")
+    parser.add_argument("--pixels", type=int, default=64, help="pixels along an edge of pictures")
     parser.add_argument("--levels", type=int, nargs="*", default=[1, 2, 3], help="levels")
     parser.add_argument("--thorough", action="store_true", help='also refine = "thorough"')
     parser.add_argument("--phantoms", action="store_true", help="phantoms only")

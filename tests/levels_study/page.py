@@ -17,7 +17,7 @@ td:first-child { text-align: left } img { max-width: 100% }"""
 
 _MARGIN = 6
 """Pixels around what is seen."""
-_ENLARGED = 2
+_ENLARGED = 3
 
 
 def write_study(

@@ -81,6 +81,15 @@ def test_a_package_whose_own_step_is_too_fine_is_refused_as_a_wish_is(tmp_path, 
                 preview_png(refused)
 
 
+def test_a_preview_takes_no_finer_steps_than_half_a_voxel(tmp_path):
+    voxels = np.random.default_rng(5).integers(0, 255, (6, 4, 3), dtype=np.uint8)
+    package = tiny_package(tmp_path / "p", voxels, SHELLS)
+    half_mm = min(package.manifest.grid.spacing_mm_zyx) / 2
+    fine, half, longer = (preview_png(with_step(package, step_mm)) for step_mm in (half_mm / 6, half_mm, 4 * half_mm))
+    assert fine == half
+    assert longer != half
+
+
 def test_a_renderer_says_which_steps_it_draws(tmp_path, made):
     package = tiny_package(tmp_path / "p", np.zeros((60, 20, 24), np.uint8), FOG)
     (program,) = package.manifest.programs

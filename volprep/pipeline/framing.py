@@ -16,15 +16,20 @@ _ROOM = 1.1
 slices reach beyond the box."""
 
 
-def filled(renderer: Renderer | SliceRenderer, box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> Float64Array:
+def filled(
+    renderer: Renderer | SliceRenderer,
+    box_from_clip: Float64Array,
+    shape_hw: tuple[int, int],
+    step_mm: float | None = None,
+) -> Float64Array:
     """Return the matrix of a camera that looks the same way, framed so that the visible part fills `shape_hw`.
 
-    Neither side may be 0. Raises the errors of the renderer.
+    Neither side may be 0. `step_mm` is that of `render`. Raises the errors of the renderer.
     """
     height, width = (-(-_FIRST_LOOK * side // max(shape_hw)) for side in shape_hw)
     farther = _ROOM * max(height / width, 1.0)
     whole = box_from_clip @ np.diag([farther, farther, 1.0, 1.0])
-    return whole @ window_of_seen(renderer.render(whole, (height, width))[..., 3])
+    return whole @ window_of_seen(renderer.render(whole, (height, width), step_mm)[..., 3])
 
 
 def window_of_seen(opacity: Float32Array) -> Float64Array:

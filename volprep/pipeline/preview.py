@@ -2,12 +2,17 @@
 
 from volprep.pipeline.framing import filled
 from volprep.render.choose import renderer_of
+from volprep.render.renderer import Renderer
+from volprep.render.slices import SliceRenderer
 from volprep.truth.camera import standard_views, widest_view
 from volprep.truth.picture import encoded
 from volprep_formats.package.reader import Package
 from volprep_formats.png import png_bytes
 
 _SIZE = 256
+_STEP_VOXELS = 0.5
+"""Samples are at least so far apart. Steps of pictures may be finer to keep a promise: previews of a lit MR head with
+0.18 and 0.5 voxels differ by RMSE 0.006, and the second takes 0.45 of the time."""
 
 
 def preview_png(package: Package) -> bytes:
@@ -21,6 +26,17 @@ def preview_png(package: Package) -> bytes:
     grid = manifest.levels[0].grid
     camera = standard_views(grid, projection)[widest_view(grid)]
     with renderer_of(package) as renderer:
-        window = filled(renderer, camera.box_from_clip(grid, 1.0), (_SIZE, _SIZE))
-        picture = renderer.render(window, (_SIZE, _SIZE))
+        step_mm = _step_mm(package, renderer)
+        window = filled(renderer, camera.box_from_clip(grid, 1.0), (_SIZE, _SIZE), step_mm)
+        picture = renderer.render(window, (_SIZE, _SIZE), step_mm)
     return png_bytes(encoded(picture, "black"))
+
+
+def _step_mm(package: Package, renderer: Renderer | SliceRenderer) -> float | None:
+    """Return the distance of samples; None for that of the level, also if that cannot be drawn."""
+    settings = package.manifest.render
+    if settings is None or isinstance(renderer, SliceRenderer):
+        return None
+    own_mm = settings.step_of(renderer.level.index)
+    longer_mm = _STEP_VOXELS * min(renderer.level.grid.spacing_mm_zyx)
+    return longer_mm if longer_mm > own_mm and renderer.draws_step(own_mm) else None

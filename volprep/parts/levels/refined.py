@@ -62,11 +62,11 @@ class RefineBudget:
     """Samples of level 0 along all rays together."""
     coarse: int
     """Samples of all levels, in all steps and through all transfer functions."""
-    rays_per_voxel: int = 30
+    rays_per_voxel: int = 24
     """Rays for each voxel that is seen, where there is room for them."""
 
 
-AUTO = RefineBudget(fine=40_000_000, coarse=80_000_000)
+AUTO = RefineBudget(fine=45_000_000, coarse=90_000_000)
 """About 0.4 and 1 second on two cores."""
 THOROUGH = RefineBudget(fine=600_000_000, coarse=3_000_000_000)
 """Minutes."""
