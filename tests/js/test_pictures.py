@@ -89,7 +89,7 @@ def test_every_shader_compiles_in_webgl(browser, server, scene_package, name) ->
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["pieces", "pieces in mosaics"])
+@pytest.mark.parametrize("name", ["pieces", "pieces in mosaics", "segments in pieces", "segments in pieces of mosaics"])
 def test_the_pieces_around_a_point_are_drawn(browser, server, scene_package, name) -> None:
     package = scene_package(name)
     matrices = box_from_clip_of(package)
@@ -140,6 +140,18 @@ def test_a_segment_that_an_app_hides_is_as_one_that_the_package_hides(browser, s
     found = drawn_in_page(browser, server, package.path, matrices, kind=kind_of(package), segments=looks)
     before = drawn_by_reference(package, matrices)
     for picture, reference, other in zip(found.pictures, drawn_by_reference(hidden, matrices), before, strict=True):
+        assert rmse(picture, reference) < TWO_STEPS < rmse(other, reference)
+
+
+@pytest.mark.long
+def test_a_segment_is_hidden_in_pieces(browser, server, scene_package) -> None:
+    package, hidden = scene_package("segments in pieces"), scene_package("segments in pieces, one hidden")
+    matrices = box_from_clip_of(package)[::3]
+    looks = [["segment-1", {"visible": False}], ["segment-2", {"opacity": 0.5}]]
+    found = drawn_in_page(browser, server, package.path, matrices, segments=looks, point=17)
+    before = drawn_by_reference(package, matrices, point=17)
+    wanted = drawn_by_reference(hidden, matrices, point=17)
+    for picture, reference, other in zip(found.pictures, wanted, before, strict=True):
         assert rmse(picture, reference) < TWO_STEPS < rmse(other, reference)
 
 

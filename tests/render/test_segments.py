@@ -99,7 +99,7 @@ def test_a_mosaic_of_labels_is_validated(folder):
 def test_wrong_labels_of_coarse_levels_are_found_by_pictures(folder):
     """Both the package and what validation derives from the scan have them: only pictures tell."""
 
-    def upside_down(labels: np.ndarray, factors_zyx: tuple[int, int, int]) -> np.ndarray:
+    def upside_down(labels: np.ndarray, factors_zyx: tuple[int, int, int], *_: object) -> np.ndarray:
         return np.ascontiguousarray(coarse_labels(labels, factors_zyx)[::-1])
 
     levels = {"pyramid": {"coarsest_longest_axis": 12}}
@@ -110,6 +110,25 @@ def test_wrong_labels_of_coarse_levels_are_found_by_pictures(folder):
         verdict = validate(wrong.path, folder / "upside-down.report", Silent(), witness=False).verdict
     assert verdict.code == "worse-than-box"
     assert verdict.worse == ("level 1 with segments", "level 2 with segments")
+
+
+@pytest.mark.long
+def test_a_segment_that_vanishes_from_a_coarse_level_fails_the_verdict(folder):
+    def without_200(labels: np.ndarray, factors_zyx: tuple[int, int, int], *light: object) -> np.ndarray:
+        found = coarse_labels(labels, factors_zyx, *light)
+        return np.where(found == found.max(), 0, found)
+
+    levels = {"pyramid": {"coarsest_longest_axis": 12}}
+    right = built(folder, "all-kept", change=levels, outside_opacity=0.3)
+    others = validate(right.path, folder / "kept.report", Silent(), witness=False).programs[0].others
+    assert [style.lost for other in others for style in other.styles] == [()] * 4
+    with patch.object(stage, "coarse_labels", without_200):
+        wrong = built(folder, "one-lost", change=levels, outside_opacity=0.3)
+        report = validate(wrong.path, folder / "lost.report", Silent(), witness=False)
+    assert "level 1 with segments" in report.verdict.beyond
+    (style,) = (each for each in report.programs[0].others[0].styles if each.transfer == "inside")
+    assert (style.lost, style.least_kept_light) == (("segment-200",), 0.0)
+    assert style.kept_light > 0.8
 
 
 def test_a_crisp_border_is_within_a_quarter_of_a_voxel_of_the_truth(folder):

@@ -280,6 +280,9 @@ OTHERS = {
     "segments in half-angle slices, one hidden": segments_scene("gles3", _ONE_HIDDEN + _HALF_ANGLE),
     "segments with a shadow map, one hidden": _first_hits(_ONE_HIDDEN),
     "pieces in mosaics": _phantom("[grid]\nsize = 12\n", "gles2-2048"),
+    "segments in pieces": segments_scene("gles3", f"[grid]\nsize = 8\n{_LIT}"),
+    "segments in pieces, one hidden": segments_scene("gles3", f"{_ONE_HIDDEN}[grid]\nsize = 8\n{_LIT}"),
+    "segments in pieces of mosaics": segments_scene("gles2-4096", f"[grid]\nsize = 8\n{_LIT}"),
     "editable, light that turns": _edited_turning_light,
     "pieces with light": _one(
         '[grid]\nsize = 12\n[lighting]\nbaked = "shadow"\nresolution = 4\nlight_mm = [20.0, -30.0, 40.0]\n'

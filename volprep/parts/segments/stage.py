@@ -1,19 +1,22 @@
 """Labels of the segments become textures of each level, and a table of what each label looks like."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from volprep.parts.mosaic.packing import pack_mosaic
-from volprep.parts.segments.level_labels import coarse_labels
+from volprep.parts.segments.level_labels import LevelLight, coarse_labels
 from volprep.parts.stage import Shapes, Stage, Work, present, required
-from volprep.parts.work import source_info
+from volprep.parts.work import codes_of_level, codes_of_source, source_info
 from volprep.plan.products import LabelTexturePlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.scan.segments.combine import LabelArray
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
+from volprep.truth.labelled_light import light_of_labels
 from volprep_formats.arrays import UInt8Array
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.segments.record import looks, table_shape
 from volprep_formats.package.parts.segments.texels import flagged, label_texels, look_texels
@@ -28,7 +31,7 @@ from volprep_formats.textures.gl_formats import KTX2_FORMAT, Target, gl_format
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
     channel = plan.channels[0]
-    return (*present(plan.segments), plan.shared.crop, *channel.levels)
+    return (*present(plan.segments), plan.shared.crop, *channel.levels, channel.quantize, *channel.transfer_functions)
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
@@ -38,7 +41,9 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     textures = []
     for texture in segments.textures:
         factors = channel.level(texture.level).factors_zyx
-        own = labels if factors == (1, 1, 1) else coarse_labels(labels, factors)
+        own = labels
+        if factors != (1, 1, 1):
+            own = coarse_labels(labels, factors, _light(draft, channel, segments, labels, texture.level))
         target: Target = "TEXTURE_3D" if texture.mosaic is None else "TEXTURE_2D"
         for part, (name, path) in enumerate(zip(texture.names, texture.files, strict=True)):
             draft.write(path, "texture", _file(segments, texture, own, part))
@@ -72,6 +77,24 @@ def labels_of_source(draft: Draft, segments: SegmentsPlan, grid: Grid) -> LabelA
     raw = RawVolume(draft.folder / SEGMENT_LABELS, grid.shape_zyx, np.dtype(np.uint16))
     labels: LabelArray = np.array(segments.order, np.uint16)[raw.read_slab(0, grid.shape_zyx[0])]
     return labels
+
+
+def _light(draft: Draft, channel: ChannelPlan, segments: SegmentsPlan, labels: LabelArray, index: int) -> LevelLight:
+    """Return how much light each label has at level 0, and how much it would have in each voxel of a level."""
+    functions = {each.name: each for each in channel.transfer_functions}
+    styles = [functions[name] for name in segments.transfers]
+    first, last = channel.quantize.window
+    slope = (last - first) / (2**channel.quantize.bits - 1)
+    finest, level = codes_of_source(draft, channel), codes_of_level(draft, channel, index)
+    every = [functions[label.transfer] for label in segments.labels]
+    whole = finest.read_slab(0, finest.shape_zyx[0])
+    physical = first + slope * np.arange(2**channel.quantize.bits)
+    return LevelLight(
+        wanted=light_of_labels(whole, slope, first, labels, every, 1 / math.prod(channel.level(index).factors_zyx)),
+        extinctions=np.stack([Table.exact(style).at(physical)[1] for style in styles]),
+        style_of=np.array([segments.transfers.index(label.transfer) for label in segments.labels], np.intp),
+        codes=level.read_slab(0, level.shape_zyx[0]),
+    )
 
 
 def _file(
@@ -117,7 +140,7 @@ def _shapes(_draft: Draft, plan: Plan) -> Shapes:
 
 STAGE = Stage(
     name="segments",
-    reads=("quantize",),
+    reads=("quantize", "pyramid"),
     package=Work(_settings, _run, _shapes),
     is_needed=lambda plan: plan.segments is not None,
 )
