@@ -54,8 +54,8 @@ template <typename Each>
 inline void each_corner(const Spot& spot, const Strides& next, const Each& each) {
     const auto [x, y, z] = spot.upper_weight;
     for (int k = 0; k < 8; ++k) {
-        const int64_t voxel = spot.first + (k & 1 ? next.along[0] : 0) + (k & 2 ? next.along[1] : 0) +
-                              (k & 4 ? next.along[2] : 0);
+        const int64_t voxel =
+            spot.first + (k & 1 ? next.along[0] : 0) + (k & 2 ? next.along[1] : 0) + (k & 4 ? next.along[2] : 0);
         each(voxel, (k & 1 ? x : 1.0F - x) * (k & 2 ? y : 1.0F - y) * (k & 4 ? z : 1.0F - z));
     }
 }

@@ -1,0 +1,90 @@
+"""Light from the viewer along rays: samples that show nothing, or are hidden, need no gradient."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from volprep.parts.levels.headlight import Shown, headlight
+from volprep.parts.levels.in_memory import InMemory
+from volprep.parts.levels.rays import random_lines, sample_level
+from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
+
+PER_VOXEL = 4
+SPACING = (1.5, 1.0, 0.75)
+WINDOW = (0.0, 255.0)
+
+
+def table_of(*points: tuple[float, float]) -> Table:
+    values, extinctions = np.array(points).T
+    return Table(values, np.ones((len(values), 3)), extinctions)
+
+
+@pytest.fixture(scope="module")
+def lit():
+    """Codes along rays through noise, and their light if all of them are lit."""
+    codes = np.random.default_rng(3).integers(0, 256, (9, 14, 20), dtype=np.uint8)
+    volume = InMemory.of(codes)
+    lines = random_lines(Grid.of(codes.shape, SPACING), 40, seed=4)
+    along = sample_level(volume, SPACING, lines, per_voxel=PER_VOXEL)
+
+    def of(wanted):
+        return headlight(volume, SPACING, lines, along, wanted, 1e-9)
+
+    return along, of, twin(volume, lines, along)
+
+
+def twin(volume, lines, along):
+    """The same light by whole rays beside the rays."""
+    slopes = []
+    for axis, spacing_mm in enumerate(SPACING[::-1]):
+        aside_mm = np.eye(3)[axis] * spacing_mm
+        upper, lower = (
+            sample_level(
+                volume, SPACING, replace(lines, starts_mm_xyz=lines.starts_mm_xyz + each), per_voxel=PER_VOXEL
+            ).values.astype(float)
+            for each in (aside_mm, -aside_mm)
+        )
+        slopes.append((upper - lower) / (2 * spacing_mm))
+    directions = np.repeat(lines.directions_xyz, np.diff(along.offsets), axis=0)
+    return np.abs((np.array(slopes).T * directions).sum(axis=1)) / np.linalg.norm(slopes, axis=0)
+
+
+def test_samples_that_are_wanted_have_the_same_light_as_if_all_were(lit) -> None:
+    along, light_of, expected = lit
+    every = light_of(np.ones(len(along.values), bool))
+    assert every.min() < 0.2
+    np.testing.assert_allclose(every, expected, atol=1e-4)
+    wanted = Shown([table_of((120.0, 0.0), (200.0, 0.3))], WINDOW).samples(along, PER_VOXEL)
+    assert 0.2 < wanted.mean() < 0.9
+    some = light_of(wanted)
+    np.testing.assert_allclose(some[wanted], every[wanted], atol=1e-4)
+    assert (some[~wanted] == 1.0).all()
+
+
+def test_each_sample_that_shows_something_is_wanted_also_between_two_codes(lit) -> None:
+    along, *_ = lit
+    table = table_of((120.2, 0.0), (120.5, 0.01), (120.8, 0.0))
+    wanted = Shown([table], WINDOW).samples(along, PER_VOXEL)
+    shows = np.interp(along.values, table.values, table.extinction_per_mm) > 0.0
+    assert shows.any()
+    assert wanted[shows].all()
+    assert wanted.mean() < 0.2
+
+
+def test_samples_behind_opaque_ones_are_not_wanted_but_those_that_a_long_step_reaches(lit) -> None:
+    along, *_ = lit
+    opaque = table_of((0.0, 1000.0), (255.0, 1000.0))
+    wanted = Shown([opaque], WINDOW).samples(along, PER_VOXEL)
+    counts = [int(wanted[first:end].sum()) for first, end in zip(along.offsets, along.offsets[1:], strict=False)]
+    lengths = np.diff(along.offsets)
+    assert counts == [min(int(length), 2 * PER_VOXEL + 1) for length in lengths]
+    # What one function hides another one may show.
+    both = Shown([opaque, table_of((0.0, 1e-6), (255.0, 1e-6))], WINDOW).samples(along, PER_VOXEL)
+    assert both.all()
+
+
+def test_without_functions_all_samples_are_wanted(lit) -> None:
+    along, *_ = lit
+    assert Shown([], WINDOW).samples(along, PER_VOXEL).all()
