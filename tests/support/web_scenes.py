@@ -282,7 +282,7 @@ OTHERS = {
     "pieces in mosaics": _phantom("[grid]\nsize = 12\n", "gles2-2048"),
     "segments in pieces": segments_scene("gles3", f"[grid]\nsize = 8\n{_LIT}"),
     "segments in pieces, one hidden": segments_scene("gles3", f"{_ONE_HIDDEN}[grid]\nsize = 8\n{_LIT}"),
-    "segments in pieces of mosaics": segments_scene("gles2-4096", f"[grid]\nsize = 8\n{_LIT}"),
+    "segments in pieces of mosaics": segments_scene("gles2-4096", "[grid]\nsize = 8\n"),
     "editable, light that turns": _edited_turning_light,
     "pieces with light": _one(
         '[grid]\nsize = 12\n[lighting]\nbaked = "shadow"\nresolution = 4\nlight_mm = [20.0, -30.0, 40.0]\n'

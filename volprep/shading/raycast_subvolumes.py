@@ -50,14 +50,12 @@ def sampling(grid: Grid, pieces: SubvolumeGrid, *, gradients: bool) -> Feature:
 def labels(pieces: SubvolumeGrid) -> tuple[str, str]:
     """Return the part that reads labels of pieces, and the number of a label from the byte or the bytes of a texel.
 
-    Label texels of a mosaic are read through a linear filter. At the centre of a texel it may round.
+    They are read through a linear filter at the centres of texels, and rounded.
     """
     letters = "".join(component_letter(pieces.gl.format, 1 + byte) for byte in range(label_bytes(pieces.gl)))
     texel = f"label_texel(at).{letters}"
-    code = f"{texel} * 255.0" if len(letters) == 1 else f"dot({texel}, vec2(255.0, 65280.0))"
-    if pieces.mosaic is None:
-        return "sampling/subvolumes:labels", code
-    return "sampling/subvolumes_mosaic:labels", f"floor({code} + 0.5)"
+    part = "subvolumes" if pieces.mosaic is None else "subvolumes_mosaic"
+    return f"sampling/{part}:labels", texel if len(letters) == 1 else f"dot({texel}, vec2(1.0, 256.0))"
 
 
 def _block(piece: MosaicLayout) -> Mosaic:

@@ -76,6 +76,7 @@ def drawn_with_segments(
         "channels": tuple(classify),
         "labels": f"{_PART}:labels",
         "around": f"{_PART}:around",
+        "corner_labels": f"{_PART}:{'each_corner' if pieces is None else 'corners_in_turn'}",
         **labels.slots,
         **_styles(segments),
     }

@@ -3,7 +3,8 @@
 //: a texel for each label: rgb the square root of the tint, linear, a the opacity factor, 0 if hidden. Slots: channels
 //: gives classify_0, classify_1, ..., one for each style; texels declares u_labels; media classifies a value in every
 //: style, shown is the largest extinction of them; chosen is the style of a label; borders is section mixed or crisp;
-//: labels and around are the sections of these names, which segments_values.glsl uses too.
+//: labels and around are the sections of these names, which segments_values.glsl uses too; corner_labels is section
+//: each_corner, or corners_in_turn for sub-volumes.
 //: Where it is lit, border_slope gives the normal of borders; VOXEL and POSITION_PER_MM come from the sampling.
 //: Words: CODE, the texel at `at` as a number; FLAG; PLACE, the position `at` in voxels; OF_VOXELS, how `at` is made
 //: from a position in voxels; ENTRY, the place of a label in u_segments.
@@ -59,6 +60,14 @@ vec4 look_of(float label) {
 }
 //#section around
 // Labels of the eight voxels around it, and their trilinear weights.
+//#part corner_labels
+vec3 share = place - voxel;
+vec2 along_x = vec2(1.0 - share.x, share.x);
+vec2 along_y = vec2(1.0 - share.y, share.y);
+vec4 across = along_x.xyxy * along_y.xxyy;
+vec4 weights_near = across * (1.0 - share.z);
+vec4 weights_far = across * share.z;
+//#section each_corner
 vec3 high = (voxel + 1.5)$OF_VOXELS;
 vec4 labels_near = vec4(
   label_of(low), label_of(vec3(high.x, low.yz)), label_of(vec3(low.x, high.y, low.z)), label_of(vec3(high.xy, low.z))
@@ -66,12 +75,15 @@ vec4 labels_near = vec4(
 vec4 labels_far = vec4(
   label_of(vec3(low.xy, high.z)), label_of(vec3(high.x, low.y, high.z)), label_of(vec3(low.x, high.yz)), label_of(high)
 );
-vec3 share = place - voxel;
-vec2 along_x = vec2(1.0 - share.x, share.x);
-vec2 along_y = vec2(1.0 - share.y, share.y);
-vec4 across = along_x.xyxy * along_y.xxyy;
-vec4 weights_near = across * (1.0 - share.z);
-vec4 weights_far = across * share.z;
+//#section corners_in_turn
+// In a loop, since each call chooses among eight pieces: drivers that write it out for all corners need minutes.
+vec4 labels_near = vec4(0.0);
+vec4 labels_far = vec4(0.0);
+for (int corner = 0; corner < 4; corner++) {
+  vec2 beside = vec2(mod(float(corner), 2.0), floor(0.5 * float(corner))) + 0.5;
+  labels_near[corner] = label_of(voxel + vec3(beside, 0.5));
+  labels_far[corner] = label_of(voxel + vec3(beside, 1.5));
+}
 //#section media
 vec4 medium$OF = classify$OF(stored);
 //#section shown

@@ -23,10 +23,11 @@ float $STORED(vec3 at) {
 }
 //#part slopes
 //#section labels
-// Value and label of a voxel, from the piece that begins at it, or holds it.
+// Value and label of a voxel, bytes, from the piece that begins at it, or holds it; 1/4096 as in subvolumes.glsl.
 vec4 label_texel(vec3 at) {
   vec3 upper = step(u_split, at);
   vec3 inside = at - mix(u_low_start, u_high_start, upper);
   inside = clamp(inside, vec3(0.5), mix(u_low_size, u_high_size, upper) - 0.5);
-  return tile_texel(floor(inside.z) + dot(upper, vec3(1.0, 2.0, 4.0)) * SLICES_OF_PIECE, inside.xy);
+  float slice = floor(inside.z) + dot(upper, vec3(1.0, 2.0, 4.0)) * SLICES_OF_PIECE;
+  return floor(tile_texel(slice, inside.xy + 1.0 / 4096.0) * 255.0 + 0.5);
 }
