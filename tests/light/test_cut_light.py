@@ -81,6 +81,7 @@ def test_light_behind_a_plane_is_that_of_the_volume_that_ends_there() -> None:
     ("errors", "kept", "words"),
     [
         ((0.2, 0.02), True, "14.0 dB from path tracing with the light of the whole volume, 34.0 dB with their own"),
+        ((0.2, 0.0), True, "above 60 dB with their own"),
         ((0.004, 0.001), False, "less than half of the tolerance"),
         ((0.2, 0.19), False, "14.4 dB with their own"),
         ((0.0, 0.0), False, "nothing of the volume is seen"),
@@ -128,7 +129,6 @@ def test_a_package_holds_the_light_of_a_cut_beside_that_of_the_whole(bowl) -> No
     assert package.read_bytes(whole.file) != package.read_bytes(cut.file)
     program = manifest.programs[0]
     assert whole in sampled_textures(manifest, program, 0)
-    assert cut in sampled_textures(manifest, program, 0, cut=True)
     assert "residual of 0.0" in next(each for each in manifest.plan if each.name == "baked light").reason
     assert report.verdict.passed
     light = report.programs[0].cut_light

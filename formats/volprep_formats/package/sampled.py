@@ -5,10 +5,10 @@ from volprep_formats.package.program import Program
 from volprep_formats.package.texture import Texture
 
 
-def sampled_textures(manifest: Manifest, program: Program, level: int, *, cut: bool = False) -> list[Texture | None]:
+def sampled_textures(manifest: Manifest, program: Program, level: int) -> list[Texture | None]:
     """Return the texture of each sampler of a program, in their order; None where there is not exactly one.
 
-    With `cut`, light is that of the volume cut by the planes of the light.
+    Light is that of the whole volume.
     """
     found: list[Texture | None] = []
     for sampler in program.samplers:
@@ -21,7 +21,7 @@ def sampled_textures(manifest: Manifest, program: Program, level: int, *, cut: b
             if (texture.role, texture.part) == (sampler.role, sampler.part)
             and texture.level in {None, level}
             and texture.transfer in {None, transfer}
-            and texture.is_of_a_cut == (cut and texture.role == "light")
+            and not texture.is_of_a_cut
             and (channel is None or not texture.channels or channel in texture.channels)
         ]
         # A level's own table replaces the common one.

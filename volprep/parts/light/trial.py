@@ -45,6 +45,7 @@ _VIEWS = ("anterior", "anterior-left", "superior")
 _PIXELS = 24
 _PATHS = 128
 _PICTURE_TOLERANCE = 1e-3
+_LEAST_RMSE = 1e-3
 
 Error = Float64Array
 """[3]: mean square over seen pixels without the light, with a quarter of the resolution, and with half of it. Trials
@@ -142,17 +143,16 @@ def choice_for_a_cut(whole: float, own: float, tolerance: float) -> CutChoice:
     """Decide by root mean square errors of the cut volume: with the light of the whole volume, and with its own."""
     if whole == 0.0:
         return CutChoice(kept=False, reason="nothing of the volume is seen behind the planes")
-    told = (
-        f"small pictures of the cut are {_decibels(whole):.1f} dB from path tracing with the light of the whole volume"
-    )
+    told = f"small pictures of the cut are {_decibels(whole)} dB from path tracing with the light of the whole volume"
     if whole <= _SHARE * tolerance:
         return CutChoice(kept=False, reason=f"{told}, RMSE {whole:.2g}, less than half of the tolerance")
-    told += f", {_decibels(own):.1f} dB with their own"
+    told += f", {_decibels(own)} dB with their own"
     return CutChoice(kept=_NEARLY * own < whole, reason=told)
 
 
-def _decibels(rmse: float) -> float:
-    return -20.0 * math.log10(max(rmse, 1e-4))
+def _decibels(rmse: float) -> str:
+    """Return an error in decibels; little more than the noise of the paths is left above 60."""
+    return "above 60" if rmse < _LEAST_RMSE else f"{-20.0 * math.log10(rmse):.1f}"
 
 
 def texels(grid: Grid, factor: int) -> int:
