@@ -393,7 +393,7 @@ typedef struct volpkg_channel {
     VOLPKG_LIST(volpkg_transfer_function) transfer_functions;
 } volpkg_channel;
 
-/* A plane: what is on its inner side stays. */
+/* A plane. The volume on its inner side stays. */
 typedef struct volpkg_plane {
     /* Direction of the inner side, of any length but zero. */
     double normal[3];
@@ -739,10 +739,10 @@ typedef struct volpkg_normals {
 } volpkg_normals;
 
 /* Light that multiplies the colour of each sample. It is the same for all levels. A transfer function has light of the
-   whole volume. It may also have light of the volume cut by `planes`, in textures that differ from those of the whole
-   in their texels only. At a place p in box millimetres the texture is read at p * `texture_from_box_per_mm_xyz` plus
-   half a texel, with linear filters, also between the slices of a mosaic: the middles of the outer texels lie on the
-   faces of the box. With r and g its two components, and s the share, the light is `largest` * (r + s * (g - r)) -
+   whole volume. It may also have light of the volume cut by `planes`, in textures that differ from the textures of the
+   whole in their texels only. At a place p in box millimetres the texture is read at p * `texture_from_box_per_mm_xyz`
+   plus half a texel, with linear filters, also between the slices of a mosaic: the middles of the outer texels lie on
+   the faces of the box. With r and g its two components, and s the share, the light is `largest` * (r + s * (g - r)) -
    `subtracted`, and not below 0. The share rises from 0 at the first to 1 at the second of `stored_values`, of the
    normalised stored value at the sample; it is constant outside. Light of several numbers has two textures of these
    instead: part 0 holds r, and part 1 holds g. */
@@ -5749,7 +5749,7 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
                      "the light of its transfer function has not each part once");
         seen |= (uint32_t)1 << other->part;
     }
-    VOLPKG__RULE(whole || !volpkg__is_of_a_cut(t), t->name, "it holds light of a cut, and there is none of the whole");
+    VOLPKG__RULE(whole || !volpkg__is_of_a_cut(t), t->name, "it holds light of a cut, and no texture holds light of the whole");
     VOLPKG__RULE(seen == ((uint32_t)1 << volpkg__light_parts(model)) - 1, t->name,
                  "the light of its transfer function has not each part once");
     return VOLPKG_OK;

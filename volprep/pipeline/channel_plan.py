@@ -73,7 +73,7 @@ class ChannelScan:
         seen = shown_blocks(self.measured.blocks, [compositing.visible_table(each) for each in tables])
         lit = None
         if self.scene.render.lighting != "none":
-            # Only behind what is blended nothing is seen.
+            # Samples are hidden only behind samples that are blended.
             lit = tables if compositing.ends_early else ()
         rays = view_rays(self.voxels, self.info, self.measured, seen, crop, grid, lit=lit)
         return replace(self, finest=rays)

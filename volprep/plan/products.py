@@ -135,7 +135,7 @@ class LightPlan(Record):
     planes: tuple[ClipPlane, ...] = ()
     """Planes in box space that cut the volume for a second light; empty without one."""
     textures: tuple[LightTexturePlan, ...]
-    """One or two for each transfer function, and as many for the volume cut by `planes`."""
+    """One or two for each transfer function, and the same number for the volume cut by `planes`."""
     editable: bool
     """Whether one code is a light of 1: an app fills the texture with it after an edit of the function."""
 

@@ -1,6 +1,6 @@
 """Light that labels of a volume give, each alone: their extinction, integrated over their voxels.
 
-What lies in front of a label does not count: a small segment inside a veil is as important as the veil, and an app may
+Matter in front of a label does not count: a small segment inside a veil is as important as the veil, and an app may
 hide what covers it. Divided by the same of the finest level, it is the *kept light* of the label. Of a thin label it is
 1 if its voxels times their extinction are right, whatever its shape is.
 """

@@ -10,7 +10,7 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.package.parts.segments.record import Segments, looks
 
 OUTSIDE = "outside"
-"""What belongs to no segment."""
+"""Name of the voxels that belong to no segment."""
 
 
 def kept_styles(
@@ -45,7 +45,7 @@ def kept_styles(
 
 
 def _of_segments(segments: Segments, wanted: NDArray[np.bool_]) -> Iterator[tuple[str, list[int]]]:
-    """Return the labels of each visible segment, and of what belongs to none, among those that are `wanted`."""
+    """Return the `wanted` labels of each visible segment, and of the voxels outside all segments."""
     named: dict[str, list[int]] = {}
     visible = {segment.name for segment in segments.segments if segment.visible}
     for number in np.flatnonzero(wanted).tolist():

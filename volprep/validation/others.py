@@ -126,7 +126,7 @@ def _boxes(bench: Bench, viewed: ViewedProgram, level: Level, drawn: Mapping[str
     return {view.view: _Box(view.seen, view.full) for view in found}
 
 
-def _coarse_level(  # noqa: PLR0917 - what was drawn, and what it is compared with
+def _coarse_level(  # noqa: PLR0917 - pictures, and their references
     bench: Bench,
     chosen: Renderer,
     viewed: ViewedProgram,

@@ -103,7 +103,7 @@ class Subject:
         return sparse
 
     def _copied(self) -> "Subject":
-        """Return a copy that shares what was read and decoded, but no picture, and no subject made of this one."""
+        """Return a copy that shares the decoded volumes, but neither pictures nor subjects made of this one."""
         copied = copy(self)
         copied._on_coarse = {}
         for name in ("small", "smallest", "drafted"):

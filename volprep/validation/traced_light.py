@@ -57,7 +57,7 @@ def measure_light(bench: Bench, program: Program) -> TracedLight | None:
 
 
 def measure_cut_light(bench: Bench, program: Program) -> TracedLight | None:
-    """Compare the light of the cut volume with path tracing of this volume; None if there is none."""
+    """Compare the light of the cut volume with path tracing of this volume; None without such light."""
     subject = bench.subject
     light = _light_of(subject, program, cut=True)
     if light is None:

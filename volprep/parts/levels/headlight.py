@@ -24,7 +24,7 @@ _LONGEST_STEP = 2
 
 @dataclass(frozen=True)
 class Shown:
-    """What is seen of samples: all of it if there are no `tables`."""
+    """Visible samples: all samples if there are no `tables`."""
 
     tables: Sequence[Table]
     """Transfer functions; a sample that one of them shows counts."""
@@ -66,7 +66,7 @@ class Shown:
         return least, most
 
 
-def headlight(  # noqa: PLR0917 - a volume, rays through it, and what is seen of them
+def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible samples
     volume: RawVolume,
     spacing_mm_zyx: tuple[float, float, float],
     lines: RaySegments,

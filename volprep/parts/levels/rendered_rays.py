@@ -130,7 +130,7 @@ class SeenLevels:
         samples = sample_level(volume, spacing_mm_zyx, self._lines, between=drawn.between, multiple=_TOGETHER)
         if not drawn.lit:
             return samples, None
-        # Only behind what is blended nothing is seen.
+        # Samples are hidden only behind samples that are blended.
         wanted = Shown(tables if drawn.compositing.ends_early else (), drawn.window).samples(samples, _PER_VOXEL)
         least_per_mm = LEAST_SLOPE / min(self._scan.grid.spacing_mm_zyx)
         light = headlight(volume, spacing_mm_zyx, self._lines, samples, wanted, least_per_mm, drawn.between)

@@ -50,7 +50,7 @@ class Headlit:
     """How samples are lit by the viewer."""
 
     shown: Shown
-    """What is seen of them."""
+    """Their visible samples."""
     least_per_mm: float
     """Below this slope, in the codes' own unit, a sample is lit as without a gradient."""
 

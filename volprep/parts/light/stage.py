@@ -54,7 +54,7 @@ def _textures(
     fields = [solve(lit, light.factor, light.samples, progress, kept)]
     if light.planes:
         cut = replace(lit, planes=plane_numbers(light.planes))
-        # One shader reads both, so that they share what it has as constants.
+        # One shader reads both, so that they share its constants.
         fields.append(solve(cut, light.factor, light.samples, progress, kept, curve=fields[0].curve))
     for is_of_a_cut, (field, codes) in enumerate(
         zip(fields, coded_alike(fields, holds_one=light.editable), strict=True)

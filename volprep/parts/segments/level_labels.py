@@ -40,7 +40,7 @@ _SPREAD_ZYX, _SPREAD_LABEL = (0.8191725133961645, 0.6710436067037893, 0.54970047
 
 
 class LevelLight(NamedTuple):
-    """What decides how much light the labels of a level give."""
+    """Inputs of the light that the labels of a level give."""
 
     wanted: Float64Array
     """Light of each label in the scan, in voxels of the level times extinction."""

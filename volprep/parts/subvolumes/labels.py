@@ -1,4 +1,4 @@
-"""Labels of pieces: those of level 0, with the flags that the whole level has, cut by the same grid."""
+"""Labels of pieces: the labels and flags of the whole level 0, cut by the same grid."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ from volprep_formats.package.storage.files import SEGMENT_LABELS
 
 @dataclass(frozen=True)
 class PieceLabels:
-    """The labels of the source, of which level 0 may be a part."""
+    """The labels of the source. Level 0 may be a part of it."""
 
     volume: RawVolume
     """Labels as they were imported."""
@@ -33,7 +33,7 @@ class PieceLabels:
 
     def rows(self, z: slice, y: slice) -> UInt8Array:
         """Return texels of the rows `y` of the slices `z` of level 0, [z, y, x, byte]."""
-        # A voxel more along each axis tells whether the last cells have several labels.
+        # The last cells may have several labels: their far corners are one voxel further along each axis.
         behind = [slice(each.start, min(each.stop + 1, n)) for each, n in zip((z, y), self.shape_zyx, strict=False)]
         rows_z, rows_y = (
             slice(start + each.start, start + each.stop) for each, start in zip(behind, self.start_zyx, strict=False)

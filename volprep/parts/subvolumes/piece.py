@@ -36,7 +36,7 @@ _WITH_TABLES = frozenset(("lookup", "preintegrated"))
 
 @dataclass(frozen=True)
 class Voxels:
-    """What pieces hold of each voxel."""
+    """The parts of each voxel that pieces hold."""
 
     bits: int
     """Bits of its value."""

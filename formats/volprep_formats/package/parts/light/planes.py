@@ -13,7 +13,7 @@ MOST_PLANES = 12
 
 
 class ClipPlane(Record):
-    """A plane: what is on its inner side stays."""
+    """A plane. The volume on its inner side stays."""
 
     normal: Vector
     """Direction of the inner side, of any length but zero."""

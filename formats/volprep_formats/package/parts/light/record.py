@@ -15,7 +15,7 @@ class StoredLight(Record):
     """Light that multiplies the colour of each sample. It is the same for all levels.
 
     A transfer function has light of the whole volume. It may also have light of the volume cut by `planes`, in textures
-    that differ from those of the whole in their texels only.
+    that differ from the textures of the whole in their texels only.
 
     At a place p in box millimetres the texture is read at p · `texture_from_box_per_mm_xyz` plus half a texel, with
     linear filters, also between the slices of a mosaic: the middles of the outer texels lie on the faces of the box.

@@ -1,4 +1,4 @@
-// Planes that cut a volume: what lies on the inner side of all of them is left.
+// Planes that cut a volume. The part on the inner side of all planes is left.
 #pragma once
 
 #include <algorithm>
