@@ -5749,7 +5749,8 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
                      "the light of its transfer function has not each part once");
         seen |= (uint32_t)1 << other->part;
     }
-    VOLPKG__RULE(whole || !volpkg__is_of_a_cut(t), t->name, "it holds light of a cut, and no texture holds light of the whole");
+    VOLPKG__RULE(whole || !volpkg__is_of_a_cut(t), t->name,
+                 "it holds light of a cut, and no texture light of the whole");
     VOLPKG__RULE(seen == ((uint32_t)1 << volpkg__light_parts(model)) - 1, t->name,
                  "the light of its transfer function has not each part once");
     return VOLPKG_OK;

@@ -215,7 +215,7 @@ class LightingSettings(Record):
     the light behind this cut; without planes, behind the middle plane along y."""
     clip_aware: bool = False
     """With `baked`, whether the package has a second light, of the volume cut by `clip_planes`, for twice the bytes and
-    about twice the time. It is left out, with a line in the plan, if small pictures of the cut are not better with it."""
+    about twice the time. It is left out, with a line in the plan, if small pictures of the cut gain nothing from it."""
     normals: NormalsFrom = "volume"
     """Where normals come from. "volume": from a volume of normals in the package. "forward", "central": the shader
     takes differences of the values one voxel apart, with four and six fetches more for each sample that is seen, and
