@@ -143,19 +143,20 @@ function texelsOf(texture, cells) {
 }
 
 /**
- * Light at nodes: the mean of the cells around each, as far as the next node. A cell has the weight that it has in
- * pictures from all sides, its extinction times its light. With equal weights, the empty space around a body brightens
- * its surface: at a quarter of the resolution, errors were three times as large (tests/js/test_relight.py).
+ * Light at nodes: the mean of the cells around each, as far as the next node. If texels are larger than cells, a cell
+ * has the weight that it has in pictures from all sides, its extinction times its light. With equal weights, the empty
+ * space around a body brightens its surface: errors are three times as large with texels of a quarter of the resolution.
  * @param {Shape} nodes @param {Cells} cells
  */
 function lightAt(nodes, { light, extinction, shape, cellMm, extent }) {
-  let weights = light.map((each, i) => EMPTY + each * extinction[i]);
+  const steps = extent.map((each, axis) => each / Math.max(nodes[2 - axis] - 1, 1) / cellMm);
+  const isCoarser = steps[0] * steps[1] * steps[2] > 1;
+  let weights = light.map((each, i) => (isCoarser ? EMPTY + each * extinction[i] : 1));
   let sums = light.map((each, i) => each * weights[i]);
   const now = [...shape];
   for (const axis of [0, 1, 2]) {
     const count = nodes[2 - axis];
-    const step = extent[axis] / Math.max(count - 1, 1) / cellMm;
-    [weights, sums] = [weights, sums].map((each) => gathered(each, now, axis, count, step));
+    [weights, sums] = [weights, sums].map((each) => gathered(each, now, axis, count, steps[axis]));
     now[axis] = count;
   }
   return sums.map((each, i) => each / weights[i]);

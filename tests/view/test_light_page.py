@@ -30,7 +30,7 @@ def test_the_page_computes_the_light_of_an_edited_function_and_says_so(browser, 
     with served(Path(package.path)) as server:
         assert opened(browser, server.url) == "ready"
         assert browser.run(SAYS, "whole") == "Light: stored by the package, for the whole volume."
-        # Nothing of the first point is seen; the light of the edited function is computed all the same.
+        # The first point becomes a faint haze.
         browser.run(EDIT, "0.001")
         said = "Light: ambient occlusion of your transfer function, computed on this device."
         assert browser.run(SAYS, "ambient") == said
