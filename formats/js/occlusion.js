@@ -10,11 +10,24 @@ import { drawValues, valueOf, valueProgram, windowOf } from "./values.js";
 
 /** @typedef {import("./renderer.js").Renderer} Renderer */
 /** @typedef {readonly [z: number, y: number, x: number]} Shape */
+/**
+ * Cubic cells over the box of a volume, x fastest.
+ * @typedef {object} Cells
+ * @property {Float32Array} light part of the sky that each cell sees
+ * @property {Float32Array} extinction of each cell, per millimetre
+ * @property {readonly number[]} shape cells along x, y and z
+ * @property {number} cellMm length of an edge
+ * @property {readonly number[]} extent of the box along x, y and z, in millimetres
+ */
 /** @typedef {import("./types.js").Texture} Texture */
 /** @typedef {import("./types.js").TransferFunction} TransferFunction */
 
 /** Cells of 64³: a sweep over them takes about 2 ms. */
 const MOST_CELLS = 1 << 18;
+/** Least length of an edge of a cell, in voxels along their shortest axis. */
+const CELL_VOXELS = 2;
+/** Weight of a cell without matter. */
+const EMPTY = 1e-6;
 /** Values along each edge of a cell, whose mean extinction counts. */
 const EACH = 2;
 const ENTRIES = 4096;
@@ -63,7 +76,7 @@ async function occlusionTexels(renderer, edit, pause) {
   if (!linked) return null;
   const extent = [...renderer.grid.extent_mm_zyx].reverse();
   const spacing = Math.min(...renderer.grid.spacing_mm_zyx);
-  const cellMm = Math.max(4 * spacing, Math.cbrt((extent[0] * extent[1] * extent[2]) / MOST_CELLS));
+  const cellMm = Math.max(CELL_VOXELS * spacing, Math.cbrt((extent[0] * extent[1] * extent[2]) / MOST_CELLS));
   const shape = extent.map((mm) => Math.ceil(mm / cellMm));
   const extinction = new Float32Array(shape[0] * shape[1] * shape[2]);
   const table = sampled(edit, windowOf(renderer), ENTRIES);
@@ -76,7 +89,9 @@ async function occlusionTexels(renderer, edit, pause) {
   for (light of sweeps(extinction, shape, cellMm, textures[0].light?.model.radius_mm ?? Infinity)) {
     if (!(await pause())) return null;
   }
-  return new Map(textures.map((texture) => [texture.name, texelsOf(texture, light, shape, cellMm, extent)]));
+  return new Map(
+    textures.map((texture) => [texture.name, texelsOf(texture, { light, extinction, shape, cellMm, extent })]),
+  );
 }
 
 /**
@@ -106,9 +121,9 @@ function addLayer(renderer, linked, { shape: [nx, ny], cellMm, extent, layer }, 
 /**
  * Codes of the light at the nodes of a texture, whose outer ones lie on the faces of the box. Both ends of the share
  * are the same.
- * @param {Texture} texture @param {Float32Array} light @param {number[]} shape @param {number} cellMm @param {number[]} extent
+ * @param {Texture} texture @param {Cells} cells
  */
-function texelsOf(texture, light, shape, cellMm, extent) {
+function texelsOf(texture, cells) {
   const { mosaic, shape_zyx: own, gl, light: stored } = texture;
   const nodes = /** @type {Shape} */ (mosaic ? [mosaic.slices, ...mosaic.tile_shape_yx] : own);
   const bytes = texelBytes(gl.internal_format, own);
@@ -116,29 +131,58 @@ function texelsOf(texture, light, shape, cellMm, extent) {
   const texels = new Uint8Array(bytes);
   const place = placeIn(texture, nodes);
   const { largest = 1, subtracted = 0 } = stored ?? {};
-  const at = [2, 1, 0].map((axis, i) =>
-    Float64Array.from({ length: nodes[axis] }, (_, k) => (k * extent[i]) / Math.max(nodes[axis] - 1, 1) / cellMm - 0.5),
-  );
+  const light = lightAt(nodes, cells);
+  let i = 0;
   for (let z = 0; z < nodes[0]; z++)
     for (let y = 0; y < nodes[1]; y++)
       for (let x = 0; x < nodes[2]; x++) {
-        const value = between(light, shape, [at[0][x], at[1][y], at[2][z]]);
-        const code = Math.min(Math.round((255 * (value + subtracted)) / largest), 255);
+        const code = Math.min(Math.round((255 * (light[i++] + subtracted)) / largest), 255);
         texels.fill(code, components * place(z, y, x), components * (place(z, y, x) + 1));
       }
   return texels;
 }
 
-/** Trilinear between the middles of cells. @param {Float32Array} cells @param {number[]} shape @param {number[]} at */
-function between(cells, shape, at) {
-  const low = at.map((each, i) => Math.min(Math.max(Math.floor(each), 0), Math.max(shape[i] - 2, 0)));
-  const share = at.map((each, i) => Math.min(Math.max(each - low[i], 0), 1));
-  let sum = 0;
-  for (let corner = 0; corner < 8; corner++) {
-    const upper = [corner & 1, (corner >> 1) & 1, corner >> 2];
-    const [x, y, z] = low.map((each, i) => Math.min(each + upper[i], shape[i] - 1));
-    const weight = upper.reduce((product, each, i) => product * (each ? share[i] : 1 - share[i]), 1);
-    sum += weight * cells[(z * shape[1] + y) * shape[0] + x];
+/**
+ * Light at nodes: the mean of the cells around each, as far as the next node. If texels are larger than cells, a cell
+ * has the weight that it has in pictures from all sides, its extinction times its light. With equal weights, the empty
+ * space around a body brightens its surface: errors are three times as large with texels of a quarter of the resolution.
+ * @param {Shape} nodes @param {Cells} cells
+ */
+function lightAt(nodes, { light, extinction, shape, cellMm, extent }) {
+  const steps = extent.map((each, axis) => each / Math.max(nodes[2 - axis] - 1, 1) / cellMm);
+  const isCoarser = steps[0] * steps[1] * steps[2] > 1;
+  let weights = light.map((each, i) => (isCoarser ? EMPTY + each * extinction[i] : 1));
+  let sums = light.map((each, i) => each * weights[i]);
+  const now = [...shape];
+  for (const axis of [0, 1, 2]) {
+    const count = nodes[2 - axis];
+    [weights, sums] = [weights, sums].map((each) => gathered(each, now, axis, count, steps[axis]));
+    now[axis] = count;
   }
-  return sum;
+  return sums.map((each, i) => each / weights[i]);
+}
+
+/**
+ * Sums of cells along an axis at nodes; the weight of a cell falls linearly to 0 at the next node, or at the next cell
+ * if that is farther away.
+ * @param {Float32Array} cells @param {readonly number[]} shape x first @param {number} axis
+ * @param {number} count of nodes @param {number} step from node to node, in cells
+ */
+function gathered(cells, shape, axis, count, step) {
+  const stride = shape.slice(0, axis).reduce((product, each) => product * each, 1);
+  const length = shape[axis];
+  const outer = cells.length / stride / length;
+  const reach = Math.max(1, step);
+  const sums = new Float32Array(stride * count * outer);
+  for (let node = 0; node < count; node++) {
+    const place = node * step - 0.5;
+    const last = Math.min(Math.floor(place + reach), length - 1);
+    for (let cell = Math.max(Math.ceil(place - reach), 0); cell <= last; cell++) {
+      const weight = 1 - Math.abs(cell - place) / reach;
+      for (let o = 0; o < outer; o++)
+        for (let i = 0; i < stride; i++)
+          sums[(o * count + node) * stride + i] += weight * cells[(o * length + cell) * stride + i];
+    }
+  }
+  return sums;
 }

@@ -35,12 +35,10 @@ const picture = () => {
   for (const each of new Uint8Array(renderer.readPixels().pixels.buffer)) text += String.fromCharCode(each);
   return btoa(text);
 };
-let longest = 0;
-let last = performance.now();
-const ticks = setInterval(() => {
-  longest = Math.max(longest, performance.now() - last);
-  last = performance.now();
-}, 1);
+// Each step begins in a task of its own, so that frames go on.
+let steps = 0;
+const later = globalThis.setTimeout;
+globalThis.setTimeout = (work, ms, ...more) => later(work, ms, ...more, (steps += ms === undefined));
 await renderer.setTransfer({ points: given[3] });
 lights.push(await baked());
 const unlit = picture();
@@ -48,10 +46,10 @@ await renderer.relit;
 lights.push(await baked());
 const lit = picture();
 const said = (await renderer.fidelity()).differs;
-clearInterval(ticks);
+globalThis.setTimeout = later;
 await renderer.setTransfer(null);
 lights.push(await baked());
-return { lights, said, unlit, lit, error: gl.getError(), longest };
+return { lights, said, unlit, lit, error: gl.getError(), steps };
 """
 
 
@@ -92,6 +90,8 @@ def test_an_edited_function_is_drawn_with_occlusion_of_its_own(browser, server, 
     assert found["lights"] == ["whole", "edited", "occlusion", "whole"]
     assert "light: occlusion of the edited function, computed on this device" in found["said"]
     assert found["error"] == 0
+    # Cells of 1.5 mm: 35 layers are read, and then 26 directions are swept.
+    assert found["steps"] >= 35 + 26
     lit, unlit = (
         np.frombuffer(base64.b64decode(found[name]), "<f4").reshape(SIZE, SIZE, 4) for name in ("lit", "unlit")
     )
@@ -101,5 +101,6 @@ def test_an_edited_function_is_drawn_with_occlusion_of_its_own(browser, server, 
     truth = traced_picture(scan, matrix, (SIZE, SIZE), 64)
     seen = truth.rgba[..., 3] > 0.5
     errors = [rmse(each[seen, :3], truth.rgba[seen, :3]) for each in (lit, unlit)]
-    # Cells have four voxels along an edge, and the larger blob nine cells.
-    assert errors[0] < 0.35 * errors[1], errors
+    # 0.12 was measured. It was 0.31 with light sampled at the 6 x 9 x 12 texels, which lie outside of the blobs mostly;
+    # with finer cells 0.32, and with texels at half of the resolution 0.11.
+    assert errors[0] < 0.25 * errors[1], errors

@@ -6,6 +6,13 @@ import { showProblem } from "./problems.js";
 const DEGREE = Math.PI / 180;
 /** Share of the volume's diagonal that is outside of it in every direction. */
 const OUTSIDE = 0.55;
+/** Whose precomputed light is drawn, by the `light` of a fidelity record. */
+const LINES = {
+  whole: "Light: stored by the package, for the whole volume.",
+  cut: "Light: stored by the package, for this cut.",
+  edited: "Light: left out; the stored light is of another transfer function.",
+  occlusion: "Light: ambient occlusion of your transfer function, computed on this device.",
+};
 
 /** @typedef {import("../runtime/light.js").Light} Light */
 /**
@@ -15,6 +22,11 @@ const OUTSIDE = 0.55;
  * @property {(around: number, height: number) => Light} at
  * @property {(around: number) => string} side
  */
+
+/** One line on the light that is drawn; empty without precomputed light. @param {import("../runtime/fidelity.js").Fidelity | null} record */
+export function lightLine(record) {
+  return record?.light ? LINES[record.light] : "";
+}
 
 /**
  * Shows the controls if a program has a light that can be changed.

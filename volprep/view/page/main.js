@@ -8,7 +8,7 @@ import { cutControls } from "./cut.js";
 import { byId, make } from "./dom.js";
 import { functionEditor } from "./editor.js";
 import { json, packageSource, settings } from "./files.js";
-import { lightControls } from "./light.js";
+import { lightControls, lightLine } from "./light.js";
 import { lookControls } from "./look.js";
 import { measureControls } from "./measure.js";
 import { lend } from "./lend.js";
@@ -33,7 +33,7 @@ const VIEWS = {
 async function start() {
   const told = await settings();
   const viewer = byId("picture");
-  viewer.options = { create: rendererOf };
+  viewer.options = { create: rendererOf, relight: true };
   await opened(viewer, packageSource(told.package));
   const { package: pack, stage } = viewer;
   const { manifest } = pack;
@@ -83,6 +83,7 @@ async function showVolume(viewer, told) {
     }
     const record = await renderer.fidelity(viewer.measured);
     byId("fidelity").textContent = record && record.source !== "unknown" ? words(record) : "";
+    byId("light-line").textContent = lightLine(record);
   };
   stage.renderer.addEventListener("change", () => {
     look.levels();
