@@ -252,6 +252,11 @@ def test_coarser_levels_are_for_previews_and_no_worse_than_box_means(folder):
     report = validate(package.path, folder / "levels.report", Silent(), witness=False)
     assert report.verdict.passed
     assert len(report.programs[0].others) == 2
+    said = [item.reason for item in package.manifest.plan if item.kind == "light-of-segments"]
+    for text, other in zip(said, report.programs[0].others, strict=True):
+        least = min(other.styles, key=lambda style: style.least_kept_light)
+        kept = f"{least.least} keeps {least.least_kept_light:.2f} of its light"
+        assert text.startswith(f"{kept} at level {other.level}, ")
 
 
 @pytest.mark.long

@@ -64,13 +64,19 @@ def _hybrid(folder: Path) -> Path:
     return scene
 
 
-def write_segments(folder: Path) -> Path:
-    """Write a scan with two segments that overlap, drawn with two transfer functions."""
+def write_segments(folder: Path, *, even_piece: bool = False) -> Path:
+    """Write a scan with two segments that overlap, drawn with two transfer functions.
+
+    With `even_piece` the last sub-volume has one value and one label.
+    """
     scene = write_kind(folder, "house")
     values = np.fromfile(folder / "tried.raw", np.uint8).reshape(SHAPE_ZYX).T
     labels = np.zeros(values.shape, np.int16)
     labels[3:9, 3:9, 2:7] = 1
     labels[8:14, 6:12, 3:9] = 2
+    if even_piece:
+        values, labels[9:, 9:] = values.copy(), 2
+        values[9:, 9:] = 150
     affine = np.diag([-0.75, -1.0, 1.5, 1.0])
     nibabel.save(nibabel.Nifti1Image(values, affine), folder / "scan.nii")
     nibabel.save(nibabel.Nifti1Image(labels, affine), folder / "labels.nii")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from volprep.parts.segments.level_labels import LevelLight, coarse_labels
+from volprep.parts.segments.level_light import level_kept
 from volprep.truth.box import box_levels
 from volprep.truth.labelled_light import light_of_labels
 from volprep.validation.kept_styles import kept_styles
@@ -82,6 +83,18 @@ def test_styles_name_the_visible_segment_that_keeps_the_least() -> None:
     assert (inside.least, inside.least_kept_light, inside.lost) == ("vein", 0.25, ("vein",))
     (_, tiny) = kept_styles(segments(), scan, level, np.array([True, True, False, False, True]), 0.5)
     assert (tiny.least, tiny.lost) == ("liver", ())
+
+
+def test_a_build_says_how_many_segments_keep_less_than_half() -> None:
+    labels = np.array([[[0, 1, 1, 1, 2]]], np.uint16)
+    # Each voxel of the level gives one; the label of two segments and the hidden one have vanished.
+    light = LevelLight(
+        np.array([1.0, 3.0, 4.0, 4.0, 9.0]), np.ones((2, 1)), np.array([0, 1, 1, 1, 1]), np.zeros(5, int)
+    )
+    found = level_kept(segments(), 2, light, labels, np.ones(5, np.bool_))
+    assert (found.least, found.share, found.lost, found.segments) == ("vein", 0.125, 2, 3)
+    found = level_kept(segments(), 2, light, labels, np.array([True, True, False, False, True]))
+    assert (found.least, found.share, found.lost, found.segments) == ("outside", 1.0, 0, 2)
 
 
 def test_a_level_that_loses_a_segment_is_beyond_whatever_box_means_are() -> None:

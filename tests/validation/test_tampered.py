@@ -14,6 +14,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 from command_line import volprep
+from every_kind import write_segments
 from tamper_scenes import KINDS, write_kind
 from tampering import Damaged, built, told
 
@@ -357,6 +358,28 @@ def test_one_byte_in_the_middle_of_each_texture_and_piece_is_found(packages, tmp
             files.remove(file)
             package.put(file, whole[file])
     assert [file for file in files if file not in findings] == []
+
+
+@pytest.mark.long
+def test_wrong_labels_of_pieces_are_found(tmp_path) -> None:
+    (tmp_path / "damaged").mkdir()
+    package = Damaged(built(tmp_path, write_segments(tmp_path, even_piece=True)), tmp_path / "damaged")
+    assert told(package.path) == ""
+    pieces = json.loads(package.data("subvolumes/grid.json"))["subvolumes"]
+    assert pieces[3] == {"minimum": 150, "maximum": 150, "label": 2}
+
+    package.json("subvolumes/grid.json", lambda record: record["subvolumes"][3].update(label=1))
+    texels = package.data("subvolumes/0-0-0.ktx2")
+    # The second byte of the last texel is its label.
+    texels[-1] ^= 1
+    package.put("subvolumes/0-0-0.ktx2", bytes(texels))
+    assert [line.partition(":")[0] for line in sorted(told(package.save()).splitlines())] == [
+        "VP6030 grid subvolumes/grid.json",
+        "VP6030 subvolume subvolumes/0-0-0.ktx2",
+    ]
+
+    package.json("subvolumes/grid.json", lambda record: record["gl"].update(internal_format="RG8UI"))
+    assert "subvolumes/grid.json" in told(package.save())
 
 
 @pytest.mark.long(keep=2)

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from volprep.scan.segments.combine import LabelArray
 from volprep_formats.arrays import Float64Array
 
-_LEAST_SHARE = 0.5
+LEAST_SHARE = 0.5
 """Part of its volume, and of its light, that a label keeps."""
 _MOST_GROWTH = 2.0
 """A label that lacks light grows to this many times its volume at most."""
@@ -128,7 +128,7 @@ def _choose(level: LabelArray, contested: _Contested, labels: int, light: LevelL
     for _ in range(_ROUNDS):
         _vote(level, open_, votes)
         count = np.bincount(level.reshape(-1), minlength=labels)
-        low = count < _LEAST_SHARE * wanted
+        low = count < LEAST_SHARE * wanted
         if is_dark is not None:
             low |= is_dark(labels) & (count < _MOST_GROWTH * wanted)
         # Less than half a voxel of the level is nearer to none than to one.
@@ -147,7 +147,7 @@ def _darkness(
     flat, blocks = level.reshape(-1), np.unique(contested.block)
     settled = np.bincount(flat[alone], light.of(alone, flat[alone]), len(light.wanted))
     most = settled + np.bincount(contested.label, light.of(contested.block, contested.label), len(settled))
-    enough = _LEAST_SHARE * light.wanted
+    enough = LEAST_SHARE * light.wanted
     possible = most >= enough
 
     def is_dark(labels: int) -> NDArray[np.bool_]:

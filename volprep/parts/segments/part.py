@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from volprep.parts.part import Decided, Images, LaidOut, Part
 from volprep.parts.segments.beside import beside_segments
 from volprep.parts.segments.decision import label_sets, plan_segments, require_possible, segment_items, skip_tables
+from volprep.parts.segments.level_light import settle
 from volprep.parts.segments.stage import STAGE
 from volprep.parts.skip.part import found_of
 from volprep.plan.products import SegmentsPlan
@@ -44,4 +45,5 @@ PART = Part(
     items=_items,
     images=_images,
     stages=(STAGE,),
+    settle=settle,
 )

@@ -7,6 +7,7 @@ import numpy as np
 
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.segments.level_labels import LevelLight, coarse_labels
+from volprep.parts.segments.level_light import kept_name, level_kept
 from volprep.parts.stage import Shapes, Stage, Work, present, required
 from volprep.parts.work import codes_of_level, codes_of_source, source_info
 from volprep.plan.products import LabelTexturePlan, SegmentsPlan
@@ -37,13 +38,17 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     segments, channel = required(plan.segments), plan.channels[0]
     labels = _cropped(draft, plan, segments)
+    voxels = np.bincount(labels.ravel(), minlength=len(segments.labels))
     progress.start("segments", len(segments.textures))
     textures = []
     for texture in segments.textures:
         factors = channel.level(texture.level).factors_zyx
         own = labels
         if factors != (1, 1, 1):
-            own = coarse_labels(labels, factors, _light(draft, channel, segments, labels, texture.level))
+            light = _light(draft, channel, segments, labels, texture.level)
+            own = coarse_labels(labels, factors, light)
+            kept = level_kept(segments, texture.level, light, own, 2 * voxels >= math.prod(factors))
+            draft.write(kept_name(texture.level), "work", kept.model_dump_json().encode())
         target: Target = "TEXTURE_3D" if texture.mosaic is None else "TEXTURE_2D"
         for part, (name, path) in enumerate(zip(texture.names, texture.files, strict=True)):
             draft.write(path, "texture", _file(segments, texture, own, part))
