@@ -45,7 +45,8 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     low, high = plan.quantize.window
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
     tolerance = scene.tolerance
-    change = f"they change the sample of rays by {values.error.text}"
+    lit = "" if values.lit_error is None else f", and lit rays by {values.lit_error.text}"
+    change = f"they change the sample of rays by {values.error.text}{lit}"
     limit = f"half of the tolerance is RMSE {SHARE * tolerance.rmse:.2g}, {SHARE * tolerance.maximum:.2g} at most"
     exact = "every stored value of the source has its own code; " if values.exact else ""
     if plan.quantize.labels:
