@@ -104,10 +104,10 @@ def choose_values(
 
     Labels keep their value: 8 bits and a window from 0 to 255, or 16 bits for more of them. Else 8 bits if, with the
     best window, they change the pictures of the sample of rays by at most half of the scene's tolerance, lit or not, or
-    if the profile has no wider format; else 16. Where users may edit transfer functions, all values have codes. There, and for
-    surfaces, 8 bits are enough only if they give every stored value a code of its own. Raises VP3020 when the scene
-    asks for bits that the profile does not have, VP3021 for a window without width, VP3025 and VP3026 for labels that
-    have no code.
+    if the profile has no wider format; else 16. Where users may edit transfer functions, all values have codes. There,
+    and for surfaces, 8 bits are enough only if they give every stored value a code of its own. Raises VP3020 when the
+    scene asks for bits that the profile does not have, VP3021 for a window without width, VP3025 and VP3026 for labels
+    that have no code.
     """
     settings = scene.quantize
     if scene.source.labels:

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.values.decision import SHARE, has_bits
+from volprep.parts.values.decision import SHARE, has_bits, within_share
 from volprep.parts.values.labels import label_reason
 from volprep.plan.decisions import ValueChoice
+from volprep.plan.item_kinds import LIT_CODES
 from volprep.plan.records import ChannelPlan, Shared
 from volprep.plan.room import has_exact_16_bits
 from volprep.plan.shape_text import shape_text
@@ -69,6 +70,21 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     yield PlanItem(
         name="16-bit values", kind=WIDE_KIND, kept=plan.quantize.bits == 16, reason=reason, size_bytes=voxels
     )
+    lit = values.lit_error
+    if plan.quantize.bits == 8 and lit is not None and not within_share(lit, tolerance):
+        yield PlanItem(
+            name="light from 8-bit values",
+            kind=LIT_CODES,
+            kept=True,
+            reason=f"8-bit values change lit rays by {lit.text}; validate may find pictures beyond the tolerance "
+            f"(RMSE {tolerance.rmse:.2g}, {tolerance.maximum:.2g} at most); {_finer_light(plan)}",
+        )
+
+
+def _finer_light(plan: ChannelPlan) -> str:
+    if has_bits(plan.profile, 16):
+        return "quantize.bits = 16 helps"
+    return 'a profile with textures of 16 bits, such as gles3, or lighting.normals = "volume" helps'
 
 
 def _wide_texels(plan: ChannelPlan) -> str:

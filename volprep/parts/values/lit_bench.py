@@ -53,9 +53,11 @@ class LitBench:
         steepness = np.sqrt(z**2 + across[0] ** 2 + across[1] ** 2)
         is_surface = steepness > self._least_per_mm * values_range
         light = np.divide(np.abs(z), steepness, out=np.ones_like(z), where=is_surface)
-        ends = ((columns, light), (columns[::-1], light[::-1]))
+        ends = ((columns, light), (np.ascontiguousarray(columns[::-1]), np.ascontiguousarray(light[::-1])))
         return [
-            self._rays(np.ascontiguousarray(values), self._spacing_mm_zyx[0], table, "nearest", np.ascontiguousarray(lit))
+            self._rays(
+                np.ascontiguousarray(values), self._spacing_mm_zyx[0], table, "nearest", np.ascontiguousarray(lit)
+            )
             for table in self._tables
             for values, lit in ends
         ]
