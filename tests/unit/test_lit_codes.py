@@ -51,7 +51,7 @@ def test_flat_parts_of_a_wide_range_that_are_lit_by_codes_get_16_bits(measured, 
     lit = chosen(measured, tmp_path, lighting={"normals": "central"})
     assert (unlit.quantize.bits, unlit.lit_error) == (8, None)
     assert lit.quantize.bits == 16
-    assert lit.narrow_error.rmse > 0.01 > lit.lit_error.rmse
+    assert lit.narrow_error.rmse > 5 * lit.lit_error.rmse
 
 
 def test_stored_normals_need_no_finer_codes(measured, tmp_path):

@@ -71,20 +71,24 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
         name="16-bit values", kind=WIDE_KIND, kept=plan.quantize.bits == 16, reason=reason, size_bytes=voxels
     )
     lit = values.lit_error
-    if plan.quantize.bits == 8 and lit is not None and not within_share(lit, tolerance):
+    bits = plan.quantize.bits
+    if lit is not None and not within_share(lit, tolerance):
         yield PlanItem(
-            name="light from 8-bit values",
+            name=f"light from {bits}-bit values",
             kind=LIT_CODES,
             kept=True,
-            reason=f"8-bit values change lit rays by {lit.text}; validate may find pictures beyond the tolerance "
+            reason=f"{bits}-bit values change lit rays by {lit.text}; validate may find pictures beyond the tolerance "
             f"(RMSE {tolerance.rmse:.2g}, {tolerance.maximum:.2g} at most); {_finer_light(plan)}",
         )
 
 
 def _finer_light(plan: ChannelPlan) -> str:
-    if has_bits(plan.profile, 16):
+    if plan.quantize.bits == 8 and has_bits(plan.profile, 16):
         return "quantize.bits = 16 helps"
-    return 'a profile with textures of 16 bits, such as gles3, or lighting.normals = "volume" helps'
+    normals = 'lighting.normals = "volume"'
+    if plan.quantize.bits == 8:
+        return f"a profile with textures of 16 bits, such as gles3, or {normals} helps"
+    return f"{normals} helps" if has_exact_16_bits(plan.profile) else f"profile gles3-norm16 or {normals} helps"
 
 
 def _wide_texels(plan: ChannelPlan) -> str:

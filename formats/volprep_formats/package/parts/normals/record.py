@@ -41,6 +41,6 @@ class Normals(NormalMeaning):
     absent if the texels hold no length."""
 
 
-LEAST_SLOPE = 1e-3
+LEAST_SLOPE = 2.5e-4
 """Threshold for gradients computed in shaders: smaller slopes are not a surface. In parts of the range of codes over
 the smallest spacing of level 0."""
