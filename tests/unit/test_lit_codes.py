@@ -54,8 +54,10 @@ def test_flat_parts_of_a_wide_range_that_are_lit_by_codes_get_16_bits(measured, 
     assert lit.narrow_error.rmse > 5 * lit.lit_error.rmse
 
 
-def test_stored_normals_need_no_finer_codes(measured, tmp_path):
-    assert chosen(measured, tmp_path, lighting={"normals": "volume"}).quantize.bits == 8
+def test_stored_normals_are_made_from_whole_codes(measured, tmp_path):
+    stored = chosen(measured, tmp_path, lighting={"normals": "volume"})
+    assert stored.quantize.bits == 16
+    assert stored.lit_error.rmse < 0.005
 
 
 def test_the_choice_says_how_far_lit_rays_are_off_where_there_are_only_8_bits(measured, tmp_path):

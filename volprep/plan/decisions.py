@@ -32,7 +32,7 @@ class ValueChoice:
     error: PictureDifference
     """Largest change that codes and tables together make in the sample of rays, over all transfer functions."""
     lit_error: PictureDifference | None
-    """Largest change that codes make in lit rays; None where no light depends on codes, or codes are exact."""
+    """Largest change that codes make in lit rays; None where nothing is lit, or codes are exact."""
     narrow_error: PictureDifference | None
     """The change with 8 bits, lit or not, where 16 were chosen because of it."""
     exact: bool

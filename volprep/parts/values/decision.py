@@ -1,6 +1,7 @@
 """Which bits and window the stored values get, and how long the lookup tables are: measured, not guessed."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -86,7 +87,7 @@ class _Trial(NamedTuple):
 
     quantizer: Quantizer
     rays: PictureDifference  # with the longest table
-    lit: PictureDifference | None  # None where shaders do not light by the codes, or codes are exact
+    lit: PictureDifference | None  # None where nothing is lit, or codes are exact
 
     @property
     def error(self) -> PictureDifference:
@@ -134,7 +135,9 @@ def choose_values(
     def lit_error(quantizer: Quantizer) -> PictureDifference | None:
         if lit is None or is_exact(quantizer.bits, quantizer.window, info, measured.statistics):
             return None
-        return lit.error(quantizer)
+        # Stored normals are made from whole codes.
+        shaders = scene.lighting.normals != "volume"
+        return lit.error(replace(quantizer, half_floats=quantizer.half_floats and shaders))
 
     def enough(trial: _Trial) -> bool:
         # At a silhouette the smallest error of a value decides whether a ray hits: all of a pixel, not a grade of it.
@@ -172,11 +175,13 @@ def choose_values(
 def _lit_bench(
     scene: Scene, info: SourceInfo, measured: Measured, functions: tuple[TransferFunction, ...]
 ) -> LitBench | None:
-    """Return the measurement of lit codes; None where shaders take no gradients from codes, or codes must be exact."""
+    """Return the measurement of lit codes; None where nothing is lit, or codes must be exact.
+
+    Stored normals are made from codes, too.
+    """
     compositing = COMPOSITINGS[scene.render.compositing]
-    by_codes = scene.render.lighting != "none" and scene.lighting.normals != "volume"
     exact = scene.source.labels or scene.editable or compositing.isovalue
-    if not by_codes or exact or compositing.lit_rays is None:
+    if scene.render.lighting == "none" or exact or compositing.lit_rays is None:
         return None
     return LitBench(measured, info, [Table.exact(each) for each in functions], compositing.lit_rays)
 

@@ -83,12 +83,11 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
 
 
 def _finer_light(plan: ChannelPlan) -> str:
-    if plan.quantize.bits == 8 and has_bits(plan.profile, 16):
+    if plan.quantize.bits == 16:
+        return "allow more in [tolerance]" if has_exact_16_bits(plan.profile) else "profile gles3-norm16 helps"
+    if has_bits(plan.profile, 16):
         return "quantize.bits = 16 helps"
-    normals = 'lighting.normals = "volume"'
-    if plan.quantize.bits == 8:
-        return f"a profile with textures of 16 bits, such as gles3, or {normals} helps"
-    return f"{normals} helps" if has_exact_16_bits(plan.profile) else f"profile gles3-norm16 or {normals} helps"
+    return "a profile with textures of 16 bits, such as gles3, helps"
 
 
 def _wide_texels(plan: ChannelPlan) -> str:

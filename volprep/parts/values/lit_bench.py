@@ -1,7 +1,7 @@
 """Picture error of codes where samples are lit: the difference of gradients before and after rounding.
 
-Shaders take gradients from stored codes. In flat parts of a scan with a wide range, a gradient is less than a code, so
-that rounding turns it, although the value itself is hardly off.
+Shaders, and stored normals, take gradients from codes. In flat parts of a scan with a wide range, a gradient is less
+than a code, so that rounding turns it, although the value itself is hardly off.
 
 Rays run along z, from both ends, through patches of the scan, because gradients need neighbours and only rays through
 all slices see what a picture shows. They lie a quarter of a voxel beside the voxels: interpolation smooths a gradient
