@@ -46,8 +46,9 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     low, high = plan.quantize.window
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
     tolerance = scene.tolerance
-    lit = "" if values.lit_error is None else f", and lit rays by {values.lit_error.text}"
-    change = f"they change the sample of rays by {values.error.text}{lit}"
+    lit = values.lit_error
+    of_light = "" if lit is None else f", and lit rays by {lit.text}"
+    change = f"they change the sample of rays by {values.error.text}{of_light}"
     limit = f"half of the tolerance is RMSE {SHARE * tolerance.rmse:.2g}, {SHARE * tolerance.maximum:.2g} at most"
     exact = "every stored value of the source has its own code; " if values.exact else ""
     if plan.quantize.labels:
@@ -70,7 +71,6 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     yield PlanItem(
         name="16-bit values", kind=WIDE_KIND, kept=plan.quantize.bits == 16, reason=reason, size_bytes=voxels
     )
-    lit = values.lit_error
     bits = plan.quantize.bits
     if lit is not None and not within_share(lit, tolerance):
         yield PlanItem(

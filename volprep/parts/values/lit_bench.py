@@ -30,7 +30,7 @@ class LitBench:
     def __init__(self, measured: Measured, info: SourceInfo, tables: list[Table], rays: LitRays) -> None:
         stored = measured.stored_patches
         used = stored[:: max(1, round(stored.size / _VOXELS))]
-        self._patches: Float64Array = used * np.float64(info.slope) + info.intercept
+        self._patches: Float64Array = used.astype(np.float64) * info.slope + info.intercept
         self._spacing_mm_zyx = info.grid.spacing_mm_zyx
         self._least_per_mm = LEAST_SLOPE / min(self._spacing_mm_zyx)
         self._tables = tables
