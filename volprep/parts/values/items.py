@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.values.decision import SHARE, has_bits, within_share
+from volprep.parts.values.decision import SHARE, has_bits
 from volprep.parts.values.labels import label_reason
 from volprep.plan.decisions import ValueChoice
 from volprep.plan.item_kinds import LIT_CODES
@@ -21,6 +21,8 @@ BORDER_KIND = "empty-border"
 """Kind of the item of the crop."""
 WIDE_KIND = "wide-values"
 """Kind of the item of 16-bit codes."""
+_WARNED = 0.75
+"""Part of the tolerance beyond which light from codes is warned of: the step may take the rest."""
 
 
 def describe_border(shared: Shared, scene: Scene, info: SourceInfo) -> Iterator[PlanItem]:
@@ -72,7 +74,7 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
         name="16-bit values", kind=WIDE_KIND, kept=plan.quantize.bits == 16, reason=reason, size_bytes=voxels
     )
     bits = plan.quantize.bits
-    if lit is not None and not within_share(lit, tolerance):
+    if lit is not None and (lit.rmse > _WARNED * tolerance.rmse or lit.maximum > _WARNED * tolerance.maximum):
         yield PlanItem(
             name=f"light from {bits}-bit values",
             kind=LIT_CODES,
