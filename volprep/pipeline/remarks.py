@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from volprep.plan.item_kinds import FIRST_LOOK, LEVEL, SEGMENT_LIGHT, SEGMENT_NAMES, SEGMENT_REMARK
+from volprep.plan.item_kinds import FIRST_LOOK, LEVEL, LIT_CODES, SEGMENT_LIGHT, SEGMENT_NAMES, SEGMENT_REMARK
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Manifest
 
@@ -24,8 +24,9 @@ def remarks(manifest: Manifest) -> Iterator[str]:
 
 
 def warnings(manifest: Manifest) -> Iterator[str]:
-    """Return what a user should act on: functions that show nothing of the scan's values, full resolution left out."""
+    """Return what a user should act on: empty functions, full resolution left out, codes too coarse for light."""
     yield from _missing_resolution(manifest)
+    yield from (item.reason for item in manifest.plan if item.kind == LIT_CODES)
     for channel in manifest.channels:
         low, high = channel.statistics.minimum, channel.statistics.maximum
         for function in channel.transfer_functions:

@@ -31,8 +31,10 @@ class ValueChoice:
     """Length of each lookup table."""
     error: PictureDifference
     """Largest change that codes and tables together make in the sample of rays, over all transfer functions."""
+    lit_error: PictureDifference | None
+    """Largest change that codes make in lit rays; None where nothing is lit, or codes are exact."""
     narrow_error: PictureDifference | None
-    """The change with 8 bits, where 16 were chosen because of it."""
+    """The change with 8 bits, lit or not, where 16 were chosen because of it."""
     exact: bool
     """Whether every stored value of the source has a code of its own."""
 

@@ -19,7 +19,8 @@ def shown_labels(segments: Segments, scan: Float64Array) -> NDArray[np.bool_]:
 def kept_segments(
     segments: Segments, scan: Float64Array, level: Float64Array, wanted: NDArray[np.bool_]
 ) -> dict[str, float]:
-    """Return the part of its light that each visible segment keeps in the `wanted` labels, and what is outside them.
+    """Return the part of its light that each visible segment keeps in the `wanted` labels, and the light of voxels outside
+    them.
 
     `scan` and `level` are the light of each label.
     """

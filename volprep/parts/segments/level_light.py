@@ -26,7 +26,7 @@ class LevelKept(Record):
     level: int
     """The level."""
     least: str | None
-    """Segment that keeps the least; None if there is none of this size."""
+    """Segment that keeps the least; None without a segment of this size."""
     share: float
     """Part of its light that it keeps."""
     lost: int

@@ -1,11 +1,13 @@
 """Which bits and window the stored values get, and how long the lookup tables are: measured, not guessed."""
 
 from collections.abc import Sequence
-from typing import Literal
+from dataclasses import replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS, Compositing
+from volprep.parts.values.lit_bench import LitBench
 from volprep.parts.values.window import Window, is_exact, windows
 from volprep.plan.decisions import ValueChoice
 from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views, worst
@@ -80,6 +82,18 @@ class _Bench:
         return between
 
 
+class _Trial(NamedTuple):
+    """Codes, and their errors."""
+
+    quantizer: Quantizer
+    rays: PictureDifference  # with the longest table
+    lit: PictureDifference | None  # None where nothing is lit, or codes are exact
+
+    @property
+    def error(self) -> PictureDifference:
+        return self.rays if self.lit is None else worst([self.rays, self.lit])
+
+
 def choose_values(
     scene: Scene,
     profile: DeviceProfile,
@@ -90,11 +104,11 @@ def choose_values(
     """Choose bits, window and length of the lookup tables.
 
     Labels keep their value: 8 bits and a window from 0 to 255, or 16 bits for more of them. Else 8 bits if, with the
-    best window, they change the pictures of the sample of rays by at most half of the scene's tolerance, or if the
-    profile has no wider format; else 16. Where users may edit transfer functions, all values have codes. There, and for
-    surfaces, 8 bits are enough only if they give every stored value a code of its own. Raises VP3020 when the scene
-    asks for bits that the profile does not have, VP3021 for a window without width, VP3025 and VP3026 for labels that
-    have no code.
+    best window, they change the pictures of the sample of rays by at most half of the scene's tolerance, lit or not, or
+    if the profile has no wider format; else 16. Where users may edit transfer functions, all values have codes. There,
+    and for surfaces, 8 bits are enough only if they give every stored value a code of its own. Raises VP3020 when the
+    scene asks for bits that the profile does not have, VP3021 for a window without width, VP3025 and VP3026 for labels
+    that have no code.
     """
     settings = scene.quantize
     if scene.source.labels:
@@ -105,32 +119,40 @@ def choose_values(
     between: SampleFilter = "nearest" if scene.source.labels else "linear"
     compositing = COMPOSITINGS[scene.render.compositing]
     bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between, compositing)
+    lit = _lit_bench(scene, info, measured, functions)
     half_floats = not has_exact_16_bits(profile)
     lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
 
     # An edited function may show any value.
     shown = () if scene.editable or compositing.every_value else functions
 
-    def best_window(bits: Literal[8, 16]) -> tuple[PictureDifference, Quantizer]:
+    def best_window(bits: Literal[8, 16]) -> _Trial:
         tried = [Quantizer(bits, window, half_floats) for window in _windows(settings, bits, info, measured, shown)]
+        trials = [_Trial(each, bench.error(each, lengths[-1]), lit_error(each)) for each in tried]
         # min keeps the first of equal ones: the widest.
-        pairs = ((bench.error(quantizer, lengths[-1]), quantizer) for quantizer in tried)
-        return min(pairs, key=lambda pair: pair[0].rmse)
+        return min(trials, key=lambda trial: trial.error.rmse)
 
-    def enough(error: PictureDifference, quantizer: Quantizer) -> bool:
+    def lit_error(quantizer: Quantizer) -> PictureDifference | None:
+        if lit is None or is_exact(quantizer.bits, quantizer.window, info, measured.statistics):
+            return None
+        # Stored normals are made from whole codes.
+        shaders = scene.lighting.normals != "volume"
+        return lit.error(replace(quantizer, half_floats=quantizer.half_floats and shaders))
+
+    def enough(trial: _Trial) -> bool:
         # At a silhouette the smallest error of a value decides whether a ray hits: all of a pixel, not a grade of it.
         # Too few of the sampled rays graze a surface to measure that.
         if scene.editable or compositing.isovalue:
-            return is_exact(quantizer.bits, quantizer.window, info, measured.statistics)
-        return within_share(error, scene.tolerance)
+            return is_exact(trial.quantizer.bits, trial.quantizer.window, info, measured.statistics)
+        return within_share(trial.error, scene.tolerance)
 
-    trials: list[tuple[PictureDifference, Quantizer]] = []
+    trials: list[_Trial] = []
     for bits in _possible_bits(settings, profile):
         trials.append(best_window(bits))
-        if enough(*trials[-1]):
+        if enough(trials[-1]):
             break
-    error, quantizer = trials[-1]
-    narrow_error = trials[0][0] if quantizer is not trials[0][1] else None
+    quantizer, error, of_light = trials[-1]
+    narrow_error = trials[0].error if len(trials) > 1 else None
     if scene.source.labels and quantizer.bits == 16:
         entries = _ENTRIES[-1]
         error = bench.error(quantizer, entries)
@@ -144,9 +166,24 @@ def choose_values(
         quantizer=quantizer,
         entries=entries,
         error=error,
+        lit_error=of_light,
         narrow_error=narrow_error,
         exact=bool(scene.source.labels) or is_exact(quantizer.bits, quantizer.window, info, measured.statistics),
     )
+
+
+def _lit_bench(
+    scene: Scene, info: SourceInfo, measured: Measured, functions: tuple[TransferFunction, ...]
+) -> LitBench | None:
+    """Return the measurement of lit codes; None where nothing is lit, or codes must be exact.
+
+    Stored normals are made from codes, too.
+    """
+    compositing = COMPOSITINGS[scene.render.compositing]
+    exact = scene.source.labels or scene.editable or compositing.isovalue
+    if scene.render.lighting == "none" or exact or compositing.lit_rays is None:
+        return None
+    return LitBench(measured, info, [Table.exact(each) for each in functions], compositing.lit_rays)
 
 
 def _label_settings(settings: QuantizeSettings, measured: Measured, profile: DeviceProfile) -> QuantizeSettings:

@@ -9,6 +9,7 @@ from volprep.compositing import COMPOSITINGS
 from volprep.parts.values.decision import SHARE, has_bits
 from volprep.parts.values.labels import label_reason
 from volprep.plan.decisions import ValueChoice
+from volprep.plan.item_kinds import LIT_CODES
 from volprep.plan.records import ChannelPlan, Shared
 from volprep.plan.room import has_exact_16_bits
 from volprep.plan.shape_text import shape_text
@@ -20,6 +21,8 @@ BORDER_KIND = "empty-border"
 """Kind of the item of the crop."""
 WIDE_KIND = "wide-values"
 """Kind of the item of 16-bit codes."""
+_WARNED = 0.75
+"""Part of the tolerance beyond which light from codes is warned of: the step may take the rest."""
 
 
 def describe_border(shared: Shared, scene: Scene, info: SourceInfo) -> Iterator[PlanItem]:
@@ -45,7 +48,9 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     low, high = plan.quantize.window
     voxels = sum(math.prod(level.shape_zyx) for level in plan.levels)
     tolerance = scene.tolerance
-    change = f"they change the sample of rays by {values.error.text}"
+    lit = values.lit_error
+    of_light = "" if lit is None else f", and lit rays by {lit.text}"
+    change = f"they change the sample of rays by {values.error.text}{of_light}"
     limit = f"half of the tolerance is RMSE {SHARE * tolerance.rmse:.2g}, {SHARE * tolerance.maximum:.2g} at most"
     exact = "every stored value of the source has its own code; " if values.exact else ""
     if plan.quantize.labels:
@@ -68,6 +73,23 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     yield PlanItem(
         name="16-bit values", kind=WIDE_KIND, kept=plan.quantize.bits == 16, reason=reason, size_bytes=voxels
     )
+    bits = plan.quantize.bits
+    if lit is not None and (lit.rmse > _WARNED * tolerance.rmse or lit.maximum > _WARNED * tolerance.maximum):
+        yield PlanItem(
+            name=f"light from {bits}-bit values",
+            kind=LIT_CODES,
+            kept=True,
+            reason=f"{bits}-bit values change lit rays by {lit.text}; validate may find pictures beyond the tolerance "
+            f"(RMSE {tolerance.rmse:.2g}, {tolerance.maximum:.2g} at most); {_finer_light(plan)}",
+        )
+
+
+def _finer_light(plan: ChannelPlan) -> str:
+    if plan.quantize.bits == 16:
+        return "allow more in [tolerance]" if has_exact_16_bits(plan.profile) else "profile gles3-norm16 helps"
+    if has_bits(plan.profile, 16):
+        return "quantize.bits = 16 helps"
+    return "a profile with textures of 16 bits, such as gles3, helps"
 
 
 def _wide_texels(plan: ChannelPlan) -> str:

@@ -1,0 +1,66 @@
+"""Bits of a scan that is lit by differences of its codes: a wide range turns gradients in flat parts."""
+
+import numpy as np
+import pytest
+
+from volprep.parts.values.decision import choose_values
+from volprep.scan.statistics import SlabMeasurer
+from volprep.scene.profiles import load_profile
+from volprep.scene.scene import Scene
+from volprep_formats.grid import Grid
+from volprep_formats.source import SourceInfo
+
+GRID = Grid.of((20, 22, 24), (2.0, 2.0, 2.0))
+INFO = SourceInfo(format="raw", grid=GRID, stored_type="int16")
+SCENE = {
+    "name": "s",
+    "source": {"path": "x"},
+    "transfer": [
+        {
+            "name": "object",
+            "reference_mm": 1.0,
+            "points": [
+                {"value": 8000.0, "colour": "#ffffff", "opacity": 0.0},
+                {"value": 12000.0, "colour": "#ffffff", "opacity": 0.6},
+            ],
+        }
+    ],
+    "render": {"lighting": "headlight"},
+}
+
+
+@pytest.fixture(scope="module")
+def measured():
+    """Measure a block whose values rise by less than an 8-bit code from voxel to voxel, with one bright voxel."""
+    z, y, x = np.indices(GRID.shape_zyx)
+    values = np.where(np.minimum(z, y) > 3, 15000 + 80 * z + 100 * y + 90 * x, 0)
+    values[10, 10, 10] = 30000
+    gauge = SlabMeasurer(INFO)
+    gauge.add(values.astype(np.int16))
+    return gauge.result("0" * 64)
+
+
+def chosen(measured, tmp_path, profile="gles3", **changes):
+    scene = Scene.model_validate(SCENE | changes)
+    functions = tuple(each.resolved() for each in scene.transfer)
+    return choose_values(scene, load_profile(profile, tmp_path), INFO, measured, functions)
+
+
+def test_flat_parts_of_a_wide_range_that_are_lit_by_codes_get_16_bits(measured, tmp_path):
+    unlit = chosen(measured, tmp_path, render={"lighting": "none"})
+    lit = chosen(measured, tmp_path, lighting={"normals": "central"})
+    assert (unlit.quantize.bits, unlit.lit_error) == (8, None)
+    assert lit.quantize.bits == 16
+    assert lit.narrow_error.rmse > 5 * lit.lit_error.rmse
+
+
+def test_stored_normals_are_made_from_whole_codes(measured, tmp_path):
+    stored = chosen(measured, tmp_path, lighting={"normals": "volume"})
+    assert stored.quantize.bits == 16
+    assert stored.lit_error.rmse < 0.005
+
+
+def test_the_choice_says_how_far_lit_rays_are_off_where_there_are_only_8_bits(measured, tmp_path):
+    choice = chosen(measured, tmp_path, "gles2-2048", lighting={"normals": "central"})
+    assert choice.quantize.bits == 8
+    assert choice.lit_error.rmse > 0.01
