@@ -19,10 +19,9 @@ def shown_labels(segments: Segments, scan: Float64Array) -> NDArray[np.bool_]:
 def kept_segments(
     segments: Segments, scan: Float64Array, level: Float64Array, wanted: NDArray[np.bool_]
 ) -> dict[str, float]:
-    """Return the part of its light that each visible segment keeps in the `wanted` labels, and the light of voxels outside
-    them.
+    """Return the part of its light that each visible segment keeps in the `wanted` labels.
 
-    `scan` and `level` are the light of each label.
+    Voxels outside all segments are one of them. `scan` and `level` are the light of each label.
     """
     visible = {segment.name for segment in segments.segments if segment.visible}
     named: dict[str, list[int]] = {}
