@@ -28,7 +28,7 @@ _KINDS = {
 """Descriptions of texture roles, other than the values or colours of a level."""
 
 
-class Table(NamedTuple):
+class PrintedTable(NamedTuple):
     """Rows under headings; a table without rows is not printed."""
 
     title: str
@@ -36,11 +36,11 @@ class Table(NamedTuple):
     rows: Rows
 
 
-def tables_of(manifest: "Manifest") -> Iterator[Table]:
+def tables_of(manifest: "Manifest") -> Iterator[PrintedTable]:
     """Yield all tables, in the order in which they are printed."""
-    yield Table("", ("GENERAL", ""), _general(manifest))
+    yield PrintedTable("", ("GENERAL", ""), _general(manifest))
     header = ("channel", "values", "stored as", "largest error", "transfer functions")
-    yield Table("CHANNELS", header, [_channel(channel) for channel in manifest.channels])
+    yield PrintedTable("CHANNELS", header, [_channel(channel) for channel in manifest.channels])
     yield _levels(manifest)
     yield _textures(manifest)
     yield _transfer_functions(manifest)
@@ -49,10 +49,10 @@ def tables_of(manifest: "Manifest") -> Iterator[Table]:
     yield _programs(manifest)
     yield _plan(manifest)
     rows = [(each.path, each.role, bytes_text(each.size_bytes), each.sha256[:16]) for each in manifest.files]
-    yield Table("FILES", ("file", "role", "size", "SHA-256"), [*rows])
+    yield PrintedTable("FILES", ("file", "role", "size", "SHA-256"), [*rows])
 
 
-def _levels(manifest: "Manifest") -> Table:
+def _levels(manifest: "Manifest") -> PrintedTable:
     rows: Rows = [
         (
             str(level.index),
@@ -64,10 +64,10 @@ def _levels(manifest: "Manifest") -> Table:
         )
         for level in manifest.levels
     ]
-    return Table("LEVELS", ("level", "voxels x×y×z", "spacing mm", "of level 0", "filter", "use"), rows)
+    return PrintedTable("LEVELS", ("level", "voxels x×y×z", "spacing mm", "of level 0", "filter", "use"), rows)
 
 
-def _textures(manifest: "Manifest") -> Table:
+def _textures(manifest: "Manifest") -> PrintedTable:
     sizes = {record.path: record.size_bytes for record in manifest.files}
     rows: Rows = [
         (
@@ -80,10 +80,10 @@ def _textures(manifest: "Manifest") -> Table:
         )
         for texture in manifest.textures
     ]
-    return Table("TEXTURES", ("texture", "holds", "texels x×y×z", "GL format", "size", "file"), rows)
+    return PrintedTable("TEXTURES", ("texture", "holds", "texels x×y×z", "GL format", "size", "file"), rows)
 
 
-def _transfer_functions(manifest: "Manifest") -> Table:
+def _transfer_functions(manifest: "Manifest") -> PrintedTable:
     unit = (manifest.source.info.unit if manifest.channels else "") or "no unit"
     rows: Rows = [
         (
@@ -95,10 +95,10 @@ def _transfer_functions(manifest: "Manifest") -> Table:
         for transfer in manifest.transfer_functions
     ]
     headings = ("name", "points", f"values ({unit})", "largest extinction per mm")
-    return Table("TRANSFER FUNCTIONS", headings, rows)
+    return PrintedTable("TRANSFER FUNCTIONS", headings, rows)
 
 
-def _segments(segments: "Segments") -> Table:
+def _segments(segments: "Segments") -> PrintedTable:
     rows: Rows = [
         (
             each.name,
@@ -110,10 +110,10 @@ def _segments(segments: "Segments") -> Table:
         )
         for each in segments.segments
     ]
-    return Table("SEGMENTS", ("segment", "title", "number", "volume ml", "transfer", "opacity"), rows)
+    return PrintedTable("SEGMENTS", ("segment", "title", "number", "volume ml", "transfer", "opacity"), rows)
 
 
-def _programs(manifest: "Manifest") -> Table:
+def _programs(manifest: "Manifest") -> PrintedTable:
     rows: Rows = [
         (
             program.name,
@@ -127,10 +127,10 @@ def _programs(manifest: "Manifest") -> Table:
         for program in manifest.programs
     ]
     headings = ("program", "sampling", "levels", "transfer", "uniforms", "samplers", "finest step")
-    return Table("PROGRAMS", headings, rows)
+    return PrintedTable("PROGRAMS", headings, rows)
 
 
-def _plan(manifest: "Manifest") -> Table:
+def _plan(manifest: "Manifest") -> PrintedTable:
     rows: Rows = [
         (
             item.name,
@@ -141,7 +141,7 @@ def _plan(manifest: "Manifest") -> Table:
         )
         for item in manifest.plan
     ]
-    return Table("PLAN", ("item", "channel", "", "cost", "reason"), rows)
+    return PrintedTable("PLAN", ("item", "channel", "", "cost", "reason"), rows)
 
 
 def _general(manifest: "Manifest") -> Rows:

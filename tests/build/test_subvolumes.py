@@ -14,7 +14,7 @@ from volprep.parts.subvolumes.cut_files import write_cut
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
 from volprep.parts.subvolumes.cuts import boxes_zyx
 from volprep.parts.subvolumes.decision import propose
-from volprep.parts.subvolumes.piece import Voxels
+from volprep.parts.subvolumes.piece import PieceVoxels
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
@@ -281,7 +281,7 @@ def test_a_proposal_is_the_fewest_pieces_in_half_of_the_memory(edge) -> None:
     profile = load_profile("gles3", Path()).model_copy(update=limits)
     grid = Grid.of((1000, 300, 40), (1.0, 1.0, 1.0))
     scene = request_for_source(Path("none.nrrd")).scene
-    proposal = propose(scene, profile, grid, Voxels(8))
+    proposal = propose(scene, profile, grid, PieceVoxels(8))
     assert proposal.device_bytes <= 8 * edge**3
     assert proposal.size <= edge
     assert proposal.pieces_zyx[0] == -(-999 // (edge - 1))

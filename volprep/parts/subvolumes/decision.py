@@ -7,7 +7,7 @@ from typing import Literal
 from volprep.parts.mosaic.decision import mosaic_text
 from volprep.parts.programs.decision import VERTEX, light_of
 from volprep.parts.subvolumes.cuts import cuts_along
-from volprep.parts.subvolumes.piece import HELD, Form, Voxels, classification_of, file_bytes, form_of
+from volprep.parts.subvolumes.piece import HELD, Form, PieceVoxels, classification_of, file_bytes, form_of
 from volprep.plan.products import SegmentsPlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.plan.room import Misfit
@@ -41,7 +41,7 @@ class Proposal:
     """Size of the textures of the pieces that a device draws at a time."""
 
 
-def propose(scene: Scene, profile: DeviceProfile, grid: Grid, voxels: Voxels) -> Proposal | Misfit:
+def propose(scene: Scene, profile: DeviceProfile, grid: Grid, voxels: PieceVoxels) -> Proposal | Misfit:
     """Propose the fewest pieces, nearly of one size, such that a device holds eight in half of its memory.
 
     The other half is for a coarser level and all other textures.
@@ -67,7 +67,7 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
     scene: Scene,
     profile: DeviceProfile,
     grid: Grid,
-    voxels: Voxels,
+    voxels: PieceVoxels,
     volumes: tuple[VolumePlan, ...],
     pictures: tuple[str, ...],
 ) -> SubvolumesPlan | None:
@@ -137,9 +137,9 @@ def _program(picture: str, scene: Scene, classified: ClassificationName) -> Prog
     )
 
 
-def voxels_of(plan: ChannelPlan) -> Voxels:
+def voxels_of(plan: ChannelPlan) -> PieceVoxels:
     """Return what pieces of a channel hold of each voxel."""
-    return Voxels(plan.quantize.bits, plan.quantize.filter, plan.part(SegmentsPlan))
+    return PieceVoxels(plan.quantize.bits, plan.quantize.filter, plan.part(SegmentsPlan))
 
 
 def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:

@@ -35,7 +35,7 @@ _WITH_TABLES = frozenset(("lookup", "preintegrated"))
 
 
 @dataclass(frozen=True)
-class Voxels:
+class PieceVoxels:
     """The parts of each voxel that pieces hold."""
 
     bits: int
@@ -68,7 +68,7 @@ class Form:
         return HELD * self.largest_bytes
 
 
-def form_of(scene: Scene, profile: DeviceProfile, grid: Grid, size: int, voxels: Voxels) -> Form | Misfit:
+def form_of(scene: Scene, profile: DeviceProfile, grid: Grid, size: int, voxels: PieceVoxels) -> Form | Misfit:
     """Return the texture of pieces of at most `size` voxels along an axis, or why the profile has none."""
     even = not profile.max_3d_texture_size
     z, y, x = (max(b - a for a, b in pairwise(cuts_along(n, size, even=even))) + 1 for n in grid.shape_zyx)
@@ -88,7 +88,7 @@ def form_of(scene: Scene, profile: DeviceProfile, grid: Grid, size: int, voxels:
     return min(fitting, key=lambda form: (_fetches(form, voxels.between), form.largest_bytes))
 
 
-def classification_of(scene: Scene, profile: DeviceProfile, voxels: Voxels) -> ClassificationName | Misfit:
+def classification_of(scene: Scene, profile: DeviceProfile, voxels: PieceVoxels) -> ClassificationName | Misfit:
     """Return how programs of pieces classify samples, or why there are too few texture units for them."""
     wanted = scene.render.classification
     assert wanted != "auto"  # noqa: S101 - rays have chosen before
@@ -126,7 +126,7 @@ def tiled(texels: NDArray[np.generic], layout: MosaicLayout) -> NDArray[np.gener
     return np.concatenate(strips)[None]
 
 
-def _one_slice(voxels: Voxels, profile: DeviceProfile) -> TextureFormat | Misfit:
+def _one_slice(voxels: PieceVoxels, profile: DeviceProfile) -> TextureFormat | Misfit:
     """Return the format of one voxel in a texel."""
     if not voxels.label_bytes:
         texel = one_channel(voxels.bits, profile)
@@ -137,7 +137,7 @@ def _one_slice(voxels: Voxels, profile: DeviceProfile) -> TextureFormat | Misfit
     return texel or Misfit(f"profile {profile.name} has no texture format of {1 + voxels.label_bytes} bytes")
 
 
-def _orders(scene: Scene, voxels: Voxels) -> tuple[MosaicOrder | None, ...]:
+def _orders(scene: Scene, voxels: PieceVoxels) -> tuple[MosaicOrder | None, ...]:
     """Return the orders of slices to try; None for one slice in a texel."""
     if voxels.label_bytes:
         return (None,)
@@ -145,7 +145,7 @@ def _orders(scene: Scene, voxels: Voxels) -> tuple[MosaicOrder | None, ...]:
 
 
 def _mosaic(
-    shape_zyx: tuple[int, int, int], order: MosaicOrder | None, voxels: Voxels, profile: DeviceProfile
+    shape_zyx: tuple[int, int, int], order: MosaicOrder | None, voxels: PieceVoxels, profile: DeviceProfile
 ) -> Form | Misfit:
     texel = _one_slice(voxels, profile) if order is None else first_of(FOUR_CHANNELS[voxels.bits], profile)
     if texel is None:
