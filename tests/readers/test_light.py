@@ -57,8 +57,10 @@ OTHER_CODES = {"thirteen planes": "VP4004"}
 
 @pytest.mark.parametrize(
     ("scene", "lies"),
-    [("light that turns, in a mosaic", LIES), ("light of a cut", LIES_OF_A_CUT)],
-    ids=["light that turns", "light of a cut"],
+    [
+        pytest.param("light that turns, in a mosaic", LIES, id="light that turns"),
+        pytest.param("light of a cut", LIES_OF_A_CUT, id="light of a cut", marks=pytest.mark.long),
+    ],
 )
 def test_readers_agree_on_lies_about_light(scene: str, lies: Lies, readers: Readers, tmp_path: Path) -> None:
     package = build_scene(scene, tmp_path).path
