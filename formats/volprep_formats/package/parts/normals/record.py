@@ -41,7 +41,7 @@ class Normals(NormalMeaning):
     absent if the texels hold no length."""
 
 
-LEAST_SLOPE = 2.5e-4
+LEAST_SLOPE = 5e-4
 """Threshold for gradients computed in shaders: smaller slopes are not a surface. In parts of the range of codes over
 the smallest spacing of level 0. At the threshold brightness jumps: with 0.001 the rounding of half floats moved single
 pixels of a small MR across it, which were off by 0.5."""
