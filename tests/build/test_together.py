@@ -18,6 +18,7 @@ from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
 from volprep.truth.camera import standard_views
+from volprep.validation.subject import DRAFT_TOLERANCE
 from volprep.validation.uncut import uncut, unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views
@@ -188,7 +189,7 @@ class TestWhatItDraws:
         first = report.programs[0]
         assert report.verdict.passed
         assert [program.transfer for program in report.programs] == ["body", "red", "blue", "white"]
-        assert max(view.truth_bound for view in first.views) <= 1e-6
+        assert max(view.truth_bound for view in first.views) <= DRAFT_TOLERANCE
         assert max(view.total.maximum for view in first.views) < 0.02
         assert first.sweep.breakdown.termination is not None
         page = (tmp_path / "r/index.html").read_text()

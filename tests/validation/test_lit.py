@@ -17,7 +17,7 @@ from volprep.truth.camera import standard_views
 from volprep.truth.normal_codes import decoded, interpolated
 from volprep.truth.oracle import oracle_picture
 from volprep.validation.scan import find_scan, read_scan
-from volprep.validation.subject import Subject, errors
+from volprep.validation.subject import DRAFT_TOLERANCE, Subject, errors
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
@@ -49,7 +49,7 @@ def test_a_lit_package_is_proved_like_any_other(profile, tmp_path) -> None:
     assert report.verdict.passed
     (program,) = report.programs
     for view in program.views:
-        assert view.truth_bound < 1e-6
+        assert view.truth_bound <= DRAFT_TOLERANCE
         assert 0 < view.data.rmse < 0.005
         assert (tmp_path / "report" / view.pictures.difference).exists()
     assert [point for point in program.sweep.points if point.level > 0]
