@@ -88,3 +88,10 @@ def test_samples_behind_opaque_ones_are_not_wanted_but_those_that_a_long_step_re
 def test_without_functions_all_samples_are_wanted(lit) -> None:
     along, *_ = lit
     assert Shown([], WINDOW).samples(along, PER_VOXEL).all()
+
+
+def test_a_scan_of_one_value_has_one_code(lit) -> None:
+    along, _, _ = lit
+    constant = replace(along, values=np.zeros_like(along.values))
+    assert Shown([table_of((7.0, 0.2), (9.0, 0.3))], (7.0, 7.0)).samples(constant, PER_VOXEL).any()
+    assert not Shown([table_of((7.0, 0.0), (9.0, 0.0))], (7.0, 7.0)).samples(constant, PER_VOXEL).any()

@@ -51,13 +51,14 @@ class Shown:
     def _extinctions(self, largest: int) -> tuple[Float64Array, Float64Array]:
         """Return the least extinction of all tables between each code and the next one, and the most of any."""
         first, last = self.window
+        width = last - first or 1.0  # all codes of a scan of one value are the same
         codes = np.linspace(first, last, largest + 1)
         least, most = np.full(largest + 1, np.inf), np.zeros(largest + 1)
         for table in self.tables:
             at_codes = np.interp(codes, table.values, table.extinction_per_mm)
             following = np.append(at_codes[1:], at_codes[-1])
             lower, upper = np.minimum(at_codes, following), np.maximum(at_codes, following)
-            place = np.clip((table.values - first) / (last - first) * largest, 0, largest)
+            place = np.clip((table.values - first) / width * largest, 0, largest)
             # A control point on a code belongs to both sides.
             for side in (np.floor(place), np.maximum(np.ceil(place) - 1, 0)):
                 np.minimum.at(lower, side.astype(np.intp), table.extinction_per_mm)
