@@ -113,7 +113,7 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
         for other in others:
             np.testing.assert_allclose(other.values, one.values, atol=0.01)
             # Rounding may move a sample across the least slope, where light jumps.
-            assert (np.abs(other.headlight - one.headlight) > 0.05).mean() < 1e-4
+            assert (np.abs(other.headlight - one.headlight) > 0.05).mean() < 1e-3
 
 
 def test_a_scan_of_which_nothing_is_seen_has_no_rays() -> None:
