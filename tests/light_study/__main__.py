@@ -25,7 +25,7 @@ from volprep.parts.light.trial import baked_field
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.lit import BakedField
 from volprep.truth.path_traced import LitVolume, TracedPicture, squares_beyond_noise, traced_picture
-from volprep.truth.refined import refined_picture
+from volprep.truth.refined import refined_lit
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Silent
@@ -60,20 +60,7 @@ def traced(lit: LitVolume, views: Sequence[Camera], pixels: int, paths: int) -> 
 
 def drawn(lit: LitVolume, camera: Float64Array, pixels: int, baked: BakedField | None) -> Float64Array:
     """Draw a view with a field of light, or unlit."""
-    shape = (pixels, pixels)
-    function = lit.transfer_function
-    return refined_picture(
-        lit.volume,
-        lit.grid,
-        lit.slope,
-        lit.intercept,
-        function,
-        camera,
-        shape,
-        TOLERANCE,
-        baked=baked,
-        planes=lit.planes,
-    ).rgba
+    return refined_lit(lit, camera, (pixels, pixels), TOLERANCE, baked=baked).rgba
 
 
 def stored(field: LightField, grid: Grid) -> BakedField:

@@ -9,6 +9,7 @@ import numpy as np
 from volprep.kernels import _native
 from volprep.truth.lit import BakedField, Lit, Normals, light_numbers, native_normals, shadow_light
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, require_field
+from volprep.truth.path_traced import LitVolume
 from volprep_formats.arrays import Float64Array, Texels
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction
@@ -66,3 +67,26 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
         planes,
     )
     return picture
+
+
+def refined_lit(
+    lit: LitVolume,
+    box_from_clip: Float64Array,
+    shape_hw: tuple[int, int],
+    tolerance: float = DEFAULT_TOLERANCE,
+    *,
+    baked: BakedField | None,
+) -> OraclePicture:
+    """Draw what `traced_picture` draws, with a field of light in place of paths; without a field unlit."""
+    return refined_picture(
+        lit.volume,
+        lit.grid,
+        lit.slope,
+        lit.intercept,
+        lit.transfer_function,
+        box_from_clip,
+        shape_hw,
+        tolerance,
+        baked=baked,
+        planes=lit.planes,
+    )

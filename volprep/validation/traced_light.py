@@ -13,7 +13,7 @@ import numpy as np
 from volprep.parts.light.lit import views_of_a_cut
 from volprep.truth.decoded import baked_fields
 from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_picture
-from volprep.truth.refined import refined_picture
+from volprep.truth.refined import refined_lit
 from volprep.validation.bench import Bench
 from volprep.validation.records import TracedLight
 from volprep.validation.subject import Subject
@@ -72,17 +72,7 @@ def measure_cut_light(bench: Bench, program: Program) -> TracedLight | None:
     for view in views_of_a_cut(subject.grid, plane_numbers(light.planes)):
         camera = view.box_from_clip(scan.grid, aspect=1.0)
         truth = traced_picture(lit, camera, (_PIXELS, _PIXELS), _PATHS)
-        picture = refined_picture(
-            lit.volume,
-            lit.grid,
-            lit.slope,
-            lit.intercept,
-            lit.transfer_function,
-            camera,
-            (_PIXELS, _PIXELS),
-            baked=field,
-            planes=lit.planes,
-        )
+        picture = refined_lit(lit, camera, (_PIXELS, _PIXELS), baked=field)
         beyond.append(squares_beyond_noise(picture.rgba, truth))
         noise.append(truth.variance[truth.rgba[..., 3] > 0.0, :3].mean(axis=1))
     return _judged(np.concatenate(beyond), np.concatenate(noise), subject.render.tolerance.rmse)

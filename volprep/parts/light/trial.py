@@ -21,7 +21,7 @@ from volprep.scene.scene import LightResolution, Scene
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.lit import BakedField
 from volprep.truth.path_traced import LUMINANCE, LitVolume, squares_beyond_noise, traced_picture
-from volprep.truth.refined import refined_picture
+from volprep.truth.refined import refined_lit
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.model import LightModel
@@ -226,15 +226,4 @@ def baked_field(field: solve.LightField, grid: Grid) -> BakedField:
 
 
 def _drawn(lit: LitVolume, camera: Float64Array, baked: BakedField | None) -> Float64Array:
-    return refined_picture(
-        lit.volume,
-        lit.grid,
-        lit.slope,
-        lit.intercept,
-        lit.transfer_function,
-        camera,
-        (_PIXELS, _PIXELS),
-        _PICTURE_TOLERANCE,
-        baked=baked,
-        planes=lit.planes,
-    ).rgba
+    return refined_lit(lit, camera, (_PIXELS, _PIXELS), _PICTURE_TOLERANCE, baked=baked).rgba
