@@ -99,7 +99,7 @@ CASES = [
     Case("import phantom.raw -o x.volpkg", 3, stderr=r"VP1002 .*phantom.raw: no reader knows"),
     Case("import nothing.nii -o x.volpkg", 3, stderr=r"VP1002 .*nothing.nii: the file is empty"),
     # scene and profile
-    Case("build missing.toml -o x.volpkg", 4, stderr=r"VP3001 missing.toml: cannot read the scene: No such file"),
+    Case("build missing.toml -o x.volpkg", 4, stderr=r"VP3001 missing.toml: cannot read the file: No such file"),
     Case("build broken.toml -o x.volpkg", 4, stderr=r"VP3002 broken.toml: not a TOML file"),
     Case("build phantom.raw --source phantom.raw -o x.volpkg", 4, stderr=r"VP3004 phantom.raw: this is not a scene"),
     Case("build phantom.raw -o x.volpkg", 3, stderr=r"VP1002 .*phantom.raw: no reader knows"),

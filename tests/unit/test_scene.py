@@ -22,7 +22,7 @@ def test_a_sample_is_a_scene_that_says_what_it_shows(path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (None, r"VP3001 .*: cannot read the scene: No such file"),
+        (None, r"VP3001 .*: cannot read the file: No such file"),
         ("name = ", r"VP3002 .*: not a TOML file: Invalid value"),
         (GOOD.replace("coarsest_longest_axis", "coarsest_axis"), r"VP3003 .*: pyramid.coarsest_axis: unknown key"),
         (GOOD.replace("[pyramid]", "[pyramyd]"), r"VP3003 .*: pyramyd: unknown key"),

@@ -145,6 +145,21 @@ def test_a_folder_has_a_segment_for_each_mask(tmp_path):
     assert code_of(lambda: opened(tmp_path)) == "VP1408"
 
 
+def test_data_files_of_headers_are_not_told_as_other_entries(tmp_path):
+    header = "NDims = 3\nDimSize = 3 2 2\nElementType = MET_UCHAR\nElementDataFile = {}.raw\n"
+    for name, x in (("liver", 0), ("spleen", 2)):
+        mask = np.zeros((2, 2, 3), np.uint8)
+        mask[:, :, x] = 1
+        (tmp_path / f"{name}.mhd").write_text(header.format(name))
+        (tmp_path / f"{name}.raw").write_bytes(mask.tobytes())
+    found = opened(tmp_path)
+    assert [segment.name for segment in found.segments] == ["liver", "spleen"]
+    assert [mask[0, 0].astype(int).tolist() for mask in masks(found)] == [[1, 0, 0], [0, 0, 1]]
+    assert found.remarks == ()
+    (tmp_path / "other.raw").touch()
+    assert [remark[:1] for remark in opened(tmp_path).remarks] == ["1"]
+
+
 def test_contours_keep_their_points_and_colours(tmp_path):
     ring = [(0, 0, 1), (2, 0, 1), (2, 2, 1)]
     found = opened(structure_set(tmp_path / "r.dcm", [[ring], []]))

@@ -3,7 +3,7 @@
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
 ENTRIES: dict[str, Diagnostic] = {
-    "VP3001": Diagnostic(ExitStatus.SCENE, "{path}: cannot read the scene: {error}", "Check the path."),
+    "VP3001": Diagnostic(ExitStatus.SCENE, "{path}: cannot read the file: {error}", "Check the path."),
     "VP3002": Diagnostic(
         ExitStatus.SCENE, "{path}: not a TOML file: {error}", "Correct the line that the message names."
     ),

@@ -24,9 +24,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: {failed} of {views} views are beyond the tolerance; the worst is {view} of program {program}: "
         + _SEEN_PIXELS
         + "RMSE {data:.2g} comes from the data, {drawing:.2g} from drawing",
-        "See {report}. To reduce the error of the data: a profile that holds a finer level, or quantize.bits = 16. To "
-        "reduce the error of drawing: render.classification lookup or preintegrated, a smaller render.step_voxels, or "
-        "a larger render.opacity_cutoff. Or allow more in [tolerance].",
+        "See {report}. To reduce the error of the data: a profile that holds a finer level, or quantize.bits = 16 "
+        "if the package has 8. To reduce the error of drawing: render.classification lookup or preintegrated, a "
+        "smaller render.step_voxels, or a larger render.opacity_cutoff. Or allow more in [tolerance].",
     ),
     "VP6012": Diagnostic(
         ExitStatus.SOURCE,

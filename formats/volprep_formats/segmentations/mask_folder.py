@@ -12,7 +12,9 @@ from volprep_formats.segmentations.label_volume import read_mask
 from volprep_formats.segmentations.layers import LayerStack
 from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, SourceSegment
 
-_MASK = re.compile(r"(.+?)\.(?:nii|nii\.gz|nrrd|mha|mgz|mgh)", re.IGNORECASE)
+_MASK = re.compile(r"(.+?)\.(?:nii|nii\.gz|nrrd|nhdr|mha|mhd|mgz|mgh)", re.IGNORECASE)
+_VOXELS_OF_HEADER = re.compile(r"(.+?)\.(?:z?raw|raw\.gz)", re.IGNORECASE)
+"""Data files that lie beside `.mhd` and `.nhdr` headers."""
 _SAME_VOXELS = 1e-3
 
 
@@ -35,8 +37,10 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
         raise VolprepError("VP1401", path=folder, count=0, most=MOST_SEGMENTS)
     names = [match[1] for file in files if (match := _MASK.fullmatch(file.name))]
     segments = tuple(SourceSegment(index + 1, name) for index, name in enumerate(names))
-    others = len(visible) - len(files)
-    remark = f"{others} other entries of the folder are no masks (.nii, .nii.gz, .nrrd, .mha, .mgz, .mgh); left out"
+    data = [file for file in visible if (match := _VOXELS_OF_HEADER.fullmatch(file.name)) and match[1] in names]
+    others = len(visible) - len(files) - len(data)
+    kinds = ".nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .mgz, .mgh"
+    remark = f"{others} other entries of the folder are no masks ({kinds}); left out"
     return LabelLayers(segments, grid, layers.arrays, remarks=(remark,) if others else ())
 
 
