@@ -9,9 +9,9 @@ from volprep.parts.levels.appearance import SeenBlocks
 from volprep.parts.levels.choose_level import Chooser
 from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.level_input import LevelInput, level_slices
+from volprep.parts.levels.rays import ray_counts
 from volprep.parts.levels.refined import AUTO, RefineBudget, refine_lines
 from volprep.parts.levels.stage import CANDIDATES
-from volprep.parts.levels.rays import ray_counts
 from volprep_formats.grid import Grid
 
 FACTORS = (4, 4, 4)
