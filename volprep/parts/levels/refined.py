@@ -37,7 +37,7 @@ _ROUNDS = (8, 12, 12)
 _FEW_ROUNDS = (8, 12)
 """The same along fewer rays: more steps fit themselves."""
 _MANY_RAYS_PER_VOXEL = 20
-_TABLE_RAYS = 10_000
+_TABLE_RAYS = 3000
 """Rays that tables are fitted along between rounds."""
 _TIE = 0.01
 """Weight of a voxel's change beside the mean curvature, so that voxels that no ray meets stay."""
