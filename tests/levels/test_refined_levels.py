@@ -9,7 +9,8 @@ from volprep.parts.levels.appearance import SeenBlocks
 from volprep.parts.levels.choose_level import Chooser
 from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.level_input import LevelInput, level_slices
-from volprep.parts.levels.refined import AUTO, RefineBudget
+from volprep.parts.levels.rays import ray_counts
+from volprep.parts.levels.refined import AUTO, RefineBudget, refine_lines
 from volprep.parts.levels.stage import CANDIDATES
 from volprep_formats.grid import Grid
 
@@ -65,6 +66,24 @@ def test_a_level_beyond_the_budget_is_not_refined(scan, tmp_path) -> None:
     assert not chooser.refines(FACTORS)
     choice, _ = chooser.choose(2, FACTORS, ("raised", "refined"), tmp_path.joinpath, lambda _: None)
     assert {trial.filter for trial in choice.trials} == {"raised"}
+
+
+def test_what_a_budget_has_left_goes_to_more_rays_once_each_level_has_its_share() -> None:
+    grid = Grid.of((48, 48, 48), (1.0, 1.0, 1.0))
+    blocks = SeenBlocks(np.ones((12, 12, 12), np.bool_), 4)
+    coarse, fine = (4, 4, 4), (2, 2, 2)
+
+    def rays(samples: int, levels: list[tuple[int, int, int]]) -> dict[tuple[int, int, int], int]:
+        chosen = refine_lines(grid, blocks, levels, 1, RefineBudget(fine=samples, coarse=10**9))
+        taken = sum(int(ray_counts(each.lines.lengths_mm, grid.spacing_mm_zyx).sum()) for each in chosen.values())
+        assert taken < 1.05 * samples
+        return {factors: len(each.lines.lengths_mm) for factors, each in chosen.items()}
+
+    voxels = 12**3
+    assert rays(12 * 10**6, [coarse]) == {coarse: 40 * voxels}
+    both = rays(16 * 10**6, [fine, coarse])
+    assert both[coarse] == 24 * voxels
+    assert 6 * 8 * voxels < both[fine] < 24 * 8 * voxels
 
 
 def test_aimed_rays_pass_the_block_that_is_seen() -> None:

@@ -43,9 +43,11 @@ _TIE = 0.01
 """Weight of a voxel's change beside the mean curvature, so that voxels that no ray meets stay."""
 _REACH = 2 / 255
 """Slopes of tables are differences over so much on either side: a value just below the foot of a table may rise."""
-_FEWEST_RAYS_PER_VOXEL = 8
+_FEWEST_RAYS_PER_VOXEL = 6
 _MOST_RAYS_PER_VOXEL, _USUAL_RAYS = 60, 30_000
 """A level that shows few voxels has more rays for each: up to so many, which cost little."""
+_AMPLE_RAYS_PER_VOXEL, _AMPLE_RAYS = 40, 60_000
+"""The same for what the budget has left once every level has its share."""
 _FEWEST_RAYS = 8000
 _RANDOM_SHARE = 5
 """One ray in so many is aimed at nothing."""
@@ -87,35 +89,76 @@ def refine_lines(
 ) -> dict[Factors, RefineRays]:
     """Return the rays that each level is refined along; none for a level that is beyond the budget.
 
-    The coarsest level comes first: it gains most, and needs the fewest rays.
+    The coarsest level comes first: it gains most, and needs the fewest rays. What is left when each level has its share
+    goes to more rays, in the same order.
     """
-    chosen: dict[Factors, RefineRays] = {}
+    shares: list[_Share] = []
     fine, coarse = budget.fine, budget.coarse
     for factors in sorted(levels, key=math.prod, reverse=True):
         voxels = _seen_voxels(blocks, factors)
-        aside = float(max(factors))
-        probe = aimed_lines(grid, blocks, aside, _MEAN_OF, _SEED)
+        probe = aimed_lines(grid, blocks, float(max(factors)), _MEAN_OF, _SEED)
         if not len(probe.lengths_mm):
             continue
         per_ray = int(ray_counts(probe.lengths_mm, grid.spacing_mm_zyx).mean()) + 1
-        usual = max(budget.rays_per_voxel * voxels, min(_MOST_RAYS_PER_VOXEL * voxels, _USUAL_RAYS), _FEWEST_RAYS)
-        most = min(usual, fine // per_ray)
+        usual = _wanted(voxels, budget.rays_per_voxel, _USUAL_RAYS)
         for rounds in (_ROUNDS, _FEW_ROUNDS):
             work = sum(rounds) * functions * (per_ray // min(factors) + 1)
-            count = min(most, Refinement.parts * coarse // work)
-            if count >= _MANY_RAYS_PER_VOXEL * voxels:
+            share = _Share(factors, voxels, rounds, per_ray, work)
+            share.grow(usual, fine, coarse)
+            if share.rays >= _MANY_RAYS_PER_VOXEL * voxels:
                 break
-        if count < _FEWEST_RAYS_PER_VOXEL * voxels:
+        if share.rays < _FEWEST_RAYS_PER_VOXEL * voxels:
             continue
-        fine -= count * per_ray
-        coarse -= count * work // Refinement.parts
-        at_random = count // _RANDOM_SHARE
-        aimed = aimed_lines(grid, blocks, aside, count - at_random, _SEED)
-        lines = RaySegments.joined([aimed, random_lines(grid, at_random, _SEED, fewest=1)])
-        # Tables are fitted along the first of them.
-        order = np.random.default_rng(_SEED).permutation(len(lines.lengths_mm))
-        chosen[factors] = RefineRays(lines.taken(order), rounds)
-    return chosen
+        fine -= share.fine
+        coarse -= share.coarse
+        shares.append(share)
+    for share in shares:
+        fine, coarse = fine + share.fine, coarse + share.coarse
+        ample = _wanted(share.voxels, max(budget.rays_per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
+        share.grow(ample, fine, coarse)
+        fine, coarse = fine - share.fine, coarse - share.coarse
+    return {share.factors: RefineRays(_lines(grid, blocks, share), share.rounds) for share in shares}
+
+
+@dataclass
+class _Share:
+    """Share of a level in the budget."""
+
+    factors: Factors
+    voxels: int
+    """Voxels that are seen."""
+    rounds: tuple[int, ...]
+    per_ray: int
+    """Samples of level 0 along a ray."""
+    work: int
+    """Samples of the level along a ray in all steps, if each step followed it."""
+    rays: int = 0
+
+    @property
+    def fine(self) -> int:
+        """Samples of level 0."""
+        return self.rays * self.per_ray
+
+    @property
+    def coarse(self) -> int:
+        """Samples of the level."""
+        return self.rays * self.work // Refinement.parts
+
+    def grow(self, wanted: int, fine: int, coarse: int) -> None:
+        """Take as many rays as wanted and as a budget has room for, never fewer than before."""
+        self.rays = max(self.rays, min(wanted, fine // self.per_ray, Refinement.parts * coarse // self.work))
+
+
+def _wanted(voxels: int, per_voxel: int, usual: int) -> int:
+    return max(per_voxel * voxels, min(_MOST_RAYS_PER_VOXEL * voxels, usual), _FEWEST_RAYS)
+
+
+def _lines(grid: Grid, blocks: SeenBlocks, share: _Share) -> RaySegments:
+    """Return the rays of a level, in random order: tables are fitted along the first of them."""
+    at_random = share.rays // _RANDOM_SHARE
+    aimed = aimed_lines(grid, blocks, float(max(share.factors)), share.rays - at_random, _SEED)
+    lines = RaySegments.joined([aimed, random_lines(grid, at_random, _SEED, fewest=1)])
+    return lines.taken(np.random.default_rng(_SEED).permutation(len(lines.lengths_mm)))
 
 
 def _seen_voxels(blocks: SeenBlocks, factors: Factors) -> int:
