@@ -93,7 +93,6 @@ def refine_lines(
     goes to more rays, in the same order.
     """
     shares: list[_Share] = []
-    fine, coarse = budget.fine, budget.coarse
     for factors in sorted(levels, key=math.prod, reverse=True):
         voxels = _seen_voxels(blocks, factors)
         probe = aimed_lines(grid, blocks, float(max(factors)), _MEAN_OF, _SEED)
@@ -104,19 +103,14 @@ def refine_lines(
         for rounds in (_ROUNDS, _FEW_ROUNDS):
             work = sum(rounds) * functions * (per_ray // min(factors) + 1)
             share = _Share(factors, voxels, rounds, per_ray, work)
-            share.grow(usual, fine, coarse)
+            share.grow(usual, budget, shares)
             if share.rays >= _MANY_RAYS_PER_VOXEL * voxels:
                 break
-        if share.rays < _FEWEST_RAYS_PER_VOXEL * voxels:
-            continue
-        fine -= share.fine
-        coarse -= share.coarse
-        shares.append(share)
+        if share.rays >= _FEWEST_RAYS_PER_VOXEL * voxels:
+            shares.append(share)
     for share in shares:
-        fine, coarse = fine + share.fine, coarse + share.coarse
         ample = _wanted(share.voxels, max(budget.rays_per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
-        share.grow(ample, fine, coarse)
-        fine, coarse = fine - share.fine, coarse - share.coarse
+        share.grow(ample, budget, shares)
     return {share.factors: RefineRays(_lines(grid, blocks, share), share.rounds) for share in shares}
 
 
@@ -144,8 +138,11 @@ class _Share:
         """Samples of the level."""
         return self.rays * self.work // Refinement.parts
 
-    def grow(self, wanted: int, fine: int, coarse: int) -> None:
-        """Take as many rays as wanted and as a budget has room for, never fewer than before."""
+    def grow(self, wanted: int, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
+        """Take as many rays as wanted and as the other shares leave in the budget, never fewer than before."""
+        others = [share for share in shares if share is not self]
+        fine = budget.fine - sum(share.fine for share in others)
+        coarse = budget.coarse - sum(share.coarse for share in others)
         self.rays = max(self.rays, min(wanted, fine // self.per_ray, Refinement.parts * coarse // self.work))
 
 
