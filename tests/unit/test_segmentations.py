@@ -158,6 +158,9 @@ def test_data_files_of_headers_are_not_told_as_other_entries(tmp_path):
     assert found.remarks == ()
     (tmp_path / "other.raw").touch()
     assert [remark[:1] for remark in opened(tmp_path).remarks] == ["1"]
+    nibabel.save(nibabel.Nifti1Image(np.ones((3, 2, 2), np.uint8), np.diag([-1, -1, 1, 1])), tmp_path / "veil.nii")
+    (tmp_path / "veil.raw").touch()
+    assert [remark[:1] for remark in opened(tmp_path).remarks] == ["2"]
 
 
 def test_contours_keep_their_points_and_colours(tmp_path):

@@ -12,16 +12,19 @@ from volprep_formats.segmentations.label_volume import read_mask
 from volprep_formats.segmentations.layers import LayerStack
 from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, SourceSegment
 
-_MASK = re.compile(r"(.+?)\.(?:nii|nii\.gz|nrrd|nhdr|mha|mhd|mgz|mgh)", re.IGNORECASE)
-_VOXELS_OF_HEADER = re.compile(r"(.+?)\.(?:z?raw|raw\.gz)", re.IGNORECASE)
-"""Data files that lie beside `.mhd` and `.nhdr` headers."""
+_HEADERS = (".nhdr", ".mhd")
+"""Endings of masks whose voxels lie in a data file."""
+_ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha", ".mgz", ".mgh", *_HEADERS)
+_MASK = re.compile(rf"(.+?)({'|'.join(map(re.escape, _ENDINGS))})", re.IGNORECASE)
+_DATA = re.compile(r"(.+?)\.(?:z?raw|raw\.gz)", re.IGNORECASE)
 _SAME_VOXELS = 1e-3
 
 
 def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
     """Read all masks in a folder. Raises VP1401, VP1402, VP1408 (grids differ), and the errors of the readers."""
     visible = [file for file in folder.iterdir() if not file.name.startswith(".")]
-    files = sorted(file for file in visible if _MASK.fullmatch(file.name))
+    masks = {file: match for file in sorted(visible) if (match := _MASK.fullmatch(file.name))}
+    files = list(masks)
     if not 0 < len(files) <= MOST_SEGMENTS:
         raise VolprepError("VP1401", path=folder, count=len(files), most=MOST_SEGMENTS)
     layers: LayerStack | None = None
@@ -35,12 +38,11 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
         layers.add(index + 1, mask)
     if layers is None or grid is None:
         raise VolprepError("VP1401", path=folder, count=0, most=MOST_SEGMENTS)
-    names = [match[1] for file in files if (match := _MASK.fullmatch(file.name))]
-    segments = tuple(SourceSegment(index + 1, name) for index, name in enumerate(names))
-    data = [file for file in visible if (match := _VOXELS_OF_HEADER.fullmatch(file.name)) and match[1] in names]
+    segments = tuple(SourceSegment(index + 1, match[1]) for index, match in enumerate(masks.values()))
+    headers = {match[1] for match in masks.values() if match[2].lower() in _HEADERS}
+    data = [file for file in visible if (match := _DATA.fullmatch(file.name)) and match[1] in headers]
     others = len(visible) - len(files) - len(data)
-    kinds = ".nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .mgz, .mgh"
-    remark = f"{others} other entries of the folder are no masks ({kinds}); left out"
+    remark = f"{others} other entries of the folder are no masks ({', '.join(_ENDINGS)}); left out"
     return LabelLayers(segments, grid, layers.arrays, remarks=(remark,) if others else ())
 
 
