@@ -57,7 +57,7 @@ def test_a_build_with_segments_says_what_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "masks" / "notes.txt").touch()
     ran = volprep("build", "scan.nii", "--segments", "masks", "-o", "p.volpkg", "--json", cwd=tmp_path)
     notes = json.loads(ran.stdout)["notes"]
-    assert any("2 segments have no coded name" in note for note in notes)
+    assert any("2 of 2 segments have no coded name" in note for note in notes)
     assert any(note.startswith("1 other entries of the folder are no masks") for note in notes)
     assert "segments without a voxel of the scan: 2" in notes
     assert [f"note: {note}" in ran.stderr.splitlines() for note in notes] == [True] * len(notes)

@@ -77,8 +77,8 @@ def seg(
     return save(data, path)
 
 
-def structure_set(path: Path, rings: Sequence[Sequence[ArrayLike]]) -> Path:
-    """Write a structure set: for each structure its contours, [points, xyz] in millimetres."""
+def structure_set(path: Path, rings: Sequence[Sequence[ArrayLike]], images: Sequence[str] = ()) -> Path:
+    """Write a structure set: for each structure its contours, [points, xyz] in millimetres, drawn on `images`."""
     data = Dataset()
     data.SOPClassUID = STRUCT_CLASS
     data.Modality = "RTSTRUCT"
@@ -94,6 +94,7 @@ def structure_set(path: Path, rings: Sequence[Sequence[ArrayLike]]) -> Path:
                     ContourGeometricType="CLOSED_PLANAR",
                     NumberOfContourPoints=len(np.asarray(ring)),
                     ContourData=ds(ring),
+                    ContourImageSequence=[item(ReferencedSOPInstanceUID=uid) for uid in images],
                 )
                 for ring in own
             ],

@@ -135,7 +135,7 @@ def test_faint_and_short_things_do_not_count():
     assert thin_things(0 * short, short, 4.0) == ()
 
 
-def test_rounding_to_the_target_is_no_flip_where_both_are_held_in_8_bits():
+def test_rounding_to_the_target_is_no_flip():
     # A dark gradient: half a step of linear light is several of sRGB there.
     truth = np.zeros((40, 40, 4))
     truth[..., :3] = np.linspace(0.002, 0.02, 40)[:, None]
@@ -145,3 +145,12 @@ def test_rounding_to_the_target_is_no_flip_where_both_are_held_in_8_bits():
     assert seen_numbers(drawn, truth, (), is_of_target=True).flip == 0.0
     brighter = np.minimum(drawn + 1 / 255, 1.0)
     assert seen_numbers(brighter, truth, (), is_of_target=True).flip > 0.03
+
+
+def test_a_flat_surface_may_round_either_way_and_no_further():
+    truth = np.full((40, 40, 4), 93.499 / 255)
+    drawn = np.full((40, 40, 4), 94 / 255)
+    assert seen_flip(drawn, in_8_bits(truth)).black > 0.01
+    assert seen_numbers(drawn, truth, (), is_of_target=True).flip < 0.001
+    further = np.full((40, 40, 4), 95 / 255)
+    assert seen_numbers(further, truth, (), is_of_target=True).flip > 0.01

@@ -198,3 +198,21 @@ def test_segments_are_lit_and_dense_in_a_thin_veil(profile, lighting):
     veil = max(point.extinction_per_mm for point in shown.transfer[0].resolved().points)
     inside = min(point.extinction_per_mm for point in shown.transfer[1].resolved().points)
     assert inside > 10 * veil * shown.segments.outside_opacity
+
+
+def test_slices_of_a_thin_stack_are_tinted_by_its_segments_without_veil_or_light():
+    info = SourceInfo(format="raw", grid=Grid.of((3, 40, 40), (1.0, 1.0, 1.0)), stored_type="float32", unit="HU")
+    gauge = SlabMeasurer(info)
+    values = np.linspace(-1000.0, 1500.0, 4800, dtype=np.float32)
+    gauge.add(values.reshape(3, 40, 40))
+    statistics = gauge.result("0" * 64).statistics
+    points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
+    table = {"name": "s", "source": {"path": "x"}, "transfer": [{"name": "none", "points": points}]}
+    scene = Scene.model_validate({**table, "segments": {"source": "organs.nii"}})
+    looked = with_first_look(scene, GLES3, info, statistics, values.astype(np.float64))
+    shown = with_segment_styles(looked, GLES3, info, statistics)
+    assert shown.transfer == looked.transfer
+    assert shown.render.lighting == "none"
+    assert shown.segments is not None
+    assert shown.segments.outside_opacity == 1.0
+    assert "thin stack" in shown.recognised

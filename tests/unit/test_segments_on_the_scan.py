@@ -22,6 +22,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.segments.texels import flagged, label_texels, labels_of_texels
 from volprep_formats.progress import Silent
+from volprep_formats.segmentations.records import ScanFrame
 
 RNG = np.random.default_rng(8)
 
@@ -117,8 +118,8 @@ def ring_at(z, low=(1.25, 2.5), high=(2.5, 4.5)):
 
 @pytest.fixture
 def fit(tmp_path):
-    def call(make, grid=SCAN, frame=FRAME):
-        return fitted_segments(make(tmp_path / "s.dcm"), grid, frame, Silent())
+    def call(make, grid=SCAN, frame=FRAME, images=()):
+        return fitted_segments(make(tmp_path / "s.dcm"), grid, ScanFrame(frame, frozenset(images)), Silent())
 
     return call
 
@@ -161,6 +162,24 @@ def test_segments_of_another_place_are_refused_with_numbers(fit, make, frame, co
         fit(make, frame=frame)
     assert raised.value.code == code
     assert says in str(raised.value)
+
+
+def test_contours_that_are_drawn_on_images_of_the_scan_lie_in_its_frame_whatever_they_state(fit):
+    found = fit(lambda path: structure_set(path, [[ring_at(5.0)]], ["1.2.9"]), frame="1.2.3", images=["1.2.8", "1.2.9"])
+    assert found.labels.any()
+    assert "are drawn on its images" in found.remarks[0]
+    with pytest.raises(VolprepError, match="another frame"):
+        fit(lambda path: structure_set(path, [[ring_at(5.0)]], ["1.2.9"]), frame="1.2.3", images=["1.2.8"])
+
+
+def test_what_lies_beyond_the_scan_is_told(fit):
+    # Slices of the scan reach from 2 to 12 mm.
+    found = fit(lambda path: structure_set(path, [[ring_at(11.0)], [ring_at(13.0), ring_at(15.0)]]))
+    assert found.remarks == ("2 of 3 contours reach beyond the scan, by up to 3 mm; what lies beyond is left out",)
+    found = fit(lambda path: seg(path, [(1, (1, 2, z), PLANE) for z in (9, 11, 13, 15)]))
+    assert found.remarks == ("50.00% of the voxels of segments lie beyond the scan, up to 3 mm; they are left out",)
+    assert fit(lambda path: structure_set(path, [[ring_at(11.0)]])).remarks == ()
+    assert fit(lambda path: seg(path, [(1, (1, 2, 11), PLANE)])).remarks == ()
 
 
 def test_the_flag_tells_cells_with_several_labels():

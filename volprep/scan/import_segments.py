@@ -70,9 +70,9 @@ def import_segments(draft: Draft, source: SegmentSource, grid: Grid, progress: P
 
 
 def _fitted(source: SegmentSource, grid: Grid, progress: Progress) -> Fitted:
-    from volprep_formats.readers.dicom.frame import frame_of_reference  # noqa: PLC0415 - only scans with segments
+    from volprep_formats.readers.dicom.frame import frame_of_scan  # noqa: PLC0415 - only scans with segments
 
-    fitted = fitted_segments(source.path, grid, frame_of_reference(source.scan, progress), progress)
+    fitted = fitted_segments(source.path, grid, frame_of_scan(source.scan, progress), progress)
     if not source.smoothing_mm:
         return fitted
     widest_mm = widest_smoothing_mm(grid.shape_zyx, grid.spacing_mm_zyx)

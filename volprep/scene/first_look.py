@@ -31,6 +31,8 @@ _BOTH_SIDES = 0.2
 """Part of the farther side of 0 that the nearer one must reach, so that the ringing of a filter makes no signed map."""
 _FEW_SLICES = 12
 """Slices up to which a flat volume is looked at as pictures are: a lit surface of so few says nothing."""
+_SLICES = "slices"
+"""Name of the transfer function of a thin stack."""
 _SHARE = 0.01
 """Part of the diagonal that opacities of surfaces are for."""
 _CT_SLICES = ((-200.0, "#000000", 0.0), (-150.0, "#1a1a1a", 0.6), (300.0, "#ffffff", 0.99))
@@ -147,10 +149,13 @@ def _lit(scene: Scene, profile: DeviceProfile) -> Scene:
 def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics) -> Scene:
     """Return a scene without a scene file, with a second transfer function for the inside of its segments.
 
-    The first function becomes a veil around them: a ramp, or soft tissue of a CT.
+    The first function becomes a veil around them: a ramp, or soft tissue of a CT. A thin stack keeps the function of
+    its slices, which the colours of segments tint: a veil of so few hides nothing, and light says nothing.
     """
     if scene.segments is None:
         return scene
+    if any(transfer.name == _SLICES for transfer in scene.transfer):
+        return scene.model_copy(update={"recognised": _recognised("a thin stack, its slices tinted by its segments")})
     veiled = scene.segments.model_copy(update={"outside_opacity": _VEIL})
     if info.unit == "HU":
         scene = scene.with_preset("ct-soft-tissue", profile)
@@ -163,9 +168,12 @@ def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, 
         ScenePoint(value=low, colour="#8c8c8c", extinction_per_mm=dense_per_mm),
         ScenePoint(value=high, colour="#ffffff", extinction_per_mm=dense_per_mm),
     )
-    said = "recognised as a scan with segments; a scene with [segments] and [[segments.style]] draws it in another way"
     scene = scene.with_segments(veiled).with_transfer((*scene.transfer, SceneTransfer(name="inside", points=points)))
-    return _lit(scene, profile).model_copy(update={"recognised": said})
+    return _lit(scene, profile).model_copy(update={"recognised": _recognised("a scan with segments")})
+
+
+def _recognised(kind: str) -> str:
+    return f"recognised as {kind}; a scene with [segments] and [[segments.style]] draws it in another way"
 
 
 def _with_surface(scene: Scene, statistics: Statistics) -> Scene:
@@ -218,7 +226,7 @@ def _ramp(steps: tuple[tuple[float, str, float], ...], offset: float = 0.0) -> S
     points = tuple(
         ScenePoint(value=value + offset, colour=colour, opacity=opacity) for value, colour, opacity in _ascending(steps)
     )
-    return SceneTransfer(name="slices", points=points, reference_share=_SHARE)
+    return SceneTransfer(name=_SLICES, points=points, reference_share=_SHARE)
 
 
 def _ascending(steps: tuple[tuple[float, str, float], ...]) -> list[tuple[float, str, float]]:

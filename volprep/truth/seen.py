@@ -66,6 +66,17 @@ def in_8_bits(picture: FloatArray) -> Float64Array:
     return held
 
 
+def without_rounding(truth: FloatArray, held: FloatArray) -> Float64Array:
+    """Return `truth`, moved towards `held` by what rounding to 8 bits can explain: half a step of each channel.
+
+    A flat surface of 93.5 steps becomes 93 or 94 if drawing is wrong by a thousandth of a step, everywhere at once: its
+    FLIP was 0.039, beside an RMSE of 0.001.
+    """
+    exact = np.asarray(truth, np.float64)
+    nearest: Float64Array = np.clip(held, exact - 0.5 / 255, exact + 0.5 / 255)
+    return nearest
+
+
 def seen_flip(picture: FloatArray, truth: FloatArray, pixels_per_degree: float = PIXELS_PER_DEGREE) -> FlipError:
     """Return the perceived difference by FLIP: the mean of its map over seen pixels."""
     require_same_shape(picture, truth)

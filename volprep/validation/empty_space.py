@@ -206,8 +206,10 @@ def _views(subject: Subject, rays: Mapping[str, _Rays], drawn: _Drawn, plain: _D
     )
 
 
-def _mean(subject: Subject, camera: Float64Array, counted: Float64Array) -> float:
-    return float(counted[chords_mm(camera, counted.shape[:2], subject.grid) > 0].mean())
+def _mean(subject: Subject, camera: Float64Array, counted: Float64Array) -> float | None:
+    """Return the mean over the rays that meet the volume; None if none does: a thin slab, seen from its edge."""
+    met = counted[chords_mm(camera, counted.shape[:2], subject.grid) > 0]
+    return float(met.mean()) if len(met) else None
 
 
 def _difference(subject: Subject, camera: Float64Array, one: Float32Array, other: Float32Array) -> float:

@@ -210,7 +210,11 @@ class SavingView(Record):
     view: str
     """Name of the standard view."""
     samples_mean: NonNegative | None
-    """Samples of a ray that meets the volume, mean; null without a float target, because it holds the counts."""
+    """Samples of a ray that meets the volume, mean.
+
+    Null without a float target, which holds the counts, and if no counted ray meets the volume: a thin slab, seen from
+    its edge, can lie between the rays.
+    """
     looks_mean: NonNegative | None
     """Entries of the skip table that such a ray reads, mean; null as above."""
     difference: NonNegative

@@ -8,7 +8,7 @@ import numpy as np
 from volprep.truth.camera import Camera
 from volprep.truth.kept_light import ThinThing, kept_at_most, least_kept
 from volprep.truth.picture import encoded
-from volprep.truth.seen import in_8_bits, seen_error, seen_flip
+from volprep.truth.seen import in_8_bits, seen_error, seen_flip, without_rounding
 from volprep.truth.shift import shift_pixels
 from volprep.validation.seen_records import FullSize, LeastKept, SeenNumbers
 from volprep_formats.arrays import FloatArray, UInt8Array
@@ -31,12 +31,16 @@ def seen_numbers(
 ) -> SeenNumbers:
     """Compare two square pictures [H, W, 4], premultiplied linear, over seen pixels.
 
-    `things` are the thin things. With `is_of_target` the picture comes from a target of 8 bits: FLIP compares it with
-    the truth as that target would hold it. In linear light half a step is up to six steps of sRGB in the dark: the
-    truth itself, rounded, had FLIP 0.043 of 0.03 where a scene's light does not reach.
+    `things` are the thin things. With `is_of_target` the picture comes from a target of 8 bits: FLIP sees what rounding
+    to them does not explain. In linear light half a step is up to six steps of sRGB in the dark: the truth itself,
+    rounded, had FLIP 0.043 of 0.03 where a scene's light does not reach.
     """
     error = seen_error(picture, truth)
-    flip = seen_flip(in_8_bits(picture), in_8_bits(truth)) if is_of_target else seen_flip(picture, truth)
+    if is_of_target:
+        held = in_8_bits(picture)
+        flip = seen_flip(held, without_rounding(truth, held))
+    else:
+        flip = seen_flip(picture, truth)
     return SeenNumbers(
         share=error.share,
         rmse=error.rmse,

@@ -38,8 +38,8 @@ class SeenNumbers(Record):
     off: _Share
     """Part of the seen pixels with an sRGB channel off by more than 10 of 255, over black or over white."""
     flip: NonNegative
-    """Mean of FLIP over seen pixels at 67 pixels a degree, over black or white, whichever is larger; the truth as the
-    target of 8 bits would hold it. For a coarse level, whose pictures are means of pixels, the truth itself."""
+    """Mean of FLIP over seen pixels at 67 pixels a degree, over black or white, whichever is larger, beyond what
+    rounding to the target's 8 bits explains. For a coarse level, whose pictures are means of pixels, all of it."""
     kept_light: float
     """Part of the truth's light that the thin thing keeps that keeps the least: 1 if right or without thin things,
     below 0 if its surroundings have become darker."""

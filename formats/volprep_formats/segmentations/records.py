@@ -20,6 +20,16 @@ LayerArray = NDArray[np.uint16]
 
 
 @dataclass(frozen=True)
+class ScanFrame:
+    """What a segmentation can name to say where it lies. Compared, never shown whole."""
+
+    uid: str = ""
+    """FrameOfReferenceUID; empty if the scan names none."""
+    images: frozenset[str] = frozenset()
+    """SOPInstanceUID of each image."""
+
+
+@dataclass(frozen=True)
 class Code:
     """A coded name."""
 
@@ -76,6 +86,8 @@ class Contours:
     """Of each segment: its contours, each [points, (x, y, z)] in millimetres (LPS)."""
     frame_of_reference: str = ""
     """UID of the coordinate system of the points; empty if the file does not say."""
+    images: frozenset[str] = frozenset()
+    """SOPInstanceUID of each image on which the file says that its contours are drawn."""
     remarks: tuple[str, ...] = ()
     """Notes for the user."""
 

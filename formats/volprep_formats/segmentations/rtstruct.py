@@ -53,7 +53,22 @@ def read_rtstruct(path: Path) -> Contours:
             for number in sorted(structures)
         )
         remark = f"{left_out} contours are points or open lines, which enclose nothing; they are left out"
-        return Contours(segments, tuple(rings), "".join(frames), (remark,) if left_out else ())
+        return Contours(segments, tuple(rings), "".join(frames), _images(data), (remark,) if left_out else ())
+
+
+def _images(data: Item) -> frozenset[str]:
+    """Return the images of the series that a structure set refers to, and those that its contours name."""
+    found = [
+        *(contour for item in data.get("ROIContourSequence") or () for contour in item.get("ContourSequence") or ()),
+        *(
+            series
+            for frame in data.get("ReferencedFrameOfReferenceSequence") or ()
+            for study in frame.get("RTReferencedStudySequence") or ()
+            for series in study.get("RTReferencedSeriesSequence") or ()
+        ),
+    ]
+    images = (image for each in found for image in each.get("ContourImageSequence") or ())
+    return frozenset(str(image.get("ReferencedSOPInstanceUID", "")) for image in images) - {""}
 
 
 def _rings(path: Path, item: Item | None) -> tuple[tuple[Float64Array, ...], int]:

@@ -8,14 +8,19 @@ import numpy as np
 from volprep.scan.segments.combine import LabelArray, combine
 from volprep.scan.segments.contours import OffPlane, coverage_of
 from volprep.scan.segments.onto_grid import contours_outside, difference, onto_grid
+from volprep.scan.segments.outside import contours_beyond, voxels_beyond
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.segmentations.layers import LayerStack
-from volprep_formats.segmentations.records import Contours, LabelLayers, LayerArray, SourceSegment
+from volprep_formats.segmentations.records import Contours, LabelLayers, LayerArray, ScanFrame, SourceSegment
 
 _HALF = 0.5
 _UID_ENDING = 12
+_DRAWN_ON_SCAN = (
+    "the contours state another frame of reference than the scan, but are drawn on its images; they are taken to lie "
+    "in the frame of the scan"
+)
 
 
 @dataclass(frozen=True)
@@ -34,35 +39,38 @@ class Fitted:
     """Remarks for the user."""
 
 
-def fitted_segments(path: Path, grid: Grid, frame_of_reference: str, progress: Progress) -> Fitted:
+def fitted_segments(path: Path, grid: Grid, frame: ScanFrame, progress: Progress) -> Fitted:
     """Read the segmentation at `path` and bring it onto the grid of a scan.
 
-    `frame_of_reference` is that of the scan, empty if it states none. Raises what `open_segmentation` raises, VP1410
-    (another frame of reference), VP1411 (another place), VP1412 (contours off the slices) and VP1413 (too many
-    labels).
+    `frame` is that of the scan. Contours that name another one, but are drawn on images of the scan, are in its frame:
+    writers of structure sets are known to invent one. Raises what `open_segmentation` raises, VP1410 (another frame of
+    reference), VP1411 (another place), VP1412 (contours off the slices) and VP1413 (too many labels).
     """
     from volprep_formats.segmentations import open_segmentation  # noqa: PLC0415 - loads readers of DICOM
     from volprep_formats.segmentations.mask_folder import described  # noqa: PLC0415 - loads readers of DICOM
 
     found = open_segmentation(path, progress)
     own = found.frame_of_reference
-    if own and frame_of_reference and own != frame_of_reference:
-        ends = {"own": own[-_UID_ENDING:], "scan": frame_of_reference[-_UID_ENDING:]}
-        raise VolprepError("VP1410", path=path, **ends)
+    is_other = bool(own and frame.uid and own != frame.uid)
+    is_drawn_on_scan = isinstance(found, Contours) and bool(found.images & frame.images)
+    if is_other and not is_drawn_on_scan:
+        raise VolprepError("VP1410", path=path, own=own[-_UID_ENDING:], scan=frame.uid[-_UID_ENDING:])
     if isinstance(found, Contours):
         problem = contours_outside(found.rings, grid)
         if problem:
             raise VolprepError("VP1411", path=path, difference=problem, own=_box_of(found), scan=described(grid))
         layers, volumes = _masks(path, found, grid)
         combined = combine(path, layers)
-        return Fitted(combined.labels, combined.members, found.segments, volumes, found.remarks)
-    problem = difference(found.grid, grid, same_frame=bool(own and frame_of_reference))
+        remarks = (*found.remarks, *((_DRAWN_ON_SCAN,) if is_other else ()), *contours_beyond(found.rings, grid))
+        return Fitted(combined.labels, combined.members, found.segments, volumes, remarks)
+    problem = difference(found.grid, grid, same_frame=bool(own and frame.uid))
     if problem:
         fields = {"own": described(found.grid), "scan": described(grid)}
         raise VolprepError("VP1411", path=path, difference=problem, **fields)
     combined = combine(path, found.layers)
     labels = onto_grid(combined.labels, found.grid, grid)
-    return Fitted(labels, combined.members, found.segments, _volumes(found), found.remarks)
+    remarks = (*found.remarks, *voxels_beyond(combined.labels, found.grid, grid))
+    return Fitted(labels, combined.members, found.segments, _volumes(found), remarks)
 
 
 def _box_of(contours: Contours) -> str:

@@ -6,21 +6,23 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.kind import has_prefix
 from volprep_formats.readers.dicom.scan import choose_series, scan
 from volprep_formats.regular_files import open_regular
+from volprep_formats.segmentations.records import ScanFrame
 from volprep_formats.source import SourceSpec
 
 _HEAD_BYTES = 132
 
 
-def frame_of_reference(spec: SourceSpec, progress: Progress) -> str:
-    """Return the FrameOfReferenceUID of a DICOM series; empty for other formats, or if the series names none.
+def frame_of_scan(spec: SourceSpec, progress: Progress) -> ScanFrame:
+    """Return the frame of a DICOM series; an empty one for other formats.
 
     The path of `spec` is absolute. Raises what reading the series raises.
     """
     path = spec.place(Path("/"))
     if spec.format not in {"auto", "dicom"} or not _is_dicom(path):
-        return ""
+        return ScanFrame()
     images = choose_series(scan(path, progress), spec.series, in_colour=spec.colour is not None).images
-    return next((image.frame_of_reference for image in images if image.frame_of_reference), "")
+    uid = next((image.frame_of_reference for image in images if image.frame_of_reference), "")
+    return ScanFrame(uid, frozenset(image.instance_uid for image in images if image.instance_uid))
 
 
 def _is_dicom(path: Path) -> bool:
