@@ -18,6 +18,7 @@ Signed = Annotated[int, Field(ge=-LONGEST_AXIS, le=LONGEST_AXIS)]
 Vector = tuple[float, float, float]
 
 _THIN = 1 / 3
+_FEW_SLICES = 12
 _ORTHONORMAL_TOLERANCE = 1e-6
 
 
@@ -97,6 +98,11 @@ class Grid(Record):
         extent_xyz = np.array(self.extent_mm_zyx[::-1])
         thin, second, _ = np.argsort(extent_xyz, kind="stable").tolist()
         return int(thin) if extent_xyz[thin] < _THIN * extent_xyz[second] else None
+
+    @property
+    def is_thin_stack(self) -> bool:
+        """Whether it is flat and has so few slices that a picture shows single voxels."""
+        return self.thin_axis is not None and self.shape_zyx[2 - self.thin_axis] <= _FEW_SLICES
 
     @property
     def world_from_index(self) -> Float64Array:

@@ -29,8 +29,6 @@ _VEIL = 0.06
 """Factor of the extinction of what belongs to no segment."""
 _BOTH_SIDES = 0.2
 """Part of the farther side of 0 that the nearer one must reach, so that the ringing of a filter makes no signed map."""
-_FEW_SLICES = 12
-"""Slices up to which a flat volume is looked at as pictures are: a lit surface of so few says nothing."""
 _SLICES = "slices"
 """Name of the transfer function of a thin stack."""
 _SHARE = 0.01
@@ -75,7 +73,7 @@ def _look(
     offset = 0.0 if info.unit == "HU" else None
     if offset is None and not info.unit and info.modality in _CT:
         offset = hounsfield_offset(sample)
-    if offset is not None and _is_thin(info):
+    if offset is not None and info.grid.is_thin_stack:
         said = "a thin stack of a CT, drawn as its slices look between -200 and 300 HU"
         return FirstLook(said, scene.with_transfer((_ramp(_CT_SLICES, -offset),)))
     if offset is not None:
@@ -91,17 +89,11 @@ def _of_values(
         return FirstLook("a map with values on both sides of 0", scene.with_transfer((_signed(info, statistics),)))
     if not values.low < values.high:
         return FirstLook("a scan of nearly one value", scene.with_transfer((_grey(info, statistics),)))
-    if _is_thin(info):
+    if info.grid.is_thin_stack:
         return FirstLook("a thin stack, drawn as its slices look", scene.with_transfer((_slices(values),)))
     kind = "bright vessels in tissue" if values.vessels is not None else "an object in a dark field"
     background = f"{kind}, whose values up to {values.background:.4g} are background"
     return FirstLook(background, _lit(scene.with_transfer((_object(statistics, values),)), profile))
-
-
-def _is_thin(info: SourceInfo) -> bool:
-    """Return whether the scan is flat and has few slices."""
-    thin = info.grid.thin_axis
-    return thin is not None and info.grid.shape_zyx[2 - thin] <= _FEW_SLICES
 
 
 def _with_labels(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics) -> Scene:
