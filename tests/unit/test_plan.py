@@ -131,6 +131,15 @@ class TestBitsAndWindow:
         assert low <= 100.0
         assert 200.0 <= high <= 300.0
 
+    def test_a_thin_stack_is_clipped_only_if_codes_do_not_suffice_otherwise(self) -> None:
+        ramp = np.broadcast_to(np.linspace(0, 30000, 60), (3, 60, 60)).astype(np.int16)
+        seen = scene([(1000.0, 0.0), (3000.0, 0.5)])
+        assert plan(np.tile(ramp, (20, 1, 1)), seen).quantize.window[1] < 30000
+        assert plan(ramp, seen).quantize.window == (0.0, 30000.0)
+        outlier = ramp.astype(np.float32)
+        outlier[0, 0, 0] = -1e9
+        assert plan(outlier, seen).quantize.window[0] > -1e9
+
     def test_the_window_reaches_over_all_transfer_functions(self) -> None:
         first, second = scene([(0.1, 0.0), (0.2, 0.5)]), scene([(0.6, 0.0), (0.9, 0.5)])
         other = second.transfer[0].model_copy(update={"name": "other"})
@@ -162,6 +171,9 @@ class TestLevels:
             ((30, 512, 512), (4, 1, 1), 64, [(1, 1, 1), (1, 2, 2), (1, 4, 4), (2, 8, 8)]),
             # One slice cannot get thinner.
             ((1, 130, 65), (1, 1, 1), 20, [(1, 1, 1), (1, 2, 2), (1, 4, 4), (1, 8, 8)]),
+            # The slices of a thin stack stay apart, as long as another axis can get shorter.
+            ((3, 200, 150), (1, 1, 1), 64, [(1, 1, 1), (1, 2, 2), (1, 4, 4)]),
+            ((3, 12, 12), (0.1, 1, 1), 2, [(1, 1, 1), (1, 2, 2), (1, 4, 4), (1, 8, 8), (1, 16, 16), (2, 16, 16)]),
             ((1, 1, 1), (1, 1, 1), 1, [(1, 1, 1)]),
             ((7, 1, 1), (9, 1, 1), 1, [(1, 1, 1), (2, 1, 1), (4, 1, 1), (8, 1, 1)]),
             # A voxel stands for no more than 2^21: kernels need its block whole.

@@ -45,9 +45,10 @@ def candidate_levels(
     """List the levels from level 0 down to the first whose longest axis has at most so many voxels.
 
     It ends earlier if a voxel of the next level would cover more than 2^21 voxels. Each halves those axes of the one
-    before whose spacing is nearly the smallest, so that voxels come closer to cubes; odd sizes round up. Where levels
-    are mosaics only the longest of these axes is halved: the package holds one level, and the finest that fits loses
-    less when the steps between levels are small.
+    before whose spacing is nearly the smallest, so that voxels come closer to cubes; odd sizes round up. The few slices
+    of a thin stack are kept: to mix them saves little, and changes which one is seen. Where levels are mosaics only the
+    longest of these axes is halved: the package holds one level, and the finest that fits loses less when the steps
+    between levels are small.
     """
     factors = (1, 1, 1)
     levels: list[LevelPlan] = []
@@ -75,8 +76,11 @@ def _halved(
 ) -> tuple[int, int, int]:
     spacing = [f * h for f, h in zip(factors, grid.spacing_mm_zyx, strict=True)]
     # An axis of one voxel cannot get coarser.
-    limit = min(h for h, n in zip(spacing, shape, strict=True) if n > 1) * _NEARLY_EQUAL
-    axes = [axis for axis in range(3) if shape[axis] > 1 and spacing[axis] <= limit]
+    longer = [axis for axis in range(3) if shape[axis] > 1]
+    if grid.is_thin_stack and grid.thin_axis is not None:
+        longer = [axis for axis in longer if axis != 2 - grid.thin_axis] or longer
+    limit = min(spacing[axis] for axis in longer) * _NEARLY_EQUAL
+    axes = [axis for axis in longer if spacing[axis] <= limit]
     if one_axis:
         axes = [max(axes, key=lambda axis: shape[axis])]
     z, y, x = (f * 2 if axis in axes else f for axis, f in enumerate(factors))

@@ -24,12 +24,10 @@ def windows(
     """List windows, the widest first: all values; the distinguishable ones with a margin; the same without.
 
     A narrow window has finer codes, but moves surfaces: a voxel that it clips is wrong in every cell that it touches.
-    A thin stack shows such cells one by one, and has only the first window: one around soft tissue was wrong by 0.63
-    where a circle of padding cut the body.
     """
     low, high = statistics.minimum, statistics.maximum
     ranges = [(low, high)]
-    visible = None if info.grid.is_thin_stack else visible_range(functions)
+    visible = visible_range(functions)
     if visible is not None:
         width = visible[1] - visible[0]
         inside = [(max(low, visible[0] - margin), min(high, visible[1] + margin)) for margin in (width, 0.0)]
