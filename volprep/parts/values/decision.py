@@ -151,7 +151,7 @@ def choose_values(
         return within_share(trial.error, scene.tolerance)
 
     # A thin stack shows single cells, and few of them lie beside clipped voxels: the sample misses them. A window
-    # around soft tissue was wrong by 0.63 where a circle of padding cut a body. So no voxel is clipped, if codes suffice.
+    # around soft tissue was wrong by 0.63 where a circle of padding cut a body. So none is clipped if codes suffice.
     most = (1, _ALL) if info.grid.is_thin_stack else (_ALL,)
     trials: list[_Trial] = []
     for windows_tried, bits in product(most, _possible_bits(settings, profile)):
