@@ -374,6 +374,18 @@ def test_the_margin_of_photographs_without_a_scene_is_left_out(tmp_path: Path, b
     assert (shares[is_inside] > 0.5).mean() > 0.9
 
 
+def test_outlines_of_photographs_are_less_solid_than_what_they_surround(tmp_path: Path) -> None:
+    # Of pixels that are half background, dark ones and bright ones would lie in rings.
+    alpha = ball()[..., 3:] / 255
+    write_pictures(tmp_path / "ball.tif", np.rint(alpha * np.array([200, 150, 100])).astype(np.uint8))
+    scene = looked_at(tmp_path / "ball.tif")
+    with open_source(scene.source.channels[3], Path(), Silent()) as source:
+        shares = source.read_slab(0, source.info.grid.shape_zyx[0]) / 65535
+    half = (alpha[..., 0] > 0.4) & (alpha[..., 0] < 0.6)
+    assert 0.1 < shares[half].mean() < 0.6
+    assert shares[alpha[..., 0] == 1.0].min() > 0.95
+
+
 def test_alpha_of_pictures_without_a_scene_is_their_extinction(tmp_path: Path) -> None:
     write_pictures(tmp_path / "ball.tif", ball())
     assert looked_at(tmp_path / "ball.tif").colour.extinction == "alpha"

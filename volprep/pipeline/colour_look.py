@@ -113,11 +113,12 @@ def _look(pixels: _Pixels) -> tuple[str, dict[str, object]]:
         return "without a margin of one colour", {"extinction": "luminance", "points": _ramp(0.05, 0.6, dense_per_mm)}
     code = "#" + "".join(f"{round(255 * part):02x}" for part in background.tolist())
     low = round(max(0.04, 1.5 * float(np.percentile(near, _NOISE))), 3)
-    # Between the colours of the background and of the object: pixels at outlines are a mixture of both.
+    # From the background's colour to the object's own. Pixels at outlines are a mixture of both: if they were solid,
+    # dark ones and bright ones would lie on a curved surface in rings.
     away = np.linalg.norm(pixels.colours - background, axis=-1) / math.sqrt(3.0)
     shown = away[away > low]
     usual = float(np.median(shown)) if shown.size else 0.0
-    low, high = max(low, round(0.25 * usual, 3)), max(2.0 * low, round(0.5 * usual, 3))
+    low, high = max(low, round(0.25 * usual, 3)), max(2.0 * low, round(usual, 3))
     said = f"on a background of {code}"
     table: dict[str, object] = {
         "extinction": "background",
