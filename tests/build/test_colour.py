@@ -376,7 +376,7 @@ def test_the_margin_of_photographs_without_a_scene_is_left_out(tmp_path: Path, b
 
 def test_outlines_of_photographs_are_less_solid_than_what_they_surround(tmp_path: Path) -> None:
     # Of pixels that are half background, dark ones and bright ones would lie in rings.
-    alpha = ball()[..., 3:] / 255
+    alpha = np.clip(ball()[..., 3:] / 255 * 3 - 1, 0.0, 1.0)
     write_pictures(tmp_path / "ball.tif", np.rint(alpha * np.array([200, 150, 100])).astype(np.uint8))
     scene = looked_at(tmp_path / "ball.tif")
     with open_source(scene.source.channels[3], Path(), Silent()) as source:
