@@ -96,3 +96,17 @@ def test_switching_a_segment_leaves_no_word_of_loading(page) -> None:
     visible, text = page.run(changed)
     assert not visible
     assert "loading" not in text
+
+
+def test_on_a_telephone_what_is_touched_is_not_scrolled_below_the_picture(page) -> None:
+    page.send("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
+    places = """
+    const field = document.querySelector("#segments-body input");
+    field.scrollIntoView();
+    const bottom = document.querySelector(".frame").getBoundingClientRect().bottom;
+    return [window.scrollY, field.getBoundingClientRect().top - bottom];
+    """
+    scrolled, below = page.run(places)
+    page.send("Emulation.clearDeviceMetricsOverride")
+    assert scrolled > 0
+    assert below >= 0
