@@ -138,8 +138,9 @@ def test_a_folder_has_a_segment_for_each_mask(tmp_path):
     assert found.remarks == ()
     (tmp_path / ".hidden").touch()
     (tmp_path / "statistics.json").touch()
+    (tmp_path / "preview.png").write_bytes(b"\x89PNG\r\n\x1a\n")
     assert [remark.split(" (")[0] for remark in opened(tmp_path).remarks] == [
-        "1 other entries of the folder are no masks"
+        "2 other entries of the folder are no masks"
     ]
     nibabel.save(nibabel.Nifti1Image(mask, np.diag([1, 1, 2, 1])), tmp_path / "tumor.nii.gz")
     assert code_of(lambda: opened(tmp_path)) == "VP1408"

@@ -36,6 +36,7 @@ def _read(path: Path, head: bytes, progress: Progress) -> Segmentation:
     from volprep_formats.segmentations.dicom_file import sop_class  # noqa: PLC0415 - readers take time to load
     from volprep_formats.segmentations.dicom_seg import SOP_CLASSES, read_dicom_seg  # noqa: PLC0415 - readers take time to load
     from volprep_formats.segmentations.label_volume import read_label_volume  # noqa: PLC0415 - readers take time to load
+    from volprep_formats.segmentations.mask_folder import has_masks  # noqa: PLC0415 - readers take time to load
     from volprep_formats.segmentations.rtstruct import SOP_CLASS, read_rtstruct  # noqa: PLC0415 - readers take time to load
     from volprep_formats.segmentations.seg_nrrd import is_segmentation, read_seg_nrrd  # noqa: PLC0415 - readers take time to load
 
@@ -48,7 +49,7 @@ def _read(path: Path, head: bytes, progress: Progress) -> Segmentation:
     elif head[:4] == b"NRRD":
         if is_segmentation(keys_of(path)):
             return read_seg_nrrd(path, progress)
-    elif path.is_dir() and format_of(path) == "dicom":
+    elif path.is_dir() and (format_of(path) == "dicom" or has_masks(path)):
         return _read_folder(path, progress)
     return read_label_volume(path, progress)
 

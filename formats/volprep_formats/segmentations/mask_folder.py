@@ -20,6 +20,11 @@ _DATA = re.compile(r"(.+?)\.(?:z?raw|raw\.gz)", re.IGNORECASE)
 _SAME_VOXELS = 1e-3
 
 
+def has_masks(folder: Path) -> bool:
+    """Return whether a folder has files that can be masks. Pictures beside them are previews, not slices."""
+    return any(not file.name.startswith(".") and _MASK.fullmatch(file.name) for file in folder.iterdir())
+
+
 def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
     """Read all masks in a folder. Raises VP1401, VP1402, VP1408 (grids differ), and the errors of the readers."""
     visible = [file for file in folder.iterdir() if not file.name.startswith(".")]
