@@ -88,8 +88,8 @@ class Choices:
     label_table: Annotated[
         str | None,
         typer.Option(
-            help="Names and colours of labels: freesurfer, slicer, itksnap, or a file of such a program. If not given, "
-            "a table of the same name beside the scan.",
+            help="Names and colours of labels: freesurfer, slicer, itksnap, or a file of such a program. With "
+            "--segments, those of the segments. If not given, a table of the same name beside the scan.",
             metavar="NAME|FILE",
         ),
     ] = None
@@ -109,6 +109,13 @@ class Choices:
             metavar="PATH",
         ),
     ] = None
+    segment_names: Annotated[
+        Literal["coded", "free"] | None,
+        typer.Option(
+            help="Names of --segments that the package holds. coded, as if not given: names of public vocabularies, "
+            "and numbers for other segments. free: typed names and names of files, too, which may identify a patient.",
+        ),
+    ] = None
     preset: Annotated[
         str | None,
         typer.Option(
@@ -121,6 +128,9 @@ class Choices:
     def __post_init__(self) -> None:
         if unknown := set(self.repair or ()) - set(_REPAIRS):
             msg = f"--repair is {min(unknown)}, and can be gaps or tilt"
+            raise typer.BadParameter(msg)
+        if self.segment_names is not None and self.segments is None:
+            msg = "--segment-names needs --segments; a scene says names in [segments]"
             raise typer.BadParameter(msg)
 
     def of(self, request: "Request") -> "Request":
@@ -138,14 +148,16 @@ class Choices:
             "rgb": self.rgb,
             "repair": tuple(self.repair or ()) or None,
             "labels": self.labels,
-            "label_table": self._table(),
+            "label_table": self._table() if self.segments is None else None,
             "nan": self._nan(),
         }
         source = {key: value for key, value in told.items() if value is not None}
         if source:
             request = request.with_source(**source)
         if self.segments is not None:
-            request = request.with_segments(self.segments)
+            settings = {"names": self.segment_names, "table": self._table()}
+            told_of_segments = {key: value for key, value in settings.items() if value is not None}
+            request = request.with_segments(self.segments, **told_of_segments)
         return request if self.preset is None else request.with_preset(self.preset)
 
     def _nan(self) -> float | str | None:

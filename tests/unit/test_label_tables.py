@@ -2,10 +2,14 @@
 
 from pathlib import Path
 
+import nibabel
+import numpy as np
 import pytest
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.label_tables import built_in, companion_table, read_label_table
+from volprep_formats.label_tables.hints import label_hint
+from volprep_formats.label_tables.nifti import table_text
 from volprep_formats.label_tables.parse import parse_table
 from volprep_formats.label_tables.table import LabelEntry
 
@@ -18,6 +22,10 @@ BIDS = "index\tname\tabbreviation\tcolor\n1\tgrey matter\tGM\t#ff0000\n2\twhite 
 FSL = '<atlas><header><type>Label</type></header><data><label index="3" x="1">Left &amp; right</label></data></atlas>'
 FSL_MAXIMA = FSL.replace(">Label<", ">Probabilistic<")
 SPM = "<atlas><data><label><index>2001</index><name>Precentral_L</name></label></data></atlas>"
+CARET = """<CaretExtension><VolumeInformation><LabelTable>
+<Label Key="5" Red="0.0" Green="1" Blue="0.5" Alpha="1"><![CDATA[liver]]></Label>
+<Label Key="7" Red="2" Green="0">left &amp; right</Label><Label Key="x">no number</Label>
+</LabelTable></VolumeInformation></CaretExtension>"""
 AAL = "1 Precentral_L 2001\n2 Precentral_R 2002\n"
 TALAIRACH = "0\tBackground\n1\tLeft Cerebrum.*.*.*.*\n659\tRight.*.*\n"
 
@@ -32,6 +40,7 @@ TALAIRACH = "0\tBackground\n1\tLeft Cerebrum.*.*.*.*\n659\tRight.*.*\n"
         (FSL, [(3, "Left & right", None, 1.0)]),
         (FSL_MAXIMA, [(4, "Left & right", None, 1.0)]),
         (SPM, [(2001, "Precentral_L", None, 1.0)]),
+        (CARET, [(5, "liver", "#00ff80", 1.0), (7, "left & right", None, 1.0)]),
         (AAL, [(1, "Precentral_L", None, 1.0), (2, "Precentral_R", None, 1.0)]),
         (TALAIRACH, [(1, "Left Cerebrum.*.*.*.*", None, 1.0), (659, "Right.*.*", None, 1.0)]),
     ],
@@ -69,6 +78,32 @@ def test_a_table_lies_beside_the_scan_under_its_name(tmp_path: Path) -> None:
     assert companion_table(scan) is None
     (tmp_path / "atlas.nii.txt").write_text(AAL)
     assert companion_table(scan) == tmp_path / "atlas.nii.txt"
+
+
+@pytest.mark.parametrize("kind", [nibabel.Nifti1Image, nibabel.Nifti2Image])
+@pytest.mark.parametrize("name", ["map.nii", "map.nii.gz"])
+def test_the_table_inside_a_nifti_file_is_found(tmp_path: Path, kind: type, name: str) -> None:
+    image = kind(np.zeros((4, 3, 2), np.uint8), np.eye(4))
+    path = tmp_path / name
+    nibabel.save(image, path)
+    assert companion_table(path) is None
+    assert label_hint(path) == ""
+    for text in (b"a note", CARET.encode()):
+        image.header.extensions.append(nibabel.nifti1.Nifti1Extension(0, text))
+    nibabel.save(image, path)
+    assert companion_table(path) == path
+    assert [each.name for each in read_label_table(path).entries] == ["liver", "left & right"]
+    assert label_hint(path) == "the file holds a table of labels"
+
+
+def test_a_nifti_file_that_ends_in_its_table_has_none(tmp_path: Path) -> None:
+    image = nibabel.Nifti1Image(np.zeros((4, 3, 2), np.uint8), np.eye(4))
+    image.header.extensions.append(nibabel.nifti1.Nifti1Extension(0, CARET.encode()))
+    nibabel.save(image, tmp_path / "map.nii")
+    whole = (tmp_path / "map.nii").read_bytes()
+    for length in (0, 100, 348, 351, 356, 370):
+        (tmp_path / "map.nii").write_bytes(whole[:length])
+        assert table_text(tmp_path / "map.nii") == ""
 
 
 def test_a_file_that_is_no_table_is_refused_by_name(tmp_path: Path) -> None:

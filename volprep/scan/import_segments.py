@@ -49,7 +49,8 @@ class SegmentSource:
     def files(self) -> tuple[Path, ...]:
         """All that is read beside the scan."""
         table = self.known_table
-        return (self.path,) if table is None or table in LABEL_TABLES else (self.path, path_of_text(table))
+        files = (self.path,) if table is None or table in LABEL_TABLES else (self.path, path_of_text(table))
+        return tuple(dict.fromkeys(files))
 
 
 def find_segments(source: SegmentSource, grid: Grid, progress: Progress) -> FoundSegments:

@@ -46,11 +46,11 @@ class Request:
             raise VolprepError("VP3005", name=name, names=", ".join(preset_names()))
         return replace(self, scene=self.scene.with_preset(name, self.profile), first_look=False)
 
-    def with_segments(self, source: Path) -> Self:
-        """Return the same request with segments from a file or folder; the scene's styles stay."""
-        place = path_text(source.absolute())
+    def with_segments(self, source: Path, **settings: str) -> Self:
+        """Return the same request with segments from a file or folder, and other settings; the scene's styles stay."""
+        told = {"source": path_text(source.absolute()), **settings}
         wanted = self.scene.segments
-        wanted = SegmentsSettings(source=place) if wanted is None else wanted.model_copy(update={"source": place})
+        wanted = SegmentsSettings.model_validate(told) if wanted is None else wanted.model_copy(update=told)
         return replace(self, scene=self.scene.with_segments(wanted))
 
     def with_grid(self, size: Literal["auto"] | int) -> Self:

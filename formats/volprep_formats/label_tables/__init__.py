@@ -1,4 +1,4 @@
-"""Names and colours of labels: built-in tables of well-known programs, and table files beside a label map."""
+"""Names and colours of labels: built-in tables of well-known programs, and tables beside a label map or inside it."""
 
 from dataclasses import replace
 from functools import cache
@@ -6,6 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.label_tables.nifti import table_text
 from volprep_formats.label_tables.parse import parse_table
 from volprep_formats.label_tables.table import LABEL_TABLES, LabelEntry, LabelTable
 from volprep_formats.path_text import path_of_text
@@ -52,9 +53,12 @@ def _derived(
 
 
 def read_label_table(path: Path) -> LabelTable:
-    """Read a table that another program wrote. Raises VP1300 for a file that cannot be read or is not a table."""
+    """Read a table that another program wrote, as a file or inside a NIfTI file.
+
+    Raises VP1300 for a file that cannot be read or is not a table.
+    """
     try:
-        entries = parse_table(read_regular(path).decode("utf-8", "replace"))
+        entries = parse_table(table_text(path) or read_regular(path).decode("utf-8", "replace"))
     except OSError as error:
         raise VolprepError("VP1300", path=path, problem=error.strerror or error) from error
     if not entries:
@@ -73,9 +77,9 @@ def table_of(name_or_path: str, base: Path = Path()) -> LabelTable:
 
 
 def companion_table(scan: Path) -> Path | None:
-    """Return the label table beside a scan under the same name, or None.
+    """Return the label table beside a scan under the same name, the scan itself if it has one inside, or None.
 
-    For NAME.nii.gz that is NAME.nii.txt, NAME.txt, NAME.tsv, NAME.ctbl and so on. The files are not opened.
+    For NAME.nii.gz that is NAME.nii.txt, NAME.txt, NAME.tsv, NAME.ctbl and so on. Such files are not opened.
     """
     name = scan.name
     stems = [name, name.removesuffix(".gz"), Path(name.removesuffix(".gz")).stem]
@@ -84,4 +88,4 @@ def companion_table(scan: Path) -> Path | None:
             candidate = scan.with_name(stem + ending)
             if candidate != scan and candidate.is_file():
                 return candidate
-    return None
+    return scan if table_text(scan) else None

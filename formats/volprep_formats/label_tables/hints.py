@@ -1,4 +1,4 @@
-"""Signs that a file is a label map: an intent in its header, a filter of a package, or a name by a convention.
+"""Signs that a file is a label map: an intent or a table in its header, a filter of a package, a name by a convention.
 
 NIfTI has the intent NIFTI_INTENT_LABEL (nifti1.h: 1002). BIDS calls discrete segmentations NAME_dseg, FreeSurfer names
 its maps aseg, aparc and wmparc, and 3D Slicer saves label maps as NAME-label.
@@ -9,6 +9,7 @@ import struct
 from contextlib import suppress
 from pathlib import Path
 
+from volprep_formats.label_tables.nifti import table_text
 from volprep_formats.regular_files import open_gzipped, open_regular
 
 _INTENT_LABEL = 1002
@@ -27,6 +28,8 @@ def label_hint(path: Path) -> str:
     """Return the evidence that the file is a label map, or ""."""
     if _intent(path) == _INTENT_LABEL:
         return "its NIfTI intent is label"
+    if table_text(path):
+        return "the file holds a table of labels"
     if _is_package_of_labels(path):
         return "the package holds labels"
     return next((said for pattern, said in _BY_NAME if pattern.search(path.name)), "")

@@ -1,19 +1,21 @@
 """Parse label tables of other programs from their text, whatever the name of the file.
 
 Known are the colour tables of FreeSurfer and 3D Slicer (number, name, red, green, blue, alpha; Slicer also as CSV), the
-label descriptions of ITK-SNAP, dseg.tsv of BIDS, the atlas XML of FSL and SPM, and plain lists of number and name, as
-AAL and Talairach have. Each text is untrusted input.
+label descriptions of ITK-SNAP, dseg.tsv of BIDS, the atlas XML of FSL and SPM, the LabelTable of Caret and GIFTI, and
+plain lists of number and name, as AAL and Talairach have. Each text is untrusted input.
 """
 
 import csv
 import re
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from html import unescape
 
 from volprep_formats.label_tables.table import LabelEntry, made_colour
 
 MOST_LABELS = 65535
 _LONGEST_NAME = 200
+_MOST_DIGITS = 9
 _LONGEST_LINE = 1000
 _MATCHING = 0.8
 """Share of the lines of a table that must be entries: notes that begin with a number are not a table."""
@@ -23,11 +25,13 @@ _COLOURS = re.compile(r"(\d+)\s+(\S.*?)\s+(\d{1,3})\s+(\d{1,3})\s+(\d{1,3})(?:\s
 _PLAIN = re.compile(r"(\d+)(?:\s*[,;:]\s*|\s+)(\S.*?)(?:\s+\d+)?$")
 _FSL = re.compile(r'<label\s[^>]*index="(\d+)"[^>]*>([^<]*)</label>')
 _SPM = re.compile(r"<index>\s*(\d+)\s*</index>\s*<name>([^<]*)</name>")
+_CARET = re.compile(r"<Label\s([^<>]*)>(?:<!\[CDATA\[([^\]]*)\]\]>|([^<]*))</Label>")
+_ATTRIBUTE = re.compile(r'(\w+)="([^"]*)"')
 
 
 def parse_table(text: str) -> list[LabelEntry]:
     """Return the entries of a table, ascending; an empty list if the text is not a table."""
-    is_xml = "<label" in text or "<index>" in text
+    is_xml = any(sign in text for sign in ("<label", "<index>", "<Label "))
     found = _from_xml(text) if is_xml else _from_columns(text) or _from_lines(text)
     entries = {entry.number: entry for entry in found if 0 < entry.number <= MOST_LABELS}
     return [entries[number] for number in sorted(entries)]
@@ -39,10 +43,29 @@ def _entry(number: str, name: str, rgb: tuple[int, int, int] | None = None, opac
 
 
 def _from_xml(text: str) -> list[LabelEntry]:
+    if caret := _CARET.findall(text):
+        return [
+            entry for attributes, plain, escaped in caret if (entry := _caret(attributes, plain or unescape(escaped)))
+        ]
     pairs = _FSL.findall(text) or _SPM.findall(text)
     # A probabilistic atlas counts its maps from 0; the label image made from it has 0 for "no label".
     shift = 1 if _FSL.search(text) and re.search(r"<type>\s*Probabili", text) else 0
     return [_entry(str(int(number) + shift), unescape(name)) for number, name in pairs]
+
+
+def _caret(attributes: str, name: str) -> LabelEntry | None:
+    told = dict(_ATTRIBUTE.findall(attributes))
+    number = told.get("Key", "")
+    shares = []
+    for part in ("Red", "Green", "Blue"):
+        with suppress(ValueError):
+            shares.append(float(told.get(part, "")))
+    if not number.isdecimal() or len(number) > _MOST_DIGITS:
+        return None
+    if len(shares) != 3 or not all(0.0 <= share <= 1.0 for share in shares):
+        return _entry(number, name)
+    red, green, blue = (round(255 * share) for share in shares)
+    return _entry(number, name, (red, green, blue))
 
 
 def _from_columns(text: str) -> list[LabelEntry]:

@@ -245,8 +245,8 @@ def segment_items(plan: SegmentsPlan, found: FoundSegments, scene: Scene) -> Ite
         kept=not unnamed,
         reason="every segment has a name that may be written"
         if not unnamed
-        else f"{unnamed} of {len(plan.segments)} segments have no coded name and are called by their numbers; a scene "
-        'with segments.names = "free" writes typed names',
+        else f"{unnamed} of {len(plan.segments)} segments have no coded name and are called by their numbers; "
+        'segments.names = "free" in a scene, or --segment-names free, writes typed names',
     )
     for transfer in scene.transfer:
         if transfer.name not in plan.transfers:
