@@ -94,6 +94,7 @@ def drawn_with_segments(
         offers["OF_POSITION"] = "" if program.sampling != "texture3d" else words["OF_VOXELS"]
     else:
         slots |= {"classification": _PART, "classification_start": None, **_lit(segments, is_lit=is_lit)}
+        slots["border_row"] = f"{_PART}:{'each_of_row' if pieces is None else 'row_in_turn'}" if is_lit else None
         offers = {"MEDIUM": "classify_segments(start + stride * i)"}
         offers |= {"BORDER": " + border_slope()"} if is_lit else {}
     classified = Feature(
