@@ -165,6 +165,9 @@ def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, 
     )
     said = "recognised as a scan with segments; a scene with [segments] and [[segments.style]] draws it in another way"
     scene = scene.with_segments(veiled).with_transfer((*scene.transfer, SceneTransfer(name="inside", points=points)))
+    if "classification" not in scene.render.model_fields_set:
+        # A few points take less time than two tables (parts/classification/automatic.py).
+        scene = scene.model_copy(update={"render": scene.render.model_copy(update={"classification": "auto"})})
     return _lit(scene, profile).model_copy(update={"recognised": said})
 
 
