@@ -63,6 +63,11 @@ def test_few_control_points_take_less_time_than_a_table_where_no_level_has_one_o
     assert chosen(planned(scene_of(pyramid={"coarsest_longest_axis": 12})))[0] == "lookup"
 
 
+def test_coarser_levels_of_a_scan_with_segments_have_no_tables_that_control_points_would_lose() -> None:
+    levels = {"coarsest_longest_axis": 12}
+    assert chosen(planned(scene_of(pyramid=levels, segments={"source": "s"})))[0] == "control-points"
+
+
 def test_a_function_of_many_points_is_read_from_a_table() -> None:
     values = np.linspace(0, 255, 200)
     assert chosen(planned(scene_of([(float(v), 0.05 * float(v) / 255) for v in values])))[0] == "lookup"

@@ -184,15 +184,20 @@ def test_a_strip_shows_the_colours_of_a_function_over_black() -> None:
     assert colours == [(0, 0, 0), (255, 0, 0), (255, 0, 0)]
 
 
-@pytest.mark.parametrize(("profile", "lighting"), [("gles3", "headlight"), ("gles1", "none")])
-def test_segments_are_lit_and_dense_in_a_thin_veil(profile, lighting):
+def with_segments(profile: str, **render: str) -> Scene:
+    """Return the first look of a scan with segments, for what the options say of its picture."""
     info = SourceInfo(format="raw", grid=Grid.of((20, 20, 20), (1.0, 1.0, 1.0)), stored_type="float32")
     gauge = SlabMeasurer(info)
     gauge.add(np.linspace(0.0, 100.0, 8000, dtype=np.float32).reshape(20, 20, 20))
     points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
     table = {"name": "s", "source": {"path": "x"}, "transfer": [{"name": "none", "points": points}]}
-    scene = Scene.model_validate({**table, "segments": {"source": "organs.nii"}})
-    shown = with_segment_styles(scene, load_profile(profile, Path()), info, gauge.result("0" * 64).statistics)
+    scene = Scene.model_validate({**table, "segments": {"source": "organs.nii"}, "render": render})
+    return with_segment_styles(scene, load_profile(profile, Path()), info, gauge.result("0" * 64).statistics)
+
+
+@pytest.mark.parametrize(("profile", "lighting"), [("gles3", "headlight"), ("gles1", "none")])
+def test_segments_are_lit_and_dense_in_a_thin_veil(profile, lighting):
+    shown = with_segments(profile)
     assert (shown.render.lighting, [each.name for each in shown.transfer][-1]) == (lighting, "inside")
     assert shown.segments is not None
     veil = max(point.extinction_per_mm for point in shown.transfer[0].resolved().points)
@@ -216,3 +221,8 @@ def test_slices_of_a_thin_stack_are_tinted_by_its_segments_without_veil_or_light
     assert shown.segments is not None
     assert shown.segments.outside_opacity == 1.0
     assert "thin stack" in shown.recognised
+
+
+@pytest.mark.parametrize(("render", "expected"), [({}, "auto"), ({"classification": "lookup"}, "lookup")])
+def test_the_plan_chooses_how_segments_are_classified_where_nobody_says_it(render, expected):
+    assert with_segments("gles3", **render).render.classification == expected

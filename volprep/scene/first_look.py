@@ -161,6 +161,9 @@ def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, 
         ScenePoint(value=high, colour="#ffffff", extinction_per_mm=dense_per_mm),
     )
     scene = scene.with_segments(veiled).with_transfer((*scene.transfer, SceneTransfer(name="inside", points=points)))
+    if "classification" not in scene.render.model_fields_set:
+        # A few points take less time than two tables (parts/classification/automatic.py).
+        scene = scene.model_copy(update={"render": scene.render.model_copy(update={"classification": "auto"})})
     return _lit(scene, profile).model_copy(update={"recognised": _recognised("a scan with segments")})
 
 

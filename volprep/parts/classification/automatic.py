@@ -39,6 +39,9 @@ times the time (llvmpipe, time of the processor, 3D textures and mosaics, unlit 
 _FIRST_POINT, _NEXT_POINT = 0.6, 0.012
 """Cost of a sample by control points: 2 to 16 points took 0.61 to 0.97 times the time of a table, 64 points 1.12 to
 1.56 times (as above)."""
+_FIRST_POINT_OF_SEGMENTS, _NEXT_POINT_OF_SEGMENTS = 0.75, 0.004
+"""The same with segments, whose labels cost as much either way: 2 points of both styles took 0.76 to 0.96 times the
+time of tables, 64 points 0.96 to 1.00 times (as above, 36 % of the cells with several labels)."""
 _CLEARLY = 0.9
 """Another kind than lookup tables must take less than this part of the time, or of the error: costs are no more exact
 than that from driver to driver."""
@@ -98,7 +101,8 @@ def choose_classification(
     if reason := _unmeasured(scene, profile, kinds, len(scans)):
         return ClassificationChoice(kinds[0], reason)
     (scan,) = scans
-    if max(scan.grid.shape_zyx) > scene.pyramid.coarsest_longest_axis:
+    has_levels = max(scan.grid.shape_zyx) > scene.pyramid.coarsest_longest_axis
+    if has_levels and scene.segments is None:
         # A level whose table was fitted has 0.6 to 0.8 times the error of one with the common function (GUIDE).
         kinds = [kind for kind in kinds if kind != "control-points"]
     voxel_mm = min(scan.grid.spacing_mm_zyx)
@@ -106,7 +110,7 @@ def choose_classification(
     benches = {kind: _bench(kind, scene, profile, scan, rays) for kind in kinds}
     if not benches[kinds[0]].sees:
         return ClassificationChoice(kinds[0], "no ray of a sample sees anything, so that nothing was measured")
-    costs = {kind: _cost(kind, scan.functions) for kind in kinds}
+    costs = {kind: _cost(kind, scan.functions, with_segments=scene.segments is not None) for kind in kinds}
     step = scene.render.step_voxels
     if step != "auto":
         return _most_exact(benches, costs, step, voxel_mm)
@@ -153,13 +157,16 @@ def _bench(
     )
 
 
-def _cost(kind: ClassificationName, functions: Sequence[TransferFunction]) -> float:
-    """Return the cost of a sample, in samples with a lookup table."""
+def _cost(kind: ClassificationName, functions: Sequence[TransferFunction], *, with_segments: bool) -> float:
+    """Return the cost of a sample, in samples with a lookup table for each function."""
     if kind == "lookup":
         return 1.0
     if kind == "preintegrated":
         return _SEGMENT
-    return _FIRST_POINT + _NEXT_POINT * (max(len(each.points) for each in functions) - 1)
+    first, following = _FIRST_POINT, _NEXT_POINT
+    if with_segments:
+        first, following = _FIRST_POINT_OF_SEGMENTS, _NEXT_POINT_OF_SEGMENTS
+    return first + following * (max(len(each.points) for each in functions) - 1)
 
 
 def _fastest(
