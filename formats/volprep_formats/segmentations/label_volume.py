@@ -33,7 +33,8 @@ def read_label_volume(path: Path, progress: Progress) -> LabelLayers:
         numbers = np.flatnonzero(seen)
         numbers = numbers[numbers > 0]
         layer, segments = layer_of(path, numbers, whole_planes(path, source), shape)
-        return LabelLayers(segments, source.info.grid, (layer,), remarks=source.info.remarks)
+        remarks = tuple(f"segmentation: {remark}" for remark in source.info.remarks)
+        return LabelLayers(segments, source.info.grid, (layer,), remarks=remarks)
 
 
 def layer_of(
