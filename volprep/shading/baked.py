@@ -79,18 +79,21 @@ def _textures(light: StoredLight, textures: Sequence[Texture]) -> Feature:
         for name in names
     ]
     words = {"LIGHT_FROM_BOX": literal(*per_mm), "LIGHT_START": literal(*start), "LIGHT_TEXEL": reads[0]}
-    if _is_grey(light):
+    if light.model.turnable:
+        ends = "two_textures"
+        words["HIGH_TEXEL"] = reads[1]
+    elif light.first_colour is not None:
+        ends = "two_colours"
+        words["FIRST_COLOUR"] = literal(*light.first_colour)
+    else:
+        ends = "one_texture"
         # Luminance comes as red, green and blue.
         words["NUMBERS"] = "ra" if textures[0].gl.format == "LUMINANCE_ALPHA" else "rg"
-    elif light.model.turnable:
-        words |= {"HIGH_TEXEL": reads[1], "NUMBERS": "", "PARTS": "vec4"}
-    else:
-        words |= {"HIGH_TEXEL": reads[1], "NUMBERS": ".rgb", "PARTS": "vec3"}
     return Feature(
         slots={
             "light_texels": _declared(names, mosaic),
             "light_places": None if mosaic is None else f"{_PART}:places",
-            "light_ends": f"{_PART}:{'one_texture' if _is_grey(light) else 'two_textures'}",
+            "light_ends": f"{_PART}:{ends}",
             "light_around": f"{_PART}:environment" if light.model.turnable else None,
         },
         words=words,

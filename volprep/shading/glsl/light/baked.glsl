@@ -1,6 +1,6 @@
 //: Slots: light_texels declares the textures, each as the section texture3d, or the section mosaic and each as in_mosaic;
 //: light_places, of a mosaic: the section places; light_ends mixes the ends of `part`, the section one_texture (8 bits of
-//: two components) or two_textures; light_around, where an app turns the light: the section environment. In: stored, the normalised stored value at the sample; u_environment, columns of
+//: two components), two_colours (8 bits of four) or two_textures; light_around, where an app turns the light: the section environment. In: stored, the normalised stored value at the sample; u_environment, columns of
 //: RGB. Words: LIGHT, the type of light; PARTS, of what the textures hold; LIGHT_TEXEL reads at `at`, from two textures
 //: LIGHT_TEXEL and HIGH_TEXEL; NUMBERS, the components. Constants: LIGHT_FROM_BOX, per millimetre; LIGHT_START, where
 //: the box begins; LARGEST_LIGHT; LIGHT_OF, of `part` of it; SHARE_SCALE and SHARE_OFFSET. Sections: start, before the
@@ -53,8 +53,13 @@ uniform mat4 u_environment;
 //#section one_texture
 vec2 ends = $LIGHT_TEXEL.$NUMBERS;
 float part = mix(ends.x, ends.y, share);
+//#section two_colours
+vec4 ends = $LIGHT_TEXEL;
+vec2 numbers = mix(ends.rg, ends.ba, share);
+// The light of a number in its colour and of the other in the rest of white.
+vec3 part = mix(vec3(numbers.y), vec3(numbers.x), $FIRST_COLOUR);
 //#section two_textures
-$PARTS part = mix($LIGHT_TEXEL$NUMBERS, $HIGH_TEXEL$NUMBERS, share);
+vec4 part = mix($LIGHT_TEXEL, $HIGH_TEXEL, share);
 //#section start
 vec3 light_from_position = LIGHT_FROM_BOX / $POSITION_PER_MM;
 float stored = 0.0;
