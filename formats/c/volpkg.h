@@ -5680,7 +5680,7 @@ static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package*
     return VOLPKG_OK;
 }
 
-/* Textures that hold a light: one with both ends of its line over the value, or, where an app turns it, one for each. */
+/* Textures that hold a light: one with both ends of its line over the value, or one for each of a light that turns. */
 static int32_t volpkg__light_parts(const volpkg_light_model* model) {
     return model->turnable ? 2 : 1;
 }
