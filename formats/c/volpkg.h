@@ -5681,9 +5681,7 @@ static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package*
 }
 
 /* Textures that hold a light: one with both ends of its line over the value, or one for each of a light that turns. */
-static int32_t volpkg__light_parts(const volpkg_light_model* model) {
-    return model->turnable ? 2 : 1;
-}
+static int32_t volpkg__light_parts(const volpkg_light_model* model) { return model->turnable ? 2 : 1; }
 
 /* Whether two textures of one light are read in the same way. */
 static int volpkg__same_light(const volpkg_texture* a, const volpkg_texture* b) {

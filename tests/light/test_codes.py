@@ -6,7 +6,6 @@ import pytest
 from volprep.parts.light.codes import coded, coded_alike
 from volprep.parts.light.solve import LightField
 
-
 CURVE = np.array([[0.0, 1.0], [0.0, 1.0]])
 
 
