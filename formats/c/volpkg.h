@@ -744,8 +744,10 @@ typedef struct volpkg_normals {
    plus half a texel, with linear filters, also between the slices of a mosaic: the middles of the outer texels lie on
    the faces of the box. With r and g its two components, and s the share, the light is `largest` * (r + s * (g - r)) -
    `subtracted`, and not below 0. The share rises from 0 at the first to 1 at the second of `stored_values`, of the
-   normalised stored value at the sample; it is constant outside. Light of several numbers has two textures of these
-   instead: part 0 holds r, and part 1 holds g. */
+   normalised stored value at the sample; it is constant outside. Light in colour has two numbers, in r and g where the
+   share is 0 and in b and a where it is 1. It is the first number times `first_colour` plus the second times 1 -
+   `first_colour`. Light that turns has two textures of four numbers: part 0 where the share is 0, and part 1 where it
+   is 1. */
 typedef struct volpkg_baked_light {
     /* The light around the volume, and how it travels. */
     volpkg_light_model model;
@@ -756,6 +758,9 @@ typedef struct volpkg_baked_light {
     double largest;
     /* Minus the light of a component that is 0. */
     double subtracted;
+    /* For light in colour: linear RGB of the first of its two numbers; the largest component is 1. The second has 1
+       minus this, so that both together are white. */
+    double first_colour[3];
     /* Normalised stored values where the share is 0 and 1, ascending. */
     double stored_values[2];
     /* Planes in box space that cut the volume, with normals of length 1: a picture takes this light only if exactly
@@ -3285,6 +3290,8 @@ static const volpkg__field volpkg__stored_light_fields[] = {
      VOLPKG__NEEDED, 0, NULL},
     {"largest", &volpkg__real_above_0, offsetof(volpkg_baked_light, largest), VOLPKG__NEEDED, 0, NULL},
     {"subtracted", &volpkg__real_from_0, offsetof(volpkg_baked_light, subtracted), 0, 0.0, NULL},
+    {"first_colour", &volpkg__real_from_0_to_1_x3, offsetof(volpkg_baked_light, first_colour), VOLPKG__NULLABLE, 0,
+     NULL},
     {"stored_values", &volpkg__real_x2, offsetof(volpkg_baked_light, stored_values), VOLPKG__NEEDED, 0, NULL},
     {"planes", &volpkg__clip_plane_record_list_to_12, offsetof(volpkg_baked_light, planes), 0, 0, NULL},
     {"samples", &volpkg__long_from_0, offsetof(volpkg_baked_light, samples), VOLPKG__NEEDED, 0, NULL},
@@ -5673,10 +5680,8 @@ static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package*
     return VOLPKG_OK;
 }
 
-/* Textures that hold a light: one with both ends of its line over the value, or one for each end. */
-static int32_t volpkg__light_parts(const volpkg_light_model* model) {
-    return model->turnable || model->channels == VOLPKG_LIGHT_CHANNELS_RGB ? 2 : 1;
-}
+/* Textures that hold a light: one with both ends of its line over the value, or one for each of a light that turns. */
+static int32_t volpkg__light_parts(const volpkg_light_model* model) { return model->turnable ? 2 : 1; }
 
 /* Whether two textures of one light are read in the same way. */
 static int volpkg__same_light(const volpkg_texture* a, const volpkg_texture* b) {
@@ -5685,6 +5690,7 @@ static int volpkg__same_light(const volpkg_texture* a, const volpkg_texture* b) 
            volpkg__same_mosaic(a->mosaic, b->mosaic) && one->model.turnable == other->model.turnable &&
            one->model.channels == other->model.channels && one->largest == other->largest &&
            one->subtracted == other->subtracted &&
+           memcmp(one->first_colour, other->first_colour, sizeof one->first_colour) == 0 &&
            memcmp(one->stored_values, other->stored_values, sizeof one->stored_values) == 0 &&
            memcmp(one->texture_from_box_per_mm_xyz, other->texture_from_box_per_mm_xyz,
                   sizeof one->texture_from_box_per_mm_xyz) == 0;
@@ -5707,13 +5713,19 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
                                                const volpkg_texture* t) {
     const volpkg_mosaic* m = t->mosaic;
     const volpkg_light_model* model = &t->light->model;
-    uint32_t components = model->turnable ? 4 : model->channels == VOLPKG_LIGHT_CHANNELS_RGB ? 3 : 2, seen = 0;
+    const double* first = t->light->first_colour;
+    double brightest = 0;
+    int coloured = !model->turnable && model->channels == VOLPKG_LIGHT_CHANNELS_RGB, whole = 0;
+    uint32_t components = model->turnable || coloured ? 4 : 2, seen = 0;
     int32_t k;
-    int whole = 0;
     VOLPKG__RULE(volpkg__components(&t->gl) == components && t->gl.type == 0x1401, t->name,
                  "it holds light of other components than its format, or no bytes");
     VOLPKG__RULE(t->filter == VOLPKG_FILTER_LINEAR && t->level < 0, t->name,
                  "it holds light, so it must be filtered, and for all levels");
+    for (k = 0; k < 3; ++k)
+        if (first[k] > brightest) brightest = first[k];
+    VOLPKG__RULE(brightest == coloured, t->name,
+                 "the first colour of light in colour has 1 as its largest component, and other light has none");
     VOLPKG__RULE(t->light->stored_values[0] < t->light->stored_values[1], t->name,
                  "its light has stored values that do not ascend");
     for (k = 0; k < t->light->planes.count; ++k) {

@@ -52,7 +52,7 @@ export const SCHEMA = {
   SourceInfo: "format: s; grid: Grid; stored_type: =uint8|int16|uint16|float32; slope?: n; intercept?: n; unit?: s; modality?: s; level_set?: b; label_numbers?: *#(-9007199254740991,9007199254740991); repairs?: *GapRepair/TiltRepair/OtherRepair; remarks?: *s",
   SourceRecord: "info: SourceInfo; sha256: h",
   Statistics: "minimum: n; maximum: n; non_finite: B",
-  StoredLight: "model: LightModel; texture_from_box_per_mm_xyz: 3n; largest: P; subtracted?: N; stored_values: 2n; planes?: *(0,12)ClipPlane; samples: B; residual: F",
+  StoredLight: "model: LightModel; texture_from_box_per_mm_xyz: 3n; largest: P; subtracted?: N; first_colour?: 3F~; stored_values: 2n; planes?: *(0,12)ClipPlane; samples: B; residual: F",
   Subvolume: "minimum: U; maximum: U; file?: p~; label?: #(0,32767)~",
   SubvolumeFiles: "grid: p; pieces?: *p; whole?: p~; programs?: *Program",
   SubvolumeGrid: "format?: =volpkg-subvolumes; shape_zyx: 3I; size: #(2,2147483647); cuts_zyx: 3*U; gl: GlFormat; filter?: =linear|nearest; mosaic?: MosaicLayout~; whole?: p~; subvolumes: *Subvolume; points: *GridPoint; view: ViewThresholds",

@@ -6,11 +6,13 @@ import pytest
 from volprep.parts.light.codes import coded, coded_alike
 from volprep.parts.light.solve import LightField
 
+CURVE = np.array([[0.0, 1.0], [0.0, 1.0]])
+
 
 def field_of(ends: np.ndarray) -> LightField:
     first, second = ends[..., 0], ends[..., 1] - ends[..., 0]
     texels = np.stack([first, second], axis=-1)[..., None].astype(np.float32)
-    return LightField(texels, np.array([[0.0, 1.0], [0.0, 1.0]]), (1.0, 1.0, 1.0), 1, 1.0, 0.0)
+    return LightField(texels, CURVE, (1.0, 1.0, 1.0), 1, 1.0, 0.0)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.1, 0.9), (-2.0, 3.0), (-0.9, -0.1), (0.0, 0.0)])
@@ -37,3 +39,31 @@ def test_a_light_of_1_is_a_code_where_functions_are_edited(low, high) -> None:
 
 def test_light_that_is_nowhere_below_0_is_not_moved() -> None:
     assert coded(field_of(np.full((2, 2, 2, 2), 0.5))).subtracted == 0.0
+
+
+def in_colour(colours: np.ndarray) -> LightField:
+    """A field whose light varies between two colours, and by 0.01 beside them."""
+    random = np.random.default_rng(28)
+    parts = random.uniform(0.2, 1.0, (5, 7, 3, 2, 2))
+    ends = parts @ colours + 0.01 * random.normal(size=(5, 7, 3, 2, 3))
+    texels = np.stack([ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]], axis=-2).astype(np.float32)
+    beyond = (ends - ends.mean(axis=-1, keepdims=True)).reshape(-1, 3)
+    return LightField(texels, CURVE, (1.0, 1.0, 1.0), 1, 1.0, 0.0, beyond.T @ beyond / len(beyond))
+
+
+@pytest.mark.parametrize("colours", [[[1.0, 0.3, 0.2], [0.0, 0.7, 0.8]], [[0.8, 0.8, 0.8], [0.4, 0.4, 0.4]]])
+def test_light_between_two_colours_and_white_comes_back_from_one_texel(colours) -> None:
+    field = in_colour(np.array(colours))
+    codes = coded(field)
+    assert [part.shape for part in codes.parts] == [(5, 7, 3, 4)]
+    assert max(codes.first_colour) == 1.0
+    assert min(codes.first_colour) >= 0.0
+    found = codes.decoded(field).texels
+    assert np.sqrt(np.mean((found - field.texels) ** 2)) < 0.015
+
+
+def test_codes_that_are_all_the_same_are_grey() -> None:
+    field = in_colour(np.array([[1.0, 0.3, 0.2], [0.0, 0.7, 0.8]]))
+    codes = coded(field)
+    grey = codes._replace(texels=np.full_like(codes.texels, 200)).decoded(field).texels[..., 0, :]
+    np.testing.assert_allclose(grey, codes.largest * 200 / 255 - codes.subtracted, rtol=1e-5)

@@ -30,6 +30,9 @@ LIES: Lies = {
     "parts of two scales": lambda m: lights(m)[1]["light"].update(largest=7.0),
     "light that is fixed": lambda m: both(m, "turnable", False),
     "light in colour": lambda m: (both(m, "turnable", False), both(m, "channels", "rgb")),
+    "a first colour of light without one": lambda m: [
+        each["light"].update(first_colour=[1.0, 0.5, 0.0]) for each in lights(m)
+    ],
     "values that do not ascend": lambda m: [each["light"].update(stored_values=[0.5, 0.5]) for each in lights(m)],
     "a gutter": lambda m: [each["mosaic"].update(gutter=1) for each in lights(m)],
     "no filter": lambda m: lights(m)[0].update(filter="nearest"),

@@ -192,7 +192,7 @@ class LightingSettings(Record):
     colours of the transfer function say how much. "shadow": the shadow of one light at `light_mm`."""
     channels: LightChannels = "luminance"
     """With `baked`, whether light has a colour. "luminance": only the luminance of `sky`, `ground`, `suns` and of the
-    transfer function counts. "rgb": light has the colours of its sources and of tissue, for three times the bytes."""
+    transfer function counts. "rgb": light has the colours of its sources and of tissue, for twice the bytes."""
     turnable: bool = False
     """With `baked`, whether an app may turn the light around the volume, and change its colours, for four times the
     bytes. Suns are then spread over half of the sky. Not with "shadow", nor with `channels = "rgb"`."""

@@ -8,10 +8,9 @@ from dataclasses import replace
 
 from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
-from volprep.shading.mosaic import Mosaic
 from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.program import Sampler, Uniform
-from volprep_formats.package.texture import Texture
+from volprep_formats.package.texture import MosaicLayout, Texture
 
 _PART = "light/baked"
 _SLOTS = {"lighting": _PART, "lighting_start": f"{_PART}:start", "light": f"{_PART}:sample"}
@@ -70,27 +69,31 @@ def _words(light: StoredLight) -> dict[str, str]:
 def _textures(light: StoredLight, textures: Sequence[Texture]) -> Feature:
     """Return how the textures of a light are declared and read."""
     names = ["u_light"] if len(textures) == 1 else [f"u_light_{part}" for part in range(len(textures))]
-    texels: list[Instance] = []
-    for name, texture in zip(names, textures, strict=True):
-        texels += _declared(name, texture)
     mosaic = textures[0].mosaic
     scale = (1, 1, 1) if mosaic is None else (mosaic.tile_shape_yx[1], mosaic.tile_shape_yx[0], mosaic.slices)
     per_mm = (n * per for n, per in zip(scale, light.texture_from_box_per_mm_xyz, strict=True))
     # Half a texel: of the whole texture, or of a tile's pixels.
     start = [0.5 if mosaic is not None else 0.5 / n for n in textures[0].shape_zyx[::-1]]
-    reads = [f"textureLod({name}, at, 0.0)" if mosaic is None else f"{_function(name)}(at)" for name in names]
+    reads = [
+        f"textureLod({name}, at, 0.0)" if mosaic is None else f"{_function(name)}(places, slice - lower)"
+        for name in names
+    ]
     words = {"LIGHT_FROM_BOX": literal(*per_mm), "LIGHT_START": literal(*start), "LIGHT_TEXEL": reads[0]}
-    if _is_grey(light):
+    if light.model.turnable:
+        ends = "two_textures"
+        words["HIGH_TEXEL"] = reads[1]
+    elif light.first_colour is not None:
+        ends = "two_colours"
+        words["FIRST_COLOUR"] = literal(*light.first_colour)
+    else:
+        ends = "one_texture"
         # Luminance comes as red, green and blue.
         words["NUMBERS"] = "ra" if textures[0].gl.format == "LUMINANCE_ALPHA" else "rg"
-    elif light.model.turnable:
-        words |= {"HIGH_TEXEL": reads[1], "NUMBERS": "", "PARTS": "vec4"}
-    else:
-        words |= {"HIGH_TEXEL": reads[1], "NUMBERS": ".rgb", "PARTS": "vec3"}
     return Feature(
         slots={
-            "light_texels": tuple(texels),
-            "light_ends": f"{_PART}:{'one_texture' if _is_grey(light) else 'two_textures'}",
+            "light_texels": _declared(names, mosaic),
+            "light_places": None if mosaic is None else f"{_PART}:places",
+            "light_ends": f"{_PART}:{ends}",
             "light_around": f"{_PART}:environment" if light.model.turnable else None,
         },
         words=words,
@@ -99,14 +102,18 @@ def _textures(light: StoredLight, textures: Sequence[Texture]) -> Feature:
     )
 
 
-def _declared(name: str, texture: Texture) -> tuple[Instance, ...]:
-    if texture.mosaic is None:
-        return (Instance(f"{_PART}:texture3d", {"LIGHT_SAMPLER": name}),)
-    about = "Light is a mosaic, in tiles of one slice each."
-    mosaic = Mosaic(
-        about, texture.mosaic, name, "light", f"{_function(name)}_of_tile", prefix=f"{name.upper().removeprefix('U_')}_"
-    )
-    return mosaic.texels, mosaic.voxels(_function(name), "linear")
+def _declared(names: Sequence[str], mosaic: MosaicLayout | None) -> tuple[Instance, ...]:
+    if mosaic is None:
+        return tuple(Instance(f"{_PART}:texture3d", {"LIGHT_SAMPLER": name}) for name in names)
+    rows, columns = mosaic.texture_shape_yx
+    words = {
+        "LIGHT_PITCH": literal(*mosaic.pitch_yx[::-1]),
+        "LIGHT_MOSAIC": literal(columns, rows),
+        "LIGHT_TILES_X": literal(mosaic.tiles_x),
+        "LIGHT_LAST_SLICE": literal(mosaic.slices - 1),
+    }
+    textures = (Instance(f"{_PART}:in_mosaic", {"LIGHT_SAMPLER": name, "TEXEL": _function(name)}) for name in names)
+    return (Instance(f"{_PART}:mosaic", words), *textures)
 
 
 def _function(sampler: str) -> str:

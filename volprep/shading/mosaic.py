@@ -27,7 +27,7 @@ class Mosaic:
     """Where the tiles lie."""
     sampler: str
     """Sampler of its texture; of several, the prefix of their names."""
-    role: Literal["volume", "normals", "skip", "labels", "light", "subvolume", "bricks"]
+    role: Literal["volume", "normals", "skip", "labels", "subvolume", "bricks"]
     """Which textures these are."""
     texel: str
     """Function that gives a texel of a tile."""

@@ -23,6 +23,7 @@ from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.light.environment import environment_of, shares_of, turned
+from volprep_formats.package.parts.light.record import two_colours
 from volprep_formats.package.parts.normals.record import LEAST_SLOPE, GradientKernel
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
@@ -148,6 +149,8 @@ def _baked_field(package: Package, textures: list[Texture], turn: Float64Array |
     if light.model.turnable:
         environment = environment_of(light.model)
         ends = ends @ shares_of(environment if turn is None else turned(environment, turn))
+    elif light.first_colour is not None:
+        ends = ends @ two_colours(light.first_colour)
     texels = np.stack([ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]], axis=-2)
     quantization = _quantization(package)
     scale = quantization.slope * _largest_code(quantization)
@@ -159,12 +162,13 @@ def _baked_field(package: Package, textures: list[Texture], turn: Float64Array |
 
 
 def _light_codes(package: Package, textures: list[Texture]) -> UInt8Array:
-    """Return the codes of a light [z, y, x, 2, channels], of both ends, from its textures."""
+    """Return the codes of a light [z, y, x, 2, numbers], of both ends, from its textures."""
     parts: list[NDArray[np.generic]] = []
     for texture in sorted(textures, key=lambda each: each.part):
         texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
         parts.append(texels if texture.mosaic is None else slices_of_mosaic([texels[0]], texture.mosaic))
-    return np.asarray(parts[0][..., None] if len(parts) == 1 else np.stack(parts, axis=3), np.uint8)
+    ends = np.stack(parts, axis=3) if len(parts) > 1 else parts[0].reshape(*parts[0].shape[:3], 2, -1)
+    return np.asarray(ends, np.uint8)
 
 
 def own_table(package: Package, transfer: str, level: int) -> bool:

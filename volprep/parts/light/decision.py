@@ -25,7 +25,7 @@ from volprep_formats.textures.gl_formats import size_bytes
 
 KIND = "light"
 """Kind of its item of the plan."""
-_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 3: ("RGB8",), 4: ("RGBA8",)}
+_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 4: ("RGBA8",)}
 """Formats of texels, by the number of their components."""
 _TECHNIQUES = frozenset(("ray-casting", "two-pass", "slabs"))
 _COMPOSITINGS = frozenset(("emission-absorption", "back-to-front"))
@@ -222,7 +222,7 @@ def _held_text(model: LightModel) -> str:
         suns = "; suns shine from half of the sky" if model.suns else ""
         return f"an app may turn it: four environments, for four times the bytes and two to three times the time{suns}"
     if model.channels == "rgb":
-        return "in red, green and blue, for three times the bytes of a brightness"
+        return "in the colours of two lights that make white, for twice the bytes of a brightness"
     return "its brightness only"
 
 

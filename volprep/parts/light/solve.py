@@ -28,7 +28,7 @@ rises from 0 to 1 over the values of most places that are seen. At a steep wall 
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -82,6 +82,8 @@ class LightField:
     """Weight of smoothness that was chosen."""
     residual: float
     """Part of the equations' right side that the solution leaves."""
+    hues: Float64Array | None = None
+    """[3, 3], of light in colour: mean products of what red, green and blue have beyond their mean at seen places."""
 
     def at(self, places_mm_xyz: Float64Array, values: Float64Array) -> Float64Array:
         """Return the light [n, channels] at places [n, 3] in box space that have physical values [n]."""
@@ -175,6 +177,8 @@ def _fields(
         start = sums.grid.finer(fields[-1].texels) if fields else sums.grid.dark(channels)
         fields.append(_best(sums, start, tests, used, fields[-1].smoothness if fields else _SMOOTH[0]))
         progress.advance()
+    if channels > 1 and not lit.model.turnable:
+        fields = [replace(field, hues=_hues(field, tests)) for field in fields]
     return fields
 
 
@@ -291,6 +295,15 @@ def _held_out_error(field: LightField, tests: list[_Samples]) -> float:
         squares += float(np.sum((light - test.light[:, :channels]) ** 2))
         count += light.size
     return squares / max(count, 1)
+
+
+def _hues(field: LightField, tests: list[_Samples]) -> Float64Array:
+    """Return how colours of a field vary at places that it was not fitted to."""
+    places = np.concatenate([test.places for test in tests]).astype(np.float64)
+    light = field.at(places[:, :3], places[:, 3])
+    beyond = light - light.mean(axis=1, keepdims=True)
+    hues: Float64Array = beyond.T @ beyond / max(len(beyond), 1)
+    return hues
 
 
 class _Sums:

@@ -1,7 +1,7 @@
 """Light is computed once for each transfer function, and stored in one or two small textures.
 
-A texel holds the light where the share is 0, and the light where it is 1 (volprep/parts/light/codes.py); light of
-several numbers has a texture for each of these. A volume that planes cut may have a second light.
+A texel holds the light where the share is 0, and the light where it is 1 (volprep/parts/light/codes.py); light that an
+app turns has a texture for each of these. A volume that planes cut may have a second light.
 """
 
 from collections.abc import Iterator
@@ -74,6 +74,7 @@ def _stored(plan: ChannelPlan, light: LightPlan, field: LightField, codes: Light
         texture_from_box_per_mm_xyz=(x, y, z),
         largest=codes.largest,
         subtracted=codes.subtracted,
+        first_colour=codes.first_colour,
         stored_values=(first, last),
         samples=field.samples,
         residual=min(field.residual, 1.0),

@@ -200,7 +200,7 @@ def _of_brightness(lit: LitVolume, field: solve.LightField, views: Sequence[Came
     if model.kind == "shadow" or all(max(colour) == min(colour) for colour in colours):
         return np.zeros(1)
     weights = LUMINANCE if field.texels.shape[4] == 3 else np.ones(1)
-    brightness = replace(field, texels=(field.texels @ weights[:, None]).astype(np.float32))
+    brightness = replace(field, texels=(field.texels @ weights[:, None]).astype(np.float32), hues=None)
     in_colour = replace(lit, model=model.model_copy(update={"channels": "rgb"}))
     return _squares(in_colour, [baked_field(coded(brightness).decoded(brightness), lit.grid)], views)
 

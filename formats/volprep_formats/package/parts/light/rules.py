@@ -59,6 +59,10 @@ def _texture(texture: Texture, manifest: Manifest) -> Iterator[str]:
         yield f"holds light of {components} bytes, its format is {texture.gl.format} of {texture.gl.type}"
     if texture.filter != "linear" or texture.level is not None:
         yield "holds light, so its filter must be linear and it must be for all levels"
+    is_coloured = light.model.channels == "rgb" and not light.model.turnable
+    brightest = max(light.first_colour or (0.0,))
+    if brightest != float(is_coloured):
+        yield f"has a first colour of {brightest} at most; that of light in colour has 1, and other light has none"
     low, high = light.stored_values
     if not low < high:
         yield f"has the stored values {low} and {high}, which must ascend"
@@ -109,7 +113,7 @@ def _planes(texture: Texture) -> tuple[ClipPlane, ...]:
 
 
 def _numbers(light: StoredLight) -> tuple[object, ...]:
-    return light.largest, light.subtracted, light.stored_values, light.texture_from_box_per_mm_xyz
+    return light.largest, light.subtracted, light.first_colour, light.stored_values, light.texture_from_box_per_mm_xyz
 
 
 def _program(program: Program, textures: Sequence[Texture]) -> Iterator[str]:
