@@ -1,10 +1,11 @@
-//: Slots: light_texels declares the textures, each as the section texture3d, or the section mosaic and each as in_mosaic;
-//: light_places, of a mosaic: the section places; light_ends mixes the ends of `part`, the section one_texture (8 bits of
-//: two components), two_colours (8 bits of four) or two_textures; light_around, where an app turns the light: the section environment. In: stored, the normalised stored value at the sample; u_environment, columns of
-//: RGB. Words: LIGHT, the type of light; PARTS, of what the textures hold; LIGHT_TEXEL reads at `at`, from two textures
-//: LIGHT_TEXEL and HIGH_TEXEL; NUMBERS, the components. Constants: LIGHT_FROM_BOX, per millimetre; LIGHT_START, where
-//: the box begins; LARGEST_LIGHT; LIGHT_OF, of `part` of it; SHARE_SCALE and SHARE_OFFSET. Sections: start, before the
-//: loop; sample, in it, after `medium`.
+//: Slots: light_texels declares the textures, each as the section texture3d, or the section mosaic and each as
+//: in_mosaic; light_places, of a mosaic: the section places; light_ends mixes the ends of `part`, the section
+//: one_texture (8 bits of two components), two_colours (8 bits of four) or two_textures; light_around, where an app
+//: turns the light: the section environment. In: stored, the normalised stored value at the sample; u_environment,
+//: columns of RGB. Words: LIGHT, the type of light; PARTS, of what the textures hold; LIGHT_TEXEL reads at `at`, from
+//: two textures LIGHT_TEXEL and HIGH_TEXEL; NUMBERS, the components. Constants: LIGHT_FROM_BOX, per millimetre;
+//: LIGHT_START, where the box begins; LARGEST_LIGHT; LIGHT_OF, of `part` of it; SHARE_SCALE and SHARE_OFFSET. Sections:
+//: start, before the loop; sample, in it, after `medium`.
 //#part light_texels
 
 // Light that was computed once, in parts of LARGEST_LIGHT, where the share is 0 and where it is 1.
