@@ -20,7 +20,7 @@ from volprep.plan.level_choice import AdaptedTable, MeasuredStep
 from volprep.scan.slabs import RawVolume
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE, halved_axes
 from volprep_formats.package.program import PassTarget
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -97,7 +97,7 @@ class LevelSteps:
         light = None
         if self.lit:
             shown = Shown(tables if self.compositing.ends_early else (), self.window)
-            light = Headlit(shown, LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx))
+            light = Headlit(shown, LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx), halved_axes(factors))
         return sampled(codes, spacing_mm_zyx, groups, self.window, light)
 
     def _groups(self, factors: Factors, most_mm: float) -> Iterator[ViewGroup]:
