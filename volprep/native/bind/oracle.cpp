@@ -48,7 +48,8 @@ void oracle(nb::module_& module) {
                        "numpy.typing.NDArray[numpy.float64], tolerance: float, "
                        "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
                        "nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = "
-                       "None, slope_scale: float = 0.0, halved: tuple[bool, bool, bool] = (False, False, False), threads: int = 0) -> None"),
+                       "None, slope_scale: float = 0.0, halved: tuple[bool, bool, bool] = (False, False, False), "
+                       "threads: int = 0) -> None"),
                described(R"(Write the picture of a volume and a bound on the error of each pixel.
 
 For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`

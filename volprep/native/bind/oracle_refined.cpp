@@ -12,9 +12,9 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
             const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound,
             const std::optional<std::array<double, 2>>& intensities, const std::optional<LightNumbers>& light,
             bool halfway, bool shadows, const std::string& kernel, const std::optional<Vectors>& normals,
-            double slope_scale, Halved halved, const std::optional<Texels>& baked, const std::optional<Curve>& baked_curve,
-            const std::optional<Vector3>& baked_per_mm_xyz, Vector3 baked_start_mm_xyz,
-            const std::optional<PlaneNumbers>& planes, int threads) {
+            double slope_scale, Halved halved, const std::optional<Texels>& baked,
+            const std::optional<Curve>& baked_curve, const std::optional<Vector3>& baked_per_mm_xyz,
+            Vector3 baked_start_mm_xyz, const std::optional<PlaneNumbers>& planes, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(tolerance >= 1e-12, "tolerance must be at least 1e-12");
@@ -55,9 +55,8 @@ void oracle_refined(nb::module_& module) {
         nb::arg("intensities") = nb::none(), nb::arg("light").noconvert().none() = nb::none(),
         nb::arg("halfway") = false, nb::arg("shadows") = false, nb::arg("kernel") = "",
         nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
-        nb::arg("halved") = Halved{false, false, false},
-        nb::arg("baked").noconvert().none() = nb::none(), nb::arg("baked_curve").noconvert().none() = nb::none(),
-        nb::arg("baked_per_mm_xyz").none() = nb::none(),
+        nb::arg("halved") = Halved{false, false, false}, nb::arg("baked").noconvert().none() = nb::none(),
+        nb::arg("baked_curve").noconvert().none() = nb::none(), nb::arg("baked_per_mm_xyz").none() = nb::none(),
         nb::arg("baked_start_mm_xyz") = std::array<double, 3>{0.0, 0.0, 0.0},
         nb::arg("planes").noconvert().none() = nb::none(), nb::arg("threads") = 0,
         nb::sig(

@@ -13,8 +13,9 @@ using Triples = nb::ndarray<double, nb::shape<-1, -1, 3>, nb::c_contig, nb::devi
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Matrix4& box_from_clip, double isovalue, bool solid, const Pixels& t_mm, const Pixels& error_mm,
             const Pixels& value, const Triples& normal, const Pixels& normal_mm, const std::string& kernel,
-            const std::optional<Vectors>& normals, double slope_scale, Halved halved, const std::optional<Vector3>& light_mm_xyz,
-            double offset_mm, const std::optional<Pixels>& reaching, int threads) {
+            const std::optional<Vectors>& normals, double slope_scale, Halved halved,
+            const std::optional<Vector3>& light_mm_xyz, double offset_mm, const std::optional<Pixels>& reaching,
+            int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(std::isfinite(isovalue), "isovalue must be finite");
@@ -55,9 +56,8 @@ void oracle_surface(nb::module_& module) {
                nb::arg("isovalue"), nb::arg("solid"), nb::arg("t_mm").noconvert(), nb::arg("error_mm").noconvert(),
                nb::arg("value").noconvert(), nb::arg("normal").noconvert(), nb::arg("normal_mm").noconvert(),
                nb::arg("kernel") = "", nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
-               nb::arg("halved") = Halved{false, false, false},
-               nb::arg("light_mm_xyz") = nb::none(), nb::arg("offset_mm") = 0.0,
-               nb::arg("reaching").noconvert().none() = nb::none(), nb::arg("threads") = 0,
+               nb::arg("halved") = Halved{false, false, false}, nb::arg("light_mm_xyz") = nb::none(),
+               nb::arg("offset_mm") = 0.0, nb::arg("reaching").noconvert().none() = nb::none(), nb::arg("threads") = 0,
                nb::sig("def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
                        "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
                        "extent_mm_xyz: collections.abc.Sequence[float], "

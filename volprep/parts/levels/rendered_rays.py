@@ -2,8 +2,8 @@
 
 The rays come from rays.py, with samples in the middles of equal segments; each compositing combines the samples itself
 (`Compositing.rays`). Light comes from the viewer: the colour of a sample times the cosine of its ray and the gradient,
-central differences as shaders take them on the level. This also represents light from elsewhere: the errors of levels come
-from the gradient, wherever the light is.
+from central differences as shaders take them on the level. This also represents light from elsewhere: the errors of
+levels come from the gradient, wherever the light is.
 """
 
 from collections.abc import Mapping, Sequence

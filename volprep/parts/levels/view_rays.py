@@ -118,9 +118,7 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
     shown = None
     if lit is not None:
         wanted = lit.shown.samples(samples, per_voxel)
-        shown = headlight(
-            codes, spacing_mm_zyx, lines, samples, wanted, lit.least_per_mm, halved_zyx=lit.halved_zyx
-        )
+        shown = headlight(codes, spacing_mm_zyx, lines, samples, wanted, lit.least_per_mm, halved_zyx=lit.halved_zyx)
     views = 1 + max(group.view for group in groups)
     rays: list[PatchRays] = []
     begin = 0

@@ -1,6 +1,7 @@
-//: Normals from the volume itself. Sections: central; central_of_levels, with FINEST_VOXEL_MM, of level 0; forward; central_in_block; forward_in_block. The sampling gives
-//: stored_value, the size of a voxel in positions, the end of the last voxel, the number of positions per millimetre,
-//: and NEAR, which reads the volume beside `centre`; OF is its first argument.
+//: Normals from the volume itself. Sections: central; central_of_levels, with FINEST_VOXEL_MM, the size of a voxel of
+//: level 0; forward; central_in_block; forward_in_block. The sampling gives stored_value, the size of a voxel in
+//: positions, the end of the last voxel, the number of positions per millimetre, and NEAR, which reads the volume
+//: beside `centre`; OF is its first argument.
 //#section central
 // The gradient of the normalised stored values, per millimetre, from samples one voxel before and behind.
 vec3 normal_at(vec3 at) {
@@ -15,9 +16,10 @@ vec3 normal_at(vec3 at) {
   return (behind - before) * (0.5 * $POSITION_PER_MM / voxel);
 }
 //#section central_of_levels
+// Size of a voxel of level 0.
 const vec3 FINEST_VOXEL_MM = $FINEST_VOXEL_MM;
-// The gradient of the normalised stored values, per millimetre, from samples half a voxel before and behind, and at least
-// a voxel of level 0: the mean over a voxel is the difference between its faces.
+// The gradient of the normalised stored values, per millimetre, from samples half a voxel before and behind, but at
+// least a voxel of level 0. The mean gradient over a voxel is the difference between its faces.
 vec3 normal_at(vec3 at) {
   vec3 voxel = $VOXEL;
   // In the outer half voxels nothing changes.

@@ -52,7 +52,7 @@ struct AxisWalk {
     double rate;
     int64_t last;  // index of the outer cell: number of voxels - 1, of labels - 2
     int64_t cell;
-    double next_t_mm;  // where the ray leaves this cell along this axis
+    double next_t_mm;     // where the ray leaves this cell along this axis
     bool halved = false;  // whether cells are cut in their middle along this axis, too
 
     double at(double t_mm) const noexcept { return start + t_mm * rate; }
