@@ -60,7 +60,7 @@ def sizes(drawn: np.ndarray[Any, np.dtype[np.float32]], allowed: float) -> list[
 
 def test_a_level_is_measured_in_smaller_pictures_until_it_is_right_and_in_full_if_it_is() -> None:
     assert sizes(blob(2.0), allowed=0.5) == [(256, True), (111, True)]
-    assert sizes(blob(2.0), allowed=1e-6) == [(111, False), (55, False)]
+    assert sizes(blob(2.0), allowed=1e-6) == [(111, False), (55, False), (32, False)]
 
 
 def test_where_a_level_is_right_in_smaller_pictures_only_the_largest_of_them_is_sought() -> None:
