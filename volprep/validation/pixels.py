@@ -93,8 +93,8 @@ def errors_by_size(  # noqa: PLR0917 - the pictures, their views, and the limits
     """Measure a coarse level, whose views are `found`, in pictures of other sizes; the largest pictures come first.
 
     If it is within the tolerance where one of its voxels is a pixel, the other size is that of the report. Otherwise
-    pictures are halved, down to 32 pixels, until it is within the tolerance, and the interval between the last two sizes
-    is halved twice.
+    pictures are halved, down to 32 pixels, until it is within the tolerance, and the interval between the last two
+    sizes is halved twice.
     """
     allowed = tolerance.model_copy(update={"maximum": 1.0})
 

@@ -254,7 +254,8 @@ bool cell_normals(CellNormals& normals, const Field<Voxel>& field, const AxisWal
     bool found = false;
     for (const auto& along : corners) found = found || std::any_of(along, along + 8, [](double v) { return v != 0.0; });
     for (int axis = 0; axis < 3; ++axis) normals.axes[axis] = cell_cubic(corners[axis], part_middle, part_half);
-    normals.error = 2.0 * relative_error;
+    // Halves of cells are half as wide, so that rounding moves a place in them twice as far.
+    normals.error = (field.normals->any_halved() ? 4.0 : 2.0) * relative_error;
     return found;
 }
 
