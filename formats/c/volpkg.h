@@ -952,7 +952,7 @@ typedef struct volpkg_program {
        Phong, or after Blinn. A sample without a normal has its own colour. */
     volpkg_lighting lighting;
     /* Source of the normals of lit samples. volume: a texture of normals. forward, central: differences of the stored
-       values one voxel apart, computed in the shader. */
+       values, computed in the shader. */
     volpkg_normals_from normals_from;
     /* Light of the phong and blinn-phong lighting. NULL if absent. */
     const volpkg_light* light;

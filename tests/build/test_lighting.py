@@ -180,9 +180,18 @@ def test_light_on_bricks_without_ghost_voxels_is_refused(tmp_path) -> None:
         package_of(tmp_path, "headlight", FORWARD + "[bricks]\nsize = 8\n")
 
 
-@pytest.mark.parametrize("level", [0, 1])
-def test_each_mipmap_is_lit_by_differences_of_its_own_voxels(tmp_path, level) -> None:
-    package = package_of(tmp_path, "headlight", '[lighting]\nnormals = "central"\n[textures]\nmipmaps = true\n')
+@pytest.mark.parametrize(
+    ("level", "profile", "more"),
+    [
+        (0, "gles3", "[textures]\nmipmaps = true\n"),
+        (1, "gles3", "[textures]\nmipmaps = true\n"),
+        (3, "gles2-2048", ""),
+        (1, "gles3", "[bricks]\nsize = 8\nreach = 2\n"),
+    ],
+    ids=["mipmap 0", "mipmap 1", "mosaic", "bricks"],
+)
+def test_each_level_is_lit_by_differences_of_its_own_voxels(tmp_path, level, profile, more) -> None:
+    package = package_of(tmp_path, "headlight", f'[lighting]\nnormals = "central"\n{more}', profile)
     volume = level_volume(package, level)
     medium = Medium(volume.stored, volume.slope, volume.intercept, table_function(package, "tissue", level))
     matrix = standard_views(volume.grid)["superior"].box_from_clip(volume.grid, 1.0)

@@ -21,8 +21,8 @@ def table_of(*points: tuple[float, float]) -> Table:
     return Table(values, np.ones((len(values), 3)), extinctions)
 
 
-@pytest.fixture(scope="module")
-def lit():
+@pytest.fixture(scope="module", params=[(False, False, False), (True, False, True)], ids=["level 0", "coarse"])
+def lit(request):
     """Codes along rays through noise, and their light if all of them are lit."""
     codes = np.random.default_rng(3).integers(0, 256, (9, 14, 20), dtype=np.uint8)
     volume = InMemory.of(codes)
@@ -30,15 +30,15 @@ def lit():
     along = sample_level(volume, SPACING, lines, per_voxel=PER_VOXEL)
 
     def of(wanted):
-        return headlight(volume, SPACING, lines, along, wanted, 1e-9)
+        return headlight(volume, SPACING, lines, along, wanted, 1e-9, halved_zyx=request.param)
 
-    return along, of, twin(volume, lines, along)
+    return along, of, twin(volume, lines, along, request.param)
 
 
-def twin(volume, lines, along):
+def twin(volume, lines, along, halved_zyx):
     """The same light by whole rays beside the rays."""
     slopes = []
-    for axis, spacing_mm in enumerate(SPACING[::-1]):
+    for axis, spacing_mm in enumerate(np.where(halved_zyx, 0.5, 1.0)[::-1] * SPACING[::-1]):
         aside_mm = np.eye(3)[axis] * spacing_mm
         upper, lower = (
             sample_level(

@@ -28,7 +28,15 @@ def view_of(volume, name="anterior-left"):
 
 
 @pytest.mark.parametrize(
-    "normals", [None, "central", "sobel", Lit(ShaderSlopes("central", 3.0)), Lit(ShaderSlopes("forward", 3.0))]
+    "normals",
+    [
+        None,
+        "central",
+        "sobel",
+        Lit(ShaderSlopes("central", 3.0)),
+        Lit(ShaderSlopes("central", 3.0, halved_zyx=(True, False, True))),
+        Lit(ShaderSlopes("forward", 3.0)),
+    ],
 )
 def test_without_a_place_of_the_light_it_is_the_picture_of_the_oracle_with_a_bound(scan, normals) -> None:
     grid, matrix = view_of(scan)
@@ -84,13 +92,14 @@ def test_a_light_with_a_place_is_what_many_samples_give(oracle, scan, place, hal
     assert np.abs(picture.rgba[0, 0, :3] - truth).max() < 2e-4
 
 
-def test_slopes_of_a_shader_are_differences_of_samples_one_voxel_apart(oracle) -> None:
+def test_slopes_of_a_shader_are_differences_of_samples_one_voxel_apart_and_half_a_voxel_on_levels(oracle) -> None:
     """A surface, so that the light of one place can be told."""
     scan = np.random.default_rng(7).uniform(0, 255, (7, 9, 8)).astype(np.float32)
     grid, matrix = view_of(scan, "anterior")
     white = function((0.0, (1.0, 1.0, 1.0), 30.0)).model_copy(update={"isovalue": 128.0})
-    for kernel in ("central", "forward"):
-        normals = Lit(ShaderSlopes(kernel, 1e-6))
+    none = (False, False, False)
+    for kernel, halved_zyx in (("central", none), ("central", (True, False, True)), ("forward", none)):
+        normals = Lit(ShaderSlopes(kernel, 1e-6, halved_zyx=halved_zyx))
         picture = surface_picture(scan, grid, 1.0, 0.0, white, matrix, (8, 8), solid=False, normals=normals)
         t, error, value, change = (np.empty((8, 8)) for _ in range(4))
         normal = np.empty((8, 8, 3))
@@ -104,11 +113,12 @@ def test_slopes_of_a_shader_are_differences_of_samples_one_voxel_apart(oracle) -
             spacing = np.array(SPACING[::-1])
             at = near[:3] + t[row, column] * direction
             at = np.clip(at, spacing / 2, np.array(grid.extent_mm_zyx[::-1]) - spacing / 2)
+            apart = spacing * np.where(halved_zyx[::-1], 0.5, 1.0)
             behind, before = (
-                np.array([oracle.trilinear(scan.astype(float), at + side * step, spacing) for step in np.diag(spacing)])
+                np.array([oracle.trilinear(scan.astype(float), at + side * step, spacing) for step in np.diag(apart)])
                 for side in (1, -1 if kernel == "central" else 0)
             )
-            gradient = (behind - before) / spacing
+            gradient = (behind - before) / apart
             cosine = abs(gradient @ direction) / np.linalg.norm(gradient)
             assert abs(picture.rgba[row, column, 0] - cosine) < 1e-5
             seen += 1
@@ -126,3 +136,5 @@ def test_sizes_and_lights_that_do_not_fit_are_refused() -> None:
         _native.render_refined(*arguments, intensities=(1.0, 1.0))
     with pytest.raises(ValueError, match="forward and central"):
         _native.render_refined(*arguments, kernel="sobel", slope_scale=1.0)
+    with pytest.raises(ValueError, match="halved goes with"):
+        _native.render_refined(*arguments, kernel="forward", slope_scale=1.0, halved=(True, False, False))

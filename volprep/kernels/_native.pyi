@@ -724,7 +724,7 @@ def coarse_normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: 
     normals.
     """
 
-def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, threads: int = 0) -> None:
+def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, halved: tuple[bool, bool, bool] = (False, False, False), threads: int = 0) -> None:
     """
     Write the picture of a volume and a bound on the error of each pixel.
 
@@ -755,6 +755,8 @@ def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, int
     slope_scale
         Above 0 with the kernel "forward" or "central": in place of directions, slopes of stored values per millimetre as a
         shader takes them, from samples one voxel apart, times this.
+    halved
+        Axes x, y, z along which central differences are those of values half a voxel to each side, as on a coarse level.
     threads
         Threads to use, 0 for all. The result does not depend on it.
 
@@ -848,7 +850,7 @@ def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float,
         If an array has another type or order.
     """
 
-def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, baked: numpy.typing.NDArray[numpy.float32] | None = None, baked_curve: numpy.typing.NDArray[numpy.float64] | None = None, baked_per_mm_xyz: Sequence[float] | None = None, baked_start_mm_xyz: Sequence[float] = (0.0, 0.0, 0.0), planes: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None:
+def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], extinctions_per_mm: numpy.typing.NDArray[numpy.float64], box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, halfway: bool = False, shadows: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, halved: tuple[bool, bool, bool] = (False, False, False), baked: numpy.typing.NDArray[numpy.float32] | None = None, baked_curve: numpy.typing.NDArray[numpy.float64] | None = None, baked_per_mm_xyz: Sequence[float] | None = None, baked_start_mm_xyz: Sequence[float] = (0.0, 0.0, 0.0), planes: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None:
     """
     Write a picture by refinement, for light that has no proven bound, and how far it has settled.
 
@@ -875,7 +877,7 @@ def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
         Seven numbers: place of the light in box space, ambient, diffuse and specular part, shininess; whether highlights are
         those of Blinn and Phong instead of Phong's; whether what lies between takes light away. Without a light, with normals,
         light comes from the viewer.
-    kernel, normals, slope_scale
+    kernel, normals, slope_scale, halved
         What normals are, as in render_oracle; without them nothing is lit.
     baked, baked_curve, baked_per_mm_xyz, baked_start_mm_xyz
         Light that multiplies the colours: float32 [z, y, x, 2, channels], 1 or 3 channels; float64 [2, n], ascending values and
@@ -929,7 +931,7 @@ def render_oracle_sum(volumes: Sequence[numpy.typing.NDArray[numpy.generic]], sl
         If an array has another type or order.
     """
 
-def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], isovalue: float, solid: bool, t_mm: numpy.typing.NDArray[numpy.float64], error_mm: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, light_mm_xyz: Sequence[float] | None = None, offset_mm: float = 0.0, reaching: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None:
+def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, spacing_mm_xyz: Sequence[float], extent_mm_xyz: Sequence[float], box_from_clip: numpy.typing.NDArray[numpy.float64], isovalue: float, solid: bool, t_mm: numpy.typing.NDArray[numpy.float64], error_mm: numpy.typing.NDArray[numpy.float64], value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, halved: tuple[bool, bool, bool] = (False, False, False), light_mm_xyz: Sequence[float] | None = None, offset_mm: float = 0.0, reaching: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None:
     """
     Write where each pixel's ray first meets an isosurface of the trilinear field.
 
@@ -950,7 +952,7 @@ def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, in
     normal, normal_mm
         float64 [height, width, 3] and [height, width], written: the trilinear interpolation of the voxels' normals there,
         and how much it changes per millimetre.
-    kernel, normals, slope_scale
+    kernel, normals, slope_scale, halved
         What normals are, as in render_oracle; without them they are 0.
     light_mm_xyz, offset_mm, reaching
         Place of a light in box space, and float64 [height, width], written: 1 where the field between the hit and the light is

@@ -21,11 +21,11 @@ _SHINE = {
 }
 
 
-def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Feature:
+def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid, *, of_segments: bool) -> Feature:
     """Return the light of a program: the same for every level that it draws.
 
     Of normals in a mosaic of several textures, `normals` is any; none where the shader takes differences of values on
-    levels of `grid`.
+    levels of `grid`. Borders of segments have slopes a voxel wide, and so have values beside them.
     """
     if program.normals_from == "volume":
         if normals is None:
@@ -33,8 +33,7 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Fea
             raise ValueError(msg)
         found, least = normals_of(normals), _LEAST_LENGTH
     else:
-        where = "_in_block" if program.sampling == "subvolumes" else ""
-        found = Feature(slots={"lighting": f"light/gradient:{program.normals_from}{where}"})
+        found = _slopes(program, grid, of_segments=of_segments)
         least = LEAST_SLOPE / min(grid.spacing_mm_zyx)
     words = {**found.words, "LEAST_SQUARED": literal(least**2)}
     slots: dict[str, Slot] = {**found.slots, "lighting_start": "light/headlight:start"}
@@ -53,6 +52,16 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Fea
         uniforms=shadows.uniforms,
         samplers=found.samplers,
     )
+
+
+def _slopes(program: ProgramDesign, grid: Grid, *, of_segments: bool) -> Feature:
+    """Return the feature that takes differences of values."""
+    name = f"light/gradient:{program.normals_from}"
+    if program.sampling == "subvolumes":
+        return Feature(slots={"lighting": f"{name}_in_block"})
+    if program.normals_from == "central" and max(program.levels) > 0 and not of_segments:
+        return Feature({"lighting": f"{name}_of_levels"}, {"FINEST_VOXEL_MM": literal(*grid.spacing_mm_zyx[::-1])})
+    return Feature(slots={"lighting": name})
 
 
 def _light_words(light: Light) -> dict[str, str]:

@@ -233,7 +233,8 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
     if program.lighting != "none":
         level = min(program.levels)
         normals = (each for each in manifest.textures if (each.role, each.level) == ("normals", level))
-        lit = lighting(program, next(normals, None), grid)
+        of_segments = manifest.segments is not None
+        lit = lighting(program, next(normals, None), grid, of_segments=of_segments)
     if program.baked:
         lights = [each for each in manifest.textures if each.role == "light" and not each.is_of_a_cut]
         held = [each for each in lights if each.transfer == program.transfer]

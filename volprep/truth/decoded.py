@@ -24,7 +24,7 @@ from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.light.environment import environment_of, shares_of, turned
 from volprep_formats.package.parts.light.record import two_colours
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE, GradientKernel
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE, GradientKernel, halved_axes
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
@@ -92,6 +92,16 @@ def _slopes(manifest: Manifest, lit: Program) -> Lit:
     return Lit(ShaderSlopes(lit.normals_from, least_per_mm, abs(high - low)), lit.light, lit.lighting == "blinn-phong")
 
 
+def light_at_level(manifest: Manifest, light: Normals, factors_zyx: tuple[int, int, int]) -> Normals:
+    """Return the scan's lighting as programs of the package take it at a level with these factors."""
+    slopes = light.normals if isinstance(light, Lit) else None
+    if not isinstance(light, Lit) or not isinstance(slopes, ShaderSlopes) or slopes.kernel != "central":
+        return light
+    if manifest.segments is not None:
+        return light
+    return replace(light, normals=replace(slopes, halved_zyx=halved_axes(factors_zyx)))
+
+
 def level_volume(package: Package, level: int) -> Volume:
     """Decode the texture of `level`: slices taken out of their mosaic, stored values as the manifest maps them."""
     manifest = package.manifest
@@ -115,7 +125,8 @@ def _light_of_level(package: Package, level: int) -> Normals:
     """Return the lighting of a level: its own normals, or the scan's lighting if the shader computes normals."""
     scan = light_of_scan(package.manifest)
     if scan is None or (isinstance(scan, Lit) and isinstance(scan.normals, ShaderSlopes)):
-        return scan
+        factors_zyx = next(each.factors_zyx for each in package.manifest.levels if each.index == level)
+        return light_at_level(package.manifest, scan, factors_zyx)
     held = _level_normals(package, level)
     return replace(scan, normals=held) if isinstance(scan, Lit) else held
 

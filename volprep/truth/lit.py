@@ -8,7 +8,7 @@ import numpy as np
 
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid, Vector
-from volprep_formats.package.parts.normals.record import GradientKernel
+from volprep_formats.package.parts.normals.record import GradientKernel, HalvedAxes
 from volprep_formats.package.program import Light
 
 _LEAST_LENGTH = 0.01
@@ -25,6 +25,8 @@ class ShaderSlopes:
     """Slope, physical per millimetre, that is no surface any more."""
     range: float = 1.0
     """Physical range of the codes: slopes of borders of segments count as parts of it."""
+    halved_zyx: HalvedAxes = (False, False, False)
+    """Axes along which central differences are those of values half a voxel to each side, as on a coarse level."""
 
     @property
     def border_scale(self) -> float:
@@ -90,15 +92,16 @@ Normals = VoxelNormals | Lit | Baked | None
 """Lighting of a volume; bare normals mean a headlight, None means unlit."""
 
 
-def native_normals(normals: Normals, slope: float) -> tuple[str, Float32Array | None, float]:
-    """Return the arguments `kernel`, `normals` and `slope_scale` of the native oracles."""
+def native_normals(normals: Normals, slope: float) -> tuple[str, Float32Array | None, float, tuple[bool, bool, bool]]:
+    """Return the arguments `kernel`, `normals`, `slope_scale` and `halved` of the native oracles."""
     other = normals.other if isinstance(normals, Baked) else normals
     source = other.normals if isinstance(other, Lit) else other
     if isinstance(source, ShaderSlopes):
-        return source.kernel, None, source.scale(slope)
+        z, y, x = source.halved_zyx
+        return source.kernel, None, source.scale(slope), (x, y, z)
     if isinstance(source, str):
-        return source, None, 0.0
-    return "", source, 0.0
+        return source, None, 0.0, (False, False, False)
+    return "", source, 0.0, (False, False, False)
 
 
 def shadow_light(normals: Normals) -> Light | None:

@@ -39,7 +39,7 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
     require_field(volume, grid)
     points = transfer_function.points
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
-    kernel, vectors, slope_scale = native_normals(normals, slope)
+    kernel, vectors, slope_scale, halved = native_normals(normals, slope)
     _native.render_refined(
         volume,
         slope,
@@ -60,6 +60,7 @@ def refined_picture(  # noqa: PLR0917 - as oracle_picture
         kernel,
         vectors,
         slope_scale,
+        halved,
         None if baked is None else baked.texels,
         None if baked is None else baked.curve,
         None if baked is None else baked.nodes_per_mm_xyz,

@@ -7,7 +7,7 @@ beyond the tolerance of such levels only if the reference is, too. None of this 
 from collections.abc import Iterator, Sequence
 
 from volprep.truth.box import box_levels, frequent_level
-from volprep.truth.decoded import Volume
+from volprep.truth.decoded import Volume, light_at_level
 from volprep.validation.bench import Bench
 from volprep.validation.same_field import part_of
 from volprep.validation.subject import Subject
@@ -73,4 +73,5 @@ def _of_channel(subject: Subject, levels: Sequence[Level]) -> Iterator[Volume]:
             yield Volume(labels, level.grid, scan.slope, scan.intercept, scan.nearest, scan.normals)
         return
     for level, means in zip(levels, box_levels(stored, [each.factors_zyx for each in levels]), strict=True):
-        yield Volume(means, level.grid, scan.slope, scan.intercept, scan.nearest, scan.normals)
+        light = light_at_level(subject.package.manifest, scan.normals, level.factors_zyx)
+        yield Volume(means, level.grid, scan.slope, scan.intercept, scan.nearest, light)

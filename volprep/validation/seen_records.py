@@ -147,7 +147,8 @@ class OtherDrawing(Record):
     """Width and height of the pictures: one pixel for a voxel of a level, or the size of the report's pictures."""
     sizes: tuple[SizeErrors, ...] = ()
     """Errors of a coarse level by size, the largest pictures first: at `pixels`; at the size of the report if it is
-    within the tolerance there, else at sizes halved until it is, or the pictures have fewer than 32 pixels."""
+    within the tolerance there, else at sizes halved, down to 32, until it is, and then at two
+    sizes between the smallest that is beyond the tolerance and the largest that is within it."""
     right_up_to_pixels: Count | None = None
     """Size of the largest of these pictures within the tolerance of the level; null if no size is, and for everything
     but coarse levels."""

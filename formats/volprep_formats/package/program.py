@@ -225,7 +225,7 @@ class ProgramDesign(Record):
     Phong, or after Blinn. A sample without a normal has its own colour."""
     normals_from: NormalsFrom = "volume"
     """Source of the normals of lit samples. volume: a texture of normals. forward, central: differences of the stored
-    values one voxel apart, computed in the shader."""
+    values, computed in the shader."""
     light: Light | None = None
     """Light of the phong and blinn-phong lighting."""
     baked: bool = False

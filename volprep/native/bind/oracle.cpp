@@ -9,14 +9,15 @@ namespace {
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Numbers& values, const Colours& colours, const Numbers& extinctions_per_mm,
             const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound, bool nearest,
-            const std::string& kernel, const std::optional<Vectors>& normals, double slope_scale, int threads) {
+            const std::string& kernel, const std::optional<Vectors>& normals, double slope_scale, Halved halved,
+            int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(tolerance >= 1e-13, "tolerance must be at least 1e-13: float64 cannot do better");
     const OracleTransfer transfer = transfer_of(values, colours, extinctions_per_mm);
     require(bound.shape(0) == rgba.shape(0) && bound.shape(1) == rgba.shape(1),
             "rgba and bound must have the same height and width");
-    const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale);
+    const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale, halved);
     require(!(vectors.has_value() && nearest), "labels are not lit");
     OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     source.nearest = nearest;
@@ -36,7 +37,8 @@ void oracle(nb::module_& module) {
                nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),
                nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"), nb::arg("rgba").noconvert(),
                nb::arg("bound").noconvert(), nb::arg("nearest") = false, nb::arg("kernel") = "",
-               nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0, nb::arg("threads") = 0,
+               nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
+               nb::arg("halved") = Halved{false, false, false}, nb::arg("threads") = 0,
                nb::sig("def render_oracle(volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
                        "spacing_mm_xyz: "
                        "Sequence[float], "
@@ -46,7 +48,8 @@ void oracle(nb::module_& module) {
                        "numpy.typing.NDArray[numpy.float64], tolerance: float, "
                        "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
                        "nearest: bool = False, kernel: str = '', normals: numpy.typing.NDArray[numpy.float32] | None = "
-                       "None, slope_scale: float = 0.0, threads: int = 0) -> None"),
+                       "None, slope_scale: float = 0.0, halved: tuple[bool, bool, bool] = (False, False, False), "
+                       "threads: int = 0) -> None"),
                described(R"(Write the picture of a volume and a bound on the error of each pixel.
 
 For each pixel the integral of c tau exp(-optical depth) along its ray and 1 - exp(-optical depth), exact up to `bound`
@@ -76,6 +79,8 @@ kernel, normals
 slope_scale
     Above 0 with the kernel "forward" or "central": in place of directions, slopes of stored values per millimetre as a
     shader takes them, from samples one voxel apart, times this.
+halved
+    Axes x, y, z along which central differences are those of values half a voxel to each side, as on a coarse level.
 )",
                          "a size does not fit")
                    .c_str());

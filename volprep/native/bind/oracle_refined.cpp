@@ -12,16 +12,16 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
             const Matrix4& box_from_clip, double tolerance, const Rgba& rgba, const Pixels& bound,
             const std::optional<std::array<double, 2>>& intensities, const std::optional<LightNumbers>& light,
             bool halfway, bool shadows, const std::string& kernel, const std::optional<Vectors>& normals,
-            double slope_scale, const std::optional<Texels>& baked, const std::optional<Curve>& baked_curve,
-            const std::optional<Vector3>& baked_per_mm_xyz, Vector3 baked_start_mm_xyz,
-            const std::optional<PlaneNumbers>& planes, int threads) {
+            double slope_scale, Halved halved, const std::optional<Texels>& baked,
+            const std::optional<Curve>& baked_curve, const std::optional<Vector3>& baked_per_mm_xyz,
+            Vector3 baked_start_mm_xyz, const std::optional<PlaneNumbers>& planes, int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(tolerance >= 1e-12, "tolerance must be at least 1e-12");
     const OracleTransfer transfer = transfer_of(values, colours, extinctions_per_mm);
     require(bound.shape(0) == rgba.shape(0) && bound.shape(1) == rgba.shape(1),
             "rgba and bound must have the same height and width");
-    const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale);
+    const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale, halved);
     require(vectors.has_value() || !light.has_value(), "a light needs normals");
     OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     if (vectors.has_value()) source.normals = &*vectors;
@@ -55,8 +55,8 @@ void oracle_refined(nb::module_& module) {
         nb::arg("intensities") = nb::none(), nb::arg("light").noconvert().none() = nb::none(),
         nb::arg("halfway") = false, nb::arg("shadows") = false, nb::arg("kernel") = "",
         nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
-        nb::arg("baked").noconvert().none() = nb::none(), nb::arg("baked_curve").noconvert().none() = nb::none(),
-        nb::arg("baked_per_mm_xyz").none() = nb::none(),
+        nb::arg("halved") = Halved{false, false, false}, nb::arg("baked").noconvert().none() = nb::none(),
+        nb::arg("baked_curve").noconvert().none() = nb::none(), nb::arg("baked_per_mm_xyz").none() = nb::none(),
         nb::arg("baked_start_mm_xyz") = std::array<double, 3>{0.0, 0.0, 0.0},
         nb::arg("planes").noconvert().none() = nb::none(), nb::arg("threads") = 0,
         nb::sig(
@@ -70,6 +70,7 @@ void oracle_refined(nb::module_& module) {
             "intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, "
             "halfway: bool = False, shadows: bool = False, kernel: str = '', "
             "normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, "
+            "halved: tuple[bool, bool, bool] = (False, False, False), "
             "baked: numpy.typing.NDArray[numpy.float32] | None = None, "
             "baked_curve: numpy.typing.NDArray[numpy.float64] | None = None, "
             "baked_per_mm_xyz: collections.abc.Sequence[float] | None = None, "
@@ -100,7 +101,7 @@ light, halfway, shadows
     Seven numbers: place of the light in box space, ambient, diffuse and specular part, shininess; whether highlights are
     those of Blinn and Phong instead of Phong's; whether what lies between takes light away. Without a light, with normals,
     light comes from the viewer.
-kernel, normals, slope_scale
+kernel, normals, slope_scale, halved
     What normals are, as in render_oracle; without them nothing is lit.
 baked, baked_curve, baked_per_mm_xyz, baked_start_mm_xyz
     Light that multiplies the colours: float32 [z, y, x, 2, channels], 1 or 3 channels; float64 [2, n], ascending values and

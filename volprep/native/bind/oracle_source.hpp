@@ -15,6 +15,7 @@
 
 namespace volprep::bind {
 
+using Halved = std::array<bool, 3>;
 using Vector3 = std::array<double, 3>;
 using Matrix4 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
 using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
@@ -60,13 +61,18 @@ inline OracleTransfer transfer_of(const Numbers& values, const Colours& colours,
 
 // Normals of lit voxels; empty without lighting.
 inline std::optional<OracleNormals> normals_of(Shape3 shape, const std::string& kernel,
-                                               const std::optional<Vectors>& normals, double slope_scale) {
+                                               const std::optional<Vectors>& normals, double slope_scale,
+                                               Halved halved = {false, false, false}) {
     if (kernel.empty() && !normals.has_value()) return std::nullopt;
     require(slope_scale == 0.0 || kernel == "forward" || kernel == "central",
             "slope_scale goes with the kernels forward and central");
+    require(!(halved[0] || halved[1] || halved[2]) || (slope_scale != 0.0 && kernel == "central"),
+            "halved goes with slope_scale and the kernel central");
     if (normals.has_value()) require_shape("normals", *normals, shape);
     return OracleNormals{kernel.empty() ? GradientKernel::central : kernel_of(kernel),
-                         normals.has_value() ? normals->data() : nullptr, slope_scale};
+                         normals.has_value() ? normals->data() : nullptr,
+                         slope_scale,
+                         {halved[0], halved[1], halved[2]}};
 }
 
 // Place in box space, ambient, diffuse and specular part, shininess.

@@ -13,8 +13,9 @@ using Triples = nb::ndarray<double, nb::shape<-1, -1, 3>, nb::c_contig, nb::devi
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
             const Matrix4& box_from_clip, double isovalue, bool solid, const Pixels& t_mm, const Pixels& error_mm,
             const Pixels& value, const Triples& normal, const Pixels& normal_mm, const std::string& kernel,
-            const std::optional<Vectors>& normals, double slope_scale, const std::optional<Vector3>& light_mm_xyz,
-            double offset_mm, const std::optional<Pixels>& reaching, int threads) {
+            const std::optional<Vectors>& normals, double slope_scale, Halved halved,
+            const std::optional<Vector3>& light_mm_xyz, double offset_mm, const std::optional<Pixels>& reaching,
+            int threads) {
     const Shape3 shape = shape_of(volume);
     require_source(shape, spacing_mm_xyz, extent_mm_xyz, threads);
     require(std::isfinite(isovalue), "isovalue must be finite");
@@ -27,7 +28,7 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
             "light_mm_xyz and reaching must both be given, or neither");
     require(!reaching.has_value() || fits(*reaching), "all pictures must have the same height and width");
     require(offset_mm >= 0.0, "offset_mm must not be negative");
-    const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale);
+    const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale, halved);
     OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     if (vectors.has_value()) source.normals = &*vectors;
     const OracleSurface surface{view_of(t_mm, box_from_clip),
@@ -55,8 +56,8 @@ void oracle_surface(nb::module_& module) {
                nb::arg("isovalue"), nb::arg("solid"), nb::arg("t_mm").noconvert(), nb::arg("error_mm").noconvert(),
                nb::arg("value").noconvert(), nb::arg("normal").noconvert(), nb::arg("normal_mm").noconvert(),
                nb::arg("kernel") = "", nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
-               nb::arg("light_mm_xyz") = nb::none(), nb::arg("offset_mm") = 0.0,
-               nb::arg("reaching").noconvert().none() = nb::none(), nb::arg("threads") = 0,
+               nb::arg("halved") = Halved{false, false, false}, nb::arg("light_mm_xyz") = nb::none(),
+               nb::arg("offset_mm") = 0.0, nb::arg("reaching").noconvert().none() = nb::none(), nb::arg("threads") = 0,
                nb::sig("def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
                        "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
                        "extent_mm_xyz: collections.abc.Sequence[float], "
@@ -65,6 +66,7 @@ void oracle_surface(nb::module_& module) {
                        "value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], "
                        "normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', "
                        "normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, "
+                       "halved: tuple[bool, bool, bool] = (False, False, False), "
                        "light_mm_xyz: collections.abc.Sequence[float] | None = None, offset_mm: float = 0.0, "
                        "reaching: numpy.typing.NDArray[numpy.float64] | None = None, "
                        "threads: int = 0) -> None"),
@@ -87,7 +89,7 @@ t_mm, error_mm, value
 normal, normal_mm
     float64 [height, width, 3] and [height, width], written: the trilinear interpolation of the voxels' normals there,
     and how much it changes per millimetre.
-kernel, normals, slope_scale
+kernel, normals, slope_scale, halved
     What normals are, as in render_oracle; without them they are 0.
 light_mm_xyz, offset_mm, reaching
     Place of a light in box space, and float64 [height, width], written: 1 where the field between the hit and the light is

@@ -1,4 +1,4 @@
-"""Light from the viewer on samples of rays: the cosine of ray and gradient, central differences one voxel wide.
+"""Light from the viewer on samples of rays: the cosine of ray and gradient, from central differences.
 
 Gradients need six more samples for each. Only samples that show something, and that are not hidden, get them: on a
 lit head one in seven.
@@ -14,6 +14,7 @@ from volprep.parts.levels.rays import RaySamples, RaySegments, sample_at
 from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
+from volprep_formats.package.parts.normals.record import HalvedAxes
 from volprep_formats.package.texture import SampleFilter
 
 _HIDDEN_DEPTH = 14.0
@@ -75,23 +76,27 @@ def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible s
     wanted: NDArray[np.bool_],
     least_per_mm: float,
     between: SampleFilter = "linear",
+    *,
+    halved_zyx: HalvedAxes = (False, False, False),
 ) -> Float64Array:
     """Return the absolute cosine of ray and gradient at each sample; 1 where the slope is less than `least_per_mm`.
 
-    Samples that are not `wanted` have 1.
+    Differences are of values one voxel to each side, along `halved_zyx` half a voxel. Samples that are not `wanted`
+    have 1.
     """
     result = np.ones(len(along.values))
     if not wanted.any():
         return result
     pieces, counts = _pieces(lines, along, wanted)
-    # A voxel to each side along x, y and z, the side of larger coordinates first.
-    steps_mm = [sign * step_mm for step_mm in np.diag(spacing_mm_zyx[::-1]) for sign in (1, -1)]
+    apart_mm_zyx = [mm / 2 if halved else mm for mm, halved in zip(spacing_mm_zyx, halved_zyx, strict=True)]
+    # To each side along x, y and z, the side of larger coordinates first.
+    steps_mm = [sign * step_mm for step_mm in np.diag(apart_mm_zyx[::-1]) for sign in (1, -1)]
     beside = [RaySegments(pieces.starts_mm_xyz + each, pieces.directions_xyz, pieces.lengths_mm) for each in steps_mm]
     around = sample_at(volume, spacing_mm_zyx, RaySegments.joined(beside), np.tile(counts, len(beside)), between)
     values = around.values.reshape(len(beside), -1).astype(np.float64)
     forward, squared = np.zeros(values.shape[1]), np.zeros(values.shape[1])
-    for axis, spacing_mm in enumerate(spacing_mm_zyx[::-1]):
-        slope = (values[2 * axis] - values[2 * axis + 1]) * (around.scale / (2 * spacing_mm))
+    for axis, apart_mm in enumerate(apart_mm_zyx[::-1]):
+        slope = (values[2 * axis] - values[2 * axis + 1]) * (around.scale / (2 * apart_mm))
         forward += slope * np.repeat(pieces.directions_xyz[:, axis], counts)
         squared += slope**2
     length = np.sqrt(squared)

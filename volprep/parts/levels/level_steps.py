@@ -20,7 +20,7 @@ from volprep.plan.level_choice import AdaptedTable, MeasuredStep
 from volprep.scan.slabs import RawVolume
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE, halved_axes
 from volprep_formats.package.program import PassTarget
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -56,6 +56,8 @@ class LevelSteps:
     """Format of the picture, if layers are blended."""
     lit: bool = False
     """Whether samples are lit."""
+    labelled: bool = False
+    """Whether segments are drawn, whose shaders take differences of whole voxels at every level."""
 
     def measured(
         self, codes: RawVolume, factors: Factors, own: Sequence[AdaptedTable], off: float = 0.0
@@ -97,7 +99,8 @@ class LevelSteps:
         light = None
         if self.lit:
             shown = Shown(tables if self.compositing.ends_early else (), self.window)
-            light = Headlit(shown, LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx))
+            halved_zyx = (False, False, False) if self.labelled else halved_axes(factors)
+            light = Headlit(shown, LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx), halved_zyx)
         return sampled(codes, spacing_mm_zyx, groups, self.window, light)
 
     def _groups(self, factors: Factors, most_mm: float) -> Iterator[ViewGroup]:

@@ -2,8 +2,8 @@
 
 The rays come from rays.py, with samples in the middles of equal segments; each compositing combines the samples itself
 (`Compositing.rays`). Light comes from the viewer: the colour of a sample times the cosine of its ray and the gradient,
-central differences one voxel of the level wide. This also represents light from elsewhere: the errors of levels come
-from the gradient, wherever the light is.
+from central differences as shaders take them on the level. This also represents light from elsewhere: the errors of
+levels come from the gradient, wherever the light is.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE, halved_axes
 from volprep_formats.package.texture import SampleFilter
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -133,7 +133,17 @@ class SeenLevels:
         # Samples are hidden only behind samples that are blended.
         wanted = Shown(tables if drawn.compositing.ends_early else (), drawn.window).samples(samples, _PER_VOXEL)
         least_per_mm = LEAST_SLOPE / min(self._scan.grid.spacing_mm_zyx)
-        light = headlight(volume, spacing_mm_zyx, self._lines, samples, wanted, least_per_mm, drawn.between)
+        halved_zyx = halved_axes(factors)
+        light = headlight(
+            volume,
+            spacing_mm_zyx,
+            self._lines,
+            samples,
+            wanted,
+            least_per_mm,
+            drawn.between,
+            halved_zyx=halved_zyx,
+        )
         return samples, light
 
     def _shown(self, samples: RaySamples, light: Float64Array | None, table: Table) -> Float64Array:

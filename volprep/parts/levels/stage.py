@@ -204,6 +204,7 @@ def _steps(scan: LevelInput, plan: ChannelPlan) -> LevelSteps | None:
         tolerance=drawing.tolerance,
         layers=drawing.layers,
         lit=drawing.lit,
+        labelled=drawing.labelled,
     )
 
 

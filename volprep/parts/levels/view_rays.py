@@ -22,7 +22,7 @@ from volprep.scan.statistics import MEASURED_BLOCK, Measured
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.parts.normals.record import LEAST_SLOPE, HalvedAxes
 from volprep_formats.source import SourceInfo
 
 _OBLIQUE = 10
@@ -53,6 +53,8 @@ class Headlit:
     """Their visible samples."""
     least_per_mm: float
     """Below this slope, in the codes' own unit, a sample is lit as without a gradient."""
+    halved_zyx: HalvedAxes = (False, False, False)
+    """Axes along which differences are of values half a voxel to each side."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
     shown = None
     if lit is not None:
         wanted = lit.shown.samples(samples, per_voxel)
-        shown = headlight(codes, spacing_mm_zyx, lines, samples, wanted, lit.least_per_mm)
+        shown = headlight(codes, spacing_mm_zyx, lines, samples, wanted, lit.least_per_mm, halved_zyx=lit.halved_zyx)
     views = 1 + max(group.view for group in groups)
     rays: list[PatchRays] = []
     begin = 0

@@ -32,11 +32,13 @@ struct OracleTransfer {
 };
 
 // Normals of lit voxels: `vectors`, or directions of gradients if it is null; or, if `slope_scale` is not 0, slopes
-// as a shader takes them by forward or central differences of stored values, times `slope_scale`.
+// as a shader takes them by forward or central differences of stored values, times `slope_scale`. Along axes that are
+// `halved`, central differences are those of values half a voxel to each side, as on a coarse level.
 struct OracleNormals {
     GradientKernel kernel;
     const float* vectors;  // [z, y, x, (x, y, z)], as long as they are
     double slope_scale = 0.0;
+    bool halved[3] = {false, false, false};  // x, y, z
 };
 
 struct OracleVolume {

@@ -41,6 +41,20 @@ class Normals(NormalMeaning):
     absent if the texels hold no length."""
 
 
+HalvedAxes = tuple[bool, bool, bool]
+"""Whether shaders take central differences of a level half a voxel to each side, along z, y and x."""
+
+
+def halved_axes(factors_zyx: tuple[int, int, int]) -> HalvedAxes:
+    """Return the axes along which voxels of a level are larger than those of level 0.
+
+    The mean gradient over a voxel is the difference of the values at its two faces. With differences of a whole voxel
+    to each side, default levels 2 of five scans had 1.2 to 1.6 times the FLIP.
+    """
+    z, y, x = (factor > 1 for factor in factors_zyx)
+    return z, y, x
+
+
 LEAST_SLOPE = 5e-4
 """Threshold for gradients computed in shaders: smaller slopes are not a surface. In parts of the range of codes over
 the smallest spacing of level 0. At the threshold brightness jumps: with 0.001 the rounding of half floats moved single

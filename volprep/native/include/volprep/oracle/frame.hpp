@@ -76,7 +76,13 @@ inline Normals normals_of(const OracleNormals* normals) {
         case GradientKernel::isotropic:
             return {normals->vectors, forward, 16.0, 4.0, 1.0, scale};
         default:
-            return {normals->vectors, forward, 1.0, 0.0, 0.0, scale};
+            return {normals->vectors,
+                    forward,
+                    1.0,
+                    0.0,
+                    0.0,
+                    scale,
+                    {normals->halved[0], normals->halved[1], normals->halved[2]}};
     }
 }
 

@@ -19,6 +19,9 @@ struct Normals {
     double edge;
     double corner;
     double slope_scale = 0.0;  // not 0: vectors are slopes as a shader takes them, times this, as long as they are
+    bool halved[3] = {false, false, false};  // slopes from half a voxel to each side: trilinear in each half of a cell
+
+    bool any_halved() const noexcept { return halved[0] || halved[1] || halved[2]; }
 };
 
 // The 3×3×3 voxels around one, edges repeated: value(x, y, z) with offsets 0, 1, 2.
@@ -94,6 +97,43 @@ void corner_slopes(const Voxel* voxels, Shape3 shape, const double spacing_mm[3]
             const int side = i >> axis & 1;
             corners[axis][i] = scale * (static_cast<double>(here[ahead[axis][side]]) -
                                         static_cast<double>(*(here - back[axis][side])));
+        }
+    }
+}
+
+// The trilinear field at a place in halves of voxels, x, y, z.
+template <typename Voxel>
+double value_at_half(const Voxel* voxels, Shape3 shape, const int64_t place[3]) noexcept {
+    const int64_t strides[3] = {1, shape.x, shape.slice()};
+    int64_t low = 0;
+    int64_t next[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        low += place[axis] / 2 * strides[axis];
+        next[axis] = place[axis] % 2 * strides[axis];
+    }
+    double sum = 0.0;
+    for (int i = 0; i < 8; ++i) {
+        sum += static_cast<double>(voxels[low + (i & 1) * next[0] + (i >> 1 & 1) * next[1] + (i >> 2) * next[2]]);
+    }
+    return 0.125 * sum;
+}
+
+// The same slopes where some axes are halved, at the eight corners of a part of a cell. `halves_xyz` has its lower and
+// its upper end along each axis, in halves of voxels.
+template <typename Voxel>
+void corner_slopes_halved(const Voxel* voxels, Shape3 shape, const double spacing_mm[3], const Normals& normals,
+                          const int64_t halves_xyz[3][2], double corners[3][8]) noexcept {
+    const int64_t counts[3] = {shape.x, shape.y, shape.z};
+    for (int axis = 0; axis < 3; ++axis) {
+        const int64_t reach = normals.halved[axis] ? 1 : 2;
+        const double scale = normals.slope_scale / (static_cast<double>(reach) * spacing_mm[axis]);
+        for (int i = 0; i < 8; ++i) {
+            int64_t place[3] = {halves_xyz[0][i & 1], halves_xyz[1][i >> 1 & 1], halves_xyz[2][i >> 2]};
+            const int64_t centre = place[axis];
+            place[axis] = std::min(centre + reach, 2 * (counts[axis] - 1));
+            const double ahead = value_at_half(voxels, shape, place);
+            place[axis] = std::max<int64_t>(centre - reach, 0);
+            corners[axis][i] = scale * (ahead - value_at_half(voxels, shape, place));
         }
     }
 }

@@ -52,7 +52,8 @@ struct AxisWalk {
     double rate;
     int64_t last;  // index of the outer cell: number of voxels - 1, of labels - 2
     int64_t cell;
-    double next_t_mm;  // where the ray leaves this cell along this axis
+    double next_t_mm;     // where the ray leaves this cell along this axis
+    bool halved = false;  // whether cells are cut in their middle along this axis, too
 
     double at(double t_mm) const noexcept { return start + t_mm * rate; }
 
@@ -84,6 +85,12 @@ struct AxisWalk {
         cell = static_cast<int64_t>(std::clamp(std::floor(at(t_mm)), -1.0, static_cast<double>(last)));
         find_next();
         leave_until(t_mm);
+    }
+    // Where the ray crosses the middle of this cell, if it is cut there and the ray has not come so far.
+    double middle_t_mm(double t_mm) const noexcept {
+        const double crossing = (static_cast<double>(cell) + 0.5 - start) / rate;
+        const bool none = !halved || rate == 0.0 || cell < 0 || cell >= last || !(crossing > t_mm);
+        return none ? std::numeric_limits<double>::infinity() : crossing;
     }
     void leave_until(double t_mm) noexcept {
         while (next_t_mm <= t_mm) {
@@ -152,13 +159,17 @@ struct RayWalk {
     double to_mm;              // where it leaves the box
     double position_error_mm;  // how far rounding may move a point
     double relative_error;     // how far rounding may move a value, as part of the range of the cell's voxels
+    bool halved;               // whether cells are cut in their middle along an axis
 
     bool inside() const noexcept { return t_mm < to_mm; }
     int64_t block() const noexcept {
         return (axes[2].block(blocks[2]) * blocks[1] + axes[1].block(blocks[1])) * blocks[0] + axes[0].block(blocks[0]);
     }
     double cell_end_mm() const noexcept {
-        return std::min({axes[0].next_t_mm, axes[1].next_t_mm, axes[2].next_t_mm, to_mm});
+        double end = std::min({axes[0].next_t_mm, axes[1].next_t_mm, axes[2].next_t_mm, to_mm});
+        if (!halved) return end;
+        for (const AxisWalk& axis : axes) end = std::min(end, axis.middle_t_mm(t_mm));
+        return end;
     }
     double block_end_mm() const noexcept {
         double end = to_mm;
@@ -195,9 +206,11 @@ bool enter_box(RayWalk& walk, const Field<Voxel>& field, const Ray& ray) noexcep
         walk.relative_error += walk.position_error_mm / spacing;
         walk.axes[axis] = {ray.origin_mm[axis] / spacing - (field.nearest ? 1.0 : 0.5), ray.direction[axis] / spacing,
                            field.count(axis) - (field.nearest ? 2 : 1), 0, 0.0};
+        walk.axes[axis].halved = field.normals != nullptr && field.normals->halved[axis];
         walk.axes[axis].enter(walk.t_mm);
         walk.blocks[axis] = blocks[axis];
     }
+    walk.halved = field.normals != nullptr && field.normals->any_halved();
     return true;
 }
 
@@ -211,7 +224,24 @@ bool cell_normals(CellNormals& normals, const Field<Voxel>& field, const AxisWal
         index_xyz[axis][1] = std::min<int64_t>(axes[axis].cell + 1, axes[axis].last);
     }
     double corners[3][8];
-    if (field.normals->slope_scale != 0.0) {
+    double part_middle[3];
+    double part_half[3];
+    std::copy_n(middle, 3, part_middle);
+    std::copy_n(half, 3, part_half);
+    if (field.normals->any_halved()) {
+        int64_t halves_xyz[3][2];
+        for (int axis = 0; axis < 3; ++axis) {
+            const bool cut = axes[axis].halved && index_xyz[axis][0] != index_xyz[axis][1];
+            const int64_t upper = cut && middle[axis] > 0.5 ? 1 : 0;
+            halves_xyz[axis][0] = 2 * index_xyz[axis][0] + upper;
+            halves_xyz[axis][1] = cut ? halves_xyz[axis][0] + 1 : 2 * index_xyz[axis][1];
+            if (cut) {
+                part_middle[axis] = 2.0 * middle[axis] - static_cast<double>(upper);
+                part_half[axis] = 2.0 * half[axis];
+            }
+        }
+        corner_slopes_halved(field.voxels, field.shape, field.spacing_mm, *field.normals, halves_xyz, corners);
+    } else if (field.normals->slope_scale != 0.0) {
         corner_slopes(field.voxels, field.shape, field.spacing_mm, *field.normals, index_xyz, corners);
     } else {
         for (int i = 0; i < 8; ++i) {
@@ -223,8 +253,9 @@ bool cell_normals(CellNormals& normals, const Field<Voxel>& field, const AxisWal
     }
     bool found = false;
     for (const auto& along : corners) found = found || std::any_of(along, along + 8, [](double v) { return v != 0.0; });
-    for (int axis = 0; axis < 3; ++axis) normals.axes[axis] = cell_cubic(corners[axis], middle, half);
-    normals.error = 2.0 * relative_error;
+    for (int axis = 0; axis < 3; ++axis) normals.axes[axis] = cell_cubic(corners[axis], part_middle, part_half);
+    // Halves of cells are half as wide, so that rounding moves a place in them twice as far.
+    normals.error = (field.normals->any_halved() ? 4.0 : 2.0) * relative_error;
     return found;
 }
 
