@@ -21,7 +21,7 @@ from volprep.parts.levels.blocks import promising
 from volprep.parts.levels.joint_histogram import joint_shares, reference_mm
 from volprep.parts.levels.level_input import Factors, LevelInput, Slices, level_slices, written
 from volprep.parts.levels.light import Histogram, RayLight, Sampled, score
-from volprep.parts.levels.picture_check import Made, PictureCheck, view_lines
+from volprep.parts.levels.picture_check import MadeLevel, PictureCheck, view_lines
 from volprep.parts.levels.rays import RaySegments, fewer_if_long, random_lines, sample_sets
 from volprep.parts.levels.refined import RefineBudget, Refinement
 from volprep.parts.levels.refining import refined_slices, refinements
@@ -130,7 +130,7 @@ class Chooser:
             found = score(tried, units, editable=self._editable)
             is_best = best is None or found < best[0]
             if self._pictures is not None and best is not None and is_best and name == "refined":
-                errors = self._pictures.errors(Made(volume, tables), Made(best[1], best[3]), factors)
+                errors = self._pictures.errors(MadeLevel(volume, tables), MadeLevel(best[1], best[3]), factors)
                 is_best = errors.refined < errors.other
                 refused = None if is_best else errors
             if is_best:

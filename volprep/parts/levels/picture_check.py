@@ -25,7 +25,7 @@ _SEED = 31
 
 
 @dataclass(frozen=True)
-class Made:
+class MadeLevel:
     """A level, and the lookup tables of its own."""
 
     volume: RawVolume
@@ -42,11 +42,11 @@ class PictureCheck:
     lights: Mapping[str, Float64Array]
     """Light [n, 4] of level 0 along them, for each transfer function."""
 
-    def errors(self, refined: Made, other: Made, factors: Factors) -> PictureErrors:
+    def errors(self, refined: MadeLevel, other: MadeLevel, factors: Factors) -> PictureErrors:
         """Return the errors of a refined level and of another one."""
         return PictureErrors(refined=self._error(refined, factors), other=self._error(other, factors))
 
-    def _error(self, made: Made, factors: Factors) -> float:
+    def _error(self, made: MadeLevel, factors: Factors) -> float:
         """Return the error over seen rays, the mean over transfer functions."""
         samples = sample_level(made.volume, self.scan.spacing_mm_zyx(factors), self.lines)
         tables = {**self.scan.tables, **{each.transfer: np.array(each.entries) for each in made.tables}}
