@@ -64,6 +64,25 @@ def test_the_step_of_a_level_of_thin_vessels_is_as_exact_as_it_says(scan, level,
     assert of_longer > STEP_SHARE * TOLERANCE.rmse, "three times the step would do"
 
 
+def test_a_flat_face_keeps_its_promise_in_the_view_that_meets_it_in_step(tmp_path) -> None:
+    soft = function((60.0, (0.7, 0.1, 0.1), 0.0), (200.0, (0.9, 0.3, 0.2), 1.5), (255.0, (1.0, 0.9, 0.8), 2.0))
+    below = np.rint(np.clip((13.2 - np.arange(20.0)) / 2.0, 0.0, 1.0) * 255.0).astype(np.uint8)
+    level = np.ascontiguousarray(np.broadcast_to(below[:, None, None], (20, 20, 20)))
+    fine = level.repeat(2, 0).repeat(2, 1).repeat(2, 2)
+    grid = Grid.of(fine.shape, (1.0, 1.0, 1.0))
+    scan = LevelInput(InMemory.of(fine), grid, {soft.name: lookup_table(soft, WINDOW, 256)})
+    step = replace(steps_of(scan), functions=(soft,)).measured(InMemory.of(level), FACTORS, ())
+    grid = grid.coarser(FACTORS)
+    box_from_clip = standard_views(grid)["superior"].box_from_clip(grid, 1.0)
+    truth = oracle_picture(level, grid, 1.0, 0.0, soft, box_from_clip, (16, 16), tolerance=1e-6).rgba
+    package = tiny_package(tmp_path / "p", level, soft, ES3, grid=grid, step_mm=step.step_mm)
+    with Renderer(package, target="rgba32f") as renderer:
+        drawn = renderer.render(box_from_clip, (16, 16))
+    seen = seen_pixels(drawn, truth)
+    assert seen.any()
+    assert np.sqrt(np.mean((drawn - truth)[seen] ** 2)) <= STEP_SHARE * TOLERANCE.rmse
+
+
 def test_the_table_of_the_level_counts(scan, level) -> None:
     own = scan.tables[VESSELS.name].copy()
     own[:, 3] *= 0.05
@@ -124,11 +143,9 @@ TABLE = lookup_table(DISC, WINDOW, 256)
 
 def test_the_step_of_a_single_slice_holds_for_rays_that_run_along_it() -> None:
     scan, factors = disc(), (1, 4, 4)
-    codes = np.concatenate([slices for slices, _ in level_slices(scan, "box", factors)])
     compositing = COMPOSITINGS["emission-absorption"]
     steps = LevelSteps(scan, WINDOW, (DISC,), compositing, is_segments=False, tolerance=Tolerance(rmse=0.01))
-    rays = steps._rays(InMemory.of(codes), factors, [])
-    lengths_mm = [len(each.values) * each.step_mm for each in rays]
+    lengths_mm = [float(group.lines.lengths_mm[0]) for group in steps._groups(factors, 96.0)]
     assert min(lengths_mm) < 1.2
     assert max(lengths_mm) > 20.0
     assert len({round(each, 3) for each in lengths_mm}) >= 5

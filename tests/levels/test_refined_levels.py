@@ -9,8 +9,11 @@ from volprep.parts.levels.appearance import SeenBlocks
 from volprep.parts.levels.choose_level import Chooser
 from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.level_input import LevelInput, level_slices
-from volprep.parts.levels.rays import ray_counts
+from volprep.parts.levels.level_results import _refused
+from volprep.parts.levels.light import badness
+from volprep.parts.levels.rays import ray_counts, sample_level
 from volprep.parts.levels.refined import AUTO, RefineBudget, refine_lines
+from volprep.parts.levels.refining import refinements
 from volprep.parts.levels.stage import CANDIDATES
 from volprep_formats.grid import Grid
 
@@ -18,6 +21,7 @@ FACTORS = (4, 4, 4)
 TABLE = np.zeros((256, 4))
 TABLE[120:, :3] = (0.9, 0.2, 0.1)
 TABLE[120:, 3] = np.minimum(np.arange(136) * 0.03, 1.2)
+FILTERS = ("maximum", "refined")
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +65,21 @@ def test_a_refined_level_is_the_same_each_time_and_has_voxels_brighter_than_all_
     assert not np.array_equal(made[0], level_of(scan, "raised"))
 
 
+def test_a_refined_level_that_is_worse_in_pictures_is_not_taken(tmp_path) -> None:
+    voxels, factors = vessel_tree(40, 3), (8, 8, 8)
+    scan = LevelInput(InMemory.of(voxels), Grid.of(voxels.shape, (1.0, 1.0, 1.0)), {"vessels": TABLE})
+    chooser = Chooser(scan, adapt=True, levels=[factors], budget=AUTO)
+    choice, _ = chooser.choose(3, factors, ("box", "maximum", "refined"), tmp_path.joinpath, lambda _: None)
+    along_aimed_rays = {name: min(badness(t) for t in choice.trials if t.filter == name) for name in FILTERS}
+    assert along_aimed_rays["refined"] < along_aimed_rays["maximum"]
+    assert choice.filter == "maximum"
+    assert choice.refused.refined > choice.refused.other
+    assert _refused(choice) == (
+        f"; refined, it is {choice.refused.refined:.3g} from it in pictures, "
+        f"and {choice.refused.other:.3g} with this filter"
+    )
+
+
 def test_a_level_beyond_the_budget_is_not_refined(scan, tmp_path) -> None:
     chooser = Chooser(scan, adapt=True, levels=[FACTORS], budget=RefineBudget(fine=1000, coarse=1000))
     assert not chooser.refines(FACTORS)
@@ -84,6 +103,20 @@ def test_what_a_budget_has_left_goes_to_more_rays_once_each_level_has_its_share(
     both = rays(16 * 10**6, [fine, coarse])
     assert both[coarse] == 24 * voxels
     assert 6 * 8 * voxels < both[fine] < 24 * 8 * voxels
+
+
+def test_a_level_that_gets_too_few_rays_follows_those_of_the_coarser_one(scan) -> None:
+    blocks = scan.looks.seen_blocks
+    coarse, fine = (4, 4, 4), (2, 2, 2)
+    alone = refine_lines(scan.grid, blocks, [coarse], 1, RefineBudget(fine=10**7, coarse=10**9))
+    samples = int(ray_counts(alone[coarse].lines.lengths_mm, scan.grid.spacing_mm_zyx).sum())
+    budget = RefineBudget(fine=samples + samples // 40, coarse=10**9)
+    chosen = refine_lines(scan.grid, blocks, [coarse, fine], 1, budget)
+    assert chosen[fine].shared > len(chosen[fine].lines.lengths_mm)
+    found = refinements(scan, [coarse, fine], budget, adapt=True)
+    assert len(found[fine].lines.lengths_mm) == len(chosen[fine].lines.lengths_mm) + chosen[fine].shared
+    along = sample_level(scan.volume, scan.grid.spacing_mm_zyx, found[fine].lines)
+    assert np.array_equal(along.light(TABLE), found[fine].lights["vessels"])
 
 
 def test_aimed_rays_pass_the_block_that_is_seen() -> None:

@@ -67,6 +67,16 @@ class DroppedTable(Record):
     """Its error with the common table, which is smaller."""
 
 
+class PictureErrors(Record):
+    """How far a refined level and the best other one are from level 0 in pictures."""
+
+    refined: float
+    """Root mean square over channels, and over the rays of some views that show something, of the difference of light;
+    the mean over transfer functions."""
+    other: float
+    """The same of the other one."""
+
+
 class LevelChoice(Record):
     """The choice for one level, and its candidates."""
 
@@ -82,6 +92,8 @@ class LevelChoice(Record):
     """Everything that was tried; nothing where there was no choice."""
     beyond_budget: bool = False
     """Whether the level was not refined because that would cost more than the scene's `refine` allows."""
+    refused: PictureErrors | None = None
+    """Why a refined level that is nearer along aimed rays was not taken: in pictures it is not."""
     errors: tuple[LightError, ...] = ()
     """Difference between the chosen level and level 0, for each transfer function."""
     step: MeasuredStep | None = None

@@ -2,11 +2,11 @@
 
 Each candidate makes blocks of the level, and the best of them make all of it (blocks.py), except far down, where means
 of level 0 are kept (means.py) and the whole level costs little. Levels that the budget has room for are also refined
-through the renderer (refined.py). The light of a level along rays aimed at visible voxels (aimed.py) is compared with
-that of level 0, through every transfer function, once with the common lookup table and once with one that was fitted to
-it along other rays. The score is the error of the better one, in units of the box filter's with the common table, as
-the mean over transfer functions. Where users may edit transfer functions, the other table is not fitted, but comes from
-the level's joint histogram.
+through the renderer (refined.py), which counts if pictures are better for it, too (picture_check.py). The light of a
+level along rays aimed at visible voxels (aimed.py) is compared with that of level 0, through every transfer function,
+once with the common lookup table and once with one that was fitted to it along other rays. The score is the error of
+the better one, in units of the box filter's with the common table, as the mean over transfer functions. Where users may
+edit transfer functions, the other table is not fitted, but comes from the level's joint histogram.
 
 A level has one channel. A second one, the maximum or the spread of a cell, with a table over both, brought the light of
 four scans closer by 3 to 4 % of box's error; the same bytes spent on twice the voxels brought 10 to 16 %.
@@ -21,10 +21,11 @@ from volprep.parts.levels.blocks import promising
 from volprep.parts.levels.joint_histogram import joint_shares, reference_mm
 from volprep.parts.levels.level_input import Factors, LevelInput, Slices, level_slices, written
 from volprep.parts.levels.light import Histogram, RayLight, Sampled, score
+from volprep.parts.levels.picture_check import MadeLevel, PictureCheck, view_lines
 from volprep.parts.levels.rays import RaySegments, fewer_if_long, random_lines, sample_sets
 from volprep.parts.levels.refined import RefineBudget, Refinement
 from volprep.parts.levels.refining import refined_slices, refinements
-from volprep.plan.level_choice import AdaptedTable, LevelChoice, Trial
+from volprep.plan.level_choice import AdaptedTable, LevelChoice, PictureErrors, Trial
 from volprep.scan.slabs import RawVolume
 from volprep_formats.package.channel import LevelFilter
 
@@ -57,11 +58,18 @@ class Chooser:
         self._scan = scan
         self._adapt = adapt
         self._editable = adapt and editable
-        self._lines = self._all_lines(levels)
-        self._light = RayLight(scan.tables, self._sampled(scan.volume, (1, 1, 1)), adapt=adapt)
         self._refinements: dict[Factors, Refinement] = {}
         if budget is not None:
             self._refinements = refinements(scan, levels, budget, adapt=adapt)
+        self._lines = self._all_lines(levels)
+        of_views = [view_lines(scan.grid)] if self._refinements else []
+        # One pass over level 0.
+        samples = sample_sets(scan.volume, scan.grid.spacing_mm_zyx, [*self._lines, *of_views])
+        self._light = RayLight(scan.tables, Sampled(*samples[: len(self._lines)]), adapt=adapt)
+        self._pictures: PictureCheck | None = None
+        for lines in of_views:
+            lights = {name: samples[-1].light(table) for name, table in scan.tables.items()}
+            self._pictures = PictureCheck(scan, lines, lights)
 
     def _all_lines(self, levels: Sequence[Factors]) -> list[RaySegments]:
         """Return the rays to fit along, to check along, and to choose along."""
@@ -110,6 +118,7 @@ class Chooser:
         # Those that do not make the level are done.
         advance((len(candidates) - len(near)) * self._scan.grid.shape_zyx[0])
         best: tuple[float, RawVolume, LevelFilter, tuple[AdaptedTable, ...]] | None = None
+        refused: PictureErrors | None = None
         trials: list[Trial] = []
         for name in near:
             began = time.perf_counter()
@@ -119,7 +128,12 @@ class Chooser:
             trials += tried
             units = [trial for trial in (*tried_on_blocks, *trials) if trial.filter == candidates[0]]
             found = score(tried, units, editable=self._editable)
-            if best is None or found < best[0]:
+            is_best = best is None or found < best[0]
+            if self._pictures is not None and best is not None and is_best and name == "refined":
+                errors = self._pictures.errors(MadeLevel(volume, tables), MadeLevel(best[1], best[3]), factors)
+                is_best = errors.refined < errors.other
+                refused = None if is_best else errors
+            if is_best:
                 if best is not None:
                     best[1].path.unlink()
                 best = found, volume, name, tables
@@ -135,6 +149,7 @@ class Chooser:
             tables=tables,
             trials=(*tried_on_blocks, *trials),
             beyond_budget="refined" in candidates and not self.refines(factors),
+            refused=refused,
         )
         return choice, volume
 

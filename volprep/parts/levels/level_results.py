@@ -67,7 +67,7 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
                 channel=plan.channel,
                 kept=True,
                 reason=f"{choice.filter}: along rays aimed at what is seen its light is nearest to that of level 0; "
-                f"errors: {_listed(choice)}{_BEYOND if choice.beyond_budget else ''}",
+                f"errors: {_listed(choice)}{_BEYOND if choice.beyond_budget else ''}{_refused(choice)}",
             )
         own = {table.transfer for table in choice.tables}
         lit = {table.transfer: _lit(table) for table in choice.dropped}
@@ -86,6 +86,14 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
                 f"{_error(common):.2g} with the common one{lit.get(adapted.transfer, '')}",
                 files=(file,) if kept else (),
             )
+
+
+def _refused(choice: LevelChoice) -> str:
+    """Say why a refined level that seemed better is not taken."""
+    if choice.refused is None:
+        return ""
+    errors = choice.refused
+    return f"; refined, it is {errors.refined:.3g} from it in pictures, and {errors.other:.3g} with this filter"
 
 
 def _lit(table: DroppedTable) -> str:

@@ -103,8 +103,8 @@ def random_lines(grid: Grid, wanted: int, seed: int, fewest: int = _FEWEST_RAYS)
     found = 0
     while found < count:
         normals = generator.normal(size=(2, count, 3))
-        directions = _unit(normals[0])
-        across = _unit(normals[1] - (normals[1] * directions).sum(axis=1)[:, None] * directions)
+        directions = unit(normals[0])
+        across = unit(normals[1] - (normals[1] * directions).sum(axis=1)[:, None] * directions)
         aside_mm = radius_mm * np.sqrt(generator.random(count))
         middles_mm = extent_mm_xyz / 2 + across * aside_mm[:, None]
         lines = inside_box(middles_mm, directions, extent_mm_xyz, min(grid.spacing_mm_zyx))
@@ -246,6 +246,7 @@ def _arrays(lines: RaySegments) -> tuple[Float64Array, Float64Array, Float64Arra
     return lines.starts_mm_xyz, lines.directions_xyz, lines.lengths_mm
 
 
-def _unit(vectors: Float64Array) -> Float64Array:
+def unit(vectors: Float64Array) -> Float64Array:
+    """Return vectors [n, 3] with a length of 1."""
     result: Float64Array = vectors / np.sqrt((vectors**2).sum(axis=1))[:, None]
     return result

@@ -79,9 +79,11 @@ class RefineRays:
     """Rays that a level is refined along."""
 
     lines: RaySegments
-    """The rays."""
+    """Its own rays."""
     rounds: tuple[int, ...]
     """Steps of voxels in each round."""
+    shared: int = 0
+    """How many of the rays of the coarser levels before it are followed, too."""
 
 
 def refine_lines(
@@ -90,7 +92,8 @@ def refine_lines(
     """Return the rays that each level is refined along; none for a level that is beyond the budget.
 
     The coarsest level comes first: it gains most, and needs the fewest rays. What is left when each level has its share
-    goes to more rays, in the same order.
+    goes to more rays, in the same order. A level that gets too few rays of its own follows those of the coarser levels,
+    too: their light in level 0 is known.
     """
     shares: list[_Share] = []
     for factors in sorted(levels, key=math.prod, reverse=True):
@@ -106,12 +109,14 @@ def refine_lines(
             share.grow(usual, budget, shares)
             if share.rays >= _MANY_RAYS_PER_VOXEL * voxels:
                 break
-        if share.rays >= _FEWEST_RAYS_PER_VOXEL * voxels:
+        if share.rays < _FEWEST_RAYS_PER_VOXEL * voxels:
+            share.follow(usual, budget, shares)
+        if share.followed >= _FEWEST_RAYS_PER_VOXEL * voxels:
             shares.append(share)
-    for share in shares:
+    for share in (each for each in shares if not each.shared):
         ample = _wanted(share.voxels, max(budget.rays_per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
         share.grow(ample, budget, shares)
-    return {share.factors: RefineRays(_lines(grid, blocks, share), share.rounds) for share in shares}
+    return {share.factors: RefineRays(_lines(grid, blocks, share), share.rounds, share.shared) for share in shares}
 
 
 @dataclass
@@ -127,6 +132,13 @@ class _Share:
     work: int
     """Samples of the level along a ray in all steps, if each step followed it."""
     rays: int = 0
+    shared: int = 0
+    """Rays of coarser levels that it follows, too."""
+
+    @property
+    def followed(self) -> int:
+        """All rays."""
+        return self.rays + self.shared
 
     @property
     def fine(self) -> int:
@@ -136,14 +148,26 @@ class _Share:
     @property
     def coarse(self) -> int:
         """Samples of the level."""
-        return self.rays * self.work // Refinement.parts
+        return self.followed * self.work // Refinement.parts
 
     def grow(self, wanted: int, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
         """Take as many rays as wanted and as the other shares leave in the budget, never fewer than before."""
+        own, followed = self._room(budget, shares)
+        self.rays = max(self.rays, min(wanted, own, followed))
+
+    def follow(self, wanted: int, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
+        """Follow the rays of the shares, too, up to as many as wanted."""
+        own, followed = self._room(budget, shares)
+        wanted = min(wanted, followed)
+        self.rays = min(wanted, own)
+        self.shared = min(wanted - self.rays, sum(share.rays for share in shares))
+
+    def _room(self, budget: RefineBudget, shares: Sequence["_Share"]) -> tuple[int, int]:
+        """Return how many rays of its own, and how many in all, the other shares leave in the budget."""
         others = [share for share in shares if share is not self]
         fine = budget.fine - sum(share.fine for share in others)
         coarse = budget.coarse - sum(share.coarse for share in others)
-        self.rays = max(self.rays, min(wanted, fine // self.per_ray, Refinement.parts * coarse // self.work))
+        return fine // self.per_ray, Refinement.parts * coarse // self.work
 
 
 def _wanted(voxels: int, per_voxel: int, usual: int) -> int:
@@ -154,7 +178,7 @@ def _lines(grid: Grid, blocks: SeenBlocks, share: _Share) -> RaySegments:
     """Return the rays of a level, in random order: tables are fitted along the first of them."""
     at_random = share.rays // _RANDOM_SHARE
     aimed = aimed_lines(grid, blocks, float(max(share.factors)), share.rays - at_random, _SEED)
-    lines = RaySegments.joined([aimed, random_lines(grid, at_random, _SEED, fewest=1)])
+    lines = RaySegments.joined([aimed, *([random_lines(grid, at_random, _SEED, fewest=1)] if at_random else [])])
     return lines.taken(np.random.default_rng(_SEED).permutation(len(lines.lengths_mm)))
 
 

@@ -1,6 +1,7 @@
 """Which levels of a volume are refined, and their codes: what stands between a scan and the refinement of voxels."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,6 +10,8 @@ from volprep.parts.levels.level_input import Factors, LevelInput, Slices, level_
 from volprep.parts.levels.rays import RaySegments, in_memory_parts, sample_level
 from volprep.parts.levels.refined import RefineBudget, Refinement, refine_lines
 from volprep_formats.arrays import Float64Array
+
+_SEED = 12
 
 
 def refinements(
@@ -21,13 +24,19 @@ def refinements(
     chosen = refine_lines(scan.grid, scan.looks.seen_blocks, levels, len(scan.tables), budget)
     if not chosen:
         return {}
-    lights = _lights(scan, RaySegments.joined([each.lines for each in chosen.values()]), per_voxel)
+    lines = RaySegments.joined([each.lines for each in chosen.values()])
+    whole = Refinement(lines, _lights(scan, lines, per_voxel), scan.tables, adapt, per_voxel)
     found: dict[Factors, Refinement] = {}
     begin = 0
     for factors, rays in chosen.items():
         end = begin + len(rays.lines.lengths_mm)
-        part = {name: np.ascontiguousarray(light[begin:end]) for name, light in lights.items()}
-        found[factors] = Refinement(rays.lines, part, scan.tables, adapt, per_voxel, rounds=rays.rounds)
+        followed = np.arange(begin, end)
+        if rays.shared:
+            # Any of them, in random order: tables are fitted along the first rays.
+            generator = np.random.default_rng(_SEED)
+            before = generator.choice(begin, rays.shared, replace=False)
+            followed = generator.permutation(np.concatenate([followed, before]))
+        found[factors] = replace(whole.part(followed), rounds=rays.rounds)
         begin = end
     return found
 

@@ -29,7 +29,7 @@ _OBLIQUE = 10
 """Views in addition to the six sides; their directions are spread evenly over the sphere."""
 _MOST_RAYS, _FEWEST_RAYS = 150, 30
 """Of a view."""
-_PER_VOXEL = 2 * FINE
+PER_VOXEL = 2 * FINE
 """Samples for each of the smallest edges of a voxel: with half of them the truth is so smooth that the finest steps
 seem worse than they are. On thin vessels an eighth of a voxel was off by 0.0033 instead of 0.0008."""
 _SAMPLES = 3_000_000
@@ -94,7 +94,7 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     # The least slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
     share = (highest - lowest) / abs(window[1] - window[0]) if highest > lowest else 1.0
     light = None if lit is None else Headlit(Shown(lit, window), share * LEAST_SLOPE / min(grid.spacing_mm_zyx))
-    return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel=_PER_VOXEL)
+    return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel=PER_VOXEL)
 
 
 def sampled(  # noqa: PLR0917 - where, what, and how fine
@@ -152,20 +152,20 @@ def _groups(grid: Grid, corners_mm: Float64Array, block_mm: Float64Array, *, lit
     directions = _directions()
     voxel_mm = min(grid.spacing_mm_zyx)
     voxels = min(float(np.mean(grid.extent_mm_zyx)) / voxel_mm, float(_MOST_VOXELS))
-    of_ray = voxels * _PER_VOXEL * (1 + (_BESIDE if lit else 0))
+    of_ray = voxels * PER_VOXEL * (1 + (_BESIDE if lit else 0))
     count = int(np.clip(_SAMPLES / (len(directions) * of_ray), _FEWEST_RAYS, _MOST_RAYS))
     generator = np.random.default_rng(_SEED)
     for view, direction in enumerate(directions):
-        lines = _lines(grid, corners_mm, block_mm, direction, min(count, max(grid.shape_zyx) ** 2), generator)
+        lines = picture_lines(grid, corners_mm, block_mm, direction, min(count, max(grid.shape_zyx) ** 2), generator)
         # Of oblique rays the shortest tenth, which hardly touch the box, would make all of a group as short.
         order = np.argsort(lines.lengths_mm, kind="stable")[len(lines.lengths_mm) // 10 :]
         is_along_axis = np.count_nonzero(direction) == 1
         for chosen in np.array_split(order, 1 if is_along_axis else _LENGTHS):
             if len(chosen):
-                yield ViewGroup(view, _begun(lines.taken(chosen), _MOST_VOXELS * voxel_mm))
+                yield ViewGroup(view, begun(lines.taken(chosen), _MOST_VOXELS * voxel_mm))
 
 
-def _begun(lines: RaySegments, most_mm: float) -> RaySegments:
+def begun(lines: RaySegments, most_mm: float) -> RaySegments:
     """Return pieces of rays that are as long as the shortest, from where they enter the box.
 
     A piece that begins inside is cut open as no picture is: on a shell such pieces had 1.6 times the error of pictures.
@@ -176,7 +176,7 @@ def _begun(lines: RaySegments, most_mm: float) -> RaySegments:
     return replace(lines, lengths_mm=np.full(len(lines.lengths_mm), length_mm))
 
 
-def _lines(  # noqa: PLR0917 - where, whither, and how many
+def picture_lines(  # noqa: PLR0917 - where, whither, and how many
     grid: Grid,
     corners_mm: Float64Array,
     block_mm: Float64Array,

@@ -95,6 +95,7 @@ class _Part(NamedTuple):
 class _Case(NamedTuple):
     """One function in one view."""
 
+    view: int
     exact: Table
     drawn: Table
     parts: tuple[_Part, ...]
@@ -124,12 +125,12 @@ class StepBench:
         self._layers = layers
         self._cases: list[_Case] = []
         for table, used in zip(tables, drawn or tables, strict=True):
-            for views in zip(*(each.views for each in rays), strict=True):
+            for number, views in enumerate(zip(*(each.views for each in rays), strict=True)):
                 pairs = zip(rays, views, strict=True)
                 found = [each for one, view in pairs for each in [self._seen(one, table, view)] if each is not None]
                 if found:
                     parts, truths = zip(*found, strict=True)
-                    self._cases.append(_Case(table, used, parts, np.concatenate(truths)))
+                    self._cases.append(_Case(number, table, used, parts, np.concatenate(truths)))
 
     @property
     def rounds(self) -> bool:
@@ -143,21 +144,29 @@ class StepBench:
 
     def error(self, step_mm: float) -> PictureDifference:
         """Return the worst error of any function in any view, over the rays that show something; `sees` must hold."""
-        return worst([difference(self._light(case, step_mm), case.truth) for case in self._cases])
+        return worst(list(self.errors(step_mm).values()))
+
+    def errors(self, step_mm: float) -> dict[int, PictureDifference]:
+        """Return the worst error of any function by the number of the view, of those views that show something."""
+        found: dict[int, PictureDifference] = {}
+        for case in self._cases:
+            error = difference(self._light(case, step_mm), case.truth)
+            found[case.view] = worst([error, found.get(case.view, error)])
+        return found
 
     def _seen(self, rays: PatchRays, table: Table, view: slice) -> tuple[_Part, Float64Array] | None:
         """Return the rays of a view that show something, and their light in truth; or None."""
         values = np.ascontiguousarray(rays.values[:, view])
         if not values.size:
             return None
-        part = _Part(values, None if rays.headlight is None else rays.headlight[:, view], rays.step_mm)
-        truth = self._truth(part, table)
+        lit = None if rays.headlight is None else rays.headlight[:, view]
+        part = _Part(values, lit, rays.step_mm)
+        truth = self._truth(part, table) if lit is None else self._lit_truth(part, table, lit)
         (chosen,) = np.nonzero(truth[:, 3] > _SEEN)
         if not len(chosen):
             return None
-        headlight = None if part.headlight is None else part.headlight.take(chosen, axis=1)
-        part = _Part(values.take(chosen, axis=1), headlight, rays.step_mm)
-        return part, truth[chosen] if headlight is None else self._lit_truth(part, table, headlight)
+        headlight = None if lit is None else lit.take(chosen, axis=1)
+        return _Part(values.take(chosen, axis=1), headlight, rays.step_mm), truth[chosen]
 
     def _truth(self, part: _Part, table: Table) -> Float64Array:
         """Return the light of straight pieces between fine samples; where no such light is known, of the samples."""
