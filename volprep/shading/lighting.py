@@ -21,11 +21,11 @@ _SHINE = {
 }
 
 
-def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Feature:
+def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid, *, in_block: bool) -> Feature:
     """Return the light of a program: the same for every level that it draws.
 
     Of normals in a mosaic of several textures, `normals` is any; none where the shader takes differences of values on
-    levels of `grid`.
+    levels of `grid`; `in_block` where these end at the faces of pieces that hold nothing beyond them.
     """
     if program.normals_from == "volume":
         if normals is None:
@@ -33,8 +33,8 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid) -> Fea
             raise ValueError(msg)
         found, least = normals_of(normals), _LEAST_LENGTH
     else:
-        where = "_in_block" if program.sampling == "subvolumes" else ""
-        found = Feature(slots={"lighting": f"light/gradient:{program.normals_from}{where}"})
+        section = f"{program.normals_from}_in_block" if in_block else program.normals_from
+        found = Feature(slots={"lighting": f"light/gradient:{section}"})
         least = LEAST_SLOPE / min(grid.spacing_mm_zyx)
     words = {**found.words, "LEAST_SQUARED": literal(least**2)}
     slots: dict[str, Slot] = {**found.slots, "lighting_start": "light/headlight:start"}
