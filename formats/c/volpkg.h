@@ -1049,6 +1049,9 @@ typedef struct volpkg_subvolume_grid {
     /* For each axis: the voxels where the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i] to
        cuts[i + 1], both included, so neighbours share one layer. */
     VOLPKG_LIST(int32_t) cuts_zyx[3];
+    /* Layers of voxels that a piece holds beyond its cuts, on each side where the volume goes on: for the differences
+       that light a sample. Absent for none. 0 if absent. */
+    int32_t ghost;
     /* Upload parameters of a piece. Texels of two or three components hold a value and a label: one byte, or two with
        the low one first. */
     volpkg_gl gl;
@@ -3655,6 +3658,7 @@ static const volpkg__named volpkg__only_volpkg_subvolumes_words[] = {{"volpkg-su
 VOLPKG__WORDS(volpkg__only_volpkg_subvolumes_word, VOLPKG__CONST, 0, volpkg__only_volpkg_subvolumes_words)
 VOLPKG__NUMBERS(volpkg__int_from_2, VOLPKG__INT, int32_t, 2.0, 2147483647.0, 1)
 VOLPKG__EXACTLY(volpkg__int_from_0_list_x3, volpkg__int_from_0_list, 3, volpkg__list)
+VOLPKG__NUMBERS(volpkg__int_from_1_to_1, VOLPKG__INT, int32_t, 1.0, 1.0, 1)
 VOLPKG__MANY(volpkg__subvolume_record_list, volpkg__subvolume_record, 0, 2147483647.0)
 VOLPKG__MANY(volpkg__grid_point_record_list, volpkg__grid_point_record, 0, 2147483647.0)
 VOLPKG__EXACTLY(volpkg__real_from_0_to_180_x2, volpkg__real_from_0_to_180, 2, double)
@@ -3683,6 +3687,7 @@ static const volpkg__field volpkg__subvolume_grid_fields[] = {
     {"shape_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_subvolume_grid, shape_zyx), VOLPKG__NEEDED, 0, NULL},
     {"size", &volpkg__int_from_2, offsetof(volpkg_subvolume_grid, size), VOLPKG__NEEDED, 0, NULL},
     {"cuts_zyx", &volpkg__int_from_0_list_x3, offsetof(volpkg_subvolume_grid, cuts_zyx), VOLPKG__NEEDED, 0, NULL},
+    {"ghost", &volpkg__int_from_1_to_1, offsetof(volpkg_subvolume_grid, ghost), VOLPKG__NULLABLE, 0, NULL},
     {"gl", &volpkg__gl_format_record, offsetof(volpkg_subvolume_grid, gl), VOLPKG__NEEDED, 0, NULL},
     {"filter", &volpkg__filter_word, offsetof(volpkg_subvolume_grid, filter), 0, VOLPKG_FILTER_LINEAR, NULL},
     {"mosaic", &volpkg__mosaic_layout_record_pointer, offsetof(volpkg_subvolume_grid, mosaic), VOLPKG__NULLABLE, 0,
@@ -4706,6 +4711,21 @@ static volpkg_code volpkg__read_mesh(volpkg__reader* r, volpkg_mesh* mesh, const
 
 /* ---- the grid of sub-volumes ---- */
 
+typedef struct volpkg__span {
+    int32_t first, voxels;
+} volpkg__span;
+
+/* What a piece holds along an axis of cuts_zyx. */
+static volpkg__span volpkg__piece_along(const volpkg_subvolume_grid* grid, int32_t axis, int32_t at) {
+    const int32_t* cuts = grid->cuts_zyx[axis].at;
+    int32_t n = grid->shape_zyx[axis];
+    volpkg__span span;
+    int32_t last = cuts[at + 1] < n - grid->ghost ? cuts[at + 1] + grid->ghost : n - 1;
+    span.first = cuts[at] > grid->ghost ? cuts[at] - grid->ghost : 0;
+    span.voxels = last - span.first + 1;
+    return span;
+}
+
 static volpkg_code volpkg__check_cuts(volpkg__reader* r, const char* name, const volpkg_subvolume_grid* grid) {
     int64_t pieces = 1, points = 1;
     int32_t axis, i, k;
@@ -4715,8 +4735,9 @@ static volpkg_code volpkg__check_cuts(volpkg__reader* r, const char* name, const
         VOLPKG__RULE(count >= 2 && cuts[0] == 0 && cuts[count - 1] == n - 1, name,
                      "the cuts do not lead to the last voxel");
         for (i = 1; i < count; ++i)
-            VOLPKG__RULE((cuts[i] > cuts[i - 1] && cuts[i] - cuts[i - 1] < grid->size) || (n == 1 && count == 2), name,
-                         "the cuts are not in steps below its size");
+            VOLPKG__RULE(cuts[i] > cuts[i - 1] || (n == 1 && count == 2), name, "the cuts are not in order");
+        for (i = 0; i < count - 1; ++i)
+            VOLPKG__RULE(volpkg__piece_along(grid, axis, i).voxels <= grid->size, name, "a piece is above its size");
         pieces *= count - 1; /* each below 2^31; lists are shorter than the file */
         points *= count;
         VOLPKG__RULE(points <= INT32_MAX, name, "it has too many pieces");
@@ -4778,8 +4799,8 @@ static volpkg_code volpkg__check_pieces(volpkg__reader* r, const char* name, con
                  "its pieces are mosaics in 3D, or in 2D without one");
     if (m == NULL) return VOLPKG_OK;
     for (axis = 0; axis < 3; ++axis)
-        for (i = 1; i < grid->cuts_zyx[axis].count; ++i) {
-            int32_t n = grid->cuts_zyx[axis].at[i] - grid->cuts_zyx[axis].at[i - 1] + 1;
+        for (i = 0; i < grid->cuts_zyx[axis].count - 1; ++i) {
+            int32_t n = volpkg__piece_along(grid, axis, i).voxels;
             if (n > largest[axis]) largest[axis] = n;
         }
     for (i = 0; i < 2; ++i) pitch[i] = (int64_t)m->tile_shape_yx[i] + 2 * (int64_t)m->gutter + m->padding_yx[i];
@@ -4807,7 +4828,7 @@ static void volpkg__piece_shape(const volpkg_subvolume_grid* grid, int32_t numbe
     }
     for (axis = 2; axis >= 0; --axis) {
         int32_t count = grid->cuts_zyx[axis].count - 1, at = number % count;
-        shape_zyx[axis] = grid->cuts_zyx[axis].at[at + 1] - grid->cuts_zyx[axis].at[at] + 1;
+        shape_zyx[axis] = volpkg__piece_along(grid, axis, at).voxels;
         number /= count;
     }
 }
@@ -7091,15 +7112,16 @@ volpkg_code volpkg_choose_point(const volpkg_package* package, const char* trans
         int32_t low = p > 0 ? p - 1 : p, high = p < last ? p : p - 1;
         int32_t from = p > 0 ? p - 1 : 0, to = p < last ? p + 1 : last;
         double h = package->grid->spacing_mm_zyx[axis];
+        volpkg__span below = volpkg__piece_along(grid, axis, low), above = volpkg__piece_along(grid, axis, high);
         at[xyz] = p;
         rest /= n;
         drawing->block[0][xyz] = h * (from == 0 ? 0.0 : cuts[from] + 0.5);
         drawing->block[1][xyz] = h * (to == last ? cuts[last] + 1.0 : cuts[to] + 0.5);
         drawing->block[2][xyz] = p > 0 && p < last ? cuts[p] + 0.5 : p > 0 ? 1e9 : -1e9;
-        drawing->block[3][xyz] = cuts[low];
-        drawing->block[4][xyz] = cuts[low + 1] - cuts[low] + 1;
-        drawing->block[5][xyz] = cuts[high];
-        drawing->block[6][xyz] = cuts[high + 1] - cuts[high] + 1;
+        drawing->block[3][xyz] = below.first;
+        drawing->block[4][xyz] = below.voxels;
+        drawing->block[5][xyz] = above.first;
+        drawing->block[6][xyz] = above.voxels;
     }
     for (i = 0; i < program->samplers.count; ++i) {
         const volpkg_sampler* sampler = &program->samplers.at[i];

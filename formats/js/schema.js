@@ -55,7 +55,7 @@ export const SCHEMA = {
   StoredLight: "model: LightModel; texture_from_box_per_mm_xyz: 3n; largest: P; subtracted?: N; first_colour?: 3F~; stored_values: 2n; planes?: *(0,12)ClipPlane; samples: B; residual: F",
   Subvolume: "minimum: U; maximum: U; file?: p~; label?: #(0,32767)~",
   SubvolumeFiles: "grid: p; pieces?: *p; whole?: p~; programs?: *Program",
-  SubvolumeGrid: "format?: =volpkg-subvolumes; shape_zyx: 3I; size: #(2,2147483647); cuts_zyx: 3*U; gl: GlFormat; filter?: =linear|nearest; mosaic?: MosaicLayout~; whole?: p~; subvolumes: *Subvolume; points: *GridPoint; view: ViewThresholds",
+  SubvolumeGrid: "format?: =volpkg-subvolumes; shape_zyx: 3I; size: #(2,2147483647); cuts_zyx: 3*U; ghost?: #(1,1)~; gl: GlFormat; filter?: =linear|nearest; mosaic?: MosaicLayout~; whole?: p~; subvolumes: *Subvolume; points: *GridPoint; view: ViewThresholds",
   Sun: "direction: 3n; colour?: 3(0.0,100.0); size_degrees?: (0.0,180.0)",
   Texture: "shape_zyx: 3I; level?: U~; channels?: *(0,4)c; mosaic?: MosaicLayout~; mipmap?: U~; transfer?: s~; reference_mm?: n~; filter?: =linear|nearest; name: s; role: s; file: p; gl: GlFormat; bricks?: BrickLayout~; part?: U; max_extinction_per_mm?: n~; stored_range?: 2n~; normals?: Normals~; light?: StoredLight~; encoder?: s~; slices?: SliceLayout~",
   Tiles: "size: I; groups: I; cost: p; offsets: p; place: p; uniforms: *Uniform; reads: *s",

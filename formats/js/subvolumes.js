@@ -14,6 +14,7 @@ import { parseJson, schemaBreach } from "./strict.js";
  * @property {Three} shape_zyx
  * @property {number} size
  * @property {number[][]} cuts_zyx
+ * @property {number | null} [ghost]
  * @property {Texture["gl"]} gl
  * @property {"linear" | "nearest"} [filter]
  * @property {NonNullable<Texture["mosaic"]>} [mosaic]
@@ -66,14 +67,13 @@ function labelBytesOfPieces({ segments, subvolumes }) {
 
 /** Every way in which a grid contradicts itself. @param {SubvolumeGrid} grid @returns {Generator<string, void>} */
 function* contradictions(grid) {
-  const { cuts_zyx, gl, mosaic, points, shape_zyx, size, subvolumes } = grid;
+  const { cuts_zyx, ghost, gl, mosaic, points, shape_zyx, size, subvolumes } = grid;
   if (grid.format !== "volpkg-subvolumes" || cuts_zyx.length !== 3) return yield "it is no grid of sub-volumes";
   for (const [axis, cuts] of cuts_zyx.entries()) {
     const last = shape_zyx[axis] - 1;
-    const inOrder =
-      cuts.every((cut, i) => !i || (cut > cuts[i - 1] && cut - cuts[i - 1] < size)) ||
-      (last === 0 && cuts.join() === "0,0");
-    if (cuts.length < 2 || cuts[0] !== 0 || cuts[cuts.length - 1] !== last || !inOrder)
+    const inOrder = cuts.every((cut, i) => !i || cut > cuts[i - 1]) || (last === 0 && cuts.join() === "0,0");
+    const inSize = spansOf(cuts, ghost).every(([low, high]) => high - low < size);
+    if (cuts.length < 2 || cuts[0] !== 0 || cuts[cuts.length - 1] !== last || !inOrder || !inSize)
       return yield `the cuts along ${"zyx"[axis]} do not lead from 0 to ${last} in steps below ${size}`;
   }
   const counted = (/** @type {number} */ more) => cuts_zyx.reduce((n, cuts) => n * (cuts.length - 1 + more), 1);
@@ -82,20 +82,21 @@ function* contradictions(grid) {
   if (points.some((point) => point.subvolumes.some((number) => number >= subvolumes.length)))
     yield "a point names a sub-volume that is not there";
   if ((gl.target === "TEXTURE_3D") === Boolean(mosaic)) yield "its pieces are mosaics in 3D, or in 2D without one";
-  if (mosaic && !holdsPieces(mosaic, gl, cuts_zyx)) yield "its mosaic does not hold every piece in one texture";
+  const most = cuts_zyx.map((cuts) =>
+    spansOf(cuts, ghost).reduce((most, [low, high]) => Math.max(most, high - low + 1), 0),
+  );
+  if (mosaic && !holdsPieces(mosaic, gl, most)) yield "its mosaic does not hold every piece in one texture";
 }
 
 /**
  * Whether a mosaic of one texture holds every piece. Overlapping slices need a tile that begins with the last one.
- * @param {NonNullable<Texture["mosaic"]>} mosaic @param {Texture["gl"]} gl @param {number[][]} cuts
+ * @param {NonNullable<Texture["mosaic"]>} mosaic @param {Texture["gl"]} gl @param {number[]} most voxels of a piece
  */
-function holdsPieces(mosaic, gl, cuts) {
+function holdsPieces(mosaic, gl, most) {
   const { order = "interleaved", slices, slices_per_texel: each, tile_shape_yx: tile, texture_shape_yx: size } = mosaic;
   const { gutter = 0, padding_yx = [0, 0], tiles_x, tiles_y, textures = 1, components_per_voxel = 1 } = mosaic;
   const overlaps = order === "overlapping";
-  const [depth, ...sides] = cuts.map(
-    (at) => at.reduce((most, cut, i) => Math.max(most, i ? cut - at[i - 1] : 0), 0) + 1,
-  );
+  const [depth, ...sides] = most;
   const count = overlaps && each === 4 ? Math.max(1, Math.ceil((slices - 1) / 3)) : Math.ceil(slices / each);
   const components = componentsOf(gl);
   return (
@@ -129,7 +130,7 @@ export async function chooseBlock(pack, picture, point, textureOf, signal) {
   if (!(Number.isSafeInteger(point) && point >= 0 && point < counts[0] * ny * nx))
     throw refuse(`points 0 to ${counts[0] * ny * nx - 1}`);
   const place = [Math.floor(point / (nx * ny)), Math.floor(point / nx) % ny, point % nx];
-  const sides = place.map((at, axis) => sidesOf(at, grid.cuts_zyx[axis])).reverse();
+  const sides = place.map((at, axis) => sidesOf(at, grid.cuts_zyx[axis], grid.ghost)).reverse();
   const spacing = [...volume.spacing_mm_zyx].reverse();
   const shape = [...grid.shape_zyx].reverse();
   const ofSides = (/** @type {(side: ReturnType<typeof sidesOf>, axis: number) => number} */ value) => sides.map(value);
@@ -162,15 +163,23 @@ export async function chooseBlock(pack, picture, point, textureOf, signal) {
   };
 }
 
-/** Along an axis: the first and the last voxel of the pieces below and above a point, and the block that they fill. @param {number} at @param {number[]} cuts */
-function sidesOf(at, cuts) {
+/** The first and the last voxel of each piece along an axis. @param {number[]} cuts @param {number | null} [ghost] layers beyond the cuts, where the volume goes on */
+function spansOf(cuts, ghost) {
+  const more = ghost ?? 0;
+  const end = cuts[cuts.length - 1];
+  return cuts.slice(1).map((cut, i) => [Math.max(cuts[i] - more, 0), Math.min(cut + more, end)]);
+}
+
+/** Along an axis: the first and the last voxel of the pieces below and above a point, and the block that they fill. @param {number} at @param {number[]} cuts @param {number | null} [ghost] */
+function sidesOf(at, cuts, ghost) {
+  const spans = spansOf(cuts, ghost);
   const last = cuts.length - 1;
   const [below, above] = [at > 0, at < last];
   const [first, final] = [Math.max(at - 1, 0), Math.min(at + 1, last)];
   return {
     split: below && above ? cuts[at] + 0.5 : below ? NOWHERE : -NOWHERE,
-    low: cuts.slice(below ? at - 1 : at).slice(0, 2),
-    high: cuts.slice(above ? at : at - 1).slice(0, 2),
+    low: spans[below ? at - 1 : at],
+    high: spans[above ? at : at - 1],
     begins: first === 0 ? 0 : cuts[first] + 0.5,
     ends: final === last ? cuts[last] + 1 : cuts[final] + 0.5,
   };
@@ -183,7 +192,8 @@ function sidesOf(at, cuts) {
  */
 function piece(grid, place, part) {
   const at = place.map((each, axis) => each - 1 + ((part >> (2 - axis)) & 1));
-  const counts = grid.cuts_zyx.map((cuts) => cuts.length - 1);
+  const spans = grid.cuts_zyx.map((cuts) => spansOf(cuts, grid.ghost));
+  const counts = spans.map(({ length }) => length);
   const there = at.every((each, axis) => each >= 0 && each < counts[axis]);
   /** @type {SubvolumeGrid["subvolumes"][number]} */
   const found = there ? grid.subvolumes[at[2] + counts[2] * (at[1] + counts[1] * at[0])] : { minimum: 0 };
@@ -191,7 +201,7 @@ function piece(grid, place, part) {
     ? [1, 1, 1]
     : grid.mosaic
       ? [1, ...grid.mosaic.texture_shape_yx]
-      : at.map((each, axis) => grid.cuts_zyx[axis][each + 1] - grid.cuts_zyx[axis][each] + 1);
+      : at.map((each, axis) => spans[axis][each][1] - spans[axis][each][0] + 1);
   const name = `subvolume-${part}`;
   /** @type {Texture} */
   const texture = {

@@ -202,6 +202,8 @@ class SubvolumesPlan(Record):
     """Layout of a piece in a 2D texture; None for a 3D texture."""
     label_bytes: Annotated[int, Field(ge=0, le=2)] = 0
     """Bytes of a label behind the value of a voxel; 0 without segments."""
+    ghost: Annotated[int, Field(ge=0, le=1)] = 0
+    """Layers of voxels that a piece holds beyond the shared ones."""
     pieces: bool
     """Whether each piece is a file."""
     whole: PackagePath | None

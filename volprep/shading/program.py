@@ -218,14 +218,14 @@ def _from_light(features: Sequence[Feature]) -> tuple[Uniform, ...]:
 def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bool) -> list[Feature]:
     """Return how a program samples and classifies, and, if it does, skips and lights; `package` is its channel's."""
     manifest = package.manifest
+    pieces = _pieces(package) if program.sampling == "subvolumes" else None
     if manifest.together is not None and program.transfer == manifest.together.name:
         features = [*drawn_together(manifest, program)]
     elif manifest.segments is not None and program.transfer == manifest.segments.name:
-        pieces = _pieces(package) if program.sampling == "subvolumes" else None
-        sampled = _sampling(package, program, grid)
+        sampled = _sampling(package, program, grid, pieces)
         features = [*drawn_with_segments(manifest, manifest.segments, program, sampled, pieces)]
     else:
-        features = [_sampling(package, program, grid), _classification(package, program)]
+        features = [_sampling(package, program, grid, pieces), _classification(package, program)]
     skipping = skipping_of(manifest, program, manifest.profile.dialect) if skips else None
     if skipping is not None:
         features.append(skipping)
@@ -234,7 +234,8 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
         level = min(program.levels)
         normals = (each for each in manifest.textures if (each.role, each.level) == ("normals", level))
         of_segments = manifest.segments is not None
-        lit = lighting(program, next(normals, None), grid, of_segments=of_segments)
+        in_block = pieces is not None and not pieces.ghost
+        lit = lighting(program, next(normals, None), grid, of_segments=of_segments, in_block=in_block)
     if program.baked:
         lights = [each for each in manifest.textures if each.role == "light" and not each.is_of_a_cut]
         held = [each for each in lights if each.transfer == program.transfer]
@@ -259,9 +260,9 @@ def _pieces(package: Package) -> SubvolumeGrid:
     return decode_grid(package.read_bytes(files.grid), package.path, files.grid)
 
 
-def _sampling(package: Package, program: ProgramDesign, grid: Grid) -> Feature:
-    if program.sampling == "subvolumes":
-        return raycast_subvolumes.sampling(grid, _pieces(package), gradients=program.lighting != "none")
+def _sampling(package: Package, program: ProgramDesign, grid: Grid, pieces: SubvolumeGrid | None) -> Feature:
+    if pieces is not None:
+        return raycast_subvolumes.sampling(grid, pieces, gradients=program.lighting != "none")
     # Of several levels, which 3D textures have, all are read as the finest one.
     level = next(each for each in package.manifest.levels if each.index == min(program.levels))
     volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))

@@ -30,14 +30,17 @@ _VECTORS: dict[str, UniformSource] = {
 
 
 def sampling(grid: Grid, pieces: SubvolumeGrid, *, gradients: bool) -> Feature:
-    """Return how level 0 of this grid is read, for `gradients` also how steep it is; outside nothing is drawn."""
+    """Return how level 0 of this grid is read, for `gradients` also how steep it is; outside nothing is drawn.
+
+    Pieces with ghost voxels hold what differences need: they are those of a whole volume.
+    """
     if pieces.mosaic is None:
         parts: tuple[Instance, ...] = (Instance("sampling/subvolumes"),)
         samplers = tuple(Sampler(name=f"u_subvolume_{part}", role="subvolume", part=part) for part in range(PIECES))
     else:
         mosaic = _block(pieces.mosaic)
         parts, samplers = _tiles(mosaic, pieces.filter), mosaic.samplers
-    slopes: Slot = "sampling/subvolumes:slopes" if gradients else None
+    slopes: Slot = "sampling/subvolumes:slopes" if gradients and not pieces.ghost else None
     return Feature(
         slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), *parts), "slopes": slopes},
         words={"LOW_CORNER_MM": "u_box_low_mm", "HIGH_CORNER_MM": "u_box_high_mm"},

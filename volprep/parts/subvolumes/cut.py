@@ -164,8 +164,8 @@ class _Reading:
         for (k, j, i), piece in pieces.items():
             if piece.file is not None:
                 span = _with_shared(grid, (k, j, i), met[k, j, i], box, empty)
-                start_zyx = grid.cuts_zyx[0][k], grid.cuts_zyx[1][j], grid.cuts_zyx[2][i]
-                own, out = _moved(span, start_zyx), texels[_moved(span, _corners(box)[0])]
+                z, y, x = (spans[at][0] for spans, at in zip(grid.spans_zyx, (k, j, i), strict=True))
+                own, out = _moved(span, (z, y, x)), texels[_moved(span, _corners(box)[0])]
                 out[...] = self._values(grid, i + nx * (j + ny * k), piece.file, own)
         return texels
 

@@ -7,7 +7,7 @@ at both ends of theta: the paper prints 27.5° at one end, and a mirrored view w
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise, product
+from itertools import product
 
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,
@@ -16,25 +16,27 @@ from volprep_formats.package.parts.subvolumes.record import (
     PointKind,
     SubvolumeGrid,
     ViewThresholds,
+    spans_of,
 )
 
 
-def cuts_along(voxels: int, size: int, *, even: bool = False) -> Cuts:
-    """Cut an axis into pieces of at most `size` voxels. Neighbours share one voxel.
+def cuts_along(voxels: int, size: int, *, even: bool = False, ghost: int = 0) -> Cuts:
+    """Cut an axis into pieces of at most `size` voxels. Neighbours share one voxel, and `ghost` on each side of it.
 
     The last piece is a remainder; or, with `even`, all have the same size but for one voxel.
     """
-    if voxels == 1:
-        return (0, 0)
+    if voxels <= size:
+        return (0, voxels - 1)
+    size -= 2 * ghost
     if even:
         cells, pieces = voxels - 1, -(-(voxels - 1) // (size - 1))
         return tuple(number * cells // pieces for number in range(pieces + 1))
     return (*range(0, voxels - 1, size - 1), voxels - 1)
 
 
-def boxes_zyx(cuts_zyx: tuple[Cuts, Cuts, Cuts]) -> Iterator[tuple[slice, slice, slice]]:
-    """Return the voxels of each piece, in the order of their numbers."""
-    spans = [[slice(low, high + 1) for low, high in pairwise(cuts)] for cuts in cuts_zyx]
+def boxes_zyx(cuts_zyx: tuple[Cuts, Cuts, Cuts], ghost: int = 0) -> Iterator[tuple[slice, slice, slice]]:
+    """Return the voxels of each piece, in the order of their numbers, with `ghost` layers where the volume goes on."""
+    spans = [[slice(first, last + 1) for first, last in spans_of(cuts, ghost)] for cuts in cuts_zyx]
     yield from product(*spans)
 
 

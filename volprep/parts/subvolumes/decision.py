@@ -18,6 +18,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName, NormalsFrom, ProgramDesign
+from volprep_formats.package.texture import SampleFilter
 
 GRID = "subvolumes/grid.json"
 """File that says where level 0 is cut."""
@@ -53,13 +54,15 @@ def propose(scene: Scene, profile: DeviceProfile, grid: Grid, voxels: PieceVoxel
         return classified
     cells = max(grid.shape_zyx) - 1
     for pieces in range(1, max(-(-cells // (_LEAST_SIZE - 1)), 1) + 1):
-        size = -(-cells // pieces) + 1
+        size = -(-cells // pieces) + 1 + 2 * voxels.ghost
         # A cube counts, so that a flat volume is cut as a deep one of its length.
         form = form_of(scene, profile, Grid.of((size,) * 3, (1.0,) * 3), size, voxels)
         if isinstance(form, Form) and form.held_bytes <= profile.max_texture_bytes // 2:
             own = form_of(scene, profile, grid, size, voxels)
             assert isinstance(own, Form)  # noqa: S101 - it takes no more than the cube
-            return Proposal(size, _counts(grid, size), file_bytes(own, grid, size), own.held_bytes)
+            return Proposal(
+                size, _counts(grid, size, voxels.ghost), file_bytes(own, grid, size, voxels.ghost), own.held_bytes
+            )
     return Misfit(f"pieces of {_LEAST_SIZE} voxels along an axis are more than profile {profile.name} can hold")
 
 
@@ -101,6 +104,7 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
         format=form.format,
         mosaic=form.mosaic,
         label_bytes=voxels.label_bytes,
+        ghost=voxels.ghost,
         pieces=wanted.layout != "single",
         whole=None if wanted.layout == "files" else finest,
         keep_empty=scene.crop == "none",
@@ -108,9 +112,9 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
     )
 
 
-def _counts(grid: Grid, size: int) -> tuple[int, int, int]:
+def _counts(grid: Grid, size: int, ghost: int) -> tuple[int, int, int]:
     """Return how many pieces there are along each axis."""
-    z, y, x = (len(cuts_along(n, size)) - 1 for n in grid.shape_zyx)
+    z, y, x = (len(cuts_along(n, size, ghost=ghost)) - 1 for n in grid.shape_zyx)
     return z, y, x
 
 
@@ -137,9 +141,14 @@ def _program(picture: str, scene: Scene, classified: ClassificationName) -> Prog
     )
 
 
-def voxels_of(plan: ChannelPlan) -> PieceVoxels:
-    """Return what pieces of a channel hold of each voxel."""
-    return PieceVoxels(plan.quantize.bits, plan.quantize.filter, plan.part(SegmentsPlan))
+def voxels_of(scene: Scene, bits: int, between: SampleFilter, segments: SegmentsPlan | None) -> PieceVoxels:
+    """Return what pieces hold of each voxel, and of those around them."""
+    # Borders of segments are lit by the voxels around a sample, also in the outermost layers of a block.
+    return PieceVoxels(bits, between, segments, ghost=int(segments is not None and _is_lit(scene)))
+
+
+def _voxels(plan: ChannelPlan, scene: Scene) -> PieceVoxels:
+    return voxels_of(scene, plan.quantize.bits, plan.quantize.filter, plan.part(SegmentsPlan))
 
 
 def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
@@ -152,10 +161,11 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
         else:
             yield _left_out(scene, plan)
         return
-    form = form_of(scene, plan.profile, plan.grid, subvolumes.size, voxels_of(plan))
+    form = form_of(scene, plan.profile, plan.grid, subvolumes.size, _voxels(plan, scene))
     assert isinstance(form, Form)  # noqa: S101 - as it was decided
     fits = ", although the whole volume fits into one texture" if whole_fits else ""
     asked = "the scene asks for them" if scene.must_be_cut else "the whole volume does not fit into one texture"
+    counts = shape_text(_counts(plan.grid, subvolumes.size, subvolumes.ghost))
     files = [GRID, *(program.fragment for program in subvolumes.programs)]
     if subvolumes.whole is not None and all(subvolumes.whole not in volume.files for volume in plan.volumes):
         files.append(subvolumes.whole)
@@ -163,11 +173,11 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
         name="sub-volumes",
         kind=KIND,
         kept=True,
-        reason=f"{asked}{fits}: {shape_text(_counts(plan.grid, subvolumes.size))} pieces of at most {subvolumes.size} "
-        f"voxels along an axis; neighbours share a layer of voxels"
+        reason=f"{asked}{fits}: {counts} pieces of at most {subvolumes.size} voxels along an axis; neighbours share "
+        f"{_shared_text(subvolumes)}"
         f"{_texture_text(subvolumes, plan, scene)}{_light_text(scene)}",
         files=tuple(files),
-        size_bytes=file_bytes(form, plan.grid, subvolumes.size),
+        size_bytes=file_bytes(form, plan.grid, subvolumes.size, subvolumes.ghost),
     )
 
 
@@ -179,6 +189,10 @@ def _is_lit(scene: Scene) -> bool:
 def _slopes(scene: Scene) -> NormalsFrom:
     """Return the source of normals for lit pieces: textures of normals would exceed 16 units."""
     return "forward" if scene.lighting.normals == "forward" else "central"
+
+
+def _shared_text(subvolumes: SubvolumesPlan) -> str:
+    return "three layers of voxels, for light at borders of segments" if subvolumes.ghost else "a layer of voxels"
 
 
 def _texture_text(subvolumes: SubvolumesPlan, plan: ChannelPlan, scene: Scene) -> str:
@@ -201,7 +215,7 @@ def _light_text(scene: Scene) -> str:
 
 
 def _left_out(scene: Scene, plan: ChannelPlan) -> PlanItem:
-    proposed = propose(scene, plan.profile, plan.grid, voxels_of(plan))
+    proposed = propose(scene, plan.profile, plan.grid, _voxels(plan, scene))
     if isinstance(proposed, Misfit):
         return PlanItem(name="sub-volumes", kind=KIND, kept=False, reason=proposed.reason)
     return PlanItem(

@@ -5,8 +5,7 @@ from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always
 from volprep.parts.part import Decided, LaidOut, Part
-from volprep.parts.subvolumes.decision import KIND, describe_subvolumes, plan_subvolumes
-from volprep.parts.subvolumes.piece import PieceVoxels
+from volprep.parts.subvolumes.decision import KIND, describe_subvolumes, plan_subvolumes, voxels_of
 from volprep.parts.subvolumes.stage import STAGE
 from volprep.plan.products import SegmentsPlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan, Plan
@@ -18,7 +17,7 @@ from volprep_formats.package.storage.draft import Draft
 def _plan(channel: LaidOut) -> SubvolumesPlan | None:
     case = channel.case
     stored, segments = case.values.quantize, channel.part(SegmentsPlan)
-    voxels = PieceVoxels(stored.bits, stored.filter, segments)
+    voxels = voxels_of(case.scene, stored.bits, stored.filter, segments)
     pictures = (segments.name,) if segments else tuple(each.name for each in case.functions)
     return plan_subvolumes(case.scene, case.profile, case.grid, voxels, channel.layout.volumes, pictures)
 

@@ -8,7 +8,6 @@ the filter. That takes one slice in a texel.
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from volprep.plan.room import FOUR_CHANNELS, Misfit, first_of, one_channel
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.segments.record import Segments
+from volprep_formats.package.parts.subvolumes.record import spans_of
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
@@ -44,6 +44,8 @@ class PieceVoxels:
     """Filter between values."""
     segments: Segments | None = None
     """Segments, if each voxel has a label."""
+    ghost: int = 0
+    """Layers of voxels that a piece holds beyond those that it shares."""
 
     @property
     def label_bytes(self) -> int:
@@ -70,15 +72,13 @@ class Form:
 
 def form_of(scene: Scene, profile: DeviceProfile, grid: Grid, size: int, voxels: PieceVoxels) -> Form | Misfit:
     """Return the texture of pieces of at most `size` voxels along an axis, or why the profile has none."""
-    even = not profile.max_3d_texture_size
-    z, y, x = (max(b - a for a, b in pairwise(cuts_along(n, size, even=even))) + 1 for n in grid.shape_zyx)
+    even, ghost = not profile.max_3d_texture_size, voxels.ghost
+    if size < 2 + 2 * ghost:
+        return Misfit(f"a piece of lit segments needs {2 + 2 * ghost} voxels along an axis, a cell and its neighbours")
+    cuts = [cuts_along(n, size, even=even, ghost=ghost) for n in grid.shape_zyx]
+    z, y, x = (max(last - first for first, last in spans_of(each, ghost)) + 1 for each in cuts)
     if profile.max_3d_texture_size:
-        texel = _one_slice(voxels, profile)
-        if isinstance(texel, Misfit):
-            return texel
-        if size > profile.max_3d_texture_size:
-            return Misfit(f"3D textures hold at most {profile.max_3d_texture_size} along an axis")
-        return Form(texel, None, size_bytes(texel, (z, y, x)))
+        return _volume((z, y, x), size, voxels, profile)
     if not profile.has_shaders:
         return Misfit(f"profile {profile.name} has no shaders")
     found = [_mosaic((z, y, x), order, voxels, profile) for order in _orders(scene, voxels)]
@@ -106,12 +106,12 @@ def classification_of(scene: Scene, profile: DeviceProfile, voxels: PieceVoxels)
     return Misfit(f"{HELD} pieces{looked}{table} take {units} texture units of {profile.texture_units}")
 
 
-def file_bytes(form: Form, grid: Grid, size: int) -> int:
+def file_bytes(form: Form, grid: Grid, size: int, ghost: int) -> int:
     """Return the size of all pieces, empty ones too."""
-    counts = [len(cuts_along(n, size)) - 1 for n in grid.shape_zyx]
+    spans = [spans_of(cuts_along(n, size, ghost=ghost), ghost) for n in grid.shape_zyx]
     if form.mosaic is not None:
-        return math.prod(counts) * form.largest_bytes
-    shape = [n + count - 1 for n, count in zip(grid.shape_zyx, counts, strict=True)]
+        return math.prod(map(len, spans)) * form.largest_bytes
+    shape = [sum(last - first + 1 for first, last in along) for along in spans]
     return size_bytes(form.format, (shape[0], shape[1], shape[2]))
 
 
@@ -124,6 +124,15 @@ def tiled(texels: NDArray[np.generic], layout: MosaicLayout) -> NDArray[np.gener
     repeated = np.pad(texels, [(0, n - own) for n, own in zip(whole, texels.shape, strict=True)], mode="edge")
     strips = list(pack_mosaic(lambda z0, z1: repeated[z0:z1], layout))
     return np.concatenate(strips)[None]
+
+
+def _volume(shape_zyx: tuple[int, int, int], size: int, voxels: PieceVoxels, profile: DeviceProfile) -> Form | Misfit:
+    texel = _one_slice(voxels, profile)
+    if isinstance(texel, Misfit):
+        return texel
+    if size > profile.max_3d_texture_size:
+        return Misfit(f"3D textures hold at most {profile.max_3d_texture_size} along an axis")
+    return Form(texel, None, size_bytes(texel, shape_zyx))
 
 
 def _one_slice(voxels: PieceVoxels, profile: DeviceProfile) -> TextureFormat | Misfit:

@@ -49,7 +49,8 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     wanted = required(plan.part(SubvolumesPlan))
     codes = codes_of_source(draft, plan)
     # Mosaics have one layout, in which a remainder would take as much as a whole piece.
-    z, y, x = (cuts_along(n, wanted.size, even=wanted.mosaic is not None) for n in codes.shape_zyx)
+    even = wanted.mosaic is not None
+    z, y, x = (cuts_along(n, wanted.size, even=even, ghost=wanted.ghost) for n in codes.shape_zyx)
     progress.start("grid", (len(z) - 1) * (len(y) - 1) * (len(x) - 1))
     subvolumes = tuple(_pieces(draft, plan, codes, (z, y, x), progress))
     if wanted.whole is not None and all(wanted.whole not in volume.files for volume in plan.volumes):
@@ -58,6 +59,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
         shape_zyx=codes.shape_zyx,
         size=wanted.size,
         cuts_zyx=(z, y, x),
+        ghost=wanted.ghost or None,
         gl=gl_format(wanted.format, "TEXTURE_3D" if wanted.mosaic is None else "TEXTURE_2D", plan.profile.api),
         mosaic=wanted.mosaic,
         filter=plan.quantize.filter,
@@ -78,7 +80,7 @@ def _pieces(
     labels = piece_labels(draft, plan)
     row: NDArray[Any] = np.empty((0, 0, 0), codes.dtype)
     labelled: UInt8Array | None = None
-    for number, (z, y, x) in enumerate(boxes_zyx(cuts_zyx)):
+    for number, (z, y, x) in enumerate(boxes_zyx(cuts_zyx, required(plan.part(SubvolumesPlan)).ghost)):
         k, j, i = np.unravel_index(number, counts)
         if i == 0:
             row = codes.read_rows(z, y)

@@ -6,13 +6,12 @@ faces of its voxels; here a piece ends in the layers of voxels that it shares.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Vector
-from volprep_formats.package.parts.subvolumes.record import Cuts, SubvolumeGrid
+from volprep_formats.package.parts.subvolumes.record import Cuts, Span, SubvolumeGrid, spans_of
 
 NOWHERE = 1e9
 """A voxel beyond every volume: a side without pieces, which is never reached."""
@@ -34,18 +33,25 @@ class Side:
     """In the middle of the outer shared layer, or where the volume ends."""
 
 
-def side_of(at: int, cuts: Cuts) -> Side:
-    """Return the pieces around the point of number `at` along an axis."""
+def side_of(at: int, cuts: Cuts, ghost: int = 0) -> Side:
+    """Return the pieces around the point of number `at` along an axis, which hold `ghost` layers beyond their cuts."""
+    spans = spans_of(cuts, ghost)
     below, above = at > 0, at < len(cuts) - 1
     low, high = at - 1 if below else at, at if above else at - 1
     first, last = max(at - 1, 0), min(at + 1, len(cuts) - 1)
     return Side(
         split=cuts[at] + 0.5 if below and above else (NOWHERE if below else -NOWHERE),
-        low=(cuts[low], cuts[low + 1] - cuts[low] + 1),
-        high=(cuts[high], cuts[high + 1] - cuts[high] + 1),
+        low=_held(spans[low]),
+        high=_held(spans[high]),
         begins=0.0 if first == 0 else cuts[first] + 0.5,
         ends=cuts[-1] + 1.0 if last == len(cuts) - 1 else cuts[last] + 0.5,
     )
+
+
+def _held(span: Span) -> tuple[int, int]:
+    """Return the first voxel of a piece, and its number of voxels."""
+    first, last = span
+    return first, last - first + 1
 
 
 def place_of(grid: SubvolumeGrid, point: int) -> tuple[int, int, int]:
@@ -56,7 +62,8 @@ def place_of(grid: SubvolumeGrid, point: int) -> tuple[int, int, int]:
 
 def sides_of(grid: SubvolumeGrid, point: int) -> tuple[Side, Side, Side]:
     """Return the pieces around a point along x, y and z."""
-    z, y, x = (side_of(at, cuts) for at, cuts in zip(place_of(grid, point), grid.cuts_zyx, strict=True))
+    ghost = grid.ghost or 0
+    z, y, x = (side_of(at, cuts, ghost) for at, cuts in zip(place_of(grid, point), grid.cuts_zyx, strict=True))
     return x, y, z
 
 
@@ -109,11 +116,11 @@ def local_of(grid: SubvolumeGrid, voxel_xyz: Vector) -> tuple[int, Vector]:
     One in a shared layer belongs to the upper piece, one outside the volume to the nearest piece.
     """
     place, coordinates = [], []
-    for at, cuts in zip(voxel_xyz, grid.cuts_zyx[::-1], strict=True):
+    for at, cuts, spans in zip(voxel_xyz, grid.cuts_zyx[::-1], grid.spans_zyx[::-1], strict=True):
         number = sum(at >= cut for cut in cuts[1:-1])
-        low, high = list(pairwise(cuts))[number]
+        first, count = _held(spans[number])
         place.append(number)
-        coordinates.append((at - low + 0.5) / (high - low + 1))
+        coordinates.append((at - first + 0.5) / count)
     nz, ny, nx = grid.counts_zyx
     x, y, z = coordinates
     return int(np.ravel_multi_index(place[::-1], (nz, ny, nx))), (x, y, z)
@@ -123,8 +130,8 @@ def voxel_of_local(grid: SubvolumeGrid, piece: int, local_xyz: Vector) -> Vector
     """Return the voxel of level 0 at coordinates in the texture of a piece."""
     place_zyx = np.unravel_index(piece, grid.counts_zyx)
     voxels = []
-    for number, at, cuts in zip(place_zyx[::-1], local_xyz, grid.cuts_zyx[::-1], strict=True):
-        low, high = cuts[number], cuts[number + 1]
-        voxels.append(low + at * (high - low + 1) - 0.5)
+    for number, at, spans in zip(place_zyx[::-1], local_xyz, grid.spans_zyx[::-1], strict=True):
+        first, count = _held(spans[number])
+        voxels.append(first + at * count - 0.5)
     x, y, z = voxels
     return x, y, z

@@ -24,10 +24,16 @@ from volprep_formats.textures.mosaic import own_slices, slices_of_mosaic, tiles_
 from volprep_formats.untrusted_json import read_record
 
 Cuts = tuple[Index, ...]
+Span = tuple[int, int]
 Move = Literal["-x", "+x", "-y", "+y", "-z", "+z"]
 PointKind = Literal["corner", "edge", "column edge", "plane", "interior"]
 Degrees = Annotated[float, Field(ge=0.0, le=180.0)]
 Pixels = Annotated[float, Field(gt=0.0)]
+
+
+def spans_of(cuts: Cuts, ghost: int) -> tuple[Span, ...]:
+    """Return the first and the last voxel of each piece along an axis, with `ghost` layers where the volume goes on."""
+    return tuple((max(low - ghost, 0), min(high + ghost, cuts[-1])) for low, high in pairwise(cuts))
 
 
 class Subvolume(Record):
@@ -95,6 +101,9 @@ class SubvolumeGrid(Record):
     cuts_zyx: tuple[Cuts, Cuts, Cuts]
     """For each axis: the voxels where the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i] to
     cuts[i + 1], both included, so neighbours share one layer."""
+    ghost: Annotated[int, Field(ge=1, le=1)] | None = None
+    """Layers of voxels that a piece holds beyond its cuts, on each side where the volume goes on: for the differences
+    that light a sample. Absent for none."""
     gl: GlFormat
     """Upload parameters of a piece. Texels of two or three components hold a value and a label: one byte, or two with
     the low one first."""
@@ -118,16 +127,22 @@ class SubvolumeGrid(Record):
         z, y, x = (len(cuts) - 1 for cuts in self.cuts_zyx)
         return z, y, x
 
+    @property
+    def spans_zyx(self) -> tuple[tuple[Span, ...], tuple[Span, ...], tuple[Span, ...]]:
+        """First and last voxel of the pieces along each axis."""
+        z, y, x = (spans_of(cuts, self.ghost or 0) for cuts in self.cuts_zyx)
+        return z, y, x
+
     def piece_shape_zyx(self, number: int) -> tuple[int, int, int]:
         """Return the number of voxels of a piece along each axis; neighbours share a layer."""
         places = np.unravel_index(number, self.counts_zyx)
-        z, y, x = (cuts[at + 1] - cuts[at] + 1 for at, cuts in zip(places, self.cuts_zyx, strict=True))
+        z, y, x = (spans[at][1] - spans[at][0] + 1 for at, spans in zip(places, self.spans_zyx, strict=True))
         return z, y, x
 
     @property
     def largest_piece_zyx(self) -> tuple[int, int, int]:
         """Return the number of voxels along each axis that no piece exceeds."""
-        z, y, x = (max(high - low for low, high in pairwise(cuts)) + 1 for cuts in self.cuts_zyx)
+        z, y, x = (max(last - first for first, last in spans) + 1 for spans in self.spans_zyx)
         return z, y, x
 
     def texture_shape_zyx(self, number: int) -> tuple[int, int, int]:
@@ -197,11 +212,11 @@ def decode_grid(data: bytes, package: Path, name: str, *, strict: bool = False) 
 
 def _problems(grid: SubvolumeGrid) -> list[str]:
     found = []
-    for axis, n, cuts in zip("zyx", grid.shape_zyx, grid.cuts_zyx, strict=True):
-        steps = [after - before for before, after in pairwise(cuts)]
+    for axis, n, cuts, spans in zip("zyx", grid.shape_zyx, grid.cuts_zyx, grid.spans_zyx, strict=True):
         # One voxel along an axis is one piece from 0 to 0.
-        in_order = all(0 < step < grid.size for step in steps) or (n == 1 and cuts == (0, 0))
-        if len(cuts) < 2 or cuts[0] != 0 or cuts[-1] != n - 1 or not in_order:
+        in_order = all(before < after for before, after in pairwise(cuts)) or (n == 1 and cuts == (0, 0))
+        in_size = all(last - first < grid.size for first, last in spans)
+        if len(cuts) < 2 or cuts[0] != 0 or cuts[-1] != n - 1 or not (in_order and in_size):
             found.append(f"the cuts along {axis} do not lead from 0 to {n - 1} in steps below {grid.size}")
     nz, ny, nx = grid.counts_zyx
     counted = (("sub-volumes", grid.subvolumes, nz * ny * nx), ("points", grid.points, (nz + 1) * (ny + 1) * (nx + 1)))
