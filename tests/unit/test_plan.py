@@ -77,6 +77,12 @@ class TestBitsAndWindow:
         assert item(decided, "16-bit values").reason == "8 bits are enough"
         assert item(decided, "16-bit values").size_bytes == sum(math.prod(level.shape_zyx) for level in decided.levels)
 
+    def test_they_become_sixteen_where_people_would_see_the_loss(self) -> None:
+        points, voxels = [(500.0, 0.0), (4000.0, 0.05)], noise(high=4096, dtype=np.uint16)
+        decided = plan(voxels, scene(points, tolerance={"flip": 1e-4}))
+        assert decided.quantize.bits == 16
+        assert item(decided, "16-bit values").reason.endswith("for FLIP, RMSE 1.3e-05 unlit")
+
     def test_they_become_sixteen_where_it_is_not(self) -> None:
         # Everything between the smallest and the largest value is told apart, and steeply at both ends.
         points = [(0.0, 0.0), (3.0, 5.0), (6.0, 0.0), (4089.0, 0.0), (4092.0, 5.0), (4095.0, 0.0)]

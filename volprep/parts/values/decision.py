@@ -29,6 +29,8 @@ from volprep_formats.textures.gl_formats import SRGB
 
 SHARE = 0.5
 """Part of the scene's tolerance that the codes may use; the rest is for the level, the step and the arithmetic."""
+_FLIP_OF_RMSE = 8.0
+"""Largest FLIP of a picture, in parts of its RMSE: a map of doses had 0.0325 with 0.0054, levels have up to 8 times."""
 TABLE_SHARE = 0.05
 """Fraction of the scene's tolerance that a smaller table may add to the error of the largest one."""
 _ENTRIES = (256, 512, 1024, 2048, 4096)
@@ -148,7 +150,7 @@ def choose_values(
         # Too few of the sampled rays graze a surface to measure that.
         if scene.editable or compositing.isovalue:
             return is_exact(trial.quantizer.bits, trial.quantizer.window, info, measured.statistics)
-        return within_share(trial.error, scene.tolerance)
+        return within_share(trial.error, scene.tolerance) and trial.rays.rmse <= most_of_flip(scene.tolerance)
 
     # A thin stack shows single cells, and few of them lie beside clipped voxels: the sample misses them. A window
     # around soft tissue was wrong by 0.63 where a circle of padding cut a body. So none is clipped if codes suffice.
@@ -245,6 +247,14 @@ def _windows(
 def within_share(error: PictureDifference, tolerance: Tolerance) -> bool:
     """Return whether an error is within the part of the tolerance that one decision may take."""
     return error.rmse <= SHARE * tolerance.rmse and error.maximum <= SHARE * tolerance.maximum
+
+
+def most_of_flip(tolerance: Tolerance) -> float:
+    """Return the RMSE along unlit rays whose FLIP in pictures is within the tolerance.
+
+    Codes shift the colour of whole regions, which FLIP sees. The error of lit codes is noise, which it hardly sees.
+    """
+    return tolerance.flip / _FLIP_OF_RMSE
 
 
 def _shortest_table(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.values.decision import SHARE, has_bits
+from volprep.parts.values.decision import SHARE, has_bits, most_of_flip
 from volprep.parts.values.labels import label_reason
 from volprep.plan.decisions import ValueChoice
 from volprep.plan.item_kinds import LIT_CODES
@@ -52,6 +52,8 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     of_light = "" if lit is None else f", and lit rays by {lit.text}"
     change = f"they change the sample of rays by {values.error.text}{of_light}"
     limit = f"half of the tolerance is RMSE {SHARE * tolerance.rmse:.2g}, {SHARE * tolerance.maximum:.2g} at most"
+    if plan.quantize.bits == 16 and values.narrow_error is not None:
+        limit += f"; for FLIP, RMSE {most_of_flip(tolerance):.2g} unlit"
     exact = "every stored value of the source has its own code; " if values.exact else ""
     if plan.quantize.labels:
         yield PlanItem(
