@@ -89,7 +89,7 @@ class Choices:
         str | None,
         typer.Option(
             help="Names and colours of labels: freesurfer, slicer, itksnap, or a file of such a program. With "
-            "--segments, those of the segments. If not given, a table of the same name beside the scan.",
+            "--segments, the names of the segments. If not given, a table of the same name beside the scan.",
             metavar="NAME|FILE",
         ),
     ] = None

@@ -4715,7 +4715,7 @@ typedef struct volpkg__span {
     int32_t first, voxels;
 } volpkg__span;
 
-/* What a piece holds along an axis of cuts_zyx. */
+/* The voxels that a piece holds along an axis of cuts_zyx. */
 static volpkg__span volpkg__piece_along(const volpkg_subvolume_grid* grid, int32_t axis, int32_t at) {
     const int32_t* cuts = grid->cuts_zyx[axis].at;
     int32_t n = grid->shape_zyx[axis];

@@ -175,7 +175,7 @@ def test_contours_that_are_drawn_on_images_of_the_scan_lie_in_its_frame_whatever
 def test_what_lies_beyond_the_scan_is_told(fit):
     # Slices of the scan reach from 2 to 12 mm.
     found = fit(lambda path: structure_set(path, [[ring_at(11.0)], [ring_at(13.0), ring_at(15.0)]]))
-    assert found.remarks == ("2 of 3 contours reach beyond the scan, by up to 3 mm; what lies beyond is left out",)
+    assert found.remarks == ("2 of 3 contours reach beyond the scan, by up to 3 mm; the part beyond it is left out",)
     found = fit(lambda path: seg(path, [(1, (1, 2, z), PLANE) for z in (9, 11, 13, 15)]))
     assert found.remarks == ("50.00% of the voxels of segments lie beyond the scan, up to 3 mm; they are left out",)
     assert fit(lambda path: structure_set(path, [[ring_at(11.0)]])).remarks == ()

@@ -32,7 +32,7 @@ _VECTORS: dict[str, UniformSource] = {
 def sampling(grid: Grid, pieces: SubvolumeGrid, *, gradients: bool) -> Feature:
     """Return how level 0 of this grid is read, for `gradients` also how steep it is; outside nothing is drawn.
 
-    Pieces with ghost voxels hold what differences need: they are those of a whole volume.
+    Pieces with ghost voxels hold all voxels that differences need, as a whole volume does.
     """
     if pieces.mosaic is None:
         parts: tuple[Instance, ...] = (Instance("sampling/subvolumes"),)

@@ -26,7 +26,7 @@ class ShaderSlopes:
     range: float = 1.0
     """Physical range of the codes: slopes of borders of segments count as parts of it."""
     halved_zyx: HalvedAxes = (False, False, False)
-    """Axes along which central differences are those of values half a voxel to each side, as on a coarse level."""
+    """Axes along which central differences use values half a voxel to each side, as on a coarse level."""
 
     @property
     def border_scale(self) -> float:

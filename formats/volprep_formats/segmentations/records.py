@@ -21,7 +21,7 @@ LayerArray = NDArray[np.uint16]
 
 @dataclass(frozen=True)
 class ScanFrame:
-    """What a segmentation can name to say where it lies. Compared, never shown whole."""
+    """Identifiers by which a segmentation can say where it lies. Compared, never shown whole."""
 
     uid: str = ""
     """FrameOfReferenceUID; empty if the scan names none."""

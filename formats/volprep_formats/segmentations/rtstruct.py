@@ -57,7 +57,7 @@ def read_rtstruct(path: Path) -> Contours:
 
 
 def _images(data: Item) -> frozenset[str]:
-    """Return the images of the series that a structure set refers to, and those that its contours name."""
+    """Return the images of the series that a structure set refers to, and the images that its contours name."""
     found = [
         *(contour for item in data.get("ROIContourSequence") or () for contour in item.get("ContourSequence") or ()),
         *(

@@ -92,7 +92,7 @@ def refine_lines(
     """Return the rays that each level is refined along; none for a level that is beyond the budget.
 
     The coarsest level comes first: it gains most, and needs the fewest rays. What is left when each level has its share
-    goes to more rays, in the same order. A level that gets too few rays of its own follows those of the coarser levels,
+    goes to more rays, in the same order. A level that gets too few rays of its own follows the rays of coarser levels,
     too: their light in level 0 is known.
     """
     shares: list[_Share] = []

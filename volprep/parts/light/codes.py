@@ -7,7 +7,7 @@ within 29.8 dB of path tracing at half of its resolution and 23.1 dB at a quarte
 29.6 dB.
 
 Light in colour has six numbers, and a texel four. Colours of one light lie near a plane through black and white: it
-goes from the colours of the surroundings to those of the volume. So light is the sum of two numbers in two colours,
+goes from the colours of the surroundings to the colours of the volume. So light is the sum of two numbers in two colours,
 which together are white. On the Colin27 head (91×109×91 voxels) this keeps 51.2 of 53.9 dB with a soft function and
 40.0 of 40.3 dB with a hard one. A brightness for each end with one chroma for both kept 43.4 and 35.5 dB.
 """
@@ -26,7 +26,7 @@ _RARE = 1e-4
 """Part of the ends that may lie above the largest code, and part below the smallest: a few outliers would cost all
 others precision."""
 _MOST_IN_ONE = 2
-"""Numbers of which one texel holds both ends."""
+"""Largest number of components whose two ends fit into one texel."""
 _GREY = 1e-12
 """Mean square beyond grey of light that has no colour."""
 _DIGITS = 4

@@ -45,7 +45,7 @@ class PieceVoxels:
     segments: Segments | None = None
     """Segments, if each voxel has a label."""
     ghost: int = 0
-    """Layers of voxels that a piece holds beyond those that it shares."""
+    """Layers of voxels that a piece holds beyond the shared ones."""
 
     @property
     def label_bytes(self) -> int:

@@ -1,4 +1,4 @@
-"""Parts of a segmentation beyond the scan, which nobody will see: counted, so that the user is told."""
+"""Count the parts of a segmentation that lie beyond the scan, for a note to the user."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -22,7 +22,7 @@ def contours_beyond(rings: Sequence[Sequence[Float64Array]], scan: Grid) -> tupl
         return ()
     verb = "reaches" if len(beyond) == 1 else "reach"
     told = f"{len(beyond)} of {len(each)} contours {verb} beyond the scan, by up to {max(beyond):.4g} mm"
-    return (f"{told}; what lies beyond is left out",)
+    return (f"{told}; the part beyond it is left out",)
 
 
 def voxels_beyond(labels: LabelArray, grid: Grid, scan: Grid) -> tuple[str, ...]:

@@ -33,7 +33,7 @@ struct OracleTransfer {
 
 // Normals of lit voxels: `vectors`, or directions of gradients if it is null; or, if `slope_scale` is not 0, slopes
 // as a shader takes them by forward or central differences of stored values, times `slope_scale`. Along axes that are
-// `halved`, central differences are those of values half a voxel to each side, as on a coarse level.
+// `halved`, central differences use values half a voxel to each side, as on a coarse level.
 struct OracleNormals {
     GradientKernel kernel;
     const float* vectors;  // [z, y, x, (x, y, z)], as long as they are

@@ -46,7 +46,7 @@ HalvedAxes = tuple[bool, bool, bool]
 
 
 def halved_axes(factors_zyx: tuple[int, int, int]) -> HalvedAxes:
-    """Return the axes along which voxels of a level are larger than those of level 0.
+    """Return the axes along which voxels of a level are larger than voxels of level 0.
 
     The mean gradient over a voxel is the difference of the values at its two faces. With differences of a whole voxel
     to each side, default levels 2 of five scans had 1.2 to 1.6 times the FLIP.
