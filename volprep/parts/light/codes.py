@@ -8,8 +8,8 @@ within 29.8 dB of path tracing at half of its resolution and 23.1 dB at a quarte
 
 Light in colour has six numbers, and a texel four. Colours of one light lie near a plane through black and white: it
 goes from the colours of the surroundings to the colours of the volume. So light is the sum of two numbers in two
-colours, which together are white. On the Colin27 head (91×109×91 voxels) this keeps 51.2 of 53.9 dB with a soft function and
-40.0 of 40.3 dB with a hard one. A brightness for each end with one chroma for both kept 43.4 and 35.5 dB.
+colours, which together are white. On the Colin27 head (91×109×91 voxels) this keeps 51.2 of 53.9 dB with a soft
+function and 40.0 of 40.3 dB with a hard one. A brightness for each end with one chroma for both kept 43.4 and 35.5 dB.
 """
 
 from collections.abc import Sequence
