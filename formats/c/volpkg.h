@@ -2995,7 +2995,7 @@ static const volpkg__field volpkg__compressed_form_fields[] = {
     {"size_bytes", &volpkg__long_from_0, offsetof(volpkg_compressed_form, size_bytes), VOLPKG__NEEDED, 0, NULL},
     {"basis", &volpkg__string, offsetof(volpkg_compressed_form, basis), VOLPKG__NEEDED, 0, NULL},
     {"pictures", &volpkg__long_from_1, offsetof(volpkg_compressed_form, pictures), VOLPKG__NEEDED, 0, NULL},
-    {"psnr_db", &volpkg__real, offsetof(volpkg_compressed_form, psnr_db), VOLPKG__NEEDED | VOLPKG__NULLABLE, 0, NULL},
+    {"psnr_db", &volpkg__real, offsetof(volpkg_compressed_form, psnr_db), VOLPKG__NULLABLE, 0, NULL},
     {"rmse", &volpkg__real_from_0, offsetof(volpkg_compressed_form, rmse), VOLPKG__NEEDED, 0, NULL},
     {"maximum", &volpkg__real_from_0, offsetof(volpkg_compressed_form, maximum), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
