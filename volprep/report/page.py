@@ -1,6 +1,5 @@
 """index.html: one page that needs nothing from outside its folder, made from the report's data alone."""
 
-import math
 from dataclasses import dataclass
 
 from volprep.compositing import COMPOSITINGS
@@ -13,6 +12,7 @@ from volprep.report.plots import (
     error_against_size,
     error_against_step,
     error_against_time,
+    plain_bytes,
     transfer_plot,
 )
 from volprep.validation.folder import ABLATION_PAGE, CURVES_PAGE
@@ -88,7 +88,7 @@ def page(report: Report, *, with_curves: bool = False) -> str:
             plots={program.program: _plots(program, report) for program in report.programs},
             transfer_plots=_transfer_plots(manifest),
             size_plot=error_against_size(report),
-            plain_bytes=_plain_bytes(manifest) if report.forms else 0,
+            plain_bytes=plain_bytes(manifest) if report.forms else 0,
             seen_from=_SEEN_FROM,
             kept=[item for item in manifest.plan if item.kept],
             left_out=[item for item in manifest.plan if not item.kept],
@@ -208,9 +208,3 @@ def _previews_in_words(report: Report) -> str:
 def _legend(gain: float) -> list[tuple[str, str]]:
     """Return the legend of the difference pictures: CSS colour and label of some grades, from none to clipped."""
     return [(css_bytes(colours()[grade]), text.number(grade / 255 / gain, 2)) for grade in range(0, 256, 51)]
-
-
-def _plain_bytes(manifest: Manifest) -> int:
-    """Size of the finest level without compression: 8 bits of each value of a voxel."""
-    in_colour = any(program.classification == "colour" for program in manifest.programs)
-    return math.prod(manifest.levels[0].grid.shape_zyx) * (4 if in_colour else 1)
