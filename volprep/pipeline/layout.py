@@ -25,7 +25,7 @@ from volprep_formats.package.profile import DeviceProfile
 
 
 @dataclass(frozen=True)
-class LaidOut:
+class LaidOutChannels:
     """All channels with their textures."""
 
     shared: Shared
@@ -53,13 +53,13 @@ def lay_channels_out(  # noqa: PLR0917 - the scene, its channels, and the device
     profile: DeviceProfile,
     crop: CropPlan,
     grid: Grid,
-) -> tuple[LaidOut, CompressionChoice]:
+) -> tuple[LaidOutChannels, CompressionChoice]:
     """Lay all channels out; the choice is that of a volume in colour.
 
     Raises the errors of `begin`, and VP1245 for channels that cannot be drawn together.
     """
 
-    def laid_out(each: Sequence[ChannelScan]) -> LaidOut:
+    def laid_out(each: Sequence[ChannelScan]) -> LaidOutChannels:
         return _laid_out(scene, each, values, profile, crop, grid)
 
     if scene.colour is None or scene.textures.compression == "none":
@@ -88,7 +88,7 @@ def _laid_out(  # noqa: PLR0917 - as `lay_channels_out`
     profile: DeviceProfile,
     crop: CropPlan,
     grid: Grid,
-) -> LaidOut:
+) -> LaidOutChannels:
     begun = [begin(scan, each, profile, crop, grid) for scan, each in zip(scans, values, strict=True)]
     early_end = most([each.early_end for each in begun])
     shared = _shared(scene, profile, crop, grid, _render(scene, profile, begun, early_end.cutoff(scene)))
@@ -96,7 +96,7 @@ def _laid_out(  # noqa: PLR0917 - as `lay_channels_out`
     channels = [each.plan for each in finished]
     together = choose_together(channels, [scan.measured for scan in scans], scene)
     packed = pack_channels(channels, scene, [*together.transfers])
-    return LaidOut(shared, early_end, finished, together, packed)
+    return LaidOutChannels(shared, early_end, finished, together, packed)
 
 
 def _without_blocks(scene: Scene) -> Scene:
