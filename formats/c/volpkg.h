@@ -198,8 +198,8 @@ typedef enum volpkg_texture_format { VOLPKG_TEXTURE_FORMAT_LUMINANCE8, VOLPKG_TE
     VOLPKG_TEXTURE_FORMAT_R16, VOLPKG_TEXTURE_FORMAT_R16F, VOLPKG_TEXTURE_FORMAT_RGBA16F,
     VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8, VOLPKG_TEXTURE_FORMAT_EAC_R11, VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8,
     VOLPKG_TEXTURE_FORMAT_ASTC_4X4, VOLPKG_TEXTURE_FORMAT_ASTC_5X5, VOLPKG_TEXTURE_FORMAT_ASTC_6X6,
-    VOLPKG_TEXTURE_FORMAT_ASTC_8X8, VOLPKG_TEXTURE_FORMAT_OTHER /* of a later version: ignore it */ }
-    volpkg_texture_format;
+    VOLPKG_TEXTURE_FORMAT_ASTC_8X8, VOLPKG_TEXTURE_FORMAT_ASTC_4X4_SRGB, VOLPKG_TEXTURE_FORMAT_OTHER /* of a later
+    version: ignore it */ } volpkg_texture_format;
 typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG_UNIFORM_SOURCE_STEP_MM,
     VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX, VOLPKG_UNIFORM_SOURCE_MIPMAP, VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX,
     VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM, VOLPKG_UNIFORM_SOURCE_BLOCK_HIGH_MM, VOLPKG_UNIFORM_SOURCE_SPLIT_VOXEL,
@@ -2995,7 +2995,7 @@ static const volpkg__field volpkg__compressed_form_fields[] = {
     {"size_bytes", &volpkg__long_from_0, offsetof(volpkg_compressed_form, size_bytes), VOLPKG__NEEDED, 0, NULL},
     {"basis", &volpkg__string, offsetof(volpkg_compressed_form, basis), VOLPKG__NEEDED, 0, NULL},
     {"pictures", &volpkg__long_from_1, offsetof(volpkg_compressed_form, pictures), VOLPKG__NEEDED, 0, NULL},
-    {"psnr_db", &volpkg__real, offsetof(volpkg_compressed_form, psnr_db), VOLPKG__NEEDED | VOLPKG__NULLABLE, 0, NULL},
+    {"psnr_db", &volpkg__real, offsetof(volpkg_compressed_form, psnr_db), VOLPKG__NULLABLE, 0, NULL},
     {"rmse", &volpkg__real_from_0, offsetof(volpkg_compressed_form, rmse), VOLPKG__NEEDED, 0, NULL},
     {"maximum", &volpkg__real_from_0, offsetof(volpkg_compressed_form, maximum), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
@@ -3013,7 +3013,7 @@ static const volpkg__named volpkg__texture_format_words[] = {{"LUMINANCE8", VOLP
     {"PALETTE8_RGBA8", VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8}, {"EAC_R11", VOLPKG_TEXTURE_FORMAT_EAC_R11},
     {"ETC2_RGBA8", VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8}, {"ASTC_4X4", VOLPKG_TEXTURE_FORMAT_ASTC_4X4},
     {"ASTC_5X5", VOLPKG_TEXTURE_FORMAT_ASTC_5X5}, {"ASTC_6X6", VOLPKG_TEXTURE_FORMAT_ASTC_6X6},
-    {"ASTC_8X8", VOLPKG_TEXTURE_FORMAT_ASTC_8X8}, {NULL, 0}};
+    {"ASTC_8X8", VOLPKG_TEXTURE_FORMAT_ASTC_8X8}, {"ASTC_4X4_SRGB", VOLPKG_TEXTURE_FORMAT_ASTC_4X4_SRGB}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__texture_format_word, VOLPKG__OPEN, VOLPKG_TEXTURE_FORMAT_OTHER, volpkg__texture_format_words)
 VOLPKG__MANY(volpkg__texture_format_word_list, volpkg__texture_format_word, 0, 2147483647.0)
 VOLPKG__NUMBERS(volpkg__int_16_or_32, VOLPKG__INT, int32_t, 16, 32, 16)
@@ -3083,7 +3083,7 @@ static const volpkg__named volpkg__gl_internal_format_words[] = {{"LUMINANCE", 0
     {"RGBA16F", 0x881a}, {"PALETTE8_RGBA8_OES", 0x8b96}, {"COMPRESSED_R11_EAC", 0x9270},
     {"COMPRESSED_RGBA8_ETC2_EAC", 0x9278}, {"COMPRESSED_RGBA_ASTC_4x4_KHR", 0x93b0},
     {"COMPRESSED_RGBA_ASTC_5x5_KHR", 0x93b2}, {"COMPRESSED_RGBA_ASTC_6x6_KHR", 0x93b4},
-    {"COMPRESSED_RGBA_ASTC_8x8_KHR", 0x93b7}, {NULL, 0}};
+    {"COMPRESSED_RGBA_ASTC_8x8_KHR", 0x93b7}, {"COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR", 0x93d0}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__gl_internal_format_word, VOLPKG__GL, 0, volpkg__gl_internal_format_words)
 static const volpkg__named volpkg__gl_format_words[] = {{"LUMINANCE", 0x1909}, {"LUMINANCE_ALPHA", 0x190a},
     {"RED", 0x1903}, {"RG", 0x8227}, {"RGB", 0x1907}, {"RGBA", 0x1908}, {NULL, 0}};
@@ -4138,7 +4138,8 @@ typedef struct volpkg__layout {
     uint32_t components;
 } volpkg__layout;
 
-#define VOLPKG__VK_SRGB 43 /* VK_FORMAT_R8G8B8A8_SRGB */
+#define VOLPKG__VK_SRGB 43       /* VK_FORMAT_R8G8B8A8_SRGB */
+#define VOLPKG__VK_ASTC_SRGB 158 /* VK_FORMAT_ASTC_4x4_SRGB_BLOCK */
 #define VOLPKG__F(name) VOLPKG_TEXTURE_FORMAT_##name
 static const volpkg__layout volpkg__layouts[] = {
     {{VOLPKG__F(R8), VOLPKG__F(LUMINANCE8)},
@@ -4312,7 +4313,21 @@ static const volpkg__layout volpkg__layouts[] = {
      0,
      0,
      0xFFFFFFFFu,
-     1}};
+     1},
+    {{VOLPKG__F(ASTC_4X4_SRGB), VOLPKG__F(ASTC_4X4_SRGB)},
+     {0x93D0, 0x93D0},
+     {0, 0},
+     0,
+     VOLPKG__VK_ASTC_SRGB,
+     1,
+     1,
+     16,
+     4,
+     162,
+     0,
+     0,
+     0xFFFFFFFFu,
+     4}};
 #undef VOLPKG__F
 #define VOLPKG__LAYOUTS ((int32_t)(sizeof volpkg__layouts / sizeof volpkg__layouts[0]))
 
@@ -4370,6 +4385,7 @@ static uint32_t volpkg__descriptor(const volpkg__layout* layout, unsigned char t
         to[14] = 2;
         to[28 + 48 + 3] |= 0x10;
     }
+    if (layout->vk_format == VOLPKG__VK_ASTC_SRGB) to[14] = 2;
     /* ETC2 has alpha (15) in the first half of a block, and colour (2) in the second. */
     if (layout->vk_format == 151) {
         to[28 + 3] = 15;
@@ -4556,7 +4572,11 @@ static int volpkg__same_shape(const int32_t a[3], const int32_t b[3]) {
 static int volpkg__has_format(const volpkg_profile* profile, volpkg_texture_format format) {
     int32_t i;
     for (i = 0; i < profile->texture_formats.count; ++i)
-        if (profile->texture_formats.at[i] == format) return 1;
+        if (profile->texture_formats.at[i] == format ||
+            /* Its extension also has the sRGB blocks. */
+            (profile->texture_formats.at[i] == VOLPKG_TEXTURE_FORMAT_ASTC_4X4 &&
+             format == VOLPKG_TEXTURE_FORMAT_ASTC_4X4_SRGB))
+            return 1;
     return 0;
 }
 
@@ -4752,6 +4772,7 @@ static volpkg_code volpkg__check_cuts(volpkg__reader* r, const char* name, const
 }
 
 static uint32_t volpkg__components(const volpkg_gl* gl) {
+    if (gl->internal_format == 0x93D0) return 4; /* COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR */
     switch (gl->format) {
         case 0x1909:
         case 0x1903:

@@ -14,6 +14,8 @@ const packed = (vk, block, bytes, components, extension, texels, red = 0.5) => (
 
 const ETC = "WEBGL_compressed_texture_etc";
 const ASTC = "WEBGL_compressed_texture_astc";
+/** sRGB: a half is darker when it is decoded. */
+const HALF_SRGB = ((0.5 + 0.055) / 1.055) ** 2.4;
 const VOID_EXTENT = [0xfc, 0xfd, 255, 255, 255, 255, 255, 255, 0, 128, 0, 128, 0, 128, 0, 128];
 
 Object.assign(FORMATS, {
@@ -31,4 +33,5 @@ Object.assign(FORMATS, {
   COMPRESSED_RGBA_ASTC_5x5_KHR: packed(161, 5, 16, 1, ASTC, VOID_EXTENT),
   COMPRESSED_RGBA_ASTC_6x6_KHR: packed(165, 6, 16, 1, ASTC, VOID_EXTENT),
   COMPRESSED_RGBA_ASTC_8x8_KHR: packed(171, 8, 16, 1, ASTC, VOID_EXTENT),
+  COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR: packed(158, 4, 16, 4, ASTC, VOID_EXTENT, HALF_SRGB),
 });

@@ -9,7 +9,7 @@ export const SCHEMA = {
   BrickLayout: "cells_zyx: 3U; reach: I; bricks_zyx: 3I; pool_zyx: 3I; stored: I",
   Channel: "name: c; source: SourceRecord; statistics: Statistics; stored_type?: =uint8|int16|uint16|float32~; quantization?: Quantization~; levels?: *Level; transfer_functions?: *TransferFunction",
   ClipPlane: "normal: 3n; constant_mm: n",
-  CompressedForm: "format: s; channel: c; kept: b; level: U; size_bytes: B; basis: s; pictures: #(1,9007199254740991); psnr_db: n~; rmse: N; maximum: N",
+  CompressedForm: "format: s; channel: c; kept: b; level: U; size_bytes: B; basis: s; pictures: #(1,9007199254740991); psnr_db?: n~; rmse: N; maximum: N",
   DeviceProfile: "name: s; api: =es1.1|es2.0|es3.0; max_texture_size: #(64,2147483647); max_3d_texture_size: U; texture_units: I; texture_formats: *s; npot?: b; square?: b; index_bits: #=16|32; max_texture_bytes: #(1,9007199254740991)",
   DrawCost: "transfer: s; level: U; upload_bytes: B; gpu_bytes: B",
   Editing: "histograms?: *JointHistogram",

@@ -212,8 +212,13 @@ function formatOf({ internal_format: internal, format, type }, api) {
   const isOther = /^RGBA?8?$/.test(internal) && internal.endsWith("8") !== (api === "es3.0");
   if (!known || isOther || known.format !== format || (known.format && known.type !== type) || (!known.format && type))
     return "";
-  const block = /^COMPRESSED_(?:RGBA_)?(\w+?)_(KHR|EAC)$/.exec(internal)?.[1];
-  if (block) return block.startsWith("ASTC") ? block.toUpperCase() : block === "R11" ? "EAC_R11" : "ETC2_RGBA8";
+  const block = /^COMPRESSED_(?:RGBA_|SRGB8_ALPHA8_)?(\w+?)_(KHR|EAC)$/.exec(internal)?.[1];
+  if (block)
+    return block.startsWith("ASTC")
+      ? block.toUpperCase() + (internal.includes("SRGB") ? "_SRGB" : "")
+      : block === "R11"
+        ? "EAC_R11"
+        : "ETC2_RGBA8";
   return internal.replace(/_EXT$/, "").replace(/^(RGBA?|LUMINANCE(_ALPHA)?)$/, "$18");
 }
 
@@ -242,7 +247,10 @@ export function* contradictions(manifest, more) {
     if (roles.get(file) !== role)
       yield `${file} is used as ${role}, but is ${roles.get(file) ?? "not among the files"}`;
   for (const each of textures) {
-    if (!profile.texture_formats.includes(formatOf(each.gl, profile.api)))
+    const format = formatOf(each.gl, profile.api);
+    // The extension of ASTC_4X4 also has its sRGB blocks.
+    const names = format === "ASTC_4X4_SRGB" ? [format, "ASTC_4X4"] : [format];
+    if (!names.some((name) => profile.texture_formats.includes(name)))
       yield `texture ${each.name} has no format of the profile`;
     if (each.gl.target === "TEXTURE_2D" && each.shape_zyx[0] !== 1)
       yield `texture ${each.name} is 2D, but has ${each.shape_zyx[0]} slices`;

@@ -55,3 +55,12 @@ def write_colour_scene(
     scene = folder / "ball.toml"
     scene.write_text(SCENE.format(profile=profile, extinction=extinction, top=top) + tables)
     return scene
+
+
+def write_colour_blocks(folder: Path) -> Path:
+    """Write the scene with compressed blocks, and a tolerance that they are within."""
+    tables = (
+        '[textures]\ncompression = "astc-4x4"\n[tolerance]\nrmse = 1.0\nmaximum = 1.0\nflip = 1.0\n'
+        "[render]\npicture_size = 16\n"
+    )
+    return write_colour_scene(folder, "gles3-astc", tables=tables)

@@ -12,7 +12,7 @@ from unittest.mock import patch
 import nibabel
 import numpy as np
 from channel_scene import write_channel_scene
-from colour_scene import write_colour_scene
+from colour_scene import write_colour_blocks, write_colour_scene
 from phantom_scene import write_phantom_scene
 from tamper_scenes import KINDS, SHAPE_ZYX, write_kind
 
@@ -143,6 +143,7 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "together": _together,
     "several-units": _several_units,
     "colour": write_colour_scene,
+    "colour-blocks": write_colour_blocks,
     "hybrid": _hybrid,
     "segments": write_segments,
     "shadow-map": _shadowed("map", 'compositing = "isosurface"'),

@@ -1,6 +1,6 @@
 """Plans of scans with one channel."""
 
-from volprep.parts.compression.whole import WholeSource
+from volprep.parts.compression.source_level import WholeSource
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.plan.records import Plan
 from volprep.scan.statistics import Measured

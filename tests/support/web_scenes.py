@@ -13,7 +13,7 @@ from unittest.mock import patch
 import nibabel
 import numpy as np
 from channel_scene import write_channel_scene
-from colour_scene import write_colour_scene
+from colour_scene import write_colour_blocks, write_colour_scene
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 
 from volprep.parts.light import decision, solve
@@ -233,6 +233,7 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "channels together in a mosaic": _together("gles2-2048"),
     "colour": write_colour_scene,
     "colour in a mosaic": lambda folder: write_colour_scene(folder, "gles2-2048"),
+    "colour in ASTC": write_colour_blocks,
     "segments": segments_scene("gles3", _LIT),
     "segments in a mosaic": segments_scene("gles2-2048", _LIT),
     "segments with shadows": segments_scene("gles3", _SHADOWS.format("rays")),

@@ -52,7 +52,7 @@ def volume_reader(draft: Draft, plan: ChannelPlan, volume: VolumePlan) -> Callab
     if len(volume.channels) == 1:
         return texel_reader(codes_of_level(draft, plan, volume.level), volume.format)
     each = [codes_of_level(draft, plan, volume.level, channel) for channel in volume.channels]
-    if volume.format == SRGB:
+    if volume.format == SRGB or (volume.format in BLOCKS and len(volume.channels) > 1):
         return _light_reader(each)
     readers = [texel_reader(codes, volume.format) for codes in each]
 

@@ -9,7 +9,7 @@ from volprep.compositing import COMPOSITINGS
 from volprep.parts.case import Case
 from volprep.parts.classification.decision import StepLengths, choose_tables, require_isovalues
 from volprep.parts.compression.decision import choose_form
-from volprep.parts.compression.whole import WholeSource
+from volprep.parts.compression.source_level import WholeSource
 from volprep.parts.layout.decision import lay_out
 from volprep.parts.levels.view_rays import view_rays
 from volprep.parts.light.trial import try_light

@@ -15,28 +15,27 @@ from volprep.parts.classification.automatic import (
     describe_classification,
     possible_kinds,
 )
-from volprep.parts.compression.whole import WholeSource
+from volprep.parts.compression.source_level import WholeSource
 from volprep.parts.editing.decision import for_edits
-from volprep.parts.hybrid.decision import describe_hybrid, plan_hybrid
+from volprep.parts.hybrid.decision import describe_hybrid
 from volprep.parts.programs.decision import require_light_outside
-from volprep.parts.programs.early_end import describe_early_end, most
-from volprep.parts.programs.step import common_steps, measures_steps
+from volprep.parts.programs.early_end import describe_early_end
 from volprep.parts.registry import PARTS
 from volprep.parts.segments.decision import used_functions, with_segments
 from volprep.parts.segments.extent import style_boxes
-from volprep.parts.together.decision import choose_together, plan_together
-from volprep.parts.together.packing import pack_channels
+from volprep.parts.together.decision import plan_together
 from volprep.parts.values.items import describe_border
 from volprep.parts.values.labels import require_distinct_labels
-from volprep.pipeline.channel_plan import Begun, ChannelScan, begin
+from volprep.pipeline.channel_plan import ChannelScan
 from volprep.pipeline.costs import planned_costs
+from volprep.pipeline.layout import lay_channels_out
 from volprep.pipeline.stage_graph import planned_stages
 from volprep.plan.crop import choose_crop
 from volprep.plan.decisions import ValueChoice
 from volprep.plan.functions import resolved_functions
 from volprep.plan.item_kinds import FIRST_LOOK
 from volprep.plan.item_kinds import PREVIEW as PREVIEW_KIND
-from volprep.plan.records import PREVIEW, ChannelPlan, CropPlan, Plan, Shared
+from volprep.plan.records import PREVIEW, ChannelPlan, CropPlan, Plan
 from volprep.scan.segments.record import FoundSegments
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured
@@ -45,7 +44,7 @@ from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.manifest import PlanItem, RenderSettings
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.source import SourceInfo
@@ -96,22 +95,19 @@ def make_plan(
         classified = _classification(scans, values, profile, kinds, grid)
         scene = scene.with_classification(classified.name)
         scans = [replace(scan, scene=scan.scene.with_classification(classified.name)) for scan in scans]
-    begun = [begin(scan, each, profile, crop, grid) for scan, each in zip(scans, values, strict=True)]
-    early_end = most([each.early_end for each in begun])
-    shared = _shared(scene, profile, crop, grid, _render(scene, profile, begun, early_end.cutoff(scene)))
-    finished = [channel.finished(shared) for channel in begun]
-    channels = [each.plan for each in finished]
+    laid_out, blocks = lay_channels_out(scene, scans, values, profile, crop, grid)
+    shared, packed, early_end = laid_out.shared, laid_out.packed, laid_out.early_end
+    channels = laid_out.channels
+    channels[0] = channels[0].model_copy(update={"forms": (*channels[0].forms, *blocks.forms)})
     measured = [each.measured for each in scanned]
-    drawn_together = choose_together(channels, measured, scene)
-    packed = pack_channels(channels, scene, [*drawn_together.transfers])
-    channels = [plan.model_copy(update={"volumes": packed.of(plan)}) for plan in channels]
-    together, of_picture = plan_together(channels, measured, drawn_together, packed, scene)
+    together, of_picture = plan_together(channels, measured, laid_out.together, packed, scene)
     items = [
         *_describe_look(scene),
         *describe_classification(classified),
         *describe_border(shared, scene, scanned[0].info),
-        *_of_channels(channels, [each.items(plan) for plan, each in zip(channels, finished, strict=True)]),
+        *_of_channels(channels, [each.items(plan) for plan, each in zip(channels, laid_out.finished, strict=True)]),
         *packed.items,
+        *blocks.items,
         *of_picture,
         *([describe_early_end(early_end, shared.render.opacity_cutoff, scene)] if profile.has_shaders else []),
         *describe_hybrid(shared.render.hybrid),
@@ -127,17 +123,6 @@ def make_plan(
         items=tuple(items),
     )
     return plan.model_copy(update={"stages": planned_stages(plan), "costs": planned_costs(plan)})
-
-
-def _shared(scene: Scene, profile: DeviceProfile, crop: CropPlan, grid: Grid, render: RenderSettings) -> Shared:
-    return Shared(
-        profile=profile,
-        crop=crop,
-        grid=grid,
-        render=render,
-        compositing=scene.render.compositing,
-        measure_steps=profile.has_shaders and measures_steps(scene),
-    )
 
 
 def _prepared(scene: Scene, profile: DeviceProfile, channels: int) -> Scene:
@@ -204,21 +189,6 @@ def _common_crop(scene: Scene, scans: Sequence[ChannelScan]) -> CropPlan:
     z0, y0, x0 = (min(crop.start_zyx[axis] for crop in crops) for axis in range(3))
     z1, y1, x1 = (max(crop.stop_zyx[axis] for crop in crops) for axis in range(3))
     return CropPlan(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))
-
-
-def _render(
-    scene: Scene, profile: DeviceProfile, begun: Sequence[Begun], opacity_cutoff: float | None
-) -> RenderSettings:
-    """Return for each level the finest step that any channel needs."""
-    step_mm, level_steps = common_steps([channel.steps for channel in begun])
-    return RenderSettings(
-        step_mm=step_mm,
-        level_steps=level_steps,
-        opacity_cutoff=opacity_cutoff,
-        projection=scene.render.projection,
-        tolerance=scene.tolerance,
-        hybrid=plan_hybrid(scene, profile),
-    )
 
 
 def _of_channels(plans: Sequence[ChannelPlan], items: Sequence[Sequence[PlanItem]]) -> list[PlanItem]:

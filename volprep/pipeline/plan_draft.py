@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 
-from volprep.parts.compression.whole import WholeSource
+from volprep.parts.compression.source_level import WholeSource
 from volprep.parts.work import FORMS, source_volume
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.plan.form_trial import FormTrial

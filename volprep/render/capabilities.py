@@ -222,4 +222,6 @@ def _blocks(name: TextureFormat) -> tuple[UInt8Array, Float64Array]:
         colours = np.round(_two_values(4) * 65535)
         pair = [bytes.fromhex("fcfdffffffffffff") + colour.astype("<u2").tobytes() for colour in colours]
         ends = (colours / 65535).tolist()
+        if name == "ASTC_4X4_SRGB":
+            ends = [[*map(linear_of_srgb, end[:3]), end[3]] for end in ends]
     return np.frombuffer(b"".join(pair), np.uint8).reshape(1, 1, 2, -1), np.array(ends)

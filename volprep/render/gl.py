@@ -438,7 +438,7 @@ class Gl(GlObjects):
 
 
 def _constant(word: str) -> int:
-    extension = _ASTC if word.startswith("COMPRESSED_RGBA_ASTC") else EXT_NORM16 if word == "R16_EXT" else GLES3
+    extension = _ASTC if "_ASTC_" in word else EXT_NORM16 if word == "R16_EXT" else GLES3
     value: int = getattr(extension, f"GL_{word}")
     return value
 

@@ -7,7 +7,7 @@ from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import Texture
-from volprep_formats.textures.gl_formats import size_bytes, texture_format
+from volprep_formats.textures.gl_formats import is_held, size_bytes, texture_format
 
 _ES3_HEAD = "#version 300 es"
 
@@ -49,7 +49,7 @@ def _checked_format(texture: Texture, profile: DeviceProfile) -> TextureFormat:
     name = texture_format(texture.gl, profile.api)
     if texture.gl.target == "TEXTURE_3D" and profile.max_3d_texture_size == 0:
         raise VolprepError("VP5012", name=texture.name, profile=profile.name)
-    if name is None or name not in profile.texture_formats:
+    if name is None or not is_held(name, profile.texture_formats):
         raise VolprepError(
             "VP5011",
             name=texture.name,

@@ -1,6 +1,5 @@
 """index.html: one page that needs nothing from outside its folder, made from the report's data alone."""
 
-import math
 from dataclasses import dataclass
 
 from volprep.compositing import COMPOSITINGS
@@ -13,6 +12,7 @@ from volprep.report.plots import (
     error_against_size,
     error_against_step,
     error_against_time,
+    plain_bytes,
     transfer_plot,
 )
 from volprep.validation.folder import ABLATION_PAGE, CURVES_PAGE
@@ -88,7 +88,7 @@ def page(report: Report, *, with_curves: bool = False) -> str:
             plots={program.program: _plots(program, report) for program in report.programs},
             transfer_plots=_transfer_plots(manifest),
             size_plot=error_against_size(report),
-            plain_bytes=math.prod(manifest.levels[0].grid.shape_zyx) if report.forms else 0,
+            plain_bytes=plain_bytes(manifest) if report.forms else 0,
             seen_from=_SEEN_FROM,
             kept=[item for item in manifest.plan if item.kept],
             left_out=[item for item in manifest.plan if not item.kept],

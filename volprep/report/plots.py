@@ -27,6 +27,7 @@ from volprep.validation.records import LevelFloor, ProgramResult, Sweep, SweepPo
 from volprep.validation.report_record import Report
 from volprep.validation.times import Milliseconds
 from volprep.validation.verdict import share_of_errors
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.transfer_function import TransferFunction
 
 _INK, _MUTED, _LINE, _PAGE, _LIMIT = "#101112", "#202122", "#303132", "#404142", "#505152"
@@ -215,6 +216,20 @@ def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:
     _floor(axes, sweep.floors[0], report)
 
 
+def plain_bytes(manifest: Manifest) -> int:
+    """Size of the finest level without compression: 8 bits of each value of a voxel."""
+    in_colour = any(program.classification == "colour" for program in manifest.programs)
+    return math.prod(manifest.levels[0].grid.shape_zyx) * (4 if in_colour else 1)
+
+
+def _share(form: FormTrial, report: Report) -> float:
+    """Return the part of the tolerance that a form takes."""
+    share = share_of_errors(form.rmse, form.maximum, report.tolerance)
+    if form.flip is None or not report.tolerance.flip:
+        return share
+    return max(share, form.flip / report.tolerance.flip)
+
+
 def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Report) -> None:
     _logarithmic(axes, "megabytes of the finest level", "error, share of the tolerance")
     for kept, label, series in ((True, "in the package", 0), (False, "refused", 1)):
@@ -222,18 +237,18 @@ def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Rep
         if found:
             axes.plot(
                 [form.size_bytes / 1e6 for form in found],
-                [share_of_errors(form.rmse, form.maximum, report.tolerance) for form in found],
+                [_share(form, report) for form in found],
                 color=_SERIES[series],
                 marker=_MARKERS[series],
                 linestyle="none",
                 label=label,
             )
-    shares = {form: share_of_errors(form.rmse, form.maximum, report.tolerance) for form in forms}
+    shares = {form: _share(form, report) for form in forms}
     for number, form in enumerate(sorted(forms, key=shares.__getitem__)):
         # Beside each other, names of forms of one size would lie on each other.
         axes.annotate(
             form.format if form.channel is None else f"{form.channel}: {form.format}",
-            (form.size_bytes / 1e6, share_of_errors(form.rmse, form.maximum, report.tolerance)),
+            (form.size_bytes / 1e6, shares[form]),
             xytext=(7, 5 if number % 2 else -5),
             textcoords="offset points",
             va="center",
@@ -241,8 +256,13 @@ def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Rep
             fontsize=8.5,
         )
     axes.margins(x=0.25, y=0.2)
-    plain = math.prod(report.package.manifest.levels[0].grid.shape_zyx) / 1e6
-    axes.axvline(plain, color=_MUTED, linewidth=1.6, linestyle=(0, (6, 3)), label="uncompressed")
+    axes.axvline(
+        plain_bytes(report.package.manifest) / 1e6,
+        color=_MUTED,
+        linewidth=1.6,
+        linestyle=(0, (6, 3)),
+        label="uncompressed",
+    )
     axes.axhline(1.0, color=_LIMIT, linewidth=1.4, label="tolerance")
     axes.axhline(SHARE, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="half of the tolerance")
 

@@ -88,7 +88,8 @@ class TextureSettings(Record):
     """Whether levels are compressed. Compressed levels are mosaics, even if the profile has 3D textures, because
     devices have no compressed 3D textures. A sample then takes two fetches instead of one, and half the memory or less.
     "eac" takes 4 bits for a voxel, "etc2" 2 (four slices together), "astc-4x4" to "astc-8x8" 8 to 2. A form that
-    changes pictures by more than half of the tolerance is left out. "auto" takes the smallest form that does not.
+    changes pictures by more than half of the tolerance is left out. "auto" takes the smallest form that does not. A
+    volume in colour has one form, "astc-4x4" of sRGB with light and extinction of a voxel in 8 bits, and FLIP counts.
     "none" is the default because a device that has the memory draws 3D textures faster and exactly."""
     channels: Literal["auto", "packed", "apart"] = "auto"
     """Which channels share texels, as red, green, blue and alpha, so that one fetch returns the values of all. "auto":

@@ -2,8 +2,8 @@
 
 A colour volume emits light e and absorbs with an extinction t, both trilinear fields: the integral of e exp(-∫ t). The
 oracle knows media that emit a colour times their extinction. Red of colour (k, 0, 0) with the extinction r / k emits r;
-green and blue likewise; and a black medium absorbs the rest, t - (r + g + b) / k, which is nowhere negative as no light
-exceeds the extinction of its voxel. All four are trilinear again.
+green and blue likewise; and a black medium absorbs the rest, t - (r + g + b) / k, which is not negative where light is
+at most the extinction of its voxel. All four are trilinear again.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,10 @@ from volprep.truth.oracle import Medium
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
-_LIGHT = 4.0
-"""k: 3 would be enough without rounding, which may raise the light of texels above their extinction."""
+_LIGHT = 4096.0
+"""k: 3 would be enough for texels whose light is at most their extinction. Compressed blocks mix texels, and may leave
+light in voxels that are nearly clear: there black is 0, and the extinction is too large by at most 3 / k of that light.
+"""
 
 
 def media_of_colour(channels: Sequence[Medium]) -> list[Medium]:

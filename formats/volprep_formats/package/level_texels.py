@@ -124,4 +124,5 @@ def _texels(image: ktx2.Ktx2Image, mosaic: MosaicLayout | None) -> NDArray[np.ge
     from volprep_formats.textures.blocks import decode_blocks  # noqa: PLC0415 - codecs only where needed
 
     blocks = np.asarray(image.data[0], np.uint8)
-    return decode_blocks(blocks, image.format, mosaic.texture_shape_yx, mosaic.slices_per_texel)[None]
+    channels = mosaic.slices_per_texel * mosaic.components_per_voxel
+    return decode_blocks(blocks, image.format, mosaic.texture_shape_yx, channels)[None]

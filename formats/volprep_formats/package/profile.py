@@ -30,6 +30,7 @@ TextureFormat = Literal[
     "ASTC_5X5",
     "ASTC_6X6",
     "ASTC_8X8",
+    "ASTC_4X4_SRGB",
 ]
 LookupFormat = Literal["RGBA8", "RGBA16F"]
 

@@ -21,7 +21,7 @@ from volprep_formats.package.parts.registry import PARTS
 from volprep_formats.package.program import SLICES, TABLES, Pass, Program, Sampling, Tiles, UniformSource
 from volprep_formats.package.texture import TEXTURE_ROLES, Texture
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import texture_format
+from volprep_formats.textures.gl_formats import is_held, texture_format
 
 # The grid of a coarse level is computed from level 0 by a few additions in float64, and printed with all digits.
 _RELATIVE_TOLERANCE = 1e-9
@@ -127,7 +127,7 @@ def _formats(manifest: Manifest) -> Iterator[str]:
     """Check that the profile has the format of each texture."""
     for texture in manifest.textures:
         name = texture_format(texture.gl, manifest.profile.api)
-        if name not in manifest.profile.texture_formats:
+        if name is None or not is_held(name, manifest.profile.texture_formats):
             words = (texture.gl.internal_format, texture.gl.format, texture.gl.type)
             listed = "/".join(word for word in words if word)
             yield f"texture {texture.name} is uploaded as {listed}, which is no format of the profile"

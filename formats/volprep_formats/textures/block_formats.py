@@ -7,7 +7,7 @@ the Khronos Data Format Specification 1.3. Blocks lie row by row from the upper 
 from dataclasses import dataclass
 from typing import Literal
 
-CompressedFormat = Literal["EAC_R11", "ETC2_RGBA8", "ASTC_4X4", "ASTC_5X5", "ASTC_6X6", "ASTC_8X8"]
+CompressedFormat = Literal["EAC_R11", "ETC2_RGBA8", "ASTC_4X4", "ASTC_5X5", "ASTC_6X6", "ASTC_8X8", "ASTC_4X4_SRGB"]
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class BlockFormat:
     bytes: int
     """Size of a block."""
     vk_format: int
-    """VkFormat, linear and unsigned."""
+    """VkFormat, unsigned."""
     gl_name: str
     """Internal format of glCompressedTexImage2D, without GL_."""
     descriptor_model: int
@@ -28,6 +28,8 @@ class BlockFormat:
     """Parts of a block: number of the channel and first bit."""
     components: int = 1
     """Components of a texel that packages use."""
+    is_srgb: bool = False
+    """Whether red, green and blue are sRGB: one voxel of a volume in colour, with its extinction as alpha."""
 
 
 _ASTC = ((0, 0),)
@@ -40,6 +42,9 @@ BLOCKS: dict[CompressedFormat, BlockFormat] = {
     "ASTC_5X5": BlockFormat(5, 16, 161, "COMPRESSED_RGBA_ASTC_5x5_KHR", 162, _ASTC),
     "ASTC_6X6": BlockFormat(6, 16, 165, "COMPRESSED_RGBA_ASTC_6x6_KHR", 162, _ASTC),
     "ASTC_8X8": BlockFormat(8, 16, 171, "COMPRESSED_RGBA_ASTC_8x8_KHR", 162, _ASTC),
+    "ASTC_4X4_SRGB": BlockFormat(
+        4, 16, 158, "COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR", 162, _ASTC, components=4, is_srgb=True
+    ),
 }
 
 

@@ -24,6 +24,7 @@ from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.textures import astc_child
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat, blocks_shape
 from volprep_formats.textures.mosaic import slice_of_mosaic
+from volprep_formats.textures.srgb_texels import decoded_srgb
 
 ASTC_QUALITY = 60
 """Preset "medium" of astcenc."""
@@ -59,9 +60,9 @@ def encoder_of(texture_format: CompressedFormat) -> str:
 
 
 def encode_blocks(texels: UInt8Array, texture_format: CompressedFormat) -> UInt8Array:
-    """Compress a picture [y, x] of one channel, or [y, x, 4] for ETC2_RGBA8; gives blocks [row, column, byte].
+    """Compress a picture [y, x] of one channel, or [y, x, 4] for formats of four components.
 
-    Edges are repeated where blocks reach beyond them.
+    Gives blocks [row, column, byte]. Edges are repeated where blocks reach beyond them.
     """
     height, width = texels.shape[:2]
     rows, columns, _ = shape = blocks_shape(texture_format, (height, width))
@@ -72,7 +73,7 @@ def encode_blocks(texels: UInt8Array, texture_format: CompressedFormat) -> UInt8
     if texture_format.startswith("ASTC"):
         # One value in red, green and blue costs no more bits than one in red alone.
         rgba = whole if whole.shape[2] == 4 else np.concatenate([*[whole] * 3, np.full_like(whole, 255)], axis=2)
-        data = _encode_astc(rgba, size)
+        data = _encode_astc(rgba, size, srgb=BLOCKS[texture_format].is_srgb)
     else:
         # EAC reads one of four channels; which one is not said.
         rgba = whole if whole.shape[2] == 4 else np.repeat(whole, 4, axis=2)
@@ -88,7 +89,8 @@ def decode_blocks(
 ) -> Float32Array:
     """Normalised values, [y, x] or [y, x, 4], of blocks [row, column, byte], as a GPU computes them.
 
-    EAC has 11 bits and ETC2 8; ASTC gives half floats here, and GPUs may round them to 8 bits.
+    EAC has 11 bits and ETC2 8; ASTC gives half floats here, and GPUs may round them to 8 bits. sRGB ASTC has 8
+    bits, and light comes linear; GPUs may round its alpha down.
     """
     size = BLOCKS[texture_format].size
     height, width = blocks.shape[0] * size, blocks.shape[1] * size
@@ -99,6 +101,10 @@ def decode_blocks(
         data = import_module("texture2ddecoder").decode_etc2a8(blocks.tobytes(), width, height)
         bgra = np.frombuffer(data, np.uint8).reshape(height, width, 4)
         texels = bgra[..., [2, 1, 0, 3]].astype(np.float32) / np.float32(255)
+    elif BLOCKS[texture_format].is_srgb:
+        data = astc_child.decode_srgb(blocks.tobytes(), width, height, size)
+        codes = np.frombuffer(data, np.uint8).reshape(height, width, 4)
+        texels = np.stack([decoded_srgb(codes[..., k], k) for k in range(4)], axis=-1)
     else:
         data = astc_child.decode(blocks.tobytes(), width, height, size)
         texels = np.frombuffer(data, np.float16).reshape(height, width, 4).astype(np.float32)
@@ -110,14 +116,16 @@ def decode_blocks(
 def decoded_slices(
     blocks: Callable[[int], UInt8Array], layout: MosaicLayout, texture_format: CompressedFormat
 ) -> Callable[[int, int], Float32Array]:
-    """Return a function that reads slices z0 to z1 - 1 [z, y, x] of a compressed mosaic, decoded by `decode_blocks`.
+    """Return a function that reads slices z0 to z1 - 1 of a compressed mosaic, decoded by `decode_blocks`.
 
+    [z, y, x], or [z, y, x, component] where voxels have several values.
     `blocks(part)` returns the blocks of one texture of the mosaic; the last one used is cached decoded.
     """
 
     @lru_cache(maxsize=1)
     def texels(part: int) -> Float32Array:
-        return decode_blocks(blocks(part), texture_format, layout.texture_shape_yx, layout.slices_per_texel)
+        components = layout.slices_per_texel * layout.components_per_voxel
+        return decode_blocks(blocks(part), texture_format, layout.texture_shape_yx, components)
 
     def read(z0: int, z1: int) -> Float32Array:
         return np.stack([slice_of_mosaic(texels, layout, slice_) for slice_ in range(z0, z1)])
@@ -143,9 +151,9 @@ def _decode_eac(blocks: UInt8Array) -> Float32Array:
     return np.asarray(picture / 2047, np.float32)
 
 
-def _encode_astc(rgba: UInt8Array, size: int) -> bytes:
+def _encode_astc(rgba: UInt8Array, size: int, *, srgb: bool) -> bytes:
     height, width = rgba.shape[:2]
-    arguments = [str(number) for number in (width, height, size, ASTC_QUALITY)]
+    arguments = [str(number) for number in (width, height, size, ASTC_QUALITY, int(srgb))]
     command = [sys.executable, "-m", astc_child.__name__, *arguments]
     # The command is ours and has numbers only.
     return subprocess.run(command, input=rgba.tobytes(), stdout=subprocess.PIPE, check=True).stdout  # noqa: S603

@@ -4,6 +4,7 @@ OpenGL ES 2.0 table 3.4, OpenGL ES 3.0 table 3.13, GL_EXT_texture_norm16.
 """
 
 import math
+from collections.abc import Collection
 from functools import cache
 from typing import Literal
 
@@ -85,6 +86,11 @@ def gl_format(name: TextureFormat, target: Target, api: Api) -> GlFormat:
 def texture_format(gl: GlFormat, api: Api) -> TextureFormat | None:
     """Return the format that is uploaded like this; None if no profile knows it."""
     return next((name for name in (*BYTES_PER_TEXEL, *BLOCKS) if gl_format(name, gl.target, api) == gl), None)
+
+
+def is_held(name: TextureFormat, profile_formats: Collection[str]) -> bool:
+    """Return whether a profile with these formats has `name`. The extension of ASTC_4X4 also has its sRGB blocks."""
+    return name in profile_formats or (name == "ASTC_4X4_SRGB" and "ASTC_4X4" in profile_formats)
 
 
 def size_bytes(name: TextureFormat, shape_zyx: tuple[int, int, int]) -> int:

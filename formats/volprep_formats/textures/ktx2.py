@@ -116,7 +116,9 @@ _LAYOUTS: dict[Ktx2Format, _Layout] = {
     "R16F": _Layout(76, np.dtype("<f2"), 1),
     "RGBA16F": _Layout(97, np.dtype("<f2"), 4),
     **{
-        name: _Layout(each.vk_format, np.dtype("u1"), each.bytes, each.size, each.samples, each.descriptor_model)
+        name: _Layout(
+            each.vk_format, np.dtype("u1"), each.bytes, each.size, each.samples, each.descriptor_model, each.is_srgb
+        )
         for name, each in BLOCKS.items()
     },
 }

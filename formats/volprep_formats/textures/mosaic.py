@@ -38,14 +38,17 @@ def slices_of_tile(mosaic: MosaicLayout, tile: int) -> tuple[int | None, ...]:
 
 
 def slice_of_mosaic(part: Callable[[int], Float32Array], mosaic: MosaicLayout, slice_: int) -> Float32Array:
-    """Extract one slice [y, x] from an interleaved mosaic; `part` returns texels [H, W] or [H, W, component]."""
+    """Extract one slice [y, x] from an interleaved mosaic; `part` returns texels [H, W] or [H, W, component].
+
+    Voxels of several values come as [y, x, component].
+    """
     tile, component = divmod(slice_, mosaic.slices_per_texel)
     index, inside = divmod(tile, mosaic.tiles_x * mosaic.tiles_y)
     row, column = divmod(inside, mosaic.tiles_x)
     height, width = mosaic.tile_shape_yx
     top, left = row * mosaic.pitch_yx[0] + mosaic.gutter, column * mosaic.pitch_yx[1] + mosaic.gutter
     texels = part(index)[top : top + height, left : left + width]
-    return texels if texels.ndim == 2 else texels[..., component]
+    return texels if texels.ndim == 2 or mosaic.components_per_voxel > 1 else texels[..., component]
 
 
 def slices_of_mosaic(parts: Sequence[NDArray[np.generic]], mosaic: MosaicLayout) -> NDArray[np.generic]:

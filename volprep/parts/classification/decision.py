@@ -39,6 +39,8 @@ Classify = Callable[[Float64Array, Float64Array], tuple[Float64Array, Float64Arr
 
 _ENTRIES = (1024, 2048)
 """Sizes of a pre-integrated table, of 16 and 32 kB."""
+_BLOCKS_OF_COLOUR = {"none", "auto", "astc-4x4"}
+"""Compression that a volume in colour may have."""
 _RAYS = 256
 _MORE_SAMPLES = 4
 _REFERENCES = 8
@@ -82,7 +84,7 @@ def _require_colour(scene: Scene) -> None:
         "segments": scene.segments is not None,
         "normals": scene.normals is not None,
         "lighting": scene.render.lighting != "none" or scene.lighting.baked != "none",
-        f"compression {scene.textures.compression}": scene.textures.compression != "none",
+        f"compression {scene.textures.compression}": scene.textures.compression not in _BLOCKS_OF_COLOUR,
         "mipmaps": scene.textures.mipmaps,
         "channels in textures of their own": scene.textures.channels == "apart",
         "ranges of blocks": scene.skip.ranges,

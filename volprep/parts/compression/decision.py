@@ -12,7 +12,8 @@ import numpy as np
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.case import Case, Neighbour
-from volprep.parts.compression.whole import LevelData, WholeLevel, WholeSource
+from volprep.parts.compression.source_level import LevelData, WholeSource
+from volprep.parts.compression.whole import WholeLevel
 from volprep.parts.layout.decision import lay_out
 from volprep.parts.values.decision import within_share
 from volprep.plan.decisions import CompressionChoice, Layout, ValueChoice
@@ -36,6 +37,8 @@ FORMATS: dict[Compression, CompressedFormat] = {
     "astc-8x8": "ASTC_8X8",
 }
 """Forms that a scene may ask for."""
+COLOUR_FORM: CompressedFormat = "ASTC_4X4_SRGB"
+"""The form of a volume in colour. The scene asks for it as for ASTC_4X4: the same extension has both."""
 KIND = "compression"
 """Kind of its items of the plan."""
 _RAW_BITS = 8.0
@@ -44,22 +47,35 @@ _RAW_BITS = 8.0
 def bits_per_voxel(texture_format: str) -> float:
     """Return the bits that a voxel takes in a compressed format, without padding."""
     block = next(each for name, each in BLOCKS.items() if name == texture_format)
-    return 8 * block.bytes / block.size**2 / block.components
+    slices = 1 if block.is_srgb else block.components
+    return 8 * block.bytes / block.size**2 / slices
+
+
+def require_form(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3070 if the scene names a form that the profile does not have."""
+    wanted = scene.textures.compression
+    if wanted == "none":
+        return
+    if wanted != "auto" and FORMATS[wanted] not in profile.texture_formats:
+        fields = {"wanted": wanted, "format": FORMATS[wanted], "profile": profile.name}
+        raise VolprepError("VP3070", **fields, known=", ".join(profile.texture_formats))
 
 
 def choose_form(case: Case, neighbours: Sequence[Neighbour], whole: WholeSource | None) -> CompressionChoice:
     """Choose the form that the scene names, or with "auto" the smallest, if it changes pictures little enough.
 
-    Without the whole source a sample decides. Raises VP3070 if the scene names a form that the profile does not have.
+    Without the whole source a sample decides. A volume in colour has one form, which `colour.py` decides afterwards.
+    Raises VP3070 if the scene names a form that the profile does not have.
     """
     scene, profile = case.scene, case.profile
     wanted = scene.textures.compression
     if wanted == "none":
         return CompressionChoice()
-    known = [name for name in BLOCKS if name in profile.texture_formats]
-    if wanted != "auto" and FORMATS[wanted] not in known:
-        fields = {"wanted": wanted, "format": FORMATS[wanted], "profile": profile.name}
-        raise VolprepError("VP3070", **fields, known=", ".join(profile.texture_formats))
+    require_form(scene, profile)
+    if scene.colour is not None:
+        # One trial of all channels follows, once they share texels (`colour.py`).
+        return CompressionChoice(COLOUR_FORM)
+    known = [name for name in BLOCKS if name in profile.texture_formats and not BLOCKS[name].is_srgb]
     if reason := _why_never(scene, case.values, profile, known):
         return CompressionChoice(items=(PlanItem(name="compressed textures", kind=KIND, kept=False, reason=reason),))
     # A form that saves nothing is used only if the scene asks for it.
@@ -80,7 +96,7 @@ def _first_that_bears(
         except VolprepError as error:
             if error.code != "VP3022":
                 raise
-            items.append(_misfit(name, case.profile))
+            items.append(misfit(name, case.profile))
             continue
         trial = patches.try_form(name, layout)
         if trial.kept and whole is not None:
@@ -89,13 +105,14 @@ def _first_that_bears(
                 wholes[level.index] = WholeLevel(whole, _level_data(case, layout))
             trial = wholes[level.index].try_form(layout.volumes[0], name)
         forms.append(trial)
-        items.append(_item(trial))
+        items.append(item_of(trial))
         if trial.kept:
             return CompressionChoice(name, tuple(items), tuple(forms))
     return CompressionChoice(None, tuple(items), tuple(forms))
 
 
-def _misfit(name: CompressedFormat, profile: DeviceProfile) -> PlanItem:
+def misfit(name: CompressedFormat, profile: DeviceProfile) -> PlanItem:
+    """Return the item of a form of which no level fits."""
     reason = (
         f"{bits_per_voxel(name):.3g} bits a voxel; profile {profile.name} has no room for a level of it as a mosaic"
     )
@@ -126,9 +143,12 @@ def _why_never(scene: Scene, values: ValueChoice, profile: DeviceProfile, known:
     return None
 
 
-def _item(trial: FormTrial) -> PlanItem:
+def item_of(trial: FormTrial) -> PlanItem:
+    """Return the item of a form that was tried, with the numbers."""
     limit = "within" if trial.kept else "not within"
     error = PictureDifference(trial.rmse, trial.maximum).text
+    if trial.flip is not None:
+        error = f"{error}, FLIP {trial.flip:.2g}"
     if trial.basis == "level":
         found = f"encoded whole, it changes {trial.pictures} standard views by {error}"
     else:

@@ -10,69 +10,27 @@ import json
 import math
 import tempfile
 import time
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
-from volprep.kernels import _native
+from volprep.parts.compression.source_level import LevelData, SourceLevel, WholeSource
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.values.decision import within_share
 from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, difference
-from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan, VolumePlan
-from volprep.scan.slabs import RawVolume, slab_ranges
-from volprep.scene.scene import SceneRender
+from volprep.plan.records import VolumePlan
+from volprep.scan.slabs import slab_ranges
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import Medium
-from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Tolerance
-from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.progress import Progress
-from volprep_formats.source import SourceInfo
 from volprep_formats.textures.block_formats import CompressedFormat
 
 _SCALE = 65535
 """Decoded values are kept in 16 bits; no format has more than 11."""
-
-
-@dataclass(frozen=True)
-class WholeSource:
-    """A source as the working data of a draft."""
-
-    volume: RawVolume
-    """Stored values."""
-    info: SourceInfo
-    """Description of the source."""
-    sha256: str
-    """Digest of the source."""
-    progress: Progress
-    """Progress callback."""
-    known: list[FormTrial] = field(default_factory=list)
-    """Earlier results; new ones are added."""
-
-
-@dataclass(frozen=True)
-class LevelData:
-    """The level of a source to test, and how it is drawn."""
-
-    level: LevelPlan
-    """The level."""
-    crop: CropPlan
-    """Part of the source that becomes level 0."""
-    grid: Grid
-    """Grid of level 0."""
-    quantize: QuantizePlan
-    """Its codes."""
-    functions: tuple[TransferFunction, ...]
-    """Transfer functions."""
-    render: SceneRender
-    """Projection and size of the pictures."""
-    tolerance: Tolerance
-    """Of which codes and blocks together may take half."""
 
 
 class WholeLevel:
@@ -82,10 +40,8 @@ class WholeLevel:
         """Store the source and the parameters of the trial."""
         self._source = source
         self._data = data
-        level = data.level
-        self._grid = data.grid if level.index == 0 else data.grid.coarser(level.factors_zyx)
+        self._level = SourceLevel(source, data)
         self._truth: dict[tuple[int, str], Float64Array] = {}
-        self._reduced = None if level.index == 0 else self._box_reduced()
 
     def try_form(self, volume: VolumePlan, form: CompressedFormat) -> FormTrial:
         """Encode the level in `form`, as `volume` lays it out; draw views until one is beyond half of the tolerance.
@@ -97,7 +53,7 @@ class WholeLevel:
             if trial.key == key:
                 return trial
         with tempfile.TemporaryFile(dir=self._source.volume.path.parent) as file:
-            decoded: NDArray[np.uint16] = np.memmap(file, np.uint16, "w+", shape=self._grid.shape_zyx)
+            decoded: NDArray[np.uint16] = np.memmap(file, np.uint16, "w+", shape=self._level.grid.shape_zyx)
             blocks, seconds = self._encode(volume, form)
             square = self._decode(blocks, volume, form, decoded)
             error, pictures = self._compare(decoded, form)
@@ -135,7 +91,7 @@ class WholeLevel:
         parts, seconds = [], 0.0
         for part in range(volume.mosaic.textures):
             strips = []
-            for strip in pack_mosaic(self._codes, volume.mosaic, part):
+            for strip in pack_mosaic(self._level.codes, volume.mosaic, part):
                 start = time.perf_counter()
                 strips.append(encode_blocks(np.asarray(strip, np.uint8), form))
                 seconds += time.perf_counter() - start
@@ -155,20 +111,20 @@ class WholeLevel:
         for z0, z1 in slab_ranges(len(decoded), 4 * decoded[0].size):
             texels = read(z0, z1)
             decoded[z0:z1] = np.rint(texels * np.float32(_SCALE))
-            squares += float(np.sum((texels * np.float32(255) - self._codes(z0, z1)) ** 2, dtype=np.float64))
+            squares += float(np.sum((texels * np.float32(255) - self._level.codes(z0, z1)) ** 2, dtype=np.float64))
         return squares / decoded.size
 
     def _compare(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> tuple[PictureDifference, int]:
         """Largest errors over views and transfer functions, and how many pictures were drawn."""
         low, high = self._data.quantize.window
-        views = standard_views(self._grid, self._data.render.projection)
+        views = standard_views(self._level.grid, self._data.render.projection)
         self._source.progress.start(f"pictures of {form}", len(views) * len(self._data.functions))
         worst = PictureDifference(0.0, 0.0)
         drawn = 0
         for name in views:
             for index in range(len(self._data.functions)):
-                picture = self._picture(decoded, self._grid, ((high - low) / _SCALE, low), index, name)
-                found = difference(picture, self._true_picture(index, name))
+                medium = Medium(decoded, (high - low) / _SCALE, low, self._data.functions[index])
+                found = difference(self._picture(medium, self._level.grid, name), self._true_picture(index, name))
                 worst = PictureDifference(max(worst.rmse, found.rmse), max(worst.maximum, found.maximum))
                 drawn += 1
                 self._source.progress.advance()
@@ -178,48 +134,13 @@ class WholeLevel:
 
     def _true_picture(self, function: int, view: str) -> Float64Array:
         if (function, view) not in self._truth:
-            info = self._source.info
-            if self._reduced is None:
-                volume = self._source.volume
-                stored: NDArray[np.generic] = np.memmap(volume.path, volume.dtype, "r", shape=volume.shape_zyx)
-                drawn = self._picture(stored, info.grid, (info.slope, info.intercept), function, view)
-            else:
-                drawn = self._picture(self._reduced, self._grid, (1.0, 0.0), function, view)
-            self._truth[function, view] = drawn
+            medium = self._level.medium(self._data.functions[function])
+            self._truth[function, view] = self._picture(medium, self._level.true_grid, view)
         return self._truth[function, view]
 
-    def _picture(
-        self, stored: NDArray[np.generic], grid: Grid, scale: tuple[float, float], function: int, view: str
-    ) -> Float64Array:
-        camera = standard_views(self._grid, self._data.render.projection)[view]
+    def _picture(self, medium: Medium, grid: Grid, view: str) -> Float64Array:
+        camera = standard_views(self._level.grid, self._data.render.projection)[view]
         size = self._data.render.picture_size
-        transfer = self._data.functions[function]
         oracle = COMPOSITINGS[self._data.render.compositing].oracle
-        medium = Medium(stored, *scale, transfer)
         box_from_clip = camera.box_from_clip(grid, aspect=1.0)
         return oracle([medium], grid, box_from_clip, (size, size), nearest=False, normals=None).rgba
-
-    def _codes(self, z0: int, z1: int) -> UInt8Array:
-        info = self._source.info
-        if self._reduced is None:
-            values, slope, intercept = self._part(z0, z1), info.slope, info.intercept
-        else:
-            values, slope, intercept = self._reduced[z0:z1], 1.0, 0.0
-        codes = np.empty(values.shape, np.uint8)
-        _native.quantize(values, slope, intercept, *self._data.quantize.window, codes, np.zeros(256, np.uint64))
-        return codes
-
-    def _part(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Slices z0 to z1 - 1 of the part that becomes level 0, as they are stored."""
-        (z, y0, x0), (_, y1, x1) = self._data.crop.start_zyx, self._data.crop.stop_zyx
-        return np.ascontiguousarray(self._source.volume.read_slab(z + z0, z + z1)[:, y0:y1, x0:x1])
-
-    def _box_reduced(self) -> Float32Array:
-        """Means of the values over the cells of a coarser level: the filter that makes it is not chosen yet."""
-        info, factors = self._source.info, self._data.level.factors_zyx
-        depth = self._data.grid.shape_zyx[0]
-        means = np.empty(self._grid.shape_zyx, np.float32)
-        for z0, z1 in slab_ranges(depth, 4 * math.prod(self._data.grid.shape_zyx[1:]), multiple=factors[0]):
-            values = self._part(z0, z1).astype(np.float32) * np.float32(info.slope) + np.float32(info.intercept)
-            _native.box_reduce(values, means[z0 // factors[0] : -(-z1 // factors[0])], factors)
-        return means

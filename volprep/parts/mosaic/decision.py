@@ -55,7 +55,8 @@ def as_compressed_mosaic(
     """Lay a level out as a compressed mosaic whose tiles begin on block boundaries, or return why it is impossible."""
     block = BLOCKS[texel]
     textures = max(0, min(profile.texture_units - beside.units, MOST_TEXTURES))
-    packing = Packing(4 if block.components == 4 else 1, "interleaved", gutter, block.size)
+    # A voxel in colour fills a texel.
+    packing = Packing(4 if block.components == 4 and not block.is_srgb else 1, "interleaved", gutter, block.size)
     layout = mosaic_of(level, packing, textures, profile)
     if isinstance(layout, Misfit):
         return layout

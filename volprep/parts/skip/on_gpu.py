@@ -1,9 +1,12 @@
 """The values in the blocks of a level as the GPU reads them: for a compressed level, the decoded ones."""
 
+from collections.abc import Callable
+
 from volprep.parts.texels import texel_reader, texels_on_gpu, volume_reader
 from volprep.parts.work import codes_of_level
-from volprep.plan.records import ChannelPlan, LevelPlan
+from volprep.plan.records import ChannelPlan, LevelPlan, VolumePlan
 from volprep.scan.block_ranges import BlockRanges, block_ranges, enclosed
+from volprep_formats.arrays import Float32Array
 from volprep_formats.package.storage.draft import Draft
 
 _ROUNDING = 1 / 255
@@ -21,5 +24,15 @@ def ranges_on_gpu(draft: Draft, plan: ChannelPlan, level: LevelPlan, block: int)
         read = volume_reader(draft, plan, volume)
         return block_ranges(lambda z0, z1: read(z0, z1)[..., 3], level.shape_zyx, block)
     if decoded is not None:
-        return enclosed(block_ranges(decoded, level.shape_zyx, block), _ROUNDING)
+        return enclosed(block_ranges(_channel_of(decoded, volume, plan), level.shape_zyx, block), _ROUNDING)
     return block_ranges(texel_reader(codes_of_level(draft, plan, level.index), volume.format), level.shape_zyx, block)
+
+
+def _channel_of(
+    decoded: Callable[[int, int], Float32Array], volume: VolumePlan, plan: ChannelPlan
+) -> Callable[[int, int], Float32Array]:
+    """Return the slices [z, y, x] of the plan's channel, which may share the texels with others."""
+    if len(volume.channels) == 1:
+        return decoded
+    component = volume.channels.index(plan.channel)
+    return lambda z0, z1: decoded(z0, z1)[..., component]

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import get_args
 
+from volprep.parts.compression.decision import COLOUR_FORM
 from volprep.parts.mosaic.decision import MOST_TEXTURES, mosaic_of, mosaic_text, part_names
 from volprep.parts.mosaic.packing import Packing
 from volprep.parts.texture.mipmaps import in_one_texture
@@ -22,6 +23,7 @@ from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
 from volprep.scene.scene import Compression, Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import TextureFormat
+from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.gl_formats import SRGB, size_bytes
 
 _FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 3: ("RGB8",), 4: ("RGBA8",)}
@@ -84,7 +86,7 @@ def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
         yield "each program draws one channel, and would fetch the others in vain"
     if len(group) > _MOST:
         yield f"a texel has {_MOST} components, and there are {len(group)} channels"
-    if scene.textures.compression in get_args(Compression):
+    if scene.textures.compression in get_args(Compression) and scene.colour is None:
         yield "compressed texels hold one channel"
     differences = {
         "bits": {str(plan.quantize.bits) for plan in group},
@@ -109,12 +111,16 @@ def _packed(group: Sequence[ChannelPlan], level: LevelPlan, names: tuple[str, ..
     profile, name = group[0].profile, f"packed-{level.index}"
     wide = group[0].quantize.bits > 8
     texel: TextureFormat | None = SRGB if wide else first_of(_FORMATS[len(names)], profile)
+    block = BLOCKS[COLOUR_FORM].size if group[0].volumes[0].format == COLOUR_FORM else 1
+    if block > 1:
+        texel = COLOUR_FORM
     assert texel is not None  # noqa: S101 - that is no obstacle
     beside = _beside(group, level.index)
     layout = None
     if group[0].volumes[0].mosaic is not None:
         textures = max(1, min(profile.texture_units - beside.units, MOST_TEXTURES))
-        fit = mosaic_of(level, Packing(gutter=gutter, components_per_voxel=len(names)), textures, profile)
+        packing = Packing(gutter=gutter, block=block, components_per_voxel=len(names))
+        fit = mosaic_of(level, packing, textures, profile)
         if isinstance(fit, Misfit):
             return fit
         layout = fit

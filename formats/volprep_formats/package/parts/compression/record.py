@@ -33,7 +33,7 @@ class CompressedForm(Record):
     pictures: Annotated[int, Field(ge=1, le=2**53 - 1)]
     """Number of standard views that were drawn, of all transfer functions together, until one was beyond half of the
     tolerance; 1 for the rays of a sample."""
-    psnr_db: float | None
+    psnr_db: float | None = None
     """Peak signal to noise of the codes; null if nothing is lost."""
     rmse: NonNegative
     """Largest root mean square error of a picture, in premultiplied linear values from 0 to 1. Level 0 is compared with
