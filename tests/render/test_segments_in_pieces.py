@@ -10,6 +10,7 @@ from judged import validate
 from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, truth, write_segments
 
 from volprep.parts.subvolumes.cut import cut
+from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
@@ -139,6 +140,17 @@ def test_a_cut_of_pieces_with_labels_has_the_values(request, name) -> None:
     found = cut(package, (10.0, 8.0, 6.0), 9)
     box = zip(found.record.start_zyx, found.record.stop_zyx, strict=True)
     np.testing.assert_array_equal(found.texels, level_texels(package, 0)[tuple(slice(*each) for each in box)])
+
+
+@pytest.mark.parametrize("profile", ["gles3", "gles2-4096"])
+def test_a_cut_of_all_voxels_is_the_picture_of_the_whole(folder, profile) -> None:
+    package = built(folder, f"{profile}-cut", profile, {"grid": {"size": 12}}, outside_opacity=0.5)
+    found = cut(package, (10.0, 8.0, 6.0), max(SHAPE_XYZ))
+    grid = package.manifest.grid
+    camera = standard_views(grid, "orthographic")[VIEW].box_from_clip(grid, 1.0)
+    with Renderer(package, point=0, target="rgba32f", edit=inputs_of_cut(found)) as renderer:
+        picture = renderer.render(camera, (48, 48))
+    assert np.abs(picture - drawn(package)).max() < (1e-4 if profile == "gles3" else 0.01)
 
 
 def test_lit_pieces_smaller_than_a_cell_with_its_neighbours_are_refused(folder) -> None:
