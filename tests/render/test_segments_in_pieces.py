@@ -11,6 +11,7 @@ from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, truth, w
 
 from volprep.parts.subvolumes.cut import cut
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
+from volprep.pipeline.walk import walk
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
@@ -25,6 +26,19 @@ VIEW = "anterior-left"
 PIECES = {"grid": {"size": 8}}
 ONE_HIDDEN = {"style": [{"labels": [3], "visible": False}], "outside_opacity": 0.0}
 LIT = {"step_voxels": 0.25, "opacity_cutoff": 1.0, "lighting": "headlight"}
+
+WALK = """
+size = 48
+[[step]]
+view = "anterior-left"
+zoom = 2.0
+[[step]]
+tap = [0.25, 0.5, 0.75]
+cut_size = 10
+[[step]]
+show = "place"
+"""
+SHOWN = ["sub-volumes", "a box of level 0", "the place of a box in level 0"]
 
 
 @pytest.fixture(scope="module")
@@ -140,6 +154,18 @@ def test_a_cut_of_pieces_with_labels_has_the_values(request, name) -> None:
     found = cut(package, (10.0, 8.0, 6.0), 9)
     box = zip(found.record.start_zyx, found.record.stop_zyx, strict=True)
     np.testing.assert_array_equal(found.texels, level_texels(package, 0)[tuple(slice(*each) for each in box)])
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["mixed", pytest.param("lit", marks=pytest.mark.long), pytest.param("lit_in_mosaics", marks=pytest.mark.long)],
+)
+def test_a_walk_through_pieces_with_labels_is_the_truth_of_what_it_shows(request, tmp_path, name) -> None:
+    (tmp_path / "walk.toml").write_text(WALK)
+    report = walk(request.getfixturevalue(name).path, tmp_path / "walk.toml", tmp_path / "pictures", Silent())
+    assert [each.shown.split(" around")[0] for each in report.pictures] == SHOWN
+    assert max(each.maximum for each in report.pictures) < (0.004 if name == "mixed" else 0.02)
+    assert report.failed == ()
 
 
 @pytest.mark.parametrize("profile", ["gles3", "gles2-4096"])

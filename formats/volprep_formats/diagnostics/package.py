@@ -112,11 +112,6 @@ ENTRIES: dict[str, Diagnostic] = {
         "of sub-volumes draws no more as mosaics",
         "Cut a smaller box.",
     ),
-    "VP4053": Diagnostic(
-        ExitStatus.PACKAGE,
-        "{path}: a walk draws values of a scan, and this package draws segments",
-        "Walk through it on the page of volprep view, or build it without [segments].",
-    ),
     "VP4060": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: left as it is, because it is {kind} and no file",
