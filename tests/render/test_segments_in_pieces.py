@@ -1,5 +1,6 @@
 """Sub-volumes with segments: texels hold values and labels, and blocks laid over each other are the scan's picture."""
 
+from collections.abc import Iterator
 from itertools import pairwise, product
 from pathlib import Path
 
@@ -66,8 +67,8 @@ def grid_of(package: Package) -> SubvolumeGrid:
     return decode_grid(package.read_bytes(name), package.path, name)
 
 
-def laid_over(package: Package, target: str = "rgba32f", view: str = VIEW) -> np.ndarray:
-    """All blocks around every second point, drawn with parallel rays and put together from front to back."""
+def blocks(package: Package, view: str) -> Iterator[np.ndarray]:
+    """Draw all blocks around every second point with parallel rays, from front to back."""
     counts, grid = grid_of(package).counts_zyx, package.manifest.grid
     camera = standard_views(grid, "orthographic")[view].box_from_clip(grid, 1.0)
     ahead = (camera @ [0.0, 0.0, 1.0, 0.0])[:3][::-1]
@@ -75,12 +76,26 @@ def laid_over(package: Package, target: str = "rgba32f", view: str = VIEW) -> np
         product(*(range(1, count + 1, 2) for count in counts)),
         key=lambda place: sum(at if along > 0 else -at for at, along in zip(place, ahead, strict=True)),
     )
-    picture = np.zeros((48, 48, 4))
     for place in places:
         point = int(np.ravel_multi_index(place, [count + 1 for count in counts]))
-        with Renderer(package, point=point, target=target) as renderer:
-            picture += (1 - picture[..., 3:]) * renderer.render(camera, (48, 48))
+        with Renderer(package, point=point, target="rgba32f") as renderer:
+            yield renderer.render(camera, (48, 48))
+
+
+def laid_over(package: Package, view: str = VIEW) -> np.ndarray:
+    """Return the picture of all blocks."""
+    picture = np.zeros((48, 48, 4))
+    for block in blocks(package, view):
+        picture += (1 - picture[..., 3:]) * block
     return picture
+
+
+def of_one_value(folder: Path, name: str, profile: str, compositing: str) -> Package:
+    """Build pieces of which a ray shows one value. A greater value is more opaque, whatever visible label it has."""
+    functions = [{"name": "veil", "points": [SOFT, INSIDE[-1]]}, {"name": "inside", "points": INSIDE}]
+    transfer = [each | {"isovalue": 150.0} for each in functions] if compositing == "first-hit" else functions
+    render = {"step_voxels": 0.25, "picture_size": 48, "compositing": compositing}
+    return built(folder, name, profile, PIECES | {"render": render, "transfer": transfer}, **ONE_HIDDEN)
 
 
 @pytest.mark.long(keep=2)
@@ -129,6 +144,38 @@ def test_lit_blocks_are_the_picture_of_the_whole_up_to_rounding(request, name) -
         assert np.abs(laid_over(package, view=view) - drawn(package, view)).max() < 1e-4
 
 
+@pytest.mark.parametrize("profile", ["gles3", pytest.param("gles2-4096", marks=pytest.mark.long)])
+def test_the_greatest_values_of_blocks_are_the_maximum_of_the_whole(folder, profile) -> None:
+    package = of_one_value(folder, f"{profile}-maximum", profile, "maximum")
+    assert check(package.path) == []
+    # Of values that differ by less than 1/512 of the range the first counts: an opacity of 0.0003.
+    picture = np.zeros((48, 48, 4))
+    for block in blocks(package, "anterior"):
+        picture = np.where(block[..., 3:] > picture[..., 3:] + 0.0003, block, picture)
+    assert np.abs(picture - drawn(package, "anterior")).max() < (1e-6 if profile == "gles3" else 0.0003)
+
+
+@pytest.mark.parametrize("profile", ["gles3", pytest.param("gles2-4096", marks=pytest.mark.long)])
+def test_the_first_hit_of_blocks_is_that_of_the_whole(folder, profile) -> None:
+    package = of_one_value(folder, f"{profile}-first-hit", profile, "first-hit")
+    assert check(package.path) == []
+    # The first block with a hit counts.
+    picture = np.zeros((48, 48, 4))
+    for block in blocks(package, VIEW):
+        picture = np.where(picture[..., 3:] > 0.0, picture, block)
+    assert np.abs(picture - drawn(package)).max() < 2e-6
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("compositing", ["maximum", "first-hit"])
+def test_pieces_of_one_value_are_validated(folder, compositing) -> None:
+    package = of_one_value(folder, f"validated-{compositing}", "gles3", compositing)
+    report = validate(package.path, folder / f"report-{compositing}", Silent(), witness=False)
+    assert report.verdict.passed
+    items = [other.item for program in report.programs for other in program.others]
+    assert any(item.startswith("pieces around points 1") for item in items)
+
+
 @pytest.mark.parametrize(("name", "more"), [("mixed", 0), ("lit", 1)])
 def test_pieces_hold_the_labels_of_level_0(request, name, more) -> None:
     package = request.getfixturevalue(name)
@@ -168,6 +215,12 @@ def test_a_walk_through_pieces_with_labels_is_the_truth_of_what_it_shows(request
     assert report.failed == ()
 
 
+def test_a_walk_does_not_change_the_functions_of_segments(mixed, tmp_path) -> None:
+    (tmp_path / "walk.toml").write_text("size = 48\n[[step]]\nminimum = 20.0\n")
+    with pytest.raises(VolprepError, match="VP4053"):
+        walk(mixed.path, tmp_path / "walk.toml", tmp_path / "pictures", Silent())
+
+
 @pytest.mark.parametrize("profile", ["gles3", "gles2-4096"])
 def test_a_cut_of_all_voxels_is_the_picture_of_the_whole(folder, profile) -> None:
     package = built(folder, f"{profile}-cut", profile, {"grid": {"size": 12}}, outside_opacity=0.5)
@@ -203,16 +256,9 @@ def test_a_profile_of_eight_units_and_16_bits_are_refused_with_the_reason(folder
             built(folder, "bad", profile, PIECES | more, border="mixed")
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"grid": {"size": 8, "layout": "both"}},
-        PIECES | {"render": {"compositing": "maximum"}},
-    ],
-)
-def test_what_pieces_with_labels_cannot_do_is_refused(folder, change) -> None:
+def test_what_pieces_with_labels_cannot_do_is_refused(folder) -> None:
     with pytest.raises(VolprepError, match="VP3220"):
-        built(folder, "bad", change=change, border="mixed")
+        built(folder, "bad", change={"grid": {"size": 8, "layout": "both"}}, border="mixed")
 
 
 def test_styles_that_would_take_too_many_units_are_classified_by_control_points(folder) -> None:

@@ -208,14 +208,17 @@ def _shot(  # noqa: PLR0917 - a picture, its truth, and its description
 
 
 def _edited(scene: WalkScene, values: ShownValues, inputs: Inputs) -> tuple[Edit | None, dict[str, TransferFunction]]:
-    """Return what an app does to show only some values, and the transfer functions that are drawn then, by name."""
+    """Return what an app does to show only some values, and the transfer functions that are drawn then, by name.
+
+    Raises VP4053 for some values of a scan with segments.
+    """
     package, transfer, level = scene.package, scene.program.transfer, inputs.level.index
     segments = package.manifest.segments
     if values.is_plain:
         names = (transfer,) if segments is None else segments.transfers
         return None, {name: _drawn_function(package, inputs, name) for name in names}
     if segments is not None:
-        raise VolprepError("VP5023", path=package.path)
+        raise VolprepError("VP4053", path=package.path)
     function = next(each for each in package.manifest.transfer_functions if each.name == transfer)
     wanted = values.of(function)
     texels = edited_inputs(package, inputs, wanted).texels

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.subvolumes.cut import Cut
 from volprep.truth.decoded import Volume, level_volume, light_of_program
-from volprep.truth.labelled_decoded import held_looks, labelled_as, picture_of_labels
+from volprep.truth.labelled_decoded import held_looks, joined, labelled_as, parted, picture_of_labels
 from volprep.truth.oracle import Medium, OraclePicture
 from volprep.truth.part import Draw
 from volprep_formats.arrays import Float64Array
@@ -37,13 +36,8 @@ class Shown:
 
     @property
     def voxels(self) -> NDArray[np.generic]:
-        """The stored values [z, y, x], with segments also the labels: fields `stored` and `label`."""
-        stored, labels = self.volume.stored, self.labels
-        if labels is None:
-            return stored
-        both = np.empty(stored.shape, [("stored", stored.dtype), ("label", labels.dtype)])
-        both["stored"], both["label"] = stored, labels
-        return both
+        """The stored values [z, y, x], with segments joined with the labels."""
+        return self.volume.stored if self.labels is None else joined(self.volume.stored, self.labels)
 
     def drawn_with(self, functions: Mapping[str, TransferFunction]) -> Draw:
         """Return what draws such voxels with the transfer functions of these names."""
@@ -66,8 +60,7 @@ class Shown:
         def with_labels(
             voxels: NDArray[np.generic], grid: Grid, matrix: Float64Array, shape_hw: tuple[int, int]
         ) -> OraclePicture:
-            fields = cast("NDArray[np.void]", voxels)
-            stored, labels = (np.ascontiguousarray(fields[name]) for name in ("stored", "label"))
+            stored, labels = parted(voxels)
             part = replace(volume, stored=stored, grid=grid)
             labelled = labelled_as(labels, styles, looks, segments.border)
             return picture_of_labels(part, labelled, compositing, window, matrix, shape_hw)

@@ -1,6 +1,7 @@
 """The picture of labels and looks, as a package holds them or should, with any compositing that draws segments."""
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,19 @@ from volprep_formats.textures import ktx2
 
 Look = tuple[float, float, float, float]
 """Linear tint, and opacity factor."""
+
+
+def joined(stored: NDArray[np.generic], labels: NDArray[np.uint16]) -> NDArray[np.void]:
+    """Return voxels [z, y, x] with the fields `stored` and `label`."""
+    voxels: NDArray[np.void] = np.empty(stored.shape, [("stored", stored.dtype), ("label", labels.dtype)])
+    voxels["stored"], voxels["label"] = stored, labels
+    return voxels
+
+
+def parted(voxels: NDArray[np.generic]) -> tuple[NDArray[np.generic], NDArray[np.uint16]]:
+    """Return stored values and labels of joined voxels."""
+    fields = cast("NDArray[np.void]", voxels)
+    return np.ascontiguousarray(fields["stored"]), np.ascontiguousarray(fields["label"])
 
 
 def held_looks(package: Package) -> Sequence[Look]:

@@ -2,17 +2,19 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.box import frequent_level
 from volprep.truth.decoded import Volume
-from volprep.truth.labelled_decoded import Look, held_looks, labelled_as, picture_of_labels
+from volprep.truth.labelled import Labelled
+from volprep.truth.labelled_decoded import Look, held_looks, joined, labelled_as, parted, picture_of_labels
 from volprep.truth.labelled_light import light_of_labels
 from volprep.truth.oracle import OraclePicture
 from volprep.validation.kept_styles import kept_styles
-from volprep.validation.same_field import part_of
+from volprep.validation.same_field import Part, part_of
 from volprep.validation.seen_records import KeptStyle
 from volprep.validation.subject import Subject
 from volprep_formats.arrays import Float64Array
@@ -125,6 +127,19 @@ class LabelledSubject(Subject):
             self._held[level] = held_labels(textures, level, self.package.read_bytes)
         return self._held[level]
 
+    def voxels(self, part: Part) -> NDArray[np.generic]:
+        """Return voxels of the scan joined with their labels."""
+        return joined(self.scan.stored[part], self._labels[part])
+
+    def through(
+        self, volume: Volume, transfer: str, box_from_clip: Float64Array, shape_hw: tuple[int, int]
+    ) -> OraclePicture:
+        """Draw a volume of joined voxels through any camera in its box."""
+        stored, labels = parted(volume.stored)
+        functions = {name: self.function(name) for name in self._styles(transfer)}
+        labelled = self._labelled(labels, looks(self._derived), functions)
+        return self._pictured_with(replace(volume, stored=stored), labelled, box_from_clip, shape_hw)
+
     def _with(
         self,
         volume: Volume,
@@ -133,14 +148,22 @@ class LabelledSubject(Subject):
         functions: dict[str, TransferFunction],
         view: str,
     ) -> OraclePicture:
+        labelled = self._labelled(labels, shown, functions)
+        return self._pictured_with(volume, labelled, *self._rays(self.cameras[view], volume.grid))
+
+    def _labelled(
+        self, labels: NDArray[np.uint16], shown: Sequence[Look], functions: dict[str, TransferFunction]
+    ) -> Labelled:
         styles = [functions[label.transfer] for label in self._derived.labels]
         if len(shown) < len(styles) or int(labels.max()) >= len(styles):
             problem = f"it has looks of {len(shown)} labels, and labels up to {int(labels.max())}"
             raise VolprepError("VP4011", path=self.package.path, problem=problem)
-        labelled = labelled_as(labels, styles, shown, self._derived.border)
+        return labelled_as(labels, styles, shown, self._derived.border)
+
+    def _pictured_with(
+        self, volume: Volume, labelled: Labelled, box_from_clip: Float64Array, shape_hw: tuple[int, int]
+    ) -> OraclePicture:
         quantization = self.package.manifest.quantization
         if quantization is None:
             raise VolprepError("VP4011", path=self.package.path, problem="a sealed package without a quantization")
-        return picture_of_labels(
-            volume, labelled, self.compositing, quantization.window, *self._rays(self.cameras[view], volume.grid)
-        )
+        return picture_of_labels(volume, labelled, self.compositing, quantization.window, box_from_clip, shape_hw)

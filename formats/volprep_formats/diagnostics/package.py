@@ -112,6 +112,12 @@ ENTRIES: dict[str, Diagnostic] = {
         "of sub-volumes draws no more as mosaics",
         "Cut a smaller box.",
     ),
+    "VP4053": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: alpha, minimum and maximum of a walk change one transfer function, and the segments of this package "
+        "have one for each style",
+        "Leave them out of the walk, or build the package without [segments] and with editable = true.",
+    ),
     "VP4060": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: left as it is, because it is {kind} and no file",

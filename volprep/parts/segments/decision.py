@@ -88,9 +88,8 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     yield f"textures.compression {scene.textures.compression}", scene.textures.compression != "none"
     yield "textures.mipmaps", scene.textures.mipmaps
     if scene.grid is not None:
-        # The file of the whole level has no labels, and blocks of one value are not laid over each other.
+        # The file of the whole level has no labels.
         yield f"grid.layout {scene.grid.layout}", scene.grid.layout != "files"
-        yield f"[grid] with compositing {render.compositing}", render.compositing in OF_ONE_VALUE
     yield "[proxy]", scene.proxy is not None
     yield "[normals]", scene.normals is not None
     yield "[together]", scene.together is not None
