@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from one_after_another import OneAfterAnother
 
-from volprep.parts.levels import appearance, choose_level, rays, stage
+from volprep.parts.levels import appearance, choose_level, level_steps, rays, stage
 from volprep.parts.levels.refined import RefineBudget
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.pipeline.stages import STAGES
@@ -87,6 +87,7 @@ def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile)
     monkeypatch.setattr(rays, "MOST_SAMPLES", 100_000)
     monkeypatch.setattr(stage, "AUTO", RefineBudget(fine=150_000, coarse=750_000))
     monkeypatch.setattr(appearance, "_LONGEST_AXIS", 16)
+    monkeypatch.setattr(level_steps, "_MOST_VOXELS_OF_SIDE", 16)
     # A level is measured while the next one is made: which of their peaks meet is a matter of time. Neither may grow.
     monkeypatch.setattr(stage, "ThreadPoolExecutor", OneAfterAnother)
     # The samples for the plan grow with the depth: 20 kB a slice, however large it is.

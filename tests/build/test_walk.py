@@ -138,6 +138,12 @@ def test_values_of_a_package_that_cannot_be_edited_are_refused(tmp_path) -> None
 
 
 @pytest.mark.long
+def test_a_walk_through_lit_pieces_is_judged_with_their_light(tmp_path) -> None:
+    report = walked(built(tmp_path, 'lighting = "headlight"'), tmp_path)
+    assert report.failed == ()
+
+
+@pytest.mark.long
 def test_a_walk_in_perspective_is_judged_as_well(tmp_path) -> None:
     report = walked(built(tmp_path, 'projection = "perspective"'), tmp_path)
     assert max(picture.rmse for picture in report.pictures) < 0.004

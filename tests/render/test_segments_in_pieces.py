@@ -1,5 +1,6 @@
 """Sub-volumes with segments: texels hold values and labels, and blocks laid over each other are the scan's picture."""
 
+from collections.abc import Iterator
 from itertools import pairwise, product
 from pathlib import Path
 
@@ -10,6 +11,8 @@ from judged import validate
 from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, truth, write_segments
 
 from volprep.parts.subvolumes.cut import cut
+from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
+from volprep.pipeline.walk import walk
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
@@ -24,6 +27,19 @@ VIEW = "anterior-left"
 PIECES = {"grid": {"size": 8}}
 ONE_HIDDEN = {"style": [{"labels": [3], "visible": False}], "outside_opacity": 0.0}
 LIT = {"step_voxels": 0.25, "opacity_cutoff": 1.0, "lighting": "headlight"}
+
+WALK = """
+size = 48
+[[step]]
+view = "anterior-left"
+zoom = 2.0
+[[step]]
+tap = [0.25, 0.5, 0.75]
+cut_size = 10
+[[step]]
+show = "place"
+"""
+SHOWN = ["sub-volumes", "a box of level 0", "the place of a box in level 0"]
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +67,8 @@ def grid_of(package: Package) -> SubvolumeGrid:
     return decode_grid(package.read_bytes(name), package.path, name)
 
 
-def laid_over(package: Package, target: str = "rgba32f", view: str = VIEW) -> np.ndarray:
-    """All blocks around every second point, drawn with parallel rays and put together from front to back."""
+def blocks(package: Package, view: str) -> Iterator[np.ndarray]:
+    """Draw all blocks around every second point with parallel rays, from front to back."""
     counts, grid = grid_of(package).counts_zyx, package.manifest.grid
     camera = standard_views(grid, "orthographic")[view].box_from_clip(grid, 1.0)
     ahead = (camera @ [0.0, 0.0, 1.0, 0.0])[:3][::-1]
@@ -60,12 +76,26 @@ def laid_over(package: Package, target: str = "rgba32f", view: str = VIEW) -> np
         product(*(range(1, count + 1, 2) for count in counts)),
         key=lambda place: sum(at if along > 0 else -at for at, along in zip(place, ahead, strict=True)),
     )
-    picture = np.zeros((48, 48, 4))
     for place in places:
         point = int(np.ravel_multi_index(place, [count + 1 for count in counts]))
-        with Renderer(package, point=point, target=target) as renderer:
-            picture += (1 - picture[..., 3:]) * renderer.render(camera, (48, 48))
+        with Renderer(package, point=point, target="rgba32f") as renderer:
+            yield renderer.render(camera, (48, 48))
+
+
+def laid_over(package: Package, view: str = VIEW) -> np.ndarray:
+    """Return the picture of all blocks."""
+    picture = np.zeros((48, 48, 4))
+    for block in blocks(package, view):
+        picture += (1 - picture[..., 3:]) * block
     return picture
+
+
+def of_one_value(folder: Path, name: str, profile: str, compositing: str) -> Package:
+    """Build pieces of which a ray shows one value. A greater value is more opaque, whatever visible label it has."""
+    functions = [{"name": "veil", "points": [SOFT, INSIDE[-1]]}, {"name": "inside", "points": INSIDE}]
+    transfer = [each | {"isovalue": 150.0} for each in functions] if compositing == "first-hit" else functions
+    render = {"step_voxels": 0.25, "picture_size": 48, "compositing": compositing}
+    return built(folder, name, profile, PIECES | {"render": render, "transfer": transfer}, **ONE_HIDDEN)
 
 
 @pytest.mark.long(keep=2)
@@ -114,6 +144,38 @@ def test_lit_blocks_are_the_picture_of_the_whole_up_to_rounding(request, name) -
         assert np.abs(laid_over(package, view=view) - drawn(package, view)).max() < 1e-4
 
 
+@pytest.mark.parametrize("profile", ["gles3", pytest.param("gles2-4096", marks=pytest.mark.long)])
+def test_the_greatest_values_of_blocks_are_the_maximum_of_the_whole(folder, profile) -> None:
+    package = of_one_value(folder, f"{profile}-maximum", profile, "maximum")
+    assert check(package.path) == []
+    # Of values that differ by less than 1/512 of the range the first counts: an opacity of 0.0003.
+    picture = np.zeros((48, 48, 4))
+    for block in blocks(package, "anterior"):
+        picture = np.where(block[..., 3:] > picture[..., 3:] + 0.0003, block, picture)
+    assert np.abs(picture - drawn(package, "anterior")).max() < (1e-6 if profile == "gles3" else 0.0003)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("profile", ["gles3", "gles2-4096"])
+def test_the_first_hit_of_blocks_is_that_of_the_whole(folder, profile) -> None:
+    package = of_one_value(folder, f"{profile}-first-hit", profile, "first-hit")
+    assert check(package.path) == []
+    # The first block with a hit counts.
+    picture = np.zeros((48, 48, 4))
+    for block in blocks(package, VIEW):
+        picture = np.where(picture[..., 3:] > 0.0, picture, block)
+    assert np.abs(picture - drawn(package)).max() < 2e-6
+
+
+@pytest.mark.long
+def test_pieces_of_one_value_are_validated(folder) -> None:
+    package = of_one_value(folder, "validated", "gles3", "first-hit")
+    report = validate(package.path, folder / "report-first-hit", Silent(), witness=False)
+    assert report.verdict.passed
+    items = [other.item for program in report.programs for other in program.others]
+    assert any(item.startswith("pieces around points 1") for item in items)
+
+
 @pytest.mark.parametrize(("name", "more"), [("mixed", 0), ("lit", 1)])
 def test_pieces_hold_the_labels_of_level_0(request, name, more) -> None:
     package = request.getfixturevalue(name)
@@ -141,6 +203,35 @@ def test_a_cut_of_pieces_with_labels_has_the_values(request, name) -> None:
     np.testing.assert_array_equal(found.texels, level_texels(package, 0)[tuple(slice(*each) for each in box)])
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["mixed", pytest.param("lit", marks=pytest.mark.long), pytest.param("lit_in_mosaics", marks=pytest.mark.long)],
+)
+def test_a_walk_through_pieces_with_labels_is_the_truth_of_what_it_shows(request, tmp_path, name) -> None:
+    (tmp_path / "walk.toml").write_text(WALK)
+    report = walk(request.getfixturevalue(name).path, tmp_path / "walk.toml", tmp_path / "pictures", Silent())
+    assert [each.shown.split(" around")[0] for each in report.pictures] == SHOWN
+    assert max(each.maximum for each in report.pictures) < (0.004 if name == "mixed" else 0.02)
+    assert report.failed == ()
+
+
+def test_a_walk_does_not_change_the_functions_of_segments(mixed, tmp_path) -> None:
+    (tmp_path / "walk.toml").write_text("size = 48\n[[step]]\nminimum = 20.0\n")
+    with pytest.raises(VolprepError, match="VP4053"):
+        walk(mixed.path, tmp_path / "walk.toml", tmp_path / "pictures", Silent())
+
+
+@pytest.mark.parametrize("profile", ["gles3", pytest.param("gles2-4096", marks=pytest.mark.long)])
+def test_a_cut_of_all_voxels_is_the_picture_of_the_whole(folder, profile) -> None:
+    package = built(folder, f"{profile}-cut", profile, {"grid": {"size": 12}}, outside_opacity=0.5)
+    found = cut(package, (10.0, 8.0, 6.0), max(SHAPE_XYZ))
+    grid = package.manifest.grid
+    camera = standard_views(grid, "orthographic")[VIEW].box_from_clip(grid, 1.0)
+    with Renderer(package, point=0, target="rgba32f", edit=inputs_of_cut(found)) as renderer:
+        picture = renderer.render(camera, (48, 48))
+    assert np.abs(picture - drawn(package)).max() < (1e-4 if profile == "gles3" else 0.01)
+
+
 def test_lit_pieces_smaller_than_a_cell_with_its_neighbours_are_refused(folder) -> None:
     with pytest.raises(VolprepError, match=r"VP3030.*needs 4 voxels"):
         built(folder, "bad", change={"grid": {"size": 3}, "render": LIT}, border="mixed")
@@ -158,23 +249,16 @@ def test_a_piece_of_one_value_and_one_label_is_not_stored(folder, tmp_path) -> N
 
 def test_a_profile_of_eight_units_and_16_bits_are_refused_with_the_reason(folder) -> None:
     for profile, more, reason in (
-        ("gles2-2048", {}, "8 pieces with looks and their table take 11 texture units of 8"),
+        ("gles2-2048", {}, "8 pieces with looks and their table take 11 texture units of 8: choose a profile"),
         ("gles3", {"quantize": {"bits": 16}}, "set quantize.bits = 8"),
     ):
         with pytest.raises(VolprepError, match=f"VP3030.*{reason}"):
             built(folder, "bad", profile, PIECES | more, border="mixed")
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"grid": {"size": 8, "layout": "both"}},
-        PIECES | {"render": {"compositing": "maximum"}},
-    ],
-)
-def test_what_pieces_with_labels_cannot_do_is_refused(folder, change) -> None:
-    with pytest.raises(VolprepError, match="VP3220"):
-        built(folder, "bad", change=change, border="mixed")
+def test_what_pieces_with_labels_cannot_do_is_refused(folder) -> None:
+    with pytest.raises(VolprepError, match=r'VP3220.*grid.layout both; set grid.layout = "files"'):
+        built(folder, "bad", change={"grid": {"size": 8, "layout": "both"}}, border="mixed")
 
 
 def test_styles_that_would_take_too_many_units_are_classified_by_control_points(folder) -> None:

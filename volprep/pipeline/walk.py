@@ -101,8 +101,8 @@ def walk(package_path: Path, walk_path: Path, folder: Path, progress: Progress, 
     """Draw a walk: walk-001.png, ... and walk.json in `folder`.
 
     Raises the errors of `load_walk` and `Package.open`, VP4050 for a package without sub-volumes, VP5018 for one that
-    cannot draw them, VP5023 where values are chosen that a package cannot edit, VP3181 and VP5022 for a step that
-    cannot be made, VP1251 where a file exists and `force` is not given, VP4020 where nothing can be written.
+    cannot draw them, VP5023 or VP4053 where values are chosen that a package cannot edit, VP3181 and VP5022 for a step
+    that cannot be made, VP1251 where a file exists and `force` is not given, VP4020 where nothing can be written.
     """
     wanted = load_walk(walk_path)
     scene = walk_scene(Package.open(package_path), wanted.transfer, wanted.size)

@@ -8,23 +8,22 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from volprep.compositing import COMPOSITINGS
 from volprep.parts.editing.inputs import edit_with, edited_inputs
 from volprep.parts.subvolumes.cut import Cut, cut_box
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
 from volprep.parts.subvolumes.walk import Ground, Walker, drawn_level
+from volprep.pipeline.walk_truth import shown_of_cut, shown_of_level
 from volprep.render.block_inputs import block_inputs
 from volprep.render.box_lines import box_lines, mark_lines
 from volprep.render.choose import ray_caster_of
 from volprep.render.inputs import Edit, Inputs, level_inputs
 from volprep.render.renderer import Renderer
 from volprep.scene.walk import ShownValues
-from volprep.truth.decoded import Volume, level_volume, table_function
-from volprep.truth.oracle import Medium, OraclePicture
-from volprep.truth.part import Draw, picture_of_part
-from volprep_formats.arrays import Float32Array, Float64Array
+from volprep.truth.decoded import table_function
+from volprep.truth.oracle import OraclePicture
+from volprep.truth.part import picture_of_part
+from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import RenderSettings
@@ -84,15 +83,14 @@ class WalkShot:
 def walk_scene(package: Package, transfer: str | None, pixels: int) -> WalkScene:
     """Return the volume that a walk leads through.
 
-    Raises VP4050 and VP5018 for a package that has no such walk, VP4053 for one that draws segments.
+    Raises VP4050 and VP5018 for a package that has no such walk.
     """
     manifest = package.manifest
     files, level_grid, render = manifest.subvolumes, manifest.grid, manifest.render
     if files is None or level_grid is None or render is None:
         raise VolprepError("VP4050", path=package.path)
-    if manifest.segments is not None:
-        raise VolprepError("VP4053", path=package.path)
-    program = block_inputs(package, 0, transfer or manifest.transfer_functions[0].name).program
+    first = manifest.transfer_functions[0] if manifest.segments is None else manifest.segments
+    program = block_inputs(package, 0, transfer or first.name).program
     ground = Ground(
         grid=decode_grid(package.read_bytes(files.grid), package.path, files.grid),
         level_grid=level_grid,
@@ -124,12 +122,13 @@ def block_shot(scene: WalkScene, walker: Walker, values: ShownValues) -> WalkSho
     camera = walker.camera(walker.looks_at, ground.diagonal_mm / walker.zoom)
     sides = sides_of(ground.grid, point)
     z, y, x = (slice(*ends) for ends in zip(*voxels_of(sides), strict=True))
-    volume = cut_box(scene.package, (z, y, x)).volume
+    shown = shown_of_cut(scene.package, scene.program, cut_box(scene.package, (z, y, x)))
+    volume = shown.volume
     inputs = block_inputs(scene.package, point, scene.program.transfer)
-    edit, function = _edited(scene, values, inputs)
+    edit, functions = _edited(scene, values, inputs)
     truth = picture_of_part(
-        _draw(scene, function, volume),
-        volume.stored,
+        shown.drawn_with(functions),
+        shown.voxels,
         volume.grid,
         camera.box_from_clip(volume.grid, 1.0),
         scene.shape_hw,
@@ -147,10 +146,10 @@ def cut_shot(scene: WalkScene, walker: Walker, values: ShownValues, found: Cut) 
     middle = tuple((a + b - 1) / 2 for a, b in zip(record.start_zyx[::-1], record.stop_zyx[::-1], strict=True))
     field_mm = float(np.linalg.norm(record.grid.extent_mm_zyx))
     camera = walker.camera((middle[0], middle[1], middle[2]), field_mm)
-    edit, function = _edited(scene, values, block_inputs(scene.package, 0, scene.program.transfer))
-    truth = _draw(scene, function, found.volume)(
-        found.volume.stored, record.grid, camera.box_from_clip(record.grid, 1.0), scene.shape_hw
-    )
+    edit, functions = _edited(scene, values, block_inputs(scene.package, 0, scene.program.transfer))
+    shown = shown_of_cut(scene.package, scene.program, found)
+    matrix = camera.box_from_clip(record.grid, 1.0)
+    truth = shown.drawn_with(functions)(shown.voxels, record.grid, matrix, scene.shape_hw)
     both = _one_after_the_other(inputs_of_cut(found), edit)
     with Renderer(scene.package, point=0, transfer=scene.program.transfer, edit=both) as renderer:
         drawn = renderer.render(camera.box_from_clip(_box(scene), 1.0), scene.shape_hw)
@@ -163,11 +162,10 @@ def _whole(  # noqa: PLR0917 - subject, source, view and size
     package, transfer = scene.package, scene.program.transfer
     pixel_mm = scene.ground.pixel_mm(zoom)
     camera = walker.camera(scene.ground.middle, scene.ground.diagonal_mm / zoom)
-    volume = level_volume(package, level)
-    edit, function = _edited(scene, values, level_inputs(package, level, transfer))
-    truth = _draw(scene, function, volume)(
-        volume.stored, volume.grid, camera.box_from_clip(volume.grid, 1.0), scene.shape_hw
-    )
+    shown = shown_of_level(package, scene.program, level)
+    grid = shown.volume.grid
+    edit, functions = _edited(scene, values, level_inputs(package, level, transfer))
+    truth = shown.drawn_with(functions)(shown.voxels, grid, camera.box_from_clip(grid, 1.0), scene.shape_hw)
     with _renderer(package, level, transfer, edit) as renderer:
         matrix = camera.box_from_clip(_box(scene), 1.0)
         drawn = renderer.render(matrix, scene.shape_hw)
@@ -209,25 +207,29 @@ def _shot(  # noqa: PLR0917 - a picture, its truth, and its description
     )
 
 
-def _edited(scene: WalkScene, values: ShownValues, inputs: Inputs) -> tuple[Edit | None, TransferFunction]:
-    """Return what an app does to show only some values, and the transfer function that is drawn then."""
+def _edited(scene: WalkScene, values: ShownValues, inputs: Inputs) -> tuple[Edit | None, dict[str, TransferFunction]]:
+    """Return what an app does to show only some values, and the transfer functions that are drawn then, by name.
+
+    Raises VP4053 for some values of a scan with segments.
+    """
     package, transfer, level = scene.package, scene.program.transfer, inputs.level.index
+    segments = package.manifest.segments
     if values.is_plain:
-        return None, table_function(package, transfer, level)
+        names = (transfer,) if segments is None else segments.transfers
+        return None, {name: _drawn_function(package, inputs, name) for name in names}
+    if segments is not None:
+        raise VolprepError("VP4053", path=package.path)
     function = next(each for each in package.manifest.transfer_functions if each.name == transfer)
     wanted = values.of(function)
     texels = edited_inputs(package, inputs, wanted).texels
-    return edit_with(wanted), table_function(package, transfer, level, texels)
+    return edit_with(wanted), {transfer: table_function(package, transfer, level, texels)}
 
 
-def _draw(scene: WalkScene, function: TransferFunction, volume: Volume) -> Draw:
-    oracle = COMPOSITINGS[scene.program.compositing].oracle
-
-    def draw(stored: NDArray[np.generic], grid: Grid, matrix: Float64Array, shape_hw: tuple[int, int]) -> OraclePicture:
-        media = [Medium(stored, volume.slope, volume.intercept, function)]
-        return oracle(media, grid, matrix, shape_hw, nearest=volume.nearest, normals=volume.normals)
-
-    return draw
+def _drawn_function(package: Package, inputs: Inputs, name: str) -> TransferFunction:
+    """Return the transfer function as the program reads it, from its table or from the control points."""
+    if inputs.program.classification == "control-points":
+        return next(each for each in package.manifest.transfer_functions if each.name == name)
+    return table_function(package, name, inputs.level.index)
 
 
 def _one_after_the_other(first: Edit, then: Edit | None) -> Edit:

@@ -13,7 +13,6 @@ the oracle draws its texels and the same box of the scan, in nine views.
 from collections.abc import Collection, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.parts.editing.renderer import edited_renderer
@@ -152,11 +151,11 @@ def random_cut(subject: Subject) -> Cut:
 
 
 def part_of_scan(subject: Subject, grid: Grid) -> Volume:
-    """Return the same voxels of the scan, which may have a border that the package lost."""
+    """Return the same voxels of the scan, which may have a border that the package lost; with segments, joined ones."""
     scan = subject.scan
     start_xyz = (np.linalg.inv(scan.grid.world_from_index) @ [*grid.origin_mm_xyz, 1.0])[:3]
-    box = tuple(slice(round(start), round(start) + n) for start, n in zip(start_xyz[::-1], grid.shape_zyx, strict=True))
-    stored: NDArray[np.generic] = np.ascontiguousarray(scan.stored[box])
+    z, y, x = (slice(round(start), round(start) + n) for start, n in zip(start_xyz[::-1], grid.shape_zyx, strict=True))
+    stored = np.ascontiguousarray(subject.voxels((z, y, x)))
     return Volume(stored, grid, scan.slope, scan.intercept, scan.nearest)
 
 

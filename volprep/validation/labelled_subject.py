@@ -2,32 +2,29 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.box import frequent_level
 from volprep.truth.decoded import Volume
-from volprep.truth.labelled import Labelled, labelled_picture, tinted
+from volprep.truth.labelled import Labelled
+from volprep.truth.labelled_decoded import Look, held_looks, joined, labelled_as, parted, picture_of_labels
 from volprep.truth.labelled_light import light_of_labels
-from volprep.truth.labelled_values import labelled_value_picture
 from volprep.truth.oracle import OraclePicture
 from volprep.validation.kept_styles import kept_styles
-from volprep.validation.same_field import part_of
+from volprep.validation.same_field import Part, part_of
 from volprep.validation.seen_records import KeptStyle
 from volprep.validation.subject import Subject
-from volprep_formats.arrays import Float64Array, UInt8Array
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.segments.record import Segments, looks
-from volprep_formats.package.parts.segments.texels import held_labels, looks_of_texels
+from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.textures import ktx2
-
-Look = tuple[float, float, float, float]
-"""Linear tint, and opacity factor."""
 
 
 class LabelledSubject(Subject):
@@ -81,7 +78,7 @@ class LabelledSubject(Subject):
         names = self._styles(transfer)
         own = super().has_own_table
         functions = {name: self.table(name, level) if own(name, level) else self.function(name) for name in names}
-        return self._with(self.level(level), self._held_labels(level), self._held_looks(), functions, view)
+        return self._with(self.level(level), self._held_labels(level), held_looks(self.package), functions, view)
 
     def on_volumes(self, volumes: Sequence[Volume], transfer: str, view: str) -> OraclePicture:
         """Draw box means of the scan with the most frequent label of each box."""
@@ -121,7 +118,7 @@ class LabelledSubject(Subject):
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with lookup tables as transfer functions."""
         functions = {name: self.table(name, level) for name in self._styles(transfer)}
-        return self._with(self.level(level), self._held_labels(level), self._held_looks(), functions, view)
+        return self._with(self.level(level), self._held_labels(level), held_looks(self.package), functions, view)
 
     def _held_labels(self, level: int) -> NDArray[np.uint16]:
         """Return the labels of a level as its texture holds them."""
@@ -130,13 +127,18 @@ class LabelledSubject(Subject):
             self._held[level] = held_labels(textures, level, self.package.read_bytes)
         return self._held[level]
 
-    def _held_looks(self) -> Sequence[Look]:
-        file = next(each.file for each in self.package.manifest.textures if each.role == "looks")
-        found = looks_of_texels(self._texels(file))
-        return [(red, green, blue, opacity) for red, green, blue, opacity in found.tolist()]
+    def voxels(self, part: Part) -> NDArray[np.generic]:
+        """Return voxels of the scan joined with their labels."""
+        return joined(self.scan.stored[part], self._labels[part])
 
-    def _texels(self, file: str) -> UInt8Array:
-        return np.asarray(ktx2.decode(self.package.read_bytes(file), file).data, np.uint8)
+    def through(
+        self, volume: Volume, transfer: str, box_from_clip: Float64Array, shape_hw: tuple[int, int]
+    ) -> OraclePicture:
+        """Draw a volume of joined voxels through any camera in its box."""
+        stored, labels = parted(volume.stored)
+        functions = {name: self.function(name) for name in self._styles(transfer)}
+        labelled = self._labelled(labels, looks(self._derived), functions)
+        return self._pictured_with(replace(volume, stored=stored), labelled, box_from_clip, shape_hw)
 
     def _with(
         self,
@@ -146,38 +148,22 @@ class LabelledSubject(Subject):
         functions: dict[str, TransferFunction],
         view: str,
     ) -> OraclePicture:
+        labelled = self._labelled(labels, shown, functions)
+        return self._pictured_with(volume, labelled, *self._rays(self.cameras[view], volume.grid))
+
+    def _labelled(
+        self, labels: NDArray[np.uint16], shown: Sequence[Look], functions: dict[str, TransferFunction]
+    ) -> Labelled:
         styles = [functions[label.transfer] for label in self._derived.labels]
         if len(shown) < len(styles) or int(labels.max()) >= len(styles):
             problem = f"it has looks of {len(shown)} labels, and labels up to {int(labels.max())}"
             raise VolprepError("VP4011", path=self.package.path, problem=problem)
-        pairs = zip(styles, shown, strict=False)
-        labelled = Labelled(
-            labels,
-            tuple(tinted(style, look[:3], look[3]) if look[3] > 0.0 else None for style, look in pairs),
-            self._derived.border,
-        )
-        box_from_clip, shape_hw = self._rays(self.cameras[view], volume.grid)
+        return labelled_as(labels, styles, shown, self._derived.border)
+
+    def _pictured_with(
+        self, volume: Volume, labelled: Labelled, box_from_clip: Float64Array, shape_hw: tuple[int, int]
+    ) -> OraclePicture:
         quantization = self.package.manifest.quantization
-        if self.compositing in {"maximum", "first-hit"} and quantization is not None:
-            return labelled_value_picture(
-                "maximum" if self.compositing == "maximum" else "first-hit",
-                volume.stored,
-                volume.grid,
-                volume.slope,
-                volume.intercept,
-                quantization.window,
-                labelled,
-                box_from_clip,
-                shape_hw,
-                normals=volume.normals,
-            )
-        return labelled_picture(
-            volume.stored,
-            volume.grid,
-            volume.slope,
-            volume.intercept,
-            labelled,
-            box_from_clip,
-            shape_hw,
-            normals=volume.normals,
-        )
+        if quantization is None:
+            raise VolprepError("VP4011", path=self.package.path, problem="a sealed package without a quantization")
+        return picture_of_labels(volume, labelled, self.compositing, quantization.window, box_from_clip, shape_hw)

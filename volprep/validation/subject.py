@@ -18,6 +18,7 @@ from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
 from volprep.truth.seen import seen_error
 from volprep.validation.records import ErrorNumbers
 from volprep.validation.same_field import (
+    Part,
     camera_of_every,
     camera_of_pixels,
     changed_voxels,
@@ -296,6 +297,10 @@ class Subject:
 
     def _draw(self, media: Sequence[tuple[Volume, TransferFunction]], view: str) -> OraclePicture:
         return self._seen(media, self.cameras[view])
+
+    def voxels(self, part: Part) -> NDArray[np.generic]:
+        """Return voxels of the scan as `through` draws them."""
+        return self.scan.stored[part]
 
     def through(
         self, volume: Volume, transfer: str, box_from_clip: Float64Array, shape_hw: tuple[int, int]

@@ -114,8 +114,9 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP4053": Diagnostic(
         ExitStatus.PACKAGE,
-        "{path}: a walk draws values of a scan, and this package draws segments",
-        "Walk through it on the page of volprep view, or build it without [segments].",
+        "{path}: alpha, minimum and maximum of a walk change one transfer function, and the segments of this package "
+        "have one for each style",
+        "Leave them out of the walk, or build the package without [segments] and with editable = true.",
     ),
     "VP4060": Diagnostic(
         ExitStatus.OUTPUT,

@@ -80,10 +80,8 @@ SOURCE_ENTRIES: dict[str, Diagnostic] = {
 SCENE_ENTRIES: dict[str, Diagnostic] = {
     "VP3220": Diagnostic(
         ExitStatus.SCENE,
-        "{path}: a scan with its segments is not drawn with {what}",
-        "Leave one of the two out of the scene. Segments are drawn with compositing emission-absorption, "
-        "back-to-front, maximum or first-hit, from 3D textures, mosaics or bricks. Sub-volumes have files of pieces, "
-        "no maximum and no first hit. For these two, functions must have the same isovalue and reference_mm.",
+        "{path}: a scan with its segments is not drawn with {what}; {instead}",
+        "Change this setting, or leave [segments] out of the scene.",
     ),
     "VP3222": Diagnostic(
         ExitStatus.SCENE,

@@ -53,7 +53,7 @@ def with_segments(scene: Scene, channels: int) -> Scene:
     if scene.segments is None:
         return scene
     if channels > 1:
-        raise VolprepError("VP3220", path=scene.name, what="several channels")
+        raise VolprepError("VP3220", path=scene.name, what="several channels", instead="name a source of one")
     update: dict[str, object] = {}
     if scene.pyramid.filter == "auto":
         update["pyramid"] = scene.pyramid.model_copy(update={"filter": "box"})
@@ -69,34 +69,39 @@ def require_possible(scene: Scene, profile: DeviceProfile) -> None:
     """Raise VP3220 for what segments do not go with."""
     if scene.segments is None:
         return
-    for what, wanted in _obstacles(scene, profile):
+    for what, wanted, instead in _obstacles(scene, profile):
         if wanted:
-            raise VolprepError("VP3220", path=scene.name, what=what)
+            raise VolprepError("VP3220", path=scene.name, what=what, instead=instead)
 
 
-def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool]]:
+def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool, str]]:
+    """Return what segments do not go with, whether the scene wants it, and what it can have instead."""
     render = scene.render
     has_format = all(first_of(formats, profile) for formats in LABEL_FORMATS.values())
-    yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format
-    yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None
-    yield f"compositing {render.compositing}", render.compositing not in COMPOSITED
-    yield f"classification {render.classification}", render.classification not in _CLASSIFICATIONS
+    formats = "choose a profile with R8 and RG8, or LUMINANCE8 and LUMINANCE_ALPHA8, as gles3 and gles2-4096"
+    yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format, formats
+    rays = 'set render.technique = "ray-casting"'
+    yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None, rays
+    composited = f"set render.compositing to one of {', '.join(sorted(COMPOSITED))}"
+    yield f"compositing {render.compositing}", render.compositing not in COMPOSITED, composited
+    classified = 'set render.classification = "lookup"'
+    yield f"classification {render.classification}", render.classification not in _CLASSIFICATIONS, classified
     if render.compositing in OF_ONE_VALUE:
-        yield "transfer functions of several isovalues", len({each.isovalue for each in scene.transfer}) > 1
-        yield "transfer functions of several reference_mm", len({each.reference_mm for each in scene.transfer}) > 1
-    yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none"
-    yield f"textures.compression {scene.textures.compression}", scene.textures.compression != "none"
-    yield "textures.mipmaps", scene.textures.mipmaps
+        for name in ("isovalue", "reference_mm"):
+            several = len({getattr(each, name) for each in scene.transfer}) > 1
+            yield f"transfer functions of several {name}", several, f"give all of them the same {name}"
+    yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none", 'set lighting.baked = "none"'
+    compression = scene.textures.compression
+    yield f"textures.compression {compression}", compression != "none", 'set textures.compression = "none"'
+    yield "textures.mipmaps", scene.textures.mipmaps, "set textures.mipmaps = false"
     if scene.grid is not None:
-        # The file of the whole level has no labels, and blocks of one value are not laid over each other.
-        yield f"grid.layout {scene.grid.layout}", scene.grid.layout != "files"
-        yield f"[grid] with compositing {render.compositing}", render.compositing in OF_ONE_VALUE
-    yield "[proxy]", scene.proxy is not None
-    yield "[normals]", scene.normals is not None
-    yield "[together]", scene.together is not None
-    yield "editable", scene.editable
-    yield "fidelity", scene.fidelity
-    yield "a source of labels", bool(scene.source.labels)
+        # The file of the whole level has no labels.
+        yield f"grid.layout {scene.grid.layout}", scene.grid.layout != "files", 'set grid.layout = "files"'
+    for name in ("proxy", "normals", "together"):
+        yield f"[{name}]", getattr(scene, name) is not None, "leave this table out"
+    yield "editable", scene.editable, "set editable = false"
+    yield "fidelity", scene.fidelity, "set fidelity = false"
+    yield "a source of labels", bool(scene.source.labels), "name a scan as the source"
 
 
 def used_functions(

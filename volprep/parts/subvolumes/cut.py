@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.decoded import Volume
+from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,
     SubvolumeGrid,
-    constant_piece,
+    constant_texture,
     decode_grid,
     label_bytes,
 )
@@ -79,6 +80,8 @@ class Cut:
     """Description of the cut."""
     nearest: bool = False
     """Whether voxels are labels."""
+    labels: UInt8Array | None = None
+    """[z, y, x, byte], the labels of segments and their flags, as pieces hold them; None without segments."""
 
     @property
     def volume(self) -> Volume:
@@ -118,8 +121,9 @@ def cut_box(package: Package, box: Box) -> Cut:
         grid = decode_grid(package.read_bytes(files.grid), package.path, files.grid)
         found = _Reading(package, stack)
         texels = found.pieces(grid, box) if grid.whole is None else found.whole(grid.whole, box)
+    values, labels = (texels, None) if texels.ndim == 3 else (texels[..., 0], texels[..., 1:].astype(np.uint8))
     return Cut(
-        texels,
+        np.ascontiguousarray(values),
         CutRecord(
             package=manifest.name,
             start_zyx=start_zyx,
@@ -134,6 +138,7 @@ def cut_box(package: Package, box: Box) -> Cut:
             empty_pieces=found.empty,
         ),
         grid.filter == "nearest",
+        labels,
     )
 
 
@@ -150,7 +155,9 @@ class _Reading:
         return self._open(path).box(box)
 
     def pieces(self, grid: SubvolumeGrid, box: Box) -> NDArray[np.generic]:
-        texels: NDArray[np.generic] = constant_piece(0, grid.gl, _shape(box))
+        """Return values [z, y, x], or with labels [z, y, x, component]."""
+        held = label_bytes(grid.gl)
+        texels = np.zeros((*_shape(box), *(1 + held,) * bool(held)), constant_texture(None, grid.gl).dtype)
         spans = [_met(cuts, along) for cuts, along in zip(grid.cuts_zyx, box, strict=True)]
         _, ny, nx = grid.counts_zyx
         met = {(k, j, i): (z, y, x) for k, z in spans[0] for j, y in spans[1] for i, x in spans[2]}
@@ -159,23 +166,23 @@ class _Reading:
         self.empty += len(empty)
         for place in empty:
             part = texels[_moved(met[place], _corners(box)[0])]
-            part[...] = constant_piece(pieces[place].minimum, grid.gl, (1, 1, 1))
+            voxel = constant_texture(pieces[place], grid.gl)
+            # Where texels hold several slices, all have the same code.
+            part[...] = voxel if held else voxel.flat[0]
         # After the empty ones, because of the layers that they share.
         for (k, j, i), piece in pieces.items():
             if piece.file is not None:
                 span = _with_shared(grid, (k, j, i), met[k, j, i], box, empty)
                 z, y, x = (spans[at][0] for spans, at in zip(grid.spans_zyx, (k, j, i), strict=True))
                 own, out = _moved(span, (z, y, x)), texels[_moved(span, _corners(box)[0])]
-                out[...] = self._values(grid, i + nx * (j + ny * k), piece.file, own)
+                out[...] = self._texels(grid, i + nx * (j + ny * k), piece.file, own)
         return texels
 
-    def _values(self, grid: SubvolumeGrid, number: int, file: str, own: Box) -> NDArray[np.generic]:
-        """Return the values of a box of a piece, without labels."""
+    def _texels(self, grid: SubvolumeGrid, number: int, file: str, own: Box) -> NDArray[np.generic]:
+        """Return a box of a piece, with labels if it holds them."""
         if grid.mosaic is None:
-            texels = self._open(file).box(own, 1 + label_bytes(grid.gl))
-        else:
-            texels = grid.voxels_of_mosaic(number, self._open(file).texels())[own]
-        return texels if texels.ndim == 3 else texels[..., 0]
+            return self._open(file).box(own, 1 + label_bytes(grid.gl))
+        return grid.voxels_of_mosaic(number, self._open(file).texels())[own]
 
     def _open(self, path: str) -> Ktx2Box:
         held = self._stack.enter_context(open_contents(self._package.path, path))

@@ -81,4 +81,6 @@ def _part(
         slice(first - start, first - start + n) for (first, n), start in zip(spans, found.record.start_zyx, strict=True)
     )
     texels = found.texels[z, y, x]
+    if found.labels is not None:
+        texels = np.concatenate([texels[..., None], found.labels[z, y, x]], axis=-1)
     return texels if grid.mosaic is None else tiled(texels, grid.mosaic)

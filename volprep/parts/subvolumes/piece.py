@@ -103,7 +103,8 @@ def classification_of(scene: Scene, profile: DeviceProfile, voxels: PieceVoxels)
         return "control-points"
     table = " and their table" if wanted in _WITH_TABLES else ""
     looked = " with looks" if looks else ""
-    return Misfit(f"{HELD} pieces{looked}{table} take {units} texture units of {profile.texture_units}")
+    taken = f"{HELD} pieces{looked}{table} take {units} texture units of {profile.texture_units}"
+    return Misfit(f"{taken}: choose a profile that has as many")
 
 
 def file_bytes(form: Form, grid: Grid, size: int, ghost: int) -> int:

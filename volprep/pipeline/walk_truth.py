@@ -1,0 +1,85 @@
+"""What a picture of a walk shows, as the oracle draws it: values, and with segments the label of each voxel."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.compositing import COMPOSITINGS
+from volprep.parts.subvolumes.cut import Cut
+from volprep.truth.decoded import Volume, level_volume, light_of_program
+from volprep.truth.labelled_decoded import held_looks, joined, labelled_as, parted, picture_of_labels
+from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.part import Draw
+from volprep_formats.arrays import Float64Array
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.parts.segments.texels import held_labels, labels_of_texels
+from volprep_formats.package.program import Program
+from volprep_formats.package.reader import Package
+from volprep_formats.package.transfer_function import TransferFunction
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Voxels that a program draws."""
+
+    package: Package
+    """Their package."""
+    program: Program
+    """The program of sub-volumes."""
+    volume: Volume
+    """Values, their grid and their light."""
+    labels: NDArray[np.uint16] | None
+    """[z, y, x], the label of each voxel; None without segments."""
+
+    @property
+    def voxels(self) -> NDArray[np.generic]:
+        """The stored values [z, y, x], with segments joined with the labels."""
+        return self.volume.stored if self.labels is None else joined(self.volume.stored, self.labels)
+
+    def drawn_with(self, functions: Mapping[str, TransferFunction]) -> Draw:
+        """Return what draws such voxels with the transfer functions of these names."""
+        segments, quantization = self.package.manifest.segments, self.package.manifest.quantization
+        if quantization is None:
+            raise VolprepError("VP4011", path=self.package.path, problem="a sealed package without a quantization")
+        compositing, volume, window = self.program.compositing, self.volume, quantization.window
+
+        def plain(
+            stored: NDArray[np.generic], grid: Grid, matrix: Float64Array, shape_hw: tuple[int, int]
+        ) -> OraclePicture:
+            media = [Medium(stored, volume.slope, volume.intercept, functions[self.program.transfer])]
+            oracle = COMPOSITINGS[compositing].oracle
+            return oracle(media, grid, matrix, shape_hw, nearest=volume.nearest, normals=volume.normals)
+
+        if segments is None:
+            return plain
+        styles, looks = [functions[label.transfer] for label in segments.labels], held_looks(self.package)
+
+        def with_labels(
+            voxels: NDArray[np.generic], grid: Grid, matrix: Float64Array, shape_hw: tuple[int, int]
+        ) -> OraclePicture:
+            stored, labels = parted(voxels)
+            part = replace(volume, stored=stored, grid=grid)
+            labelled = labelled_as(labels, styles, looks, segments.border)
+            return picture_of_labels(part, labelled, compositing, window, matrix, shape_hw)
+
+        return with_labels
+
+
+def shown_of_level(package: Package, program: Program, level: int) -> Shown:
+    """Decode a whole level."""
+    manifest = package.manifest
+    held = None if manifest.segments is None else held_labels(manifest.textures, level, package.read_bytes)
+    return Shown(package, program, level_volume(package, level), held)
+
+
+def shown_of_cut(package: Package, program: Program, found: Cut) -> Shown:
+    """Return a box of level 0, lit as the program of sub-volumes lights it."""
+    light = None if program.lighting == "none" else light_of_program(package.manifest, program)
+    labels = found.labels
+    if labels is None:
+        return Shown(package, program, replace(found.volume, normals=light), None)
+    held = labels_of_texels(labels[..., 0] if labels.shape[-1] == 1 else labels)
+    return Shown(package, program, replace(found.volume, normals=light), held)
