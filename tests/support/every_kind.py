@@ -75,8 +75,8 @@ def write_segments(folder: Path, *, even_piece: bool = False) -> Path:
     labels[3:9, 3:9, 2:7] = 1
     labels[8:14, 6:12, 3:9] = 2
     if even_piece:
-        values, labels[9:, 9:] = values.copy(), 2
-        values[9:, 9:] = 150
+        values, labels[9:, 6:] = values.copy(), 2
+        values[9:, 6:] = 150
     affine = np.diag([-0.75, -1.0, 1.5, 1.0])
     nibabel.save(nibabel.Nifti1Image(values, affine), folder / "scan.nii")
     nibabel.save(nibabel.Nifti1Image(labels, affine), folder / "labels.nii")

@@ -366,9 +366,9 @@ def test_wrong_labels_of_pieces_are_found(tmp_path) -> None:
     package = Damaged(built(tmp_path, write_segments(tmp_path, even_piece=True)), tmp_path / "damaged")
     assert told(package.path) == ""
     pieces = json.loads(package.data("subvolumes/grid.json"))["subvolumes"]
-    assert pieces[3] == {"minimum": 150, "maximum": 150, "label": 2}
+    assert pieces[5] == {"minimum": 150, "maximum": 150, "label": 2}
 
-    package.json("subvolumes/grid.json", lambda record: record["subvolumes"][3].update(label=1))
+    package.json("subvolumes/grid.json", lambda record: record["subvolumes"][5].update(label=1))
     texels = package.data("subvolumes/0-0-0.ktx2")
     # The second byte of the last texel is its label.
     texels[-1] ^= 1
