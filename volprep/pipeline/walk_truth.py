@@ -22,7 +22,7 @@ from volprep_formats.package.transfer_function import TransferFunction
 
 
 @dataclass(frozen=True)
-class Shown:
+class WalkVoxels:
     """Voxels that a program draws."""
 
     package: Package
@@ -68,18 +68,18 @@ class Shown:
         return with_labels
 
 
-def shown_of_level(package: Package, program: Program, level: int) -> Shown:
+def shown_of_level(package: Package, program: Program, level: int) -> WalkVoxels:
     """Decode a whole level."""
     manifest = package.manifest
     held = None if manifest.segments is None else held_labels(manifest.textures, level, package.read_bytes)
-    return Shown(package, program, level_volume(package, level), held)
+    return WalkVoxels(package, program, level_volume(package, level), held)
 
 
-def shown_of_cut(package: Package, program: Program, found: Cut) -> Shown:
+def shown_of_cut(package: Package, program: Program, found: Cut) -> WalkVoxels:
     """Return a box of level 0, lit as the program of sub-volumes lights it."""
     light = None if program.lighting == "none" else light_of_program(package.manifest, program)
     labels = found.labels
     if labels is None:
-        return Shown(package, program, replace(found.volume, normals=light), None)
+        return WalkVoxels(package, program, replace(found.volume, normals=light), None)
     held = labels_of_texels(labels[..., 0] if labels.shape[-1] == 1 else labels)
-    return Shown(package, program, replace(found.volume, normals=light), held)
+    return WalkVoxels(package, program, replace(found.volume, normals=light), held)
