@@ -38,8 +38,6 @@ _ENTRIES = (256, 512, 1024, 2048, 4096)
 _MANY_LABELS_WINDOW = (0.0, 65535 / 64)
 """Window of labels above 255: a label is 64 codes, so that its half float is exact, and four entries of the longest
 table: between two entries there is no second label."""
-_ALL = 9
-"""More windows than are ever tried."""
 _EDITABLE_ENTRIES = {8: 256, 16: 2048}
 """Where functions may be edited, tables are as fine as texels: codes of 8 bits, and half floats, which have 11."""
 
@@ -131,8 +129,8 @@ def choose_values(
     # An edited function may show any value.
     shown = () if scene.editable or compositing.every_value else functions
 
-    def best_window(bits: Literal[8, 16], most: int) -> _Trial:
-        tried = _windows(settings, bits, info, measured, shown)[:most]
+    def best_window(bits: Literal[8, 16], *, whole: bool) -> _Trial:
+        tried = _windows(settings, bits, info, measured, shown)[: 1 if whole else None]
         quantizers = [Quantizer(bits, window, half_floats) for window in tried]
         trials = [_Trial(each, bench.error(each, lengths[-1]), lit_error(each)) for each in quantizers]
         # min keeps the first of equal ones: the widest.
@@ -154,10 +152,10 @@ def choose_values(
 
     # A thin stack shows single cells, and few of them lie beside clipped voxels: the sample misses them. A window
     # around soft tissue was wrong by 0.63 where a circle of padding cut a body. So none is clipped if codes suffice.
-    most = (1, _ALL) if info.grid.is_thin_stack else (_ALL,)
+    whole_ranges = (True, False) if info.grid.is_thin_stack else (False,)
     trials: list[_Trial] = []
-    for windows_tried, bits in product(most, _possible_bits(settings, profile)):
-        trials.append(best_window(bits, windows_tried))
+    for whole, bits in product(whole_ranges, _possible_bits(settings, profile)):
+        trials.append(best_window(bits, whole=whole))
         if enough(trials[-1]):
             break
     quantizer, error, of_light = trials[-1]
