@@ -9,24 +9,21 @@ import hashlib
 import json
 import math
 import tempfile
-import time
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.compositing import COMPOSITINGS
+from volprep.parts.compression.level_blocks import encoded_level, oracle_of_view
 from volprep.parts.compression.source_level import LevelData, SourceLevel, WholeSource
-from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.values.decision import within_share
 from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import VolumePlan
 from volprep.scan.slabs import slab_ranges
-from volprep.truth.camera import standard_views
+from volprep.truth.camera import Camera, standard_views
 from volprep.truth.oracle import Medium
 from volprep_formats.arrays import Float64Array, UInt8Array
-from volprep_formats.grid import Grid
 from volprep_formats.textures.block_formats import CompressedFormat
 
 _SCALE = 65535
@@ -54,7 +51,7 @@ class WholeLevel:
                 return trial
         with tempfile.TemporaryFile(dir=self._source.volume.path.parent) as file:
             decoded: NDArray[np.uint16] = np.memmap(file, np.uint16, "w+", shape=self._level.grid.shape_zyx)
-            blocks, seconds = self._encode(volume, form)
+            blocks, seconds = encoded_level(self._level.codes, volume, form)
             square = self._decode(blocks, volume, form, decoded)
             error, pictures = self._compare(decoded, form)
         trial = FormTrial(
@@ -83,21 +80,6 @@ class WholeLevel:
         text = json.dumps([generator(), encoder_of(form), self._source.sha256, *listed], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
-    def _encode(self, volume: VolumePlan, form: CompressedFormat) -> tuple[list[UInt8Array], float]:
-        """Blocks of each texture, [row, column, byte], and the seconds that encoding took."""
-        from volprep_formats.textures.blocks import encode_blocks  # noqa: PLC0415 - needed only for compression
-
-        assert volume.mosaic is not None  # noqa: S101 - compressed levels are mosaics
-        parts, seconds = [], 0.0
-        for part in range(volume.mosaic.textures):
-            strips = []
-            for strip in pack_mosaic(self._level.codes, volume.mosaic, part):
-                start = time.perf_counter()
-                strips.append(encode_blocks(np.asarray(strip, np.uint8), form))
-                seconds += time.perf_counter() - start
-            parts.append(np.concatenate(strips))
-        return parts, seconds
-
     def _decode(
         self, blocks: list[UInt8Array], volume: VolumePlan, form: CompressedFormat, decoded: NDArray[np.uint16]
     ) -> float:
@@ -117,14 +99,15 @@ class WholeLevel:
     def _compare(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> tuple[PictureDifference, int]:
         """Largest errors over views and transfer functions, and how many pictures were drawn."""
         low, high = self._data.quantize.window
-        views = standard_views(self._level.grid, self._data.render.projection)
+        views = self._views()
         self._source.progress.start(f"pictures of {form}", len(views) * len(self._data.functions))
         worst = PictureDifference(0.0, 0.0)
         drawn = 0
-        for name in views:
+        for name, camera in views.items():
             for index in range(len(self._data.functions)):
                 medium = Medium(decoded, (high - low) / _SCALE, low, self._data.functions[index])
-                found = difference(self._picture(medium, self._level.grid, name), self._true_picture(index, name))
+                picture = oracle_of_view([medium], self._level.grid, camera, self._data.render)
+                found = difference(picture, self._true_picture(index, name))
                 worst = PictureDifference(max(worst.rmse, found.rmse), max(worst.maximum, found.maximum))
                 drawn += 1
                 self._source.progress.advance()
@@ -135,12 +118,9 @@ class WholeLevel:
     def _true_picture(self, function: int, view: str) -> Float64Array:
         if (function, view) not in self._truth:
             medium = self._level.medium(self._data.functions[function])
-            self._truth[function, view] = self._picture(medium, self._level.true_grid, view)
+            camera = self._views()[view]
+            self._truth[function, view] = oracle_of_view([medium], self._level.true_grid, camera, self._data.render)
         return self._truth[function, view]
 
-    def _picture(self, medium: Medium, grid: Grid, view: str) -> Float64Array:
-        camera = standard_views(self._level.grid, self._data.render.projection)[view]
-        size = self._data.render.picture_size
-        oracle = COMPOSITINGS[self._data.render.compositing].oracle
-        box_from_clip = camera.box_from_clip(grid, aspect=1.0)
-        return oracle([medium], grid, box_from_clip, (size, size), nearest=False, normals=None).rgba
+    def _views(self) -> dict[str, Camera]:
+        return standard_views(self._level.grid, self._data.render.projection)

@@ -9,28 +9,25 @@ import hashlib
 import json
 import math
 import tempfile
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.compositing import COMPOSITINGS
+from volprep.parts.compression.level_blocks import encoded_level, oracle_of_view
 from volprep.parts.compression.source_level import LevelData, SourceLevel, WholeSource
-from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.values.decision import SHARE, within_share
 from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import VolumePlan
 from volprep.scan.slabs import slab_ranges
-from volprep.truth.camera import Camera, standard_views
+from volprep.truth.camera import standard_views
 from volprep.truth.colour import media_of_colour
 from volprep.truth.oracle import Medium
 from volprep.truth.seen import seen_flip
 from volprep_formats.arrays import Float64Array, UInt8Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.record import Record
 from volprep_formats.textures.block_formats import CompressedFormat
@@ -79,7 +76,7 @@ class WholeColour:
         for trial in known:
             if trial.key == key:
                 return trial
-        blocks, seconds = self._encoded(volume, form)
+        blocks, seconds = encoded_level(self._texels, volume, form)
         with tempfile.TemporaryFile(dir=self._sources[0].volume.path.parent) as file:
             shape = (len(self._levels), *self._grid.shape_zyx)
             decoded: NDArray[np.uint16] = np.memmap(file, np.uint16, "w+", shape=shape)
@@ -118,21 +115,6 @@ class WholeColour:
         """Slices z0 to z1 - 1 as the stage encodes them, [z, y, x, RGBA]."""
         return np.stack([encoded_srgb(level.codes(z0, z1), k) for k, level in enumerate(self._levels)], axis=-1)
 
-    def _encoded(self, volume: VolumePlan, form: CompressedFormat) -> tuple[list[UInt8Array], float]:
-        """Blocks of each texture, [row, column, byte], and the seconds that encoding took."""
-        from volprep_formats.textures.blocks import encode_blocks  # noqa: PLC0415 - needed only for compression
-
-        assert volume.mosaic is not None  # noqa: S101 - compressed levels are mosaics
-        parts, seconds = [], 0.0
-        for part in range(volume.mosaic.textures):
-            strips = []
-            for strip in pack_mosaic(self._texels, volume.mosaic, part):
-                start = time.perf_counter()
-                strips.append(encode_blocks(np.asarray(strip, np.uint8), form))
-                seconds += time.perf_counter() - start
-            parts.append(np.concatenate(strips))
-        return parts, seconds
-
     def _decode(
         self, blocks: list[UInt8Array], volume: VolumePlan, form: CompressedFormat, decoded: NDArray[np.uint16]
     ) -> float:
@@ -157,19 +139,14 @@ class WholeColour:
         blocks = media_of_colour(values)
         pairs = zip(self._levels, functions, strict=True)
         truth, grid = media_of_colour([level.medium(function) for level, function in pairs]), self._levels[0].true_grid
-        views = standard_views(self._grid, self._data[0].render.projection)
+        render = self._data[0].render
+        views = standard_views(self._grid, render.projection)
         self._sources[0].progress.start(f"pictures of {form}", len(views))
         loss = _Loss()
         for camera in views.values():
-            loss = loss.with_picture(self._picture(blocks, self._grid, camera), self._picture(truth, grid, camera))
+            picture = oracle_of_view(blocks, self._grid, camera, render)
+            loss = loss.with_picture(picture, oracle_of_view(truth, grid, camera, render))
             self._sources[0].progress.advance()
             if not loss.is_within(self._data[0].tolerance):
                 break
         return loss
-
-    def _picture(self, media: Sequence[Medium], grid: Grid, camera: Camera) -> Float64Array:
-        render = self._data[0].render
-        size = (render.picture_size, render.picture_size)
-        box_from_clip = camera.box_from_clip(grid, aspect=1.0)
-        oracle = COMPOSITINGS[render.compositing].oracle
-        return oracle(media, grid, box_from_clip, size, nearest=False, normals=None).rgba
