@@ -9,8 +9,8 @@ from judged import validate
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 from plans import plan_of_one
 
-from volprep.parts.compression.source_level import WholeSource
 from volprep.parts.compression import whole
+from volprep.parts.compression.source_level import WholeSource
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
