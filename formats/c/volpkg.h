@@ -751,7 +751,7 @@ typedef struct volpkg_normals {
 typedef struct volpkg_baked_light {
     /* The light around the volume, and how it travels. */
     volpkg_light_model model;
-    /* Texture coordinates for each box millimetre, (n - 1) / (m * extent) for n texels, of m that the texture has; for
+    /* Texture coordinates for each box millimetre, (n - 1) / (m * extent) for n texels of the m that a texture has; for
        a mosaic, in the 3D texture that its slices would form. */
     double texture_from_box_per_mm_xyz[3];
     /* Light of a component that is 1, before `subtracted`. */

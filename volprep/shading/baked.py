@@ -20,7 +20,8 @@ def with_baked_light(
 ) -> tuple[Feature, Feature]:
     """Return a classification that keeps the value of each sample, and the light with what else lights samples.
 
-    `in_runs` for rays that skip, whose loop begins again after each jump. Raises ValueError for a texture without light.
+    `in_runs` for rays that skip, whose loop begins again after each jump. Raises ValueError for a texture that holds no
+    light.
     """
     light = texture.light
     if light is None:

@@ -156,10 +156,8 @@ def _baked_field(package: Package, texture: Texture, turn: Float64Array | None) 
     grid = package.manifest.grid
     if light is None or grid is None:
         raise VolprepError("VP4011", path=package.path, problem="a sealed package without a grid, or light without one")
-    ends = (
-        light.largest * _light_codes(package, texture, form_of(light.model).ends).astype(np.float64) / 255.0
-        - light.subtracted
-    )
+    halves = form_of(light.model).ends
+    ends = light.largest * _light_codes(package, texture, halves).astype(np.float64) / 255.0 - light.subtracted
     if light.model.turnable:
         environment = environment_of(light.model)
         ends = ends @ shares_of(environment if turn is None else turned(environment, turn))
@@ -169,18 +167,18 @@ def _baked_field(package: Package, texture: Texture, turn: Float64Array | None) 
     quantization = _quantization(package)
     scale = quantization.slope * _largest_code(quantization)
     curve = np.array([[scale * value + quantization.intercept for value in light.stored_values], [0.0, 1.0]])
-    nodes_xyz = (*texels.shape[2:0:-1], texels.shape[0] * form_of(light.model).ends)
-    x, y, z = (per * n for per, n in zip(light.texture_from_box_per_mm_xyz, nodes_xyz, strict=True))
+    slices_xyz = (*texels.shape[2:0:-1], texels.shape[0] * halves)
+    x, y, z = (per * n for per, n in zip(light.texture_from_box_per_mm_xyz, slices_xyz, strict=True))
     left, back, head = grid.corner_mm_xyz.tolist()
     return BakedField(np.ascontiguousarray(texels, np.float32), curve, (x, y, z), (left, back, head))
 
 
-def _light_codes(package: Package, texture: Texture, ends: int) -> UInt8Array:
+def _light_codes(package: Package, texture: Texture, halves: int) -> UInt8Array:
     """Return the codes of a light [z, y, x, 2, numbers], of both ends."""
     texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
     slices = np.asarray(texels if texture.mosaic is None else slices_of_mosaic([texels[0]], texture.mosaic), np.uint8)
-    if ends > 1:
-        return np.stack(np.split(slices, ends), axis=3)
+    if halves > 1:
+        return np.stack(np.split(slices, halves), axis=3)
     return slices.reshape(*slices.shape[:3], 2, -1)
 
 

@@ -35,8 +35,8 @@ class StoredLight(Record):
     model: LightModel
     """The light around the volume, and how it travels."""
     texture_from_box_per_mm_xyz: Vector
-    """Texture coordinates for each box millimetre, (n - 1) / (m · extent) for n texels, of m that the texture has; for a
-    mosaic, in the 3D texture that its slices would form."""
+    """Texture coordinates for each box millimetre, (n - 1) / (m · extent) for n texels of the m that a texture has; for
+    a mosaic, in the 3D texture that its slices would form."""
     largest: Annotated[float, Field(gt=0.0)]
     """Light of a component that is 1, before `subtracted`."""
     subtracted: Annotated[float, Field(ge=0.0)] = 0.0
