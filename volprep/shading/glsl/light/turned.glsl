@@ -42,16 +42,20 @@ vec3 subtracted = $SUBTRACTED * (u_environment * vec4(1.0)).rgb;
 // The ends of the share are read in turns, each halfway between the two samples that it counts for.
 float end = 0.0;
 vec3 other_end = (light_around * light_end(1.0, light_start + light_stride * $RUN_START)).rgb$LESS;
-// What was read before the other end, and which part of the change since then is that of half a step: not yet known.
-vec3 end_before = vec3(0.0);
+// What was read of each end before, and which part of its change since then is that of half a step: not yet known.
+vec3 before = vec3(0.0);
+vec3 other_before = vec3(0.0);
 float half_step = 0.0;
+float other_half_step = 0.0;
 //#section sample
 vec3 this_end = (light_around * light_end(end, light_start + light_stride * (i + 0.5))).rgb$LESS;
-// From where it was read to the sample, this end changes by half a step, and the other one by as much the other way.
-float weight = abs(1.0 - end - light_share(stored));
-float back = half_step * (1.0 - 2.0 * weight);
-medium.rgb *= max(other_end * (1.0 - weight) + this_end * (weight + back) - end_before * back, 0.0);
-end_before = other_end;
+// This end at the sample, half a step back, and the other one, half a step on.
+vec3 here = this_end - half_step * (this_end - before);
+vec3 other_here = other_end + other_half_step * (other_end - other_before);
+medium.rgb *= max(mix(other_here, here, abs(1.0 - end - light_share(stored))), 0.0);
+other_before = before;
+before = other_end;
 other_end = this_end;
 end = 1.0 - end;
+other_half_step = half_step;
 half_step = 0.25;
