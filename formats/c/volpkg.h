@@ -746,13 +746,13 @@ typedef struct volpkg_normals {
    `subtracted`, and not below 0. The share rises from 0 at the first to 1 at the second of `stored_values`, of the
    normalised stored value at the sample; it is constant outside. Light in colour has two numbers, in r and g where the
    share is 0 and in b and a where it is 1. It is the first number times `first_colour` plus the second times 1 -
-   `first_colour`. Light that turns has two textures of four numbers: part 0 where the share is 0, and part 1 where it
-   is 1. */
+   `first_colour`. Light that turns has four numbers in each texel, and a texture of two halves along z: the first where
+   the share is 0, the second where it is 1. */
 typedef struct volpkg_baked_light {
     /* The light around the volume, and how it travels. */
     volpkg_light_model model;
-    /* Texture coordinates for each box millimetre, (n - 1) / (n * extent) for n texels; for a mosaic, in the 3D texture
-       that its slices would form. */
+    /* Texture coordinates for each box millimetre, (n - 1) / (m * extent) for n texels of the m that a texture has; for
+       a mosaic, in the 3D texture that its slices would form. */
     double texture_from_box_per_mm_xyz[3];
     /* Light of a component that is 1, before `subtracted`. */
     double largest;
@@ -831,7 +831,7 @@ typedef struct volpkg_texture {
     /* For a volume that holds its level as bricks: layout of the bricks. `mosaic` is then the layout of the pool. NULL
        if absent. */
     const volpkg_bricks* bricks;
-    /* Number of the texture in its mosaic, its stack of slices or its light, from 0. */
+    /* Number of the texture in its mosaic or its stack of slices, from 0. */
     int32_t part;
     /* For a lookup table of 8 bits: extinction = this * a^2, where a is the alpha channel. Larger ones are clamped to
        this one, which makes a step of the package opaque. For a pre-integrated table: the extinction of a segment from
@@ -915,8 +915,8 @@ typedef struct volpkg_sampler {
     /* In a program that draws several transfer functions: the transfer function of the table, or of the channel's
        volume. "" if absent. */
     const char* transfer;
-    /* Number of the texture in a mosaic, or of a light, from 0. For sub-volumes: 1 for the upper one along x, plus 2
-       along y, plus 4 along z. */
+    /* Number of the texture in a mosaic, from 0. For sub-volumes: 1 for the upper one along x, plus 2 along y, plus 4
+       along z. */
     int32_t part;
 } volpkg_sampler;
 
@@ -5722,9 +5722,6 @@ static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package*
     return VOLPKG_OK;
 }
 
-/* Textures that hold a light: one with both ends of its line over the value, or one for each of a light that turns. */
-static int32_t volpkg__light_parts(const volpkg_light_model* model) { return model->turnable ? 2 : 1; }
-
 /* Whether two textures of one light are read in the same way. */
 static int volpkg__same_light(const volpkg_texture* a, const volpkg_texture* b) {
     const volpkg_baked_light *one = a->light, *other = b->light;
@@ -5740,17 +5737,6 @@ static int volpkg__same_light(const volpkg_texture* a, const volpkg_texture* b) 
 
 static int volpkg__is_of_a_cut(const volpkg_texture* t) { return t->light != NULL && t->light->planes.count > 0; }
 
-static int volpkg__same_planes(const volpkg_baked_light* a, const volpkg_baked_light* b) {
-    int32_t i;
-    int same = a->planes.count == b->planes.count, axis;
-    for (i = 0; same && i < a->planes.count; ++i) {
-        const volpkg_plane *one = &a->planes.at[i], *other = &b->planes.at[i];
-        same = one->constant_mm == other->constant_mm;
-        for (axis = 0; axis < 3; ++axis) same &= one->normal[axis] == other->normal[axis];
-    }
-    return same;
-}
-
 static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_package* p, int32_t c,
                                                const volpkg_texture* t) {
     const volpkg_mosaic* m = t->mosaic;
@@ -5758,8 +5744,8 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
     const double* first = t->light->first_colour;
     double brightest = 0;
     int coloured = !model->turnable && model->channels == VOLPKG_LIGHT_CHANNELS_RGB, whole = 0;
-    uint32_t components = model->turnable || coloured ? 4 : 2, seen = 0;
-    int32_t k;
+    uint32_t components = model->turnable || coloured ? 4 : 2;
+    int32_t k, alike = 0;
     VOLPKG__RULE(volpkg__components(&t->gl) == components && t->gl.type == 0x1401, t->name,
                  "it holds light of other components than its format, or no bytes");
     VOLPKG__RULE(t->filter == VOLPKG_FILTER_LINEAR && t->level < 0, t->name,
@@ -5777,6 +5763,9 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
     }
     VOLPKG__RULE((t->gl.target == 0x806F) == (m == NULL), t->name,
                  "it holds light, so it must be a 3D texture or a mosaic");
+    VOLPKG__RULE(!model->turnable || (m != NULL ? m->slices : t->shape_zyx[0]) % 2 == 0, t->name,
+                 "it holds light that turns, so it must have two halves along z");
+    VOLPKG__RULE(t->part == 0, t->name, "it holds light, so it must be part 0");
     if (m != NULL) {
         int32_t own_zyx[3];
         own_zyx[0] = m->slices;
@@ -5798,15 +5787,11 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
             whole |= !volpkg__is_of_a_cut(other);
             continue;
         }
-        VOLPKG__RULE(volpkg__same_planes(t->light, other->light), t->name, "the textures of its light are of two cuts");
-        VOLPKG__RULE(other->part < volpkg__light_parts(model) && !(seen >> other->part & 1), t->name,
-                     "the light of its transfer function has not each part once");
-        seen |= (uint32_t)1 << other->part;
+        ++alike;
     }
     VOLPKG__RULE(whole || !volpkg__is_of_a_cut(t), t->name,
                  "it holds light of a cut, and no texture light of the whole");
-    VOLPKG__RULE(seen == ((uint32_t)1 << volpkg__light_parts(model)) - 1, t->name,
-                 "the light of its transfer function has not each part once");
+    VOLPKG__RULE(alike == 1, t->name, "the light of its transfer function has more than one texture");
     return VOLPKG_OK;
 }
 
@@ -5831,8 +5816,8 @@ static volpkg_code volpkg__light_programs(volpkg__reader* r, const volpkg_packag
             continue;
         }
         VOLPKG__RULE(held != NULL, program->name, "it is lit by light that is not there");
-        VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_ROLE_LIGHT, volpkg__light_parts(&held->light->model)),
-                     program->name, "it does not sample each texture of its light once");
+        VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_ROLE_LIGHT, 1), program->name,
+                     "it does not sample the texture of its light once");
         VOLPKG__RULE(turns == held->light->model.turnable, program->name,
                      "it has the uniform environment and its light is fixed, or the other way round");
         VOLPKG__RULE((held->mosaic != NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC), program->name,

@@ -125,18 +125,20 @@ function addLayer(renderer, linked, { shape: [nx, ny], cellMm, extent, layer }, 
  */
 function texelsOf(texture, cells) {
   const { mosaic, shape_zyx: own, gl, light: stored } = texture;
-  const nodes = /** @type {Shape} */ (mosaic ? [mosaic.slices, ...mosaic.tile_shape_yx] : own);
+  const [slices, ...layer] = mosaic ? [mosaic.slices, ...mosaic.tile_shape_yx] : own;
+  // Of light that turns, each half of the slices is an end.
+  const nodes = /** @type {Shape} */ ([stored?.model.turnable ? slices / 2 : slices, ...layer]);
   const bytes = texelBytes(gl.internal_format, own);
   const components = bytes / (own[0] * own[1] * own[2]);
   const texels = new Uint8Array(bytes);
-  const place = placeIn(texture, nodes);
+  const place = placeIn(texture, [slices, nodes[1], nodes[2]]);
   const { largest = 1, subtracted = 0 } = stored ?? {};
   const light = lightAt(nodes, cells);
   let i = 0;
-  for (let z = 0; z < nodes[0]; z++)
+  for (let z = 0; z < slices; z++)
     for (let y = 0; y < nodes[1]; y++)
       for (let x = 0; x < nodes[2]; x++) {
-        const code = Math.min(Math.round((255 * (light[i++] + subtracted)) / largest), 255);
+        const code = Math.min(Math.round((255 * (light[i++ % light.length] + subtracted)) / largest), 255);
         texels.fill(code, components * place(z, y, x), components * (place(z, y, x) + 1));
       }
   return texels;

@@ -21,7 +21,7 @@ return [...light];
 SCRIPT = """
 const { openPackage, createRenderer } = await import("/js/volpkg.js");
 const pack = await openPackage(given[0]);
-const gl = new OffscreenCanvas(given[2], given[2]).getContext("webgl2");
+const gl = new OffscreenCanvas(given[2], given[2]).getContext(given[4]);
 const renderer = await createRenderer(gl, pack, { relight: true });
 await renderer.ready;
 const baked = async () => {
@@ -79,14 +79,17 @@ def test_sweeps_leave_the_light_that_matter_lets_through(browser, server) -> Non
 
 
 @pytest.mark.long
-def test_an_edited_function_is_drawn_with_occlusion_of_its_own(browser, server, scene_package) -> None:
-    package = scene_package("editable, baked light")
+@pytest.mark.parametrize(
+    ("name", "kind"), [("editable, baked light", "webgl2"), ("editable, light that turns", "webgl")]
+)
+def test_an_edited_function_is_drawn_with_occlusion_of_its_own(browser, server, scene_package, name, kind) -> None:
+    package = scene_package(name)
     points = ((250.0, (1.0, 1.0, 1.0), 0.0), (400.0, (1.0, 1.0, 1.0), 0.6))
     edit = [{"value": v, "colour": c, "extinction_per_mm": e} for v, c, e in points]
     matrix = box_from_clip_of(package)[6]
     server.folders["package"] = package.path.parent
     browser.open(f"{server.url}/")
-    found = browser.run(SCRIPT, f"/package/{package.path.name}", matrix.T.ravel().tolist(), SIZE, edit)
+    found = browser.run(SCRIPT, f"/package/{package.path.name}", matrix.T.ravel().tolist(), SIZE, edit, kind)
     assert found["lights"] == ["whole", "edited", "occlusion", "whole"]
     assert "light: occlusion of the edited function, computed on this device" in found["said"]
     assert found["error"] == 0

@@ -55,7 +55,7 @@ def in_colour(colours: np.ndarray) -> LightField:
 def test_light_between_two_colours_and_white_comes_back_from_one_texel(colours) -> None:
     field = in_colour(np.array(colours))
     codes = coded(field)
-    assert [part.shape for part in codes.parts] == [(5, 7, 3, 4)]
+    assert codes.slices.shape == (5, 7, 3, 4)
     assert max(codes.first_colour) == 1.0
     assert min(codes.first_colour) >= 0.0
     found = codes.decoded(field).texels
@@ -67,3 +67,12 @@ def test_codes_that_are_all_the_same_are_grey() -> None:
     codes = coded(field)
     grey = codes._replace(texels=np.full_like(codes.texels, 200)).decoded(field).texels[..., 0, :]
     np.testing.assert_allclose(grey, codes.largest * 200 / 255 - codes.subtracted, rtol=1e-5)
+
+
+def test_the_ends_of_four_numbers_are_halves_of_the_slices() -> None:
+    ends = np.random.default_rng(28).uniform(0.0, 1.0, (5, 7, 3, 2, 4)).astype(np.float32)
+    texels = np.stack([ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]], axis=-2)
+    codes = coded(LightField(texels, CURVE, (1.0, 1.0, 1.0), 1, 1.0, 0.0))
+    first, second = np.split(codes.slices, 2)
+    np.testing.assert_allclose(first / 255.0 * codes.largest, ends[..., 0, :], atol=0.003)
+    np.testing.assert_allclose(second / 255.0 * codes.largest, ends[..., 1, :], atol=0.003)

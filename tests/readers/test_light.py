@@ -25,9 +25,9 @@ def without(manifest: Manifest, key: str, name: str) -> None:
 
 
 LIES: Lies = {
-    "one part twice": lambda m: lights(m)[1].update(part=0),
-    "a third part": lambda m: lights(m)[1].update(part=2),
-    "parts of two scales": lambda m: lights(m)[1]["light"].update(largest=7.0),
+    "two textures": lambda m: m["textures"].append({**lights(m)[0], "name": "another"}),
+    "a second part": lambda m: lights(m)[0].update(part=1),
+    "slices without halves": lambda m: lights(m)[0]["mosaic"].update(slices=lights(m)[0]["mosaic"]["slices"] - 1),
     "light that is fixed": lambda m: both(m, "turnable", False),
     "light in colour": lambda m: (both(m, "turnable", False), both(m, "channels", "rgb")),
     "a first colour of light without one": lambda m: [
@@ -39,7 +39,7 @@ LIES: Lies = {
     "a level": lambda m: lights(m)[0].update(level=0),
     "no record of the light": lambda m: lights(m)[0].pop("light"),
     "a program without its light": lambda m: m["programs"][0].update(baked=False),
-    "a texture that is not sampled": lambda m: without(m, "samplers", "u_light_1"),
+    "a texture that is not sampled": lambda m: without(m, "samplers", "u_light"),
     "no environment": lambda m: without(m, "uniforms", "u_environment"),
     "light of another function": lambda m: [each.update(transfer="other") for each in lights(m)],
 }

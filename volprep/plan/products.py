@@ -9,6 +9,7 @@ from volprep_formats.grid import Count
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.parts.light.planes import ClipPlane
+from volprep_formats.package.parts.light.record import form_of
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalMeaning
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.segments.record import Segments
@@ -103,12 +104,10 @@ class NormalsPlan(NormalMeaning):
 
 
 class LightTexturePlan(Record):
-    """The light of one transfer function, or a part of it."""
+    """The light of one transfer function."""
 
     transfer: str
     """Name of the transfer function."""
-    part: int = 0
-    """Number of the texture: 0 where both ends of the share are in one, or for the lower end; 1 for the upper end."""
     is_of_a_cut: bool = False
     """Whether the light is that of the volume cut by the planes of the plan."""
     name: str
@@ -135,14 +134,19 @@ class LightPlan(Record):
     planes: tuple[ClipPlane, ...] = ()
     """Planes in box space that cut the volume for a second light; empty without one."""
     textures: tuple[LightTexturePlan, ...]
-    """One or two for each transfer function, and the same number for the volume cut by `planes`."""
+    """One for each transfer function, and one for the volume cut by `planes`."""
     editable: bool
     """Whether one code is a light of 1: an app fills the texture with it after an edit of the function."""
 
     @property
     def texels_zyx(self) -> tuple[int, int, int]:
         """Depth, height and width of each texture."""
-        return self.shape_zyx if self.mosaic is None else (1, *self.mosaic.texture_shape_yx)
+        return self.slices_zyx if self.mosaic is None else (1, *self.mosaic.texture_shape_yx)
+
+    @property
+    def slices_zyx(self) -> tuple[int, int, int]:
+        """Texels along each axis; of a mosaic, those of the 3D texture that its slices would form."""
+        return form_of(self.model).slices_zyx(self.shape_zyx)
 
 
 class SliceTexturePlan(Record):

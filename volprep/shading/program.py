@@ -46,6 +46,7 @@ _OPTIONAL = (
     "skipping_start",
     "lighting",
     "lighting_start",
+    "lighting_run",
     "light",
     "stop_start",
     "stop",
@@ -238,8 +239,8 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
         lit = lighting(program, next(normals, None), grid, of_segments=of_segments, in_block=in_block)
     if program.baked:
         lights = [each for each in manifest.textures if each.role == "light" and not each.is_of_a_cut]
-        held = [each for each in lights if each.transfer == program.transfer]
-        features[1], lit = with_baked_light(features[1], lit, sorted(held, key=lambda each: each.part))
+        held = next(each for each in lights if each.transfer == program.transfer)
+        features[1], lit = with_baked_light(features[1], lit, held, in_runs=skipping is not None)
     return features if lit is None else [*features, lit]
 
 

@@ -23,7 +23,7 @@ from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.light.environment import environment_of, shares_of, turned
-from volprep_formats.package.parts.light.record import two_colours
+from volprep_formats.package.parts.light.record import form_of, two_colours
 from volprep_formats.package.parts.normals.record import LEAST_SLOPE, GradientKernel, halved_axes
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
@@ -144,19 +144,20 @@ def baked_fields(package: Package, turn: Float64Array | None = None, *, cut: boo
 
     The rotation `turn` [3, 3] of the patient's space turns light that apps may turn.
     """
-    held: dict[str, list[Texture]] = {}
-    for texture in package.manifest.textures:
-        if texture.light is not None and texture.transfer is not None and texture.is_of_a_cut == cut:
-            held.setdefault(texture.transfer, []).append(texture)
-    return {transfer: _baked_field(package, textures, turn) for transfer, textures in held.items()}
+    return {
+        texture.transfer: _baked_field(package, texture, turn)
+        for texture in package.manifest.textures
+        if texture.light is not None and texture.transfer is not None and texture.is_of_a_cut == cut
+    }
 
 
-def _baked_field(package: Package, textures: list[Texture], turn: Float64Array | None) -> BakedField:
-    light = textures[0].light
+def _baked_field(package: Package, texture: Texture, turn: Float64Array | None) -> BakedField:
+    light = texture.light
     grid = package.manifest.grid
     if light is None or grid is None:
         raise VolprepError("VP4011", path=package.path, problem="a sealed package without a grid, or light without one")
-    ends = light.largest * _light_codes(package, textures).astype(np.float64) / 255.0 - light.subtracted
+    halves = form_of(light.model).ends
+    ends = light.largest * _light_codes(package, texture, halves).astype(np.float64) / 255.0 - light.subtracted
     if light.model.turnable:
         environment = environment_of(light.model)
         ends = ends @ shares_of(environment if turn is None else turned(environment, turn))
@@ -166,20 +167,19 @@ def _baked_field(package: Package, textures: list[Texture], turn: Float64Array |
     quantization = _quantization(package)
     scale = quantization.slope * _largest_code(quantization)
     curve = np.array([[scale * value + quantization.intercept for value in light.stored_values], [0.0, 1.0]])
-    nodes_xyz = texels.shape[2::-1]
-    x, y, z = (per * n for per, n in zip(light.texture_from_box_per_mm_xyz, nodes_xyz, strict=True))
+    slices_xyz = (*texels.shape[2:0:-1], texels.shape[0] * halves)
+    x, y, z = (per * n for per, n in zip(light.texture_from_box_per_mm_xyz, slices_xyz, strict=True))
     left, back, head = grid.corner_mm_xyz.tolist()
     return BakedField(np.ascontiguousarray(texels, np.float32), curve, (x, y, z), (left, back, head))
 
 
-def _light_codes(package: Package, textures: list[Texture]) -> UInt8Array:
-    """Return the codes of a light [z, y, x, 2, numbers], of both ends, from its textures."""
-    parts: list[NDArray[np.generic]] = []
-    for texture in sorted(textures, key=lambda each: each.part):
-        texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
-        parts.append(texels if texture.mosaic is None else slices_of_mosaic([texels[0]], texture.mosaic))
-    ends = np.stack(parts, axis=3) if len(parts) > 1 else parts[0].reshape(*parts[0].shape[:3], 2, -1)
-    return np.asarray(ends, np.uint8)
+def _light_codes(package: Package, texture: Texture, halves: int) -> UInt8Array:
+    """Return the codes of a light [z, y, x, 2, numbers], of both ends."""
+    texels = ktx2.decode(package.read_bytes(texture.file), texture.file).data
+    slices = np.asarray(texels if texture.mosaic is None else slices_of_mosaic([texels[0]], texture.mosaic), np.uint8)
+    if halves > 1:
+        return np.stack(np.split(slices, halves), axis=3)
+    return slices.reshape(*slices.shape[:3], 2, -1)
 
 
 def own_table(package: Package, transfer: str, level: int) -> bool:

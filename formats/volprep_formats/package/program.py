@@ -117,7 +117,7 @@ class Sampler(Record):
     """In a program that draws several transfer functions: the transfer function of the table, or of the channel's
     volume."""
     part: Index = 0
-    """Number of the texture in a mosaic, or of a light, from 0. For sub-volumes: 1 for the upper one along x, plus 2
+    """Number of the texture in a mosaic, from 0. For sub-volumes: 1 for the upper one along x, plus 2
     along y, plus 4 along z."""
 
 

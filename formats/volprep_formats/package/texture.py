@@ -133,7 +133,7 @@ class Texture(TextureContent):
     bricks: BrickLayout | None = None
     """For a volume that holds its level as bricks: layout of the bricks. `mosaic` is then the layout of the pool."""
     part: Index = 0
-    """Number of the texture in its mosaic, its stack of slices or its light, from 0."""
+    """Number of the texture in its mosaic or its stack of slices, from 0."""
     max_extinction_per_mm: float | None = None
     """For a lookup table of 8 bits: extinction = this · a², where a is the alpha channel. Larger ones are clamped to
     this one, which makes a step of the package opaque. For a pre-integrated table: the extinction of a segment from

@@ -25,8 +25,8 @@ from volprep_formats.package.parts.light.record import Colour, two_colours
 _RARE = 1e-4
 """Part of the ends that may lie above the largest code, and part below the smallest: a few outliers would cost all
 others precision."""
-_MOST_IN_ONE = 2
-"""Largest number of components whose two ends fit into one texel."""
+_MOST_IN_ONE = 4
+"""Numbers of a texel."""
 _GREY = 1e-12
 """Mean square beyond grey of light that has no colour."""
 _DIGITS = 4
@@ -52,11 +52,12 @@ class LightCodes(NamedTuple):
         return replace(field, texels=texels)
 
     @property
-    def parts(self) -> tuple[UInt8Array, ...]:
-        """Texels of each texture [z, y, x, components]: one with both ends, or one for each end of four numbers."""
-        if self.texels.shape[4] <= _MOST_IN_ONE:
-            return (self.texels.reshape(*self.texels.shape[:3], -1),)
-        return self.texels[..., 0, :], self.texels[..., 1, :]
+    def slices(self) -> UInt8Array:
+        """Texels of the texture [z, y, x, components]: with both ends, or, of four numbers, one end after the other."""
+        z, y, x, ends, numbers = self.texels.shape
+        if ends * numbers <= _MOST_IN_ONE:
+            return self.texels.reshape(z, y, x, -1)
+        return np.moveaxis(self.texels, 3, 0).reshape(-1, y, x, numbers)
 
 
 def coded(field: LightField) -> LightCodes:

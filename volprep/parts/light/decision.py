@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from volprep.parts.light.trial import MOST_TEXELS, light_model
-from volprep.parts.mosaic.decision import mosaic_text, part_names
+from volprep.parts.mosaic.decision import mosaic_text
 from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
 from volprep.plan.decisions import CutChoice, LightChoice
 from volprep.plan.products import LightPlan, LightTexturePlan
@@ -81,8 +81,7 @@ def beside_level(scene: Scene, profile: DeviceProfile, level: LevelPlan, beside:
         return beside
     if isinstance(held, Misfit):
         return Misfit(f"its light: {held.reason}")
-    parts = form_of(held.model).parts
-    return Beside(units=beside.units + parts, bytes=beside.bytes + parts * size_bytes(held.format, held.texels_zyx))
+    return Beside(units=beside.units + 1, bytes=beside.bytes + size_bytes(held.format, held.texels_zyx))
 
 
 class _Held(NamedTuple):
@@ -96,7 +95,9 @@ class _Held(NamedTuple):
 
     @property
     def texels_zyx(self) -> tuple[int, int, int]:
-        return self.shape_zyx if self.mosaic is None else (1, *self.mosaic.texture_shape_yx)
+        if self.mosaic is not None:
+            return (1, *self.mosaic.texture_shape_yx)
+        return form_of(self.model).slices_zyx(self.shape_zyx)
 
 
 def _held(
@@ -112,10 +113,11 @@ def _held(
     packing = Packing(components_per_voxel=form_of(model).components)
     for factor in factors[factors.index(wanted) :]:
         light_zyx = _shape(shape_zyx, factor)
+        slices_zyx = form_of(model).slices_zyx(light_zyx)
         if profile.max_3d_texture_size:
-            if max(light_zyx) <= profile.max_3d_texture_size:
+            if max(slices_zyx) <= profile.max_3d_texture_size:
                 return _Held(model, texel, factor, light_zyx, None)
-        elif (mosaic := fit_mosaic(light_zyx, packing, room_of(profile))) is not None:
+        elif (mosaic := fit_mosaic(slices_zyx, packing, room_of(profile))) is not None:
             return _Held(model, texel, factor, light_zyx, mosaic)
     return Misfit(f"profile {profile.name} has no texture that holds a quarter of the resolution")
 
@@ -139,7 +141,6 @@ def plan_light(
     if labels:
         raise VolprepError("VP3240", baked=scene.lighting.baked, what="labels")
     assert isinstance(held, _Held)  # noqa: S101 - `beside_level` has found that it fits
-    parts = form_of(held.model).parts
     asked = scene.lighting.clip_aware and (tried is None or tried.cut is None or tried.cut.kept)
     return LightPlan(
         model=held.model,
@@ -150,12 +151,12 @@ def plan_light(
         samples=sample_count(held.shape_zyx),
         planes=planes_in_box(scene.lighting.clip_planes, grid) if asked else (),
         textures=tuple(
-            LightTexturePlan(
-                transfer=function.name, part=part, is_of_a_cut=is_of_a_cut, name=name, file=f"textures/{name}.ktx2"
-            )
+            LightTexturePlan(transfer=function.name, is_of_a_cut=is_of_a_cut, name=name, file=f"textures/{name}.ktx2")
             for function in functions
-            for is_of_a_cut in ((False, True) if asked else (False,))
-            for part, name in enumerate(part_names(f"{'cut-' if is_of_a_cut else ''}light-{function.name}", parts))
+            for is_of_a_cut, name in (
+                (False, f"light-{function.name}"),
+                *([(True, f"cut-light-{function.name}")] if asked else []),
+            )
         ),
         editable=scene.editable,
     )

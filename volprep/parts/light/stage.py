@@ -1,7 +1,7 @@
-"""Light is computed once for each transfer function, and stored in one or two small textures.
+"""Light is computed once for each transfer function, and stored in a small texture.
 
 A texel holds the light where the share is 0, and the light where it is 1 (volprep/parts/light/codes.py); light that an
-app turns has a texture for each of these. A volume that planes cut may have a second light.
+app turns has half of the slices for each of these. A volume that planes cut may have a second light.
 """
 
 from collections.abc import Iterator
@@ -59,16 +59,16 @@ def _textures(
     for is_of_a_cut, (field, codes) in enumerate(
         zip(fields, coded_alike(fields, holds_one=light.editable), strict=True)
     ):
-        wanted = [each for each in light.textures if (each.transfer, each.is_of_a_cut) == (transfer, bool(is_of_a_cut))]
+        is_wanted = (transfer, bool(is_of_a_cut))
+        wanted = next(each for each in light.textures if (each.transfer, each.is_of_a_cut) == is_wanted)
         stored = _stored(plan, light, field, codes).model_copy(update={"planes": light.planes if is_of_a_cut else ()})
-        for texture in wanted:
-            yield _written(draft, plan, light, texture, codes, stored)
+        yield _written(draft, plan, light, wanted, codes, stored)
 
 
 def _stored(plan: ChannelPlan, light: LightPlan, field: LightField, codes: LightCodes) -> StoredLight:
     low, high = plan.quantize.window
     first, last = ((float(value) - low) / (high - low) for value in field.curve[0])
-    x, y, z = (per / n for per, n in zip(field.nodes_per_mm_xyz, light.shape_zyx[::-1], strict=True))
+    x, y, z = (per / n for per, n in zip(field.nodes_per_mm_xyz, light.slices_zyx[::-1], strict=True))
     return StoredLight(
         model=light.model,
         texture_from_box_per_mm_xyz=(x, y, z),
@@ -84,12 +84,11 @@ def _stored(plan: ChannelPlan, light: LightPlan, field: LightField, codes: Light
 def _written(  # noqa: PLR0917 - what a texture is made of
     draft: Draft, plan: ChannelPlan, light: LightPlan, wanted: LightTexturePlan, codes: LightCodes, stored: StoredLight
 ) -> Texture:
-    draft.write(wanted.file, "texture", _file(codes.parts[wanted.part], light))
+    draft.write(wanted.file, "texture", _file(codes.slices, light))
     return Texture(
         name=wanted.name,
         role="light",
         file=wanted.file,
-        part=wanted.part,
         shape_zyx=light.texels_zyx,
         gl=gl_format(light.format, "TEXTURE_3D" if light.mosaic is None else "TEXTURE_2D", plan.profile.api),
         mosaic=light.mosaic,

@@ -7,6 +7,7 @@ for (float turn = 0.0; turn < $MAX_STEPS; turn++) {
   //#part look
   float run_start = next;
   next += RUN;
+  //#part lighting_run
   for (float k = 0.0; k < RUN; k++) {
     float i = run_start + k;
     if (i > $LAST) {

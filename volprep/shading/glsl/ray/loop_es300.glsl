@@ -1,6 +1,7 @@
 //: GLSL ES 3.00: a loop may end where the ray does. FIRST is the first sample; LAST ends the loop, and so does a
 //: false GOING. Drivers that draw pixels in groups leave a loop by its condition faster than by a break, which takes a
 //: seventh of the time of a picture (tests/benchmarks/bench_vtk.py).
+//#part lighting_run
 for (float i = $FIRST; i < $LAST$GOING; i++) {
   //#part sample
 }

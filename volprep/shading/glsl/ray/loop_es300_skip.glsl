@@ -8,6 +8,7 @@ while (next < $LAST$GOING) {
   }
   float run_start = next;
   next += RUN;
+  //#part lighting_run
   for (float i = run_start; i < min(next, $LAST)$GOING; i++) {
     //#part sample
   }

@@ -28,15 +28,15 @@ class StoredLight(Record):
     (g - r)) - `subtracted`, and not below 0. The share rises from 0 at the first to 1 at the second of `stored_values`,
     of the normalised stored value at the sample; it is constant outside. Light in colour has two numbers, in r and g
     where the share is 0 and in b and a where it is 1. It is the first number times `first_colour` plus the second times
-    1 - `first_colour`. Light that turns has two textures of four numbers: part 0 where the share is 0, and part 1 where
-    it is 1.
+    1 - `first_colour`. Light that turns has four numbers in each texel, and a texture of two halves along z: the first
+    where the share is 0, the second where it is 1.
     """
 
     model: LightModel
     """The light around the volume, and how it travels."""
     texture_from_box_per_mm_xyz: Vector
-    """Texture coordinates for each box millimetre, (n - 1) / (n · extent) for n texels; for a mosaic, in the 3D texture
-    that its slices would form."""
+    """Texture coordinates for each box millimetre, (n - 1) / (m · extent) for n texels of the m that a texture has; for
+    a mosaic, in the 3D texture that its slices would form."""
     largest: Annotated[float, Field(gt=0.0)]
     """Light of a component that is 1, before `subtracted`."""
     subtracted: Annotated[float, Field(ge=0.0)] = 0.0
@@ -62,16 +62,22 @@ def two_colours(first: Colour) -> Float64Array:
 
 
 class LightForm(NamedTuple):
-    """Textures of precomputed light."""
+    """Form of the texture of precomputed light."""
 
-    parts: int
-    """Number of textures: one with both ends of the line, or, of light that turns, one for each end."""
     components: int
-    """Components of each."""
+    """Components of a texel."""
+    ends: int
+    """Parts of the texture along z: one with both ends of the line in each texel, or, of light that turns, one for each
+    end."""
+
+    def slices_zyx(self, shape_zyx: tuple[int, int, int]) -> tuple[int, int, int]:
+        """Return the texels along each axis of light at places of this shape."""
+        z, y, x = shape_zyx
+        return self.ends * z, y, x
 
 
 def form_of(model: LightModel) -> LightForm:
-    """Return the form of the textures of a light."""
+    """Return the form of the texture of a light."""
     if model.turnable:
-        return LightForm(parts=2, components=4)
-    return LightForm(parts=1, components=4 if model.channels == "rgb" else 2)
+        return LightForm(components=4, ends=2)
+    return LightForm(components=4 if model.channels == "rgb" else 2, ends=1)

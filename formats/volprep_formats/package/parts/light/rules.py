@@ -7,7 +7,6 @@ import numpy as np
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.mosaic_rules import mosaic_contradictions
-from volprep_formats.package.parts.light.planes import ClipPlane
 from volprep_formats.package.parts.light.record import StoredLight, form_of
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import COMPONENTS, Texture
@@ -30,7 +29,8 @@ def light_contradictions(manifest: Manifest) -> Iterator[str]:
     for transfer, textures in (*held.items(), *cut.items()):
         if transfer not in known:
             yield f"texture {textures[0].name} holds light of {transfer}, which is no transfer function"
-        yield from (f"the light of {transfer} {problem}" for problem in _parts(textures))
+        if len(textures) > 1:
+            yield f"the light of {transfer} has {len(textures)} textures"
     for transfer, textures in cut.items():
         if any(_reading(each) != _reading(textures[0]) for each in held.get(transfer, ())):
             yield f"the light of {transfer} for a cut is read in another way than that of the whole volume"
@@ -57,6 +57,8 @@ def _texture(texture: Texture, manifest: Manifest) -> Iterator[str]:
     components = form_of(light.model).components
     if COMPONENTS.get(texture.gl.format) != components or texture.gl.type != "UNSIGNED_BYTE":
         yield f"holds light of {components} bytes, its format is {texture.gl.format} of {texture.gl.type}"
+    if texture.part != 0:
+        yield f"holds light, so it must be part 0, not {texture.part}"
     if texture.filter != "linear" or texture.level is not None:
         yield "holds light, so its filter must be linear and it must be for all levels"
     is_coloured = light.model.channels == "rgb" and not light.model.turnable
@@ -83,22 +85,12 @@ def _form(texture: Texture, light: StoredLight, manifest: Manifest) -> Iterator[
     if manifest.grid is None:
         return
     reach = np.array(light.texture_from_box_per_mm_xyz) * np.array(manifest.grid.extent_mm_zyx[::-1])
-    texels = np.array(shape_zyx[::-1])
+    texels, ends = np.array(shape_zyx[::-1]), form_of(light.model).ends
+    if shape_zyx[0] % ends:
+        yield f"holds light that turns, so it must have two halves along z, and has {shape_zyx[0]} slices"
     # The outer texels lie on the faces of the box.
-    if not np.all(np.abs(reach - (1.0 - 1.0 / texels)) <= _TEXEL_TOLERANCE):
+    if not np.all(np.abs(reach - (1.0 / np.array([1, 1, ends]) - 1.0 / texels)) <= _TEXEL_TOLERANCE):
         yield f"has {reach.tolist()} of its length in the box, which does not follow from its texels"
-
-
-def _parts(textures: Sequence[Texture]) -> Iterator[str]:
-    """The textures of one light are all there, and differ in nothing but their texels."""
-    first = textures[0]
-    if first.light is None:
-        return
-    wanted = list(range(form_of(first.light.model).parts))
-    if sorted(texture.part for texture in textures) != wanted:
-        yield f"needs textures of the parts {wanted}, once each"
-    if any(_reading(other) != _reading(first) or _planes(other) != _planes(first) for other in textures[1:]):
-        yield "has textures that differ in more than their texels"
 
 
 def _reading(texture: Texture) -> tuple[object, ...]:
@@ -108,16 +100,12 @@ def _reading(texture: Texture) -> tuple[object, ...]:
     return texture.gl, texture.shape_zyx, texture.mosaic, *of_light
 
 
-def _planes(texture: Texture) -> tuple[ClipPlane, ...]:
-    return () if texture.light is None else texture.light.planes
-
-
 def _numbers(light: StoredLight) -> tuple[object, ...]:
     return light.largest, light.subtracted, light.first_colour, light.stored_values, light.texture_from_box_per_mm_xyz
 
 
 def _program(program: Program, textures: Sequence[Texture]) -> Iterator[str]:
-    sampled = sorted(sampler.part for sampler in program.samplers if sampler.role == ROLE)
+    sampled = [sampler.part for sampler in program.samplers if sampler.role == ROLE]
     turns = any(uniform.source == "environment" for uniform in program.uniforms)
     light = textures[0].light if textures else None
     if not program.baked:
@@ -126,8 +114,8 @@ def _program(program: Program, textures: Sequence[Texture]) -> Iterator[str]:
     elif light is None:
         yield f"is lit by light of {program.transfer}, which no texture holds"
     else:
-        if sampled != list(range(form_of(light.model).parts)):
-            yield "does not sample each texture of its light once"
+        if sampled != [0]:
+            yield "does not sample the texture of its light once"
         if turns != light.model.turnable:
             yield f"has {'the' if turns else 'no'} uniform environment, its light is {'' if turns else 'not '}fixed"
         if (textures[0].mosaic is not None) != (program.sampling == "mosaic"):
