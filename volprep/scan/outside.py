@@ -17,8 +17,8 @@ from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, SourceSpec, UnroundedSource, VolumeSource
 
 
-def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float]:
-    """Return the least and the greatest finite stored value, 0 for a scan without one; one reading of the scan."""
+def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float] | None:
+    """Return the least and the greatest finite stored value, None for a scan without one; one reading of the scan."""
     info = source.info
     depth = info.grid.shape_zyx[0]
     progress.start("finding the range of values", depth)
@@ -30,7 +30,7 @@ def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float
         if finite.size:
             least, greatest = min(least, float(finite.min())), max(greatest, float(finite.max()))
         progress.advance(z1 - z0)
-    return (least, greatest) if np.isfinite(least) else (0.0, 0.0)
+    return (least, greatest) if np.isfinite(least) else None
 
 
 class MeantSource:
@@ -94,7 +94,7 @@ class MeantSource:
 
     def _least(self, progress: Progress) -> float:
         """Return the least finite stored value, which takes one reading of the scan."""
-        return finite_range(self._source, progress)[0]
+        return (finite_range(self._source, progress) or (0.0, 0.0))[0]
 
     def _stored(self, spec: SourceSpec, physical: float) -> float:
         """Return the stored value of a physical one. Raises VP1286 if the type of the voxels has none."""
