@@ -67,9 +67,9 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     fields, end_bytes = _header(path)
     count = _integers(path, fields, "ndims", "", (0, 99))[0]
     if count != 3:
-        sizes = fields.get("dimsize", "")[:40].split()
-        if len(sizes) == count < 3:
-            raise VolprepError("VP1308", path=path, shape="×".join(sizes), count=count)
+        words = fields.get("dimsize", "")[:40].split()
+        if len(words) == count < 3:
+            raise VolprepError("VP1308", path=path, shape="×".join(words), count=count)
         raise VolprepError("VP1121", path=path, what=f"{count} axes")
     channels = _integers(path, fields, "elementnumberofchannels", "1", (1, LONGEST_AXIS))[0]
     if channels != 1 and spec.colour is None:
