@@ -51,6 +51,11 @@ ColourPart = Literal["red", "green", "blue", "opacity"]
 OpacityOf = Literal["alpha", "luminance", "red", "green", "blue", "background"]
 """Number, from 0 to 1, that the opacity of a colour pixel follows."""
 
+LARGEST_NUMBER = 2**53 - 1
+"""Largest number of a label. Numbers beyond it are not exact as 64-bit floating point, nor in JSON."""
+ROUNDED = "wide integers are rounded to 32-bit floating point"
+"""Beginning of the remark about integers that are too wide."""
+
 _NAMES = ("series", "channel", "grid", "label_table")
 """Fields of a source with untrusted names, which may be names of a patient."""
 
@@ -346,6 +351,31 @@ class VolumeSource(Protocol):
     def __exit__(self, *exception: object) -> None:
         """Close open files."""
         ...
+
+
+@runtime_checkable
+class UnroundedSource(Protocol):
+    """A source that also gives the numbers of its file, which may be wider than `info.stored_type`."""
+
+    @property
+    def info(self) -> SourceInfo:
+        """Geometry, type and photometry."""
+        ...
+
+    def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x], in the type of the file.
+
+        Raises what `read_slab` raises.
+        """
+        ...
+
+
+def read_labels(source: VolumeSource, z0: int, z1: int) -> NDArray[np.generic]:
+    """Return the stored values of slices z0 to z1 - 1 as [z, y, x], not rounded to the stored type.
+
+    Numbers of labels may be larger than 2^24, beyond which 32-bit floating point does not have all of them.
+    """
+    return source.read_unrounded(z0, z1) if isinstance(source, UnroundedSource) else source.read_slab(z0, z1)
 
 
 class SlicePlaces(Record):

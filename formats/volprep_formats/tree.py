@@ -18,3 +18,10 @@ def files_below(folder: Path) -> Iterator[os.DirEntry[str]]:
                     folders.append(entry.path)
                 elif entry.is_file():  # devices and pipes would block
                     yield entry
+
+
+def broken_links_in(folder: Path) -> list[Path]:
+    """Return the links directly in a folder whose target is missing, hidden ones left out. Raises OSError."""
+    with os.scandir(folder) as entries:
+        links = [Path(entry.path) for entry in entries if entry.is_symlink() and not entry.name.startswith(".")]
+    return sorted(link for link in links if not link.exists())

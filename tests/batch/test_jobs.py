@@ -5,6 +5,7 @@ from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
+import nibabel as nib
 import numpy as np
 import pytest
 import tifffile
@@ -84,6 +85,20 @@ def test_what_has_the_name_of_a_scan_is_a_job_also_if_it_is_broken(tmp_path) -> 
     (tmp_path / "in" / "letter.txt").write_text("no scan", encoding="utf-8")
     found = {job.shown_source.removeprefix(f"{tmp_path}/in/") for job in jobs(tmp_path / "in", tmp_path / "out")}
     assert found == {"place-0/scan.nii", "store.zarr", *BROKEN}
+
+
+def test_a_header_and_its_voxels_are_one_job(tmp_path) -> None:
+    (tmp_path / "in").mkdir()
+    nib.save(nib.Nifti1Pair(np.zeros((3, 4, 5), np.int16), np.eye(4)), tmp_path / "in/a.img")
+    assert [job.shown_source for job in jobs(tmp_path / "in", tmp_path / "out")] == [str(tmp_path / "in/a.hdr")]
+
+
+def test_a_stack_that_begins_with_a_link_to_a_missing_picture_is_a_job(tmp_path) -> None:
+    (tmp_path / "in").mkdir()
+    for name in ("1.tif", "2.tif"):
+        tifffile.imwrite(tmp_path / "in" / name, np.zeros((3, 4), np.uint8))
+    (tmp_path / "in/0.tif").symlink_to(tmp_path / "gone")
+    assert len(jobs(tmp_path / "in", tmp_path / "out")) == 1
 
 
 def test_linked_folders_are_followed_once_and_loops_end(tmp_path) -> None:

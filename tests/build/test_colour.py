@@ -396,6 +396,15 @@ def test_pictures_without_a_margin_of_one_colour_follow_luminance(tmp_path: Path
     assert looked_at(tmp_path / "waves.tif").colour.extinction == "luminance"
 
 
+def test_pictures_of_the_colour_of_their_margin_alone_follow_luminance(tmp_path: Path) -> None:
+    dim = np.random.default_rng(4).integers(20, 86, (*SHAPE_ZYX, 1))
+    write_pictures(tmp_path / "dim.tif", (dim * np.array([1.0, 0.9, 0.8])).astype(np.uint8))
+    scene = looked_at(tmp_path / "dim.tif")
+    assert scene.colour.extinction == "luminance"
+    with open_source(scene.source.channels[3], Path(), Silent()) as source:
+        assert (source.read_slab(0, SHAPE_ZYX[0]) > 0).mean() > 0.9
+
+
 def test_colours_that_begin_after_the_first_slice_are_kept(tmp_path: Path) -> None:
     pixels = np.zeros((*SHAPE_ZYX, 3), np.uint8)
     pixels[4:, 4:-4, 4:-4] = (200, 120, 30)

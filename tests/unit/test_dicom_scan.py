@@ -54,6 +54,20 @@ def test_a_report_without_an_image_is_left_out(tmp_path) -> None:
     assert read_info(tmp_path).grid.shape_zyx == (4, 3, 4)
 
 
+@pytest.mark.parametrize("names", ["{}.dcm", "IM{}", "1.2.{}"])
+def test_a_link_to_a_missing_file_among_slices_is_refused_by_name(tmp_path, names) -> None:
+    for k, data in enumerate(stack(4)):
+        save(data, tmp_path / names.format(k))
+    (tmp_path / "notes.txt").symlink_to(tmp_path / "gone")
+    (tmp_path / ".lock.dcm").symlink_to(tmp_path / "gone")
+    assert read_info(tmp_path).grid.shape_zyx == (4, 3, 4)
+    (tmp_path / names.format(4)).symlink_to(tmp_path / "gone")
+    with pytest.raises(VolprepError) as caught:
+        read_info(tmp_path)
+    assert caught.value.code == "VP1003"
+    assert names.format(4) in caught.value.summary
+
+
 def test_the_only_series_is_taken_however_short_it_is(tmp_path) -> None:
     save_all(stack(2), tmp_path)
     assert read_info(tmp_path).grid.shape_zyx[0] == 2

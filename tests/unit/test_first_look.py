@@ -14,6 +14,7 @@ from volprep.scene.request import request_for_source
 from volprep.scene.scene import Scene
 from volprep.truth.camera import widest_view
 from volprep.truth.strip import strip
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
@@ -176,6 +177,13 @@ def test_nan_is_outside_where_no_scene_says_another_value(tmp_path: Path, values
     assert any("NaN got the value" in remark for remark in imported.draft.manifest.source.info.remarks)
     told = import_draft(prepare(request.with_source(nan=9.0)), tmp_path / "other", Silent())
     assert told.draft.manifest.statistics.maximum == 9.0
+
+
+def test_a_scan_of_nothing_but_nan_is_refused(tmp_path: Path) -> None:
+    np.save(tmp_path / "map.npy", np.full((3, 2, 2), np.nan, np.float32))
+    request = request_for_source(tmp_path / "map.npy")
+    with pytest.raises(VolprepError, match="VP1090"):
+        import_draft(prepare(request), tmp_path / "draft", Silent())
 
 
 def test_a_strip_shows_the_colours_of_a_function_over_black() -> None:

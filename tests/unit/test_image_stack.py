@@ -219,6 +219,12 @@ def test_other_files_are_counted_and_hidden_ones_left_out(tmp_path) -> None:
     assert any("2 other file(s)" in remark for remark in info.remarks)
 
 
+def test_a_link_to_a_missing_picture_does_not_shorten_the_stack(tmp_path) -> None:
+    folder_of(tmp_path, voxels())
+    (tmp_path / f"z{len(voxels())}.png").symlink_to(tmp_path / "gone")
+    assert code(tmp_path) == "VP1003"
+
+
 def test_a_folder_with_dicom_stays_one_of_dicom(tmp_path) -> None:
     save_all(stack(), tmp_path / "dicom")
     write(tmp_path / "preview1.png", voxels()[0])

@@ -227,7 +227,8 @@ def test_the_intensity_function_is_kept_beside_the_stored_values(tmp_path) -> No
     [
         ("VP1120", {"NDims": "x"}),
         ("VP1120", {"NDims": "-1"}),
-        ("VP1121", {"NDims": "2", "DimSize": "4 3"}),
+        ("VP1308", {"NDims": "2", "DimSize": "4 3"}),
+        ("VP1121", {"NDims": "2"}),
         ("VP1121", {"NDims": "4", "DimSize": "4 1 3 2"}),
         ("VP1121", {"ElementNumberOfChannels": "3"}),
         ("VP1120", {"DimSize": "4 3"}),

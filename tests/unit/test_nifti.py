@@ -287,6 +287,15 @@ def test_colour_voxels_are_refused(tmp_path) -> None:
     assert refusal(save(tmp_path / "v.nii", rgb)).code == "VP1022"
 
 
+def test_a_cut_gzip_stream_is_refused_with_the_bytes_that_it_has(tmp_path) -> None:
+    voxels = np.random.default_rng(5).integers(-9000, 9000, (40, 40, 20)).astype(np.int16)
+    whole = gzip.compress(save(tmp_path / "v.nii", voxels).read_bytes())
+    (tmp_path / "v.nii.gz").write_bytes(whole[: len(whole) * 3 // 4])
+    error = refusal(tmp_path / "v.nii.gz")
+    assert error.code == "VP1008"
+    assert 0 < error.fields["actual"] < error.fields["expected"]
+
+
 @pytest.mark.parametrize("name", ["v.nii", "v.nii.gz"])
 def test_declared_sizes_beyond_the_file_are_refused_before_anything_is_allocated(tmp_path, name) -> None:
     file = save(tmp_path / "v.nii", noise())

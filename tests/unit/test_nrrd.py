@@ -267,6 +267,16 @@ def test_an_axis_of_one_value_that_is_not_in_space_is_dropped(tmp_path, place) -
     assert info.grid.spacing_mm_zyx == (4, 3, 2)
 
 
+def test_a_sound_file_of_fewer_or_more_axes_is_not_called_invalid(tmp_path) -> None:
+    file = tmp_path / "v.nrrd"
+    nrrd.write(str(file), np.zeros((4, 3), np.uint8))
+    error = refusal_at_open(file)
+    assert (error.code, "4×3 values with 2 axes" in error.summary) == ("VP1308", True)
+    nrrd.write(str(file), np.zeros((4, 3, 2, 5), np.uint8))
+    error = refusal_at_open(file)
+    assert (error.code, "axis 4" in error.summary) == ("VP1101", True)
+
+
 @pytest.mark.parametrize(
     ("code", "fields"),
     [

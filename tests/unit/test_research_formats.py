@@ -133,6 +133,16 @@ def test_an_array_has_the_axes_z_y_x_and_the_spacing_of_the_scene(tmp_path, dtyp
     assert "1 mm" in read(tmp_path / "a.npy")[1].remarks[0]
 
 
+def test_an_array_of_truth_values_is_one_of_0_and_1(tmp_path) -> None:
+    mask = noise("uint8") > 9
+    np.save(tmp_path / "mask.npy", mask)
+    np.savez(tmp_path / "mask.npz", mask=mask)
+    for name in ("mask.npy", "mask.npz"):
+        ours, info = read(tmp_path / name)
+        np.testing.assert_array_equal(ours, mask)
+        assert info.stored_type == "uint8"
+
+
 @pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
 def test_one_array_of_an_archive_is_chosen_by_its_name(tmp_path, save) -> None:
     ct, mask = noise("int16"), noise("uint8")

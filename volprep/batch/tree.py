@@ -18,8 +18,10 @@ from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers import format_of
 from volprep_formats.readers.dicom.scan import Scan, Series, scan
+from volprep_formats.readers.header_pair import header_beside
 from volprep_formats.readers.ome.tiff_chain import count_pages
 from volprep_formats.readers.pictures.kinds import kind_of, pictures_in
+from volprep_formats.regular_files import open_regular
 from volprep_formats.source import SourceSpec
 
 _WHOLE_FOLDERS = {"ome-zarr", "volpkg", "stack"}
@@ -132,7 +134,8 @@ def _is_scan(path: Path) -> bool:
     if found is None:
         return path.name.lower().endswith(_NAMES)
     if found != "stack":
-        return found != "dicom"
+        # Voxels with their header beside them are found as the header.
+        return found != "dicom" and header_beside(path) == path
     # A picture among other files is just a picture, if it has no pages.
     return _has_pages(path)
 
@@ -144,8 +147,11 @@ def _holds_volumes(folder: Path) -> bool:
 
 
 def _has_pages(path: Path) -> bool:
-    with path.open("rb") as file:
-        is_tiff = kind_of(file.read(_HEAD_BYTES)) == "tiff"
+    try:
+        with open_regular(path) as file:
+            is_tiff = kind_of(file.read(_HEAD_BYTES)) == "tiff"
+    except OSError:  # its build reports it
+        return False
     # A damaged chain may also be that of a volume: its build reports the damage.
     return is_tiff and count_pages(path, 1) != 1
 

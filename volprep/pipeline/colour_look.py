@@ -1,7 +1,7 @@
 """Default look of a scan in colour without a scene: what its colours and its margin say about the extinction.
 
 Alpha is taken if it says anything. Else the margin of the slices has the colour of the background, and extinction
-follows the distance to it; slices without such a margin show all of their bright parts.
+follows the distance to it; slices without such a margin, or of that colour alone, show all of their bright parts.
 """
 
 import math
@@ -35,6 +35,10 @@ _LEAST_SHARE = 0.5
 """Part of the margin that must have it."""
 _NOISE = 98.0
 """Per cent of those pixels that show nothing."""
+
+_BRIGHT: dict[str, object] = {"extinction": "luminance"}
+_BRIGHT_ENDS = (0.05, 0.6)
+"""Luminance, from 0 to 1, at which pixels of a scan without a background begin to show, and are solid."""
 
 
 @dataclass(frozen=True)
@@ -110,14 +114,16 @@ def _look(pixels: _Pixels) -> tuple[str, dict[str, object]]:
     distances = np.linalg.norm(margin - background, axis=1) / math.sqrt(3.0)
     near = distances[distances <= _MOST_MARGIN]
     if len(near) < _LEAST_SHARE * len(margin):
-        return "without a margin of one colour", {"extinction": "luminance", "points": _ramp(0.05, 0.6, dense_per_mm)}
+        return "without a margin of one colour", _BRIGHT | {"points": _ramp(*_BRIGHT_ENDS, dense_per_mm)}
     code = "#" + "".join(f"{round(255 * part):02x}" for part in background.tolist())
     low = round(max(0.04, 1.5 * float(np.percentile(near, _NOISE))), 3)
     # From the background's colour to the object's own. Pixels at outlines are a mixture of both: if they were solid,
     # dark ones and bright ones would lie on a curved surface in rings.
     away = np.linalg.norm(pixels.colours - background, axis=-1) / math.sqrt(3.0)
     shown = away[away > low]
-    usual = float(np.median(shown)) if shown.size else 0.0
+    if not shown.size:
+        return "without a background of its own", _BRIGHT | {"points": _ramp(*_BRIGHT_ENDS, dense_per_mm)}
+    usual = float(np.median(shown))
     low, high = max(low, round(0.25 * usual, 3)), max(2.0 * low, round(usual, 3))
     said = f"on a background of {code}"
     table: dict[str, object] = {

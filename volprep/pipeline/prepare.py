@@ -73,7 +73,7 @@ class Prepared:
 
         Their replacement is 0 for values on both sides of it, else the least one. A scan whose first slices have no
         colours, but later ones do, is drawn in colour. Raises `error`, which says that the scan has NaN or infinite
-        voxels, or colours, again where a scene decides, or where that has been tried.
+        voxels, or colours, again where a scene decides, where that has been tried, or where no voxel has a value.
         """
         spec = self.scene.source
         if self.first_look and error.code in IN_COLOUR:
@@ -83,7 +83,10 @@ class Prepared:
             raise error
         with open_scan(spec, Path("/"), Silent()) as source:
             info = source.info
-            low, high = (info.slope * end + info.intercept for end in finite_range(source, Silent()))
+            found = finite_range(source, Silent())
+        if found is None:
+            raise error
+        low, high = (info.slope * end + info.intercept for end in found)
         value = 0.0 if min(low, high) < 0.0 < max(low, high) else min(low, high)
         scene = self.scene.with_source(spec.model_copy(update={"nan": value}))
         return replace(self, scene=scene, channels=drawn_channels(scene))

@@ -8,7 +8,6 @@ a neighbour of the same number. Pictures of few values are flat, too, but change
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.label_tables import built_in, companion_table, read_label_table
 from volprep_formats.label_tables.hints import label_hint
 from volprep_formats.label_tables.table import LabelTable
-from volprep_formats.source import VolumeSource
+from volprep_formats.source import LARGEST_NUMBER, VolumeSource, read_labels
 
 _SLICES = 16
 """Slices of the sample, spread over the depth."""
@@ -133,11 +132,10 @@ def _sampled(source: VolumeSource, *, to_the_end: bool) -> _Sample | None:
     sample = _Sample()
     places = sorted({int((2 * number + 1) * depth / (2 * _SLICES)) for number in range(_SLICES)})
     for z in places:
-        stored: NDArray[Any] = source.read_slab(z, z + 1)[0]
-        values = info.slope * stored.astype(np.float64) + info.intercept
+        values = info.slope * read_labels(source, z, z + 1)[0].astype(np.float64) + info.intercept
         if not np.isfinite(values).all() or (values != np.rint(values)).any() or values.min(initial=0) < 0:
             return None
-        if values.max(initial=0) > 2**31:
+        if values.max(initial=0) > LARGEST_NUMBER:
             return None
         sample.add(values.astype(np.int64))
         if len(sample.voxels) > _MOST_LABELS:

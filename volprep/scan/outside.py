@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from volprep.scan.slabs import slab_ranges
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
+from volprep_formats.source import SourceInfo, SourceSpec, UnroundedSource, VolumeSource
 
 
-def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float]:
-    """Return the least and the greatest finite stored value, 0 for a scan without one; one reading of the scan."""
+def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float] | None:
+    """Return the least and the greatest finite stored value, None for a scan without one; one reading of the scan."""
     info = source.info
     depth = info.grid.shape_zyx[0]
     progress.start("finding the range of values", depth)
@@ -30,7 +30,7 @@ def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float
         if finite.size:
             least, greatest = min(least, float(finite.min())), max(greatest, float(finite.max()))
         progress.advance(z1 - z0)
-    return (least, greatest) if np.isfinite(least) else (0.0, 0.0)
+    return (least, greatest) if np.isfinite(least) else None
 
 
 class MeantSource:
@@ -66,7 +66,15 @@ class MeantSource:
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x]."""
-        slab = self._source.read_slab(z0, z1)
+        return self._replaced(self._source.read_slab(z0, z1), z0, z1)
+
+    def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x], in the type of the file, if the source has them."""
+        if not isinstance(self._source, UnroundedSource):
+            return self.read_slab(z0, z1)
+        return self._replaced(self._source.read_unrounded(z0, z1), z0, z1)
+
+    def _replaced(self, slab: NDArray[np.generic], z0: int, z1: int) -> NDArray[np.generic]:
         if self._nan is not None:
             slab = np.where(np.isnan(slab), slab.dtype.type(self._nan), slab)
         if self._mask is not None:
@@ -86,7 +94,7 @@ class MeantSource:
 
     def _least(self, progress: Progress) -> float:
         """Return the least finite stored value, which takes one reading of the scan."""
-        return finite_range(self._source, progress)[0]
+        return (finite_range(self._source, progress) or (0.0, 0.0))[0]
 
     def _stored(self, spec: SourceSpec, physical: float) -> float:
         """Return the stored value of a physical one. Raises VP1286 if the type of the voxels has none."""

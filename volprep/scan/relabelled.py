@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from volprep.scan.slabs import slab_ranges
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Progress
-from volprep_formats.source import SourceInfo, VolumeSource
+from volprep_formats.source import LARGEST_NUMBER, ROUNDED, SourceInfo, VolumeSource, read_labels
 
 LARGEST_LABEL = 255
 """Largest label whose code has 8 bits."""
 MOST_LABELS = 1023
 """Largest label at all: a lookup table of 4096 entries then has four for each, so that filtering mixes no two."""
 _REMARK = (
-    "labels have numbers up to {highest:g}: they got the codes 0 to {last}, over which transfer functions are; "
+    "labels have numbers up to {highest}: they got the codes 0 to {last}, over which transfer functions are; "
     "label_numbers in the manifest has the number of each"
 )
 
@@ -29,7 +29,7 @@ def with_small_labels(source: VolumeSource, progress: Progress) -> VolumeSource:
     """Return a source of labels whose numbers are codes from 0 to 1023: the same one, if they are up to 255 already.
 
     It reads the scan once where the type of its voxels can hold other numbers. A source with numbers that are no labels
-    stays as it is, and is refused later. Raises VP3026 for more than 1023 labels.
+    stays as it is, and is refused later. Raises VP3026 for more than 1023 labels, VP1307 for numbers beyond 2^53.
     """
     info = source.info
     if info.stored_type == "uint8" and (info.slope, info.intercept) == (1.0, 0.0):
@@ -53,9 +53,11 @@ def _numbers(source: VolumeSource, progress: Progress) -> NDArray[np.float64] | 
     progress.start("finding the labels", depth)
     found = np.empty(0)
     for z0, z1 in slab_ranges(depth, slice_bytes):
-        values = info.slope * np.unique(source.read_slab(z0, z1)).astype(np.float64) + info.intercept
+        values = info.slope * np.unique(read_labels(source, z0, z1)).astype(np.float64) + info.intercept
         if not np.isfinite(values).all() or (values != np.round(values)).any():
             return None
+        if values.size and values[-1] > LARGEST_NUMBER:
+            raise VolprepError("VP1307", number=f"{values[-1]:.0f}", most=LARGEST_NUMBER)
         found = np.union1d(found, values)
         progress.advance(z1 - z0)
     return found
@@ -76,7 +78,10 @@ class RelabelledSource:
                 "slope": 1.0,
                 "intercept": 0.0,
                 "label_numbers": tuple(int(number) for number in numbers),
-                "remarks": (*info.remarks, _REMARK.format(highest=numbers.max(), last=len(numbers) - 1)),
+                "remarks": (
+                    *(remark for remark in info.remarks if not remark.startswith(ROUNDED)),
+                    _REMARK.format(highest=f"{numbers.max():.0f}", last=len(numbers) - 1),
+                ),
             }
         )
 
@@ -88,7 +93,7 @@ class RelabelledSource:
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Codes of slices z0 to z1 - 1 as [z, y, x]."""
         info = self._source.info
-        values = info.slope * self._source.read_slab(z0, z1).astype(np.float64) + info.intercept
+        values = info.slope * read_labels(self._source, z0, z1).astype(np.float64) + info.intercept
         return np.searchsorted(self._numbers, values).astype(self._code_type)
 
     def __enter__(self) -> Self:

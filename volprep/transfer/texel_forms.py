@@ -10,7 +10,7 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import MOST_OPAQUE
 
-_LARGEST_HALF = 65504.0
+LARGEST_HALF = 65504.0
 """Extinction above this is clamped: a micrometre of it has opacity 1 - exp(-65) = 1 in float32 already."""
 
 
@@ -49,7 +49,7 @@ def medium_texels(
     if largest_per_mm is not None:
         extinction_per_mm = np.minimum(extinction_per_mm, largest_per_mm)
     if texel_format == "RGBA16F":
-        half = np.concatenate([colour, np.minimum(extinction_per_mm, _LARGEST_HALF)[..., None]], axis=-1)
+        half = np.concatenate([colour, np.minimum(extinction_per_mm, LARGEST_HALF)[..., None]], axis=-1)
         return MediumTexels(half.astype(np.float16), None)
     # A table without extinction has some scale all the same: a factor of 0 would leave nothing in the shader to draw.
     maximum = largest_per_mm or float(extinction_per_mm.max()) or 1.0

@@ -39,4 +39,15 @@ ENTRIES: dict[str, Diagnostic] = {
         "{address}: this command reads files of this machine, not addresses",
         "Download the scan first, and name the file. volprep batch takes addresses of stores: s3://, gs:// and others.",
     ),
+    "VP1307": Diagnostic(
+        ExitStatus.SOURCE,
+        "the scan has a label with the number {number}, and numbers up to {most} are exact",
+        "Renumber the labels in the source, for example with skimage.segmentation.relabel_sequential.",
+    ),
+    "VP1308": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: a picture of {shape} values with {count} axes in space; a volume has 3",
+        "Name the file of the volume. The pictures of one volume, saved as PNG or TIFF in a folder of their own, are a "
+        "scan, too.",
+    ),
 }

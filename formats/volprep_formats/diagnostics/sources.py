@@ -298,7 +298,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1166": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: pictures with {what} cannot be read",
-        "Convert them to one file of 8, 16 or floating-point 32 bits for each slice, with 0 as black.",
+        "Convert them to one file of 8, 16 or floating-point 32 bits for each slice, with 0 as black, uncompressed or "
+        "with LZW or Deflate.",
     ),
     "VP1167": Diagnostic(
         ExitStatus.SOURCE,

@@ -56,7 +56,7 @@ class ColourVoxels(VoxelSource):
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x]. Raises what `VoxelSource.read_slab` raises, and VP1290."""
-        slab = self._in_file(z0, z1)
+        slab = self.read_unrounded(z0, z1)
         pixels = slab.view(self._component).reshape(*slab.shape, -1)
         alpha = pixels[..., 3] if pixels.shape[-1] > 3 else None
         return channel_of_colours(self._voxels.path, self._wanted, pixels[..., :3], alpha)

@@ -61,12 +61,16 @@ Fields = dict[str, str]
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
     """Open one volume of numbers, or of colours.
 
-    Raises VolprepError VP1003, VP1005 to VP1008, VP1120 to VP1122, VP1290, VP2020 (sheared) or VP2021 (unusable
+    Raises VolprepError VP1003, VP1005 to VP1008, VP1120 to VP1122, VP1290, VP1308, VP2020 (sheared) or VP2021 (unusable
     matrix).
     """
     fields, end_bytes = _header(path)
-    if _integers(path, fields, "ndims", "", (0, 99))[0] != 3:
-        raise VolprepError("VP1121", path=path, what=f"{fields['ndims']} axes")
+    count = _integers(path, fields, "ndims", "", (0, 99))[0]
+    if count != 3:
+        words = fields.get("dimsize", "")[:40].split()
+        if len(words) == count < 3:
+            raise VolprepError("VP1308", path=path, shape="×".join(words), count=count)
+        raise VolprepError("VP1121", path=path, what=f"{count} axes")
     channels = _integers(path, fields, "elementnumberofchannels", "1", (1, LONGEST_AXIS))[0]
     if channels != 1 and spec.colour is None:
         raise VolprepError("VP1121", path=path, what=f"{channels} channels")

@@ -91,7 +91,7 @@ class _Axes(NamedTuple):
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
     """Open one volume of numbers, or of colours.
 
-    Raises VolprepError VP1003, VP1005 to VP1008, VP1100 to VP1103, VP1290, VP2020 (sheared) or VP2021 (unusable
+    Raises VolprepError VP1003, VP1005 to VP1008, VP1100 to VP1103, VP1290, VP1308, VP2020 (sheared) or VP2021 (unusable
     directions).
     """
     fields, end_bytes = _header(path)
@@ -215,8 +215,11 @@ def _axes(path: Path, fields: Fields) -> _Axes:
     # Axes of one value that no field explains, of a file with four or more, come last.
     while len(spatial) > 3 and sizes[spatial[-1]] == 1:
         spatial.pop()
-    if len(spatial) != 3:
-        raise VolprepError("VP1100", path=path, error=f"{len(spatial)} of its axes are in space, not 3")
+    if len(spatial) > 3:
+        axis = spatial[-1]
+        raise VolprepError("VP1101", path=path, axis=axis + 1, kind=kinds[axis] if kinds else "none", size=sizes[axis])
+    if len(spatial) < 3:
+        raise VolprepError("VP1308", path=path, shape="×".join(map(str, sizes)), count=len(spatial))
     return _Axes(sizes, spatial, vectors)
 
 

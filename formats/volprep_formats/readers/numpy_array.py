@@ -61,6 +61,8 @@ def _header(path: Path, file: IO[bytes], *, in_colour: bool) -> tuple[np.dtype[n
         if isinstance(error, OSError) and error.errno is not None:
             raise
         raise VolprepError("VP1281", path=path, error=str(error)[:200] or type(error).__name__) from error
+    if dtype.kind == "b":  # a byte each, 0 or 1
+        dtype = np.dtype("u1")
     if dtype.kind not in "iuf" or dtype.itemsize > 8:
         raise VolprepError("VP1282", path=path, what=f"values of type {dtype.name}")
     if in_colour and len(shape) == 4:

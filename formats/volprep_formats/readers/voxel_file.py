@@ -4,6 +4,7 @@ Plain files are read rather than mapped: a mapped file that shrinks kills the pr
 in use. A gzip stream has no index, so slabs come fastest in ascending order; going back restarts the stream.
 """
 
+import gzip
 import zlib
 from pathlib import Path
 
@@ -96,7 +97,9 @@ class VoxelFile:
                 return self.path.stat().st_size
             self._file.seek(0)
             total = 0
-            while total <= limit and (chunk := self._file.read(_SKIP_BYTES)):
+            # read1: at the end of a cut stream, read raises EOFError and loses what came before it.
+            read = self._file.read1 if isinstance(self._file, gzip.GzipFile) else self._file.read
+            while total <= limit and (chunk := read(_SKIP_BYTES)):
                 total += len(chunk)
         except EOFError:
             return total

@@ -12,11 +12,13 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.voxel_file import VoxelFile
-from volprep_formats.source import SourceInfo, StoredType
+from volprep_formats.source import ROUNDED, SourceInfo, StoredType
 
 _KEPT: dict[str, StoredType] = {"uint8": "uint8", "int8": "int16", "int16": "int16", "uint16": "uint16"}
 _SMALL: tuple[StoredType, ...] = ("uint8", "int16", "uint16")
 _FLOAT32_EXACT = 2**24
+_LEAST_STEPS = 256
+"""Steps between the least and the greatest value, with fewer of which rounding costs more than a package of 8 bits."""
 
 
 class VoxelSource:
@@ -41,10 +43,13 @@ class VoxelSource:
         Raises VolprepError VP1003, VP1005, VP1007 or VP1008 when the file is damaged, cut off or too long.
         """
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
-            return self._in_file(z0, z1).astype(self._info.stored_type, copy=False)
+            return self.read_unrounded(z0, z1).astype(self._info.stored_type, copy=False)
 
-    def _in_file(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Return slices in the type of the file, and check the bytes after the last one."""
+    def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Stored values of slices z0 to z1 - 1 as [z, y, x], in the type of the file.
+
+        Checks the bytes after the last one. Raises the errors of `read_slab`.
+        """
         slab = read_voxels(self._voxels, z0, z1)
         is_last = z1 == self._voxels.shape_zyx[0]
         # A packed stream says only at its end whether its checksum is right.
@@ -152,17 +157,42 @@ def stored_type_of(
     if name in _KEPT:
         return _KEPT[name], []
     if name == "float64":
-        return "float32", ["64-bit floating-point voxels are read as 32-bit ones"]
+        return "float32", [
+            "64-bit floating-point voxels are read as 32-bit ones" + _coarse_doubles(read_slice(depth // 2))
+        ]
     if name in {"float16", "float32"}:
         return "float32", []
     progress.start(f"finding the range of {name} voxels", depth)
-    low, high = 0, 0
+    ends: list[int] = []
     for z in range(depth):
         values: NDArray[Any] = read_slice(z)
-        low, high = min(low, int(values.min())), max(high, int(values.max()))
+        ends += [int(values.min()), int(values.max())]
         progress.advance()
+    low, high = min(ends), max(ends)
     for kind in _SMALL:
         if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
             return kind, []
-    exact = max(-low, high) <= _FLOAT32_EXACT
-    return "float32", [] if exact else [f"{name} voxels up to {max(-low, high)} are rounded to 32-bit floating point"]
+    if max(-low, high) <= _FLOAT32_EXACT:
+        return "float32", []
+    return "float32", [f"{ROUNDED}: {name} from {low} to {high}{_coarse(low, high)}"]
+
+
+def _coarse_doubles(values: NDArray[Any]) -> str:
+    """Return what is lost of a slice of doubles as floats, for people; nothing where it is less than 8 bits lose."""
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return ""
+    low, high = float(finite.min()), float(finite.max())
+    said = _coarse(low, high)
+    return f": {low:.10g} to {high:.10g} in the middle slice{said}" if said else ""
+
+
+def _coarse(low: float, high: float) -> str:
+    """Return the steps of 32-bit floats between two values, and what to do; nothing where 8 bits have larger ones."""
+    largest, floats = max(abs(low), abs(high)), np.finfo(np.float32)
+    if largest > float(floats.max) or 0 < largest < _LEAST_STEPS * float(floats.smallest_normal):
+        return ", which they do not hold; multiply the values in the source by a factor"
+    step = float(np.spacing(np.float32(largest)))
+    if not 0 < high - low < _LEAST_STEPS * step:
+        return ""
+    return f", in steps of {step:g}; subtract an offset from the values in the source, such as {low:.10g}"

@@ -24,7 +24,7 @@ from volprep.transfer.lookup import lookup_table
 from volprep.transfer.palette import even_palette
 from volprep.transfer.preclassified import classified_texels, medium_of_texels
 from volprep.transfer.segment_light import segment_light
-from volprep.transfer.texel_forms import opaque_per_mm
+from volprep.transfer.texel_forms import LARGEST_HALF, opaque_per_mm
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.function_table import Table
@@ -147,7 +147,7 @@ def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
     wishes = scene.render
     if wishes.classification == "lookup":
         reason = f"{values.entries} entries: the sample of rays changes by {values.error.text}"
-        lookups = tuple(_lookup(function, values.entries, profile) for function in functions)
+        lookups = tuple(_lookup(function, values.entries, profile, step.segment_mm) for function in functions)
         return Tables(lookups=lookups, reasons=(reason,) * len(functions))
     rays = _Rays(values, measured, step)
     if wishes.classification == "palette":
@@ -397,13 +397,16 @@ def _texel_format(profile: DeviceProfile) -> LookupFormat:
     return "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
 
 
-def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile) -> LookupPlan:
+def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile, step_mm: float) -> LookupPlan:
     name = f"transfer-{function.name}"
+    # Of voxels of some nanometres, half floats cannot hold the extinction per millimetre; bytes have a scale.
+    largest_per_mm = min(max(point.extinction_per_mm for point in function.points), opaque_per_mm(step_mm))
+    texel_format = _texel_format(profile) if largest_per_mm <= LARGEST_HALF else "RGBA8"
     return LookupPlan(
         transfer=function.name,
         name=name,
         file=f"textures/{name}.ktx2",
-        format=_texel_format(profile),
+        format=texel_format,
         entries=entries,
     )
 

@@ -4,13 +4,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from volprep_formats.diagnostics import Lines, VolprepError
+from volprep_formats.diagnostics import Lines, SafeText, VolprepError
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.file import NO_HEADER, slices_of
 from volprep_formats.readers.dicom.header import SliceImage
 from volprep_formats.readers.dicom.naming import series_name
 from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
-from volprep_formats.tree import files_below
+from volprep_formats.tree import broken_links_in, files_below
 
 _FEWEST_SLICES = 4
 """Localisers and key images come in ones, twos and threes."""
@@ -81,7 +81,10 @@ def scan(path: Path, progress: Progress) -> Scan:
             series.setdefault(image.series_uid, []).append(image)
         progress.advance()
     found = tuple(Series(uid, tuple(images)) for uid, images in sorted(series.items()))
-    return Scan(path, found, tuple(damaged), len(files) - len(damaged) - sum(s.files for s in found))
+    other_files = len(files) - len(damaged) - sum(s.files for s in found)
+    if not path.is_file():
+        damaged += _missing(found)
+    return Scan(path, found, tuple(damaged), other_files)
 
 
 def choose_series(scanned: Scan, wanted: str | None, *, in_colour: bool = False) -> Series:
@@ -140,6 +143,23 @@ def _files(folder: Path) -> list[Path]:
         raise VolprepError("VP1003", path=error.filename, error=error.strerror) from error
     # The parts as key: paths compare themselves in Python, which took longer for a folder than to read its headers.
     return sorted(files, key=lambda file: file.parts)
+
+
+def _missing(series: Sequence[Series]) -> list[VolprepError]:
+    """Return an error for each link to a missing file that is named as the slices beside it: it may be one of them."""
+    endings: dict[Path, set[str]] = {}
+    for each in series:
+        for image in each.images:
+            endings.setdefault(image.path.parent, set()).add(_ending(image.path))
+    links = [link for folder, usual in endings.items() for link in broken_links_in(folder) if _ending(link) in usual]
+    what = SafeText("it is a link to a file that is missing")
+    return [VolprepError("VP1003", path=link, error=what) for link in sorted(links)]
+
+
+def _ending(file: Path) -> str:
+    """Return the ending of a name in lower case; numbers, as of UIDs, are none."""
+    ending = file.suffix.lower()
+    return "" if ending[1:].isdecimal() else ending
 
 
 def _listed(series: tuple[Series, ...]) -> Lines:

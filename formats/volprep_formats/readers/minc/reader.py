@@ -89,6 +89,10 @@ class MincSource:
                 slab[start - z0 : stop - z0] = self._slices.read(start, stop)
         return slab
 
+    def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Values of slices z0 to z1 - 1 as [z, y, x], in the type of the file. Raises the errors of `read_slab`."""
+        return self._slices.read(z0, z1)
+
     def __enter__(self) -> Self:
         """Return the source itself."""
         return self

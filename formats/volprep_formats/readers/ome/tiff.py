@@ -58,6 +58,10 @@ class OmeTiffSource(DecodedSource):
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return slab.astype(self._info.stored_type, copy=False)
 
+    def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Values of slices z0 to z1 - 1 as [z, y, x], in the type of the file. Raises the errors of `read_slab`."""
+        return self._slices.read(self._workers, z0, z1)
+
 
 @dataclass(frozen=True)
 class _Places:

@@ -180,6 +180,10 @@ class OmeZarrSource(DecodedSource):
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return self._slabs.read(z0, z1).astype(self._info.stored_type, copy=False)
 
+    def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
+        """Values of slices z0 to z1 - 1 as [z, y, x], in the type of the file. Raises the errors of `read_slab`."""
+        return self._slabs.read(z0, z1)
+
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSource:
     """Open the channel, time point, level and image that are chosen, or the only ones; the finest level.

@@ -9,7 +9,7 @@ the whole range of 8, or 16, as OpenImageIO does.
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import channel_of_colours, colour_remarks
 from volprep_formats.readers.grey import grey_of, grey_remark
 from volprep_formats.readers.ome.tiff_chain import count_pages
+from volprep_formats.readers.pictures.description import FM_PER_MM, Resolution, check_order, spacing_fm_zyx
 from volprep_formats.readers.pictures.kinds import kind_of
 from volprep_formats.regular_files import open_regular
 from volprep_formats.source import ColourChannel, GreyOf, StoredType
@@ -46,6 +47,8 @@ _TYPES: dict[str, StoredType] = {
 }
 _STORED: tuple[StoredType, ...] = ("uint8", "int16", "uint16", "float32")
 _BITS = {"uint8": 8, "int16": 16, "uint16": 16, "float32": 32}
+_NOT_CONFIGURED = re.compile(r"(\w{1,20}) compression support is not configured")
+"""What libtiff says of a compression that it was built without."""
 _PAGES_AT_ONCE, _PIXELS_AT_ONCE = 16, 2**22
 MEMORY_BYTES, MEMORY_BYTES_PER_PIXEL = 2**28, 16
 SECONDS, SECONDS_PER_PIXEL = 30.0, 1e-6
@@ -70,11 +73,23 @@ class Page:
     """Orientation of TIFF and Exif; 1 is upright."""
     is_premultiplied: int
     """1 if colours are multiplied by the alpha channel."""
+    slice_fm: int = 0
+    """Femtometres from page to page, of the first page of a stack whose description says them; 0 if it does not."""
+    row_fm: int = 0
+    """Femtometres from row to row, or 0."""
+    column_fm: int = 0
+    """Femtometres from column to column, or 0."""
 
     @property
     def stored_type(self) -> StoredType:
         """Type of its values."""
         return _STORED[self.type_index]
+
+    @property
+    def spacing_mm_zyx(self) -> tuple[float, float, float] | None:
+        """Distances between voxels that the file says, in millimetres."""
+        z, y, x = (size / FM_PER_MM for size in (self.slice_fm, self.row_fm, self.column_fm))
+        return (z, y, x) if z else None
 
     @property
     def kind(self) -> tuple[int, ...]:
@@ -93,7 +108,7 @@ class Page:
     @property
     def spread(self) -> bool:
         """Whether its values have fewer bits than their type."""
-        return self.bits < _BITS[self.stored_type]
+        return self.stored_type != "float32" and self.bits < _BITS[self.stored_type]
 
     def __str__(self) -> str:
         return f"{self.columns}×{self.rows} of {self.channels} channel(s), {self.bits}-bit {self.stored_type}"
@@ -150,7 +165,7 @@ def page_remarks(page: Page, name: str, *, grey: GreyOf | ColourChannel | None) 
         remarks += colour_remarks(grey, has_alpha=page.alpha >= 0, is_linear=page.stored_type == "float32")
     elif grey is not None and page.channels - (page.alpha >= 0) == 3:
         remarks.append(grey_remark(grey))
-    if page.has_resolution:
+    if page.has_resolution and page.spacing_mm_zyx is None:
         remarks.append("the resolution in the pictures is meant for paper and not used")
     if page.spread:
         remarks.append(f"the {page.bits}-bit values of the pictures are spread over all of {page.stored_type}")
@@ -223,9 +238,10 @@ def _list_pages(path: Path) -> list[Page]:
         raise unsound(path, picture.geterror())
     picture.close()
     first = opened(path)
-    _check_order(path, _description(first.spec()), len(pages))
-    first.close()
-    return pages
+    try:
+        return _of_stack(path, first.spec(), pages)
+    finally:
+        first.close()
 
 
 def _check_ends(path: Path) -> None:
@@ -294,19 +310,17 @@ def _description(spec: Any) -> str:
         return ""
 
 
-def _check_order(path: Path, description: str, pages: int) -> None:
-    """Refuse pages that are not slices of one volume, by the first page's description from ImageJ or OME."""
-    found = re.findall(r"^(images|channels|frames)=(\d{1,9})", description, re.MULTILINE)
-    counts = {name: int(count) for name, count in found}
-    if not description.startswith("ImageJ="):
-        counts = {name: int(n) for name, n in re.findall(r"\bSize([CT])=[\"'](\d{1,9})[\"']", description)}
-        if "<OME" not in description:
-            return
-    images = counts.pop("images", pages)
-    several = {name: count for name, count in counts.items() if count > 1}
-    if images != pages or several:
-        says = ", ".join([f"{images} images", *(f"{count} {name}" for name, count in several.items())])
-        raise VolprepError("VP1168", path=path, pages=pages, says=says)
+def _of_stack(path: Path, spec: Any, pages: list[Page]) -> list[Page]:
+    """Return the pages, the first one with the distances that its description gives. Raises VP1168."""
+    description, first = _description(spec), pages[0]
+    check_order(path, description, (len(pages), first.rows, first.columns, first.channels))
+    x, y = (spec.get_float_attribute(name, 0.0) for name in ("XResolution", "YResolution"))
+    resolution = Resolution(x, y, spec.get_string_attribute("ResolutionUnit", "none"))
+    found = spacing_fm_zyx(description, resolution) if len(pages) > 1 else None
+    if found is None:
+        return pages
+    z, y, x = found
+    return [replace(first, slice_fm=z, row_fm=y, column_fm=x), *pages[1:]]
 
 
 def _decode_pages(part: DecodeRequest) -> NDArray[np.generic]:
@@ -357,7 +371,9 @@ def _grey(part: DecodeRequest, values: NDArray[np.generic]) -> NDArray[np.generi
 
 
 def unsound(path: Path, error: str) -> VolprepError:
-    """Return VP1165 with the first line of a decoder's message."""
+    """Return VP1165 with the first line of a decoder's message, or VP1166 for a compression that it does not have."""
     # Decoders repeat the whole path in every line.
     line = (error.strip().splitlines() or ["its decoder does not say why"])[0].replace(str(path), path.name)
+    if missing := _NOT_CONFIGURED.search(line):
+        return VolprepError("VP1166", path=path, what=f"{missing[1]} compression")
     return VolprepError("VP1165", path=path, error=line[:200])

@@ -27,11 +27,16 @@ def kind_of(head: bytes) -> str | None:
 
 
 def pictures_in(folder: Path) -> list[str]:
-    """Return the names of the pictures directly in a folder, without the system's hidden files."""
+    """Return the names of the pictures directly in a folder, without the system's hidden files.
+
+    Links to missing files count, so that a stack without some of its pictures is not read as a shorter one.
+    """
     return [
         entry.name
         for entry in folder.iterdir()
-        if entry.suffix.lower() in SUFFIXES and not entry.name.startswith(".") and entry.is_file()
+        if entry.suffix.lower() in SUFFIXES
+        and not entry.name.startswith(".")
+        and (entry.is_file() or not entry.exists())
     ]
 
 

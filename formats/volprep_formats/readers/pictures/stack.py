@@ -1,7 +1,8 @@
 """Pictures as slices: a folder of them, or the pages of one TIFF file.
 
 Pictures have no position. Their resolution is meant for paper, and often left at 72 dpi, so the distances come from the
-scene; rows go along +y and columns along +x of the patient, as in a raw file.
+scene, or from ImageJ, which describes its stacks; rows go along +y and columns along +x of the patient, as in a raw
+file.
 """
 
 from collections import Counter
@@ -83,10 +84,6 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
     """
     layout, wanted = spec.stack or StackLayout(), spec.colour or spec.rgb
     remarks: list[str] = []
-    if spec.stack is None:
-        remarks.append(
-            "pictures do not say how far apart their pixels are; 1 mm is assumed: see source.stack in the scene"
-        )
     names = [path.name]
     if path.is_dir():
         names = pictures_in(path)
@@ -102,9 +99,11 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
         pages = read_headers(pool, files, progress)
         _check_alike(path, names, pages)
         first = pages[0][0]
+        spacing_mm_zyx, of_spacing = _spacing(spec.stack, first)
+        remarks[:0] = of_spacing
         info = SourceInfo(
             format="stack",
-            grid=Grid.of((sum(map(len, pages)), first.rows, first.columns), layout.spacing_mm_zyx),
+            grid=Grid.of((sum(map(len, pages)), first.rows, first.columns), spacing_mm_zyx),
             stored_type=first.stored_type,
             remarks=(*remarks, *page_remarks(first, names[0], grey=wanted)),
         )
@@ -119,6 +118,17 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
             source.__exit__()
             raise
     return source
+
+
+def _spacing(layout: StackLayout | None, first: Page) -> tuple[tuple[float, float, float], list[str]]:
+    """Return the distances between voxels, from the scene or else from ImageJ, and remarks about them."""
+    if layout is not None:
+        return layout.spacing_mm_zyx, []
+    if first.spacing_mm_zyx is not None:
+        return first.spacing_mm_zyx, ["the distances between voxels are those that ImageJ wrote"]
+    return StackLayout().spacing_mm_zyx, [
+        "pictures do not say how far apart their pixels are; 1 mm is assumed: see source.stack in the scene"
+    ]
 
 
 def _check_alike(path: Path, names: list[str], pages: list[tuple[Page, ...]]) -> None:

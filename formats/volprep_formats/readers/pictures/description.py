@@ -1,0 +1,103 @@
+"""What ImageJ, OME and tifffile write of the pages of a TIFF file into the description of its first page.
+
+Sources: FileSaver, TiffEncoder and FileOpener of ImageJ 1.54 (https://github.com/imagej/ImageJ); the OME model,
+Pixels; tifffile's description of an array, a JSON object with its shape.
+"""
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from volprep_formats.diagnostics import VolprepError
+
+FM_PER_MM = 10**12
+"""Femtometres in a millimetre."""
+_FM_PER_UNIT = {
+    **dict.fromkeys(("um", "µm", "μm", "\\u00b5m", "micron", "microns"), 1e9),
+    "nm": 1e6,
+    "mm": 1e12,
+    "cm": 1e13,
+    "m": 1e15,
+    **dict.fromkeys(("in", "inch"), 25.4e12),
+}
+_UNIT_OF_TAG = {"in": ("in", "inch"), "cm": ("cm",)}
+"""Units of the description that agree with one of the resolution; others do not agree."""
+_LEAST_FM, _MOST_FM = 1.0, 1e18
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """Resolution tags of a TIFF page."""
+
+    x: float
+    """Pixels per unit along a row; 0 if absent."""
+    y: float
+    """Pixels per unit along a column; 0 if absent."""
+    unit: str
+    """"in", "cm" or "none"."""
+
+
+def check_order(path: Path, description: str, shape: tuple[int, int, int, int]) -> None:
+    """Raise VP1168 for pages that are not slices of one volume; `shape` is pages, rows, columns and channels."""
+    pages = shape[0]
+    says = _says(description, shape)
+    if says is not None:
+        raise VolprepError("VP1168", path=path, pages=pages, says=says)
+
+
+def spacing_fm_zyx(description: str, resolution: Resolution) -> tuple[int, int, int] | None:
+    """Return the distances between the voxels of a stack of ImageJ, in femtometres; None if it does not say them.
+
+    As in ImageJ, an absent `spacing` is one unit: it is not written then. A stack without a unit that ImageJ knows as
+    a length says nothing, nor does one whose resolution has another unit than its description.
+    """
+    if not description.startswith("ImageJ="):
+        return None
+    given = dict(re.findall(r"^(unit|spacing)=(\S{1,40})\s*$", description, re.MULTILINE))
+    unit = given.get("unit", "").lower()
+    if unit not in _UNIT_OF_TAG.get(resolution.unit, (unit,)) or min(resolution.x, resolution.y) <= 0.0:
+        return None
+    try:
+        depth = abs(float(given.get("spacing", "1")))
+    except ValueError:
+        return None
+    sizes = (depth, 1.0 / resolution.y, 1.0 / resolution.x)
+    z, y, x = (size * _FM_PER_UNIT.get(unit, 0.0) for size in sizes)
+    if not all(_LEAST_FM <= size <= _MOST_FM for size in (z, y, x)):
+        return None
+    return round(z), round(y), round(x)
+
+
+def _says(description: str, shape: tuple[int, int, int, int]) -> str | None:
+    """Return how a description contradicts that all pages are slices; None if it does not."""
+    if description.startswith("{"):
+        return _says_of_array(description, shape)
+    if description.startswith("ImageJ="):
+        found = re.findall(r"^(images|channels|frames)=(\d{1,9})", description, re.MULTILINE)
+    elif "<OME" in description:
+        found = re.findall(r"\bSize([CT])=[\"'](\d{1,9})[\"']", description)
+    else:
+        return None
+    counts = {name: int(count) for name, count in found}
+    images = counts.pop("images", shape[0])
+    several = {name: count for name, count in counts.items() if count > 1}
+    if images == shape[0] and not several:
+        return None
+    return ", ".join([f"{images} images", *(f"{count} {name}" for name, count in several.items())])
+
+
+def _says_of_array(description: str, shape: tuple[int, int, int, int]) -> str | None:
+    """Return the shape of an array of more axes than those of a volume and its channels."""
+    _, rows, columns, channels = shape
+    try:
+        found = json.loads(description).get("shape")
+    except (ValueError, RecursionError, AttributeError):
+        return None
+    if not isinstance(found, list) or not 2 <= len(found) <= 16 or not all(isinstance(n, int) for n in found):
+        return None
+    of_a_page = [[rows, columns], [rows, columns, channels], [channels, rows, columns]]
+    around = [found[: -len(each)] for each in of_a_page if found[-len(each) :] == each]
+    if not around or sum(n > 1 for n in min(around, key=len)) < 2:
+        return None
+    return f"an array of {'×'.join(map(str, found))} values"
