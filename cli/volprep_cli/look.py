@@ -32,10 +32,11 @@ def look(scan: Scan, output: Output = None, *, force: Force = False, choices: Ch
     from volprep.pipeline.look import look_at, picture
     from volprep.scene.request import request_of
     from volprep_formats.output import write_file
-    from volprep_formats.png import png_bytes
+    from volprep_formats.png import png_bytes, require_png_place
 
     if output is not None:
         require_new(output, force=force)
+        require_png_place(output)
     looked = look_at(choices.of(request_of(scan)))
     if output is not None:
         write_file(output, png_bytes(picture(looked)), "VP5021")

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from volprep.scene.request import Request
     from volprep_formats.package.parts.costs.record import DrawCost
 
+_FRAME_MS = 33.0
+
 Device = Annotated[
     Path | None,
     typer.Option(
@@ -33,7 +35,12 @@ Devices = Annotated[
     ),
 ]
 FrameMs = Annotated[
-    float, typer.Option(min=0.1, help="Longest time of a picture on the device, in milliseconds.", metavar="MS")
+    float | None,
+    typer.Option(
+        min=0.1,
+        help=f"Longest time of a picture on the device, in milliseconds. If not given, {_FRAME_MS:g}.",
+        metavar="MS",
+    ),
 ]
 CanvasSize = Annotated[
     str | None,
@@ -63,7 +70,7 @@ def plan(
     grid: Grid = None,
     device: Device = None,
     devices: Devices = None,
-    frame_ms: FrameMs = 33.0,
+    frame_ms: FrameMs = None,
     canvas: CanvasSize = None,
     error: Error = None,
     choices: Choices,
@@ -87,6 +94,9 @@ def plan(
         raise typer.BadParameter("give a file, or a folder of files", param_hint="--device, --devices")
     if devices is None and device is None and canvas is not None:
         raise typer.BadParameter("it is for --device and --devices", param_hint="--canvas")
+    if devices is None and device is None and frame_ms is not None:
+        raise typer.BadParameter("it is for --device and --devices", param_hint="--frame-ms")
+    frame_ms = _FRAME_MS if frame_ms is None else frame_ms
     size = None if canvas is None else canvas_of(canvas)
     record = None if device is None else read_device(device)
     request = choices.of(request_of(scene, profile, source))

@@ -70,9 +70,8 @@ def view(
     if output is not None and (lan or devices is not None):
         raise typer.BadParameter("exported pages are not served: leave out --lan and --devices", param_hint="--output")
     shown = shown_with(package, report, default_report_path(package))
-    say = print_note if as_json else print_line
     if shown.report is None:
-        say("no report of this package: volprep validate makes one. The page shows no error, and measures none")
+        print_note("no report of this package: volprep validate makes one. The page shows no error, and measures none")
     if output is not None:
         _write(shown, output, force=force, as_json=as_json)
     else:

@@ -7,17 +7,31 @@ Source: PNG specification (W3C, second edition): chunks (5), filters (9), and th
 import struct
 import zlib
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.arrays import UInt8Array
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import require_place
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _COLOUR_TYPES = {1: 0, 3: 2, 4: 6}
 _PERCEPTUAL = b"\x00"
 _ROWS = 64
 """Rows that are filtered at a time: all at once would take ten times the memory of the picture."""
+
+
+def require_png_place(path: Path) -> None:
+    """Refuse a picture that cannot be written, before work is done for it.
+
+    Raises VP5021 where the name does not end in .png or the folder takes no file, VP4060 where something other than a
+    file has the name.
+    """
+    if path.suffix.lower() != ".png":
+        raise VolprepError("VP5021", path=path, error="pictures are PNG files, whose names end in .png")
+    require_place(path, "VP5021")
 
 
 def png_bytes(picture: UInt8Array) -> bytes:

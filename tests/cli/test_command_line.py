@@ -89,6 +89,7 @@ CASES = [
     Case("biuld x", 2, stderr=r"No such command 'biuld'"),
     Case("build", 2, stderr=r"Missing argument 'SCENE\|SCAN'"),
     Case("quantize draft.volpkg --bits 12", 2, stderr=r"--bits is 12, but must be 8 or 16"),
+    Case("plan phantom.toml --frame-ms 16", 2, stderr=r"--frame-ms: it is for --device and --devices"),
     # the source
     Case("build no-source.toml -o x.volpkg", 3, stderr=r"VP1001 .*nowhere.raw: no such file"),
     Case("build phantom.toml --source elsewhere.raw -o x.volpkg", 3, stderr=r"VP1001 .*elsewhere.raw"),
@@ -129,6 +130,7 @@ CASES = [
     Case("zip damaged.volpkg -o nowhere/a.zip", 6, stderr=r"\Avolprep: VP4020 nowhere/a.zip: .*No such file"),
     Case("export damaged.volpkg nowhere/a.nii", 6, stderr=r"\Avolprep: VP4020 nowhere/a.nii: .*No such file"),
     Case("render damaged.volpkg -o nowhere/a.png", 6, stderr=r"\Avolprep: VP5021 nowhere/a.png: .*No such file"),
+    Case("look phantom.raw -o a.jpg", 6, stderr=r"\Avolprep: VP5021 a.jpg: .*names end in .png. Name a file"),
     Case("zip good.volpkg -o /dev/null --force", 6, stderr=r"VP4060 /dev/null: .* a device and no file"),
     Case("import phantom.toml -o thesis", 6, stderr=r"VP4023 thesis"),
     # results
@@ -138,6 +140,8 @@ CASES = [
         stdout=r"(?s)level 0 +scan +kept.*normals +scan +left out .*no lighting.*stages: import, ",
     ),
     Case("inspect good.volpkg", 0, stdout=r"good.volpkg: sealed package"),
+    Case("view good.volpkg -o page.html", 0, stdout=r"\Apage.html: one file", stderr=r"(?m)^note: no report of this"),
+    Case("view good.volpkg --quiet -o quiet.html", 0, stdout=r"\Aquiet.html: one file", stderr=r"\A\Z"),
 ]
 
 

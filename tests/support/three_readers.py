@@ -17,7 +17,8 @@ class Readers:
     """Reads many files with each reader; each process of C and JavaScript reads all of a batch."""
 
     def __init__(self, folder: Path) -> None:
-        """Compile the C program into `folder`."""
+        """Compile the C program into `folder`; a file on which it crashes is kept there as fuzz-case.zip."""
+        self._folder = folder
         self._c = compiled(folder / "fuzz_volpkg", _ROOT / "tests" / "c" / "fuzz_volpkg.c", "-O1", *SANITIZERS)
 
     def python(self, path: Path) -> set[str]:
@@ -26,7 +27,8 @@ class Readers:
 
     def c(self, paths: Sequence[Path]) -> list[str]:
         """Code with which the C header refuses each file, or READ."""
-        done = subprocess.run([self._c, "--try", *paths], capture_output=True, text=True, check=False)
+        command = [self._c, "--try", *(path.resolve() for path in paths)]
+        done = subprocess.run(command, cwd=self._folder, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         words = [line.split()[0] for line in done.stdout.splitlines()]
         return [READ if word == "0" else f"VP{word}" for word in words]

@@ -1,4 +1,4 @@
-"""Every link of a page of documentation leads to a file and a heading that exist."""
+"""Every link of a page of documentation leads to a file and a heading that exist, and every table is drawn as one."""
 
 import importlib.util
 import itertools
@@ -70,6 +70,12 @@ def dead_links(page: Path, text: str) -> list[str]:
 @pytest.mark.parametrize("page", SITE.pages(), ids=str)
 def test_every_link_leads_to_a_file_and_a_heading_that_exist(page: Path) -> None:
     assert dead_links(ROOT / page, (ROOT / page).read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("page", SITE.pages(), ids=str)
+def test_no_row_of_a_table_has_become_text(page: Path) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    assert [token.map for token in tokens(text) if token.type == "inline" and "|---" in token.content] == []
 
 
 def test_dead_files_and_headings_are_found() -> None:

@@ -15,10 +15,10 @@ from volprep.truth.picture import Background, encoded
 from volprep_formats.arrays import FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
-from volprep_formats.output import require_place, write_file
+from volprep_formats.output import write_file
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
-from volprep_formats.png import png_bytes
+from volprep_formats.png import png_bytes, require_png_place
 
 
 @dataclass(frozen=True)
@@ -89,9 +89,7 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
 
 def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     """Draw a package to a PNG file. Raises the errors of `draw`, and VP5021 where the file cannot be written."""
-    if picture_path.suffix.lower() != ".png":
-        raise VolprepError("VP5021", path=picture_path, error="pictures are PNG files, so that its name ends in .png")
-    require_place(picture_path, "VP5021")
+    require_png_place(picture_path)
     picture, taken = draw(package_path, shot)
     write_file(picture_path, png_bytes(encoded(picture, shot.background)), "VP5021")
     return taken

@@ -29,14 +29,14 @@ from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.meshes import read_glb
-from volprep_formats.output import require_place, write_file
+from volprep_formats.output import write_file
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.parts.bricks.places import STORED, index_entries
 from volprep_formats.package.parts.slices.record import AXES, StackAxis
 from volprep_formats.package.parts.slices.texels import slice_texels
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, decode_grid
 from volprep_formats.package.reader import Package
-from volprep_formats.png import png_bytes
+from volprep_formats.png import png_bytes, require_png_place
 from volprep_formats.textures import ktx2
 
 _SECONDS = 300.0
@@ -51,9 +51,7 @@ def write_figure(package: Package, path: Path) -> tuple[int, int]:
     Raises VP6043 if the package has no such layout, VP6040 and VP6041 if pyvista cannot draw, VP5021 if the file cannot
     be written.
     """
-    if path.suffix.lower() != ".png":
-        raise VolprepError("VP5021", path=path, error="pictures are PNG files, so that its name ends in .png")
-    require_place(path, "VP5021")
+    require_png_place(path)
     picture = draw_figure(package)
     if picture is None:
         raise VolprepError("VP6043", path=package.path)

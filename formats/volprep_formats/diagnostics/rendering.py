@@ -107,7 +107,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5021": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: cannot write the picture: {error}",
-        "Check that the folder exists and can be written.",
+        "Name a file that ends in .png, in a folder that exists and can be written.",
     ),
     "VP5022": Diagnostic(ExitStatus.USAGE, "there is no view {name}", "Name one of: {known}; or use --eye."),
     "VP5023": Diagnostic(

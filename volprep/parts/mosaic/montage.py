@@ -12,13 +12,13 @@ from volprep.truth.normal_codes import decoded
 from volprep.truth.picture import encoded
 from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.output import require_place, write_file
+from volprep_formats.output import write_file
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.parts.normals.record import NormalCode
 from volprep_formats.package.parts.slices.texels import slice_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
-from volprep_formats.png import png_bytes
+from volprep_formats.png import png_bytes, require_png_place
 
 LARGEST = 4096
 """Width and height that no picture exceeds."""
@@ -46,12 +46,10 @@ def write_montage(package: Package, level: int | None, path: Path, *, normals: b
 
     Raises VP1250 if no texture holds that, VP5021 if the file cannot be written.
     """
-    if path.suffix.lower() != ".png":
-        raise VolprepError("VP5021", path=path, error="pictures are PNG files, so that its name ends in .png")
     role: Literal["volume", "normals", "slices"] = "normals" if normals else "volume"
     if not normals and any(each.role == "slices" for each in package.manifest.textures):
         role = "slices"
-    require_place(path, "VP5021")
+    require_png_place(path)
     textures = [each for each in package.manifest.textures if each.role == role]
     held = sorted({each.level for each in textures if each.level is not None})
     if not held or level not in {None, *held}:
