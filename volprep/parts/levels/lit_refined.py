@@ -43,7 +43,7 @@ _LONGER = 0.5
 """Curvature is divided by two: with all of it the FLIP of level 2 of norm was 0.088, with this 0.078."""
 _TIE = 0.001
 _PER_VOXEL = 3
-"""Samples for each voxel of the level; with two the FLIP was higher by 2 to 8 %."""
+"""Samples for each voxel of the level; with two the FLIP was higher by 1 to 8 %."""
 _FINE_PER_VOXEL = 2
 _MOST_BYTES = 2**27
 """Of level 0, which is in memory meanwhile."""
