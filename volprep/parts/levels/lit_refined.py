@@ -88,7 +88,14 @@ class _Shading:
             LEAST_SLOPE / min(scan.grid.spacing_mm_zyx),
         )
 
-    def rays(self, lines: RaySegments, per_voxel: int) -> tuple[NDArray[np.generic], ...]:
+    @property
+    def numbers(self) -> tuple[Float64Array, Float64Array, float]:
+        """The shading as the kernels take it."""
+        return self.spacing_mm_xyz, self.apart_xyz, self.least_per_mm
+
+    def rays(
+        self, lines: RaySegments, per_voxel: int
+    ) -> tuple[Float64Array, Float64Array, Float64Array, NDArray[np.int64]]:
         """Return rays as the kernels take them: with so many samples for each voxel."""
         x_mm, y_mm, z_mm = self.spacing_mm_xyz.tolist()
         counts = ray_counts(lines.lengths_mm, (z_mm, y_mm, x_mm), per_voxel=per_voxel)
@@ -105,8 +112,7 @@ class _Shading:
         """Return the lit light [n, 4] of rays through codes [z, y, x]."""
         light = np.empty((len(lines.lengths_mm), 4))
         scale = 1.0 / largest_code(codes.dtype)
-        shading = (self.spacing_mm_xyz, self.apart_xyz, self.least_per_mm)
-        _native.lit_light(codes, scale, *self.rays(lines, per_voxel), *shading, table, light)
+        _native.lit_light(codes, scale, *self.rays(lines, per_voxel), *self.numbers, table, light)
         return light
 
 
@@ -135,11 +141,10 @@ class _LitRefinement(Refinement):
         """Return gradient and curvature of the squared error of light by each voxel, over all transfer functions."""
         sums = np.zeros((*level.shape, 2), np.float32)
         rays = self.shading.rays(self.lines, self.per_voxel)
-        shading = (self.shading.spacing_mm_xyz, self.shading.apart_xyz, self.shading.least_per_mm)
         weights = np.ones(len(self.lines.lengths_mm))
         voxels = np.ascontiguousarray(level)
         for name, (table, slopes) in sloped.items():
-            _native.lit_sums(voxels, *rays, *shading, table, slopes, self.lights[name], weights, sums)
+            _native.lit_sums(voxels, *rays, *self.shading.numbers, table, slopes, self.lights[name], weights, sums)
         return sums[..., 0], np.float32(_LONGER) * sums[..., 1]
 
 
