@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from volprep.truth.kept_light import thin_things
 from volprep.truth.metrics import picture_error
@@ -121,6 +122,37 @@ def test_kept_light_of_lines_on_a_body_without_other_background_is_uncertain_by_
     assert thing.kept + thing.within > 0.9
     (lost,) = thin_things(body, lines, 8.0)
     assert lost.kept + lost.within < 0.5
+
+
+def rough_body(lower=0.0):
+    """A body whose outline is soft and rough, and may lie lower; the share of each pixel that it fills."""
+    rough = ndimage.gaussian_filter(np.random.default_rng(0).standard_normal((SIZE, SIZE)), 0.7)
+    rows, columns = np.mgrid[:SIZE, :SIZE]
+    below = (rows - 60 - lower - 0.5 * (columns - 48)) / 2
+    share = np.clip(below + 0.3 * rough / rough.std(), 0.0, 1.0)
+    return np.repeat(share[..., None], 4, axis=-1)
+
+
+@pytest.mark.parametrize("width", [2.0, 4.0])
+def test_the_corners_of_a_rough_outline_are_no_thin_things(width):
+    """They counted, and kept -2.0 and -1.8 where the outline is 0.4 pixels lower."""
+    assert thin_things(rough_body(lower=0.4), rough_body(), width) == ()
+
+
+@pytest.mark.parametrize("shape", ["beside it", "out of it", "before it"])
+@pytest.mark.parametrize("kept", [0.0, 0.5, 1.0])
+def test_a_vessel_at_a_body_with_a_rough_outline_counts(shape, kept):
+    rows, columns = np.mgrid[:SIZE, :SIZE]
+    above = 60 + 0.5 * (columns - 48) - rows
+    inside = {
+        "beside it": (above > 3) & (above < 5),
+        "out of it": (above > 0) & (above < 40) & (np.abs(columns - 48) < 1.5),
+        "before it": (above > -20) & (above < -18),
+    }[shape]
+    body = rough_body() * (0.4 if shape == "before it" else 1.0)
+    truth = np.where(inside[..., None], np.maximum(body, 0.8), body)
+    picture = body + kept * (truth - body)
+    assert thin_things(picture, truth, 4.0)[0].kept == pytest.approx(kept, abs=0.1)
 
 
 def test_what_is_wider_than_the_width_is_no_thin_thing():

@@ -587,6 +587,71 @@ def linear_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.ND
         If an array has another type or order.
     """
 
+def lit_light(src: numpy.typing.NDArray[numpy.generic], scale: float, origins: numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: numpy.typing.NDArray[numpy.float64], least_per_mm: float, table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+    """
+    Write the light of rays, lit by the viewer.
+
+    Rays have samples in the middles of equal segments, trilinear between voxels, each of opacity 1 - exp(-extinction ·
+    length), front to back. A colour is multiplied by the absolute cosine of ray and gradient.
+
+    Parameters
+    ----------
+    src
+        uint8 or uint16 [z, y, x].
+    scale
+        A code times this is the value: 0 is the first entry of the table, 1 the last.
+    origins, directions, lengths_mm, offsets
+        As for sample_rays; the samples are made here.
+    spacing_mm_xyz
+        float64 [3]: distances of voxels.
+    apart_xyz
+        float64 [3]: voxels to each side that central differences are taken of.
+    least_per_mm
+        Smallest slope of the value with a shade.
+    table
+        float64 [entries, 4]: linear colour, and extinction per millimetre.
+    light
+        float64 [n, 4], written: premultiplied linear colour and opacity.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    TypeError
+        If src has another type.
+    ValueError
+        If a shape does not fit.
+    """
+
+def lit_sums(level: numpy.typing.NDArray[numpy.float32], origins: numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: numpy.typing.NDArray[numpy.float64], least_per_mm: float, table: numpy.typing.NDArray[numpy.float64], slopes: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], sums: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> float:
+    """
+    Add the gradient of the lit light of rays by the voxels of a level, and a curvature that bounds a step.
+
+    As refine_sums, of the light that lit_light gives: a voxel changes it by the values and by the gradients of the samples
+    around it.
+
+    Parameters
+    ----------
+    level
+        float32 [z, y, x]: values from 0, the first entry of the table, to 1, the last.
+    origins, directions, lengths_mm, offsets, spacing_mm_xyz, apart_xyz, least_per_mm, table
+        As for lit_light.
+    slopes, light, weights, sums
+        As for refine_sums.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Returns
+    -------
+    float
+        The error.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit.
+    """
+
 def median_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], threads: int = 0) -> None:
     """
     Write the median of each block of factors_zyx voxels of src to dst.

@@ -68,7 +68,7 @@ class DroppedTable(Record):
 
 
 class PictureErrors(Record):
-    """How far a refined level and the best other one are from level 0 in pictures."""
+    """How far a refined level and another one are from level 0 in pictures."""
 
     refined: float
     """Root mean square over channels, and over the rays of some views that show something, of the difference of light;
@@ -94,6 +94,11 @@ class LevelChoice(Record):
     """Whether the level was not refined because that would cost more than the scene's `refine` allows."""
     refused: PictureErrors | None = None
     """Why a refined level that is nearer along aimed rays was not taken: in pictures it is not."""
+    lit: PictureErrors | None = None
+    """A refined level that was refined through lit rays, too, and as it was before, in lit pixels: the nearer one is
+    the level. None where light is not lit, and beyond the budget."""
+    beyond_lit_budget: bool = False
+    """Whether a refined level was not refined through lit rays because that would cost more than `refine` allows."""
     errors: tuple[LightError, ...] = ()
     """Difference between the chosen level and level 0, for each transfer function."""
     step: MeasuredStep | None = None

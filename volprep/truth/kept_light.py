@@ -6,7 +6,10 @@ measured by itself:
 1. *Brightness* of a pixel is the mean of its four premultiplied channels.
 2. A *thin thing* is a connected part of the truth (8 neighbours) that a morphological opening with a disk removes. The
    diameter of the disk is the width, two voxels of the level, and 3 pixels at least. It consists of pixels that are
-   brighter than the opening by more than 0.02, by 0.05 in the mean, and is at least twice as long as the width.
+   brighter than the opening by more than 0.02, by 0.05 in the mean, and is at least twice as long as the width. A
+   quarter of its light must *stand out*: it remains where each pixel of the opening first takes the brightness of its
+   brightest neighbour, but no more than the truth has. The corners of a rough outline do not stand out from their body,
+   which a disk cannot fill; a vessel with a darker pixel on both sides does.
 3. Its *light* is the sum of what the opening removes.
 4. Its *surroundings* are the pixels that are nearer to it than to other thin things, no further away than the width: a
    level may spread the light over so much.
@@ -36,6 +39,10 @@ LEAST_CONTRAST = 0.02
 """Brightness of each pixel above the opening, premultiplied linear."""
 LEAST_MEAN_CONTRAST = 0.05
 """Mean brightness above the opening. Fainter things are mostly noise: how a level shows them means little."""
+_LEAST_STANDING = 0.25
+"""Part of a thing's light. Chains of corners on outlines of four scans have 0.02 to 0.17. Lost and faded vessels,
+struts, shells and slabs between cracks are found as without this limit up to 0.25; with 0.33 of 642 pictures 3 are not.
+"""
 _LEAST_WIDTH = 3.0
 """Pixels. A thinner disk removes nothing but single pixels."""
 _FINE = 5.0
@@ -129,7 +136,14 @@ def _things(bright: Float32Array, width: float) -> tuple[NDArray[np.intp], Float
         return None
     lengths = [max(side.stop - side.start for side in box) for box in ndimage.find_objects(labels)]
     means = ndimage.mean(removed, labels, np.arange(1, count + 1))
-    counts = (np.array(lengths) >= 2 * width) & (np.asarray(means) >= LEAST_MEAN_CONTRAST)
+    opened = bright - removed
+    standing = bright - np.minimum(ndimage.grey_dilation(opened, size=(3, 3)), bright)
+    shares = ndimage.mean(standing, labels, np.arange(1, count + 1)) / means
+    counts = (
+        (np.array(lengths) >= 2 * width)
+        & (np.asarray(means) >= LEAST_MEAN_CONTRAST)
+        & (np.asarray(shares) >= _LEAST_STANDING)
+    )
     if not counts.any():
         return None
     kept = np.concatenate([[0], counts]).astype(np.intp)

@@ -37,6 +37,7 @@ void laplacian_histogram(nb::module_& module);
 void light_fit(nb::module_& module);
 void light_samples(nb::module_& module);
 void linear_reduce(nb::module_& module);
+void lit_level(nb::module_& module);
 void median_reduce(nb::module_& module);
 void mode_reduce(nb::module_& module);
 void nearest_reduce(nb::module_& module);

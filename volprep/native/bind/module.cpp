@@ -19,6 +19,7 @@ NB_MODULE(_native, module) {
     volprep::bind::light_fit(module);
     volprep::bind::light_samples(module);
     volprep::bind::linear_reduce(module);
+    volprep::bind::lit_level(module);
     volprep::bind::median_reduce(module);
     volprep::bind::mode_reduce(module);
     volprep::bind::nearest_reduce(module);

@@ -67,7 +67,8 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
                 channel=plan.channel,
                 kept=True,
                 reason=f"{choice.filter}: along rays aimed at what is seen its light is nearest to that of level 0; "
-                f"errors: {_listed(choice)}{_BEYOND if choice.beyond_budget else ''}{_refused(choice)}",
+                f"errors: {_listed(choice)}{_BEYOND if choice.beyond_budget else ''}{_refused(choice)}"
+                f"{_refined_lit(choice)}",
             )
         own = {table.transfer for table in choice.tables}
         lit = {table.transfer: _lit(table) for table in choice.dropped}
@@ -94,6 +95,16 @@ def _refused(choice: LevelChoice) -> str:
         return ""
     errors = choice.refused
     return f"; refined, it is {errors.refined:.3g} from it in pictures, and {errors.other:.3g} with this filter"
+
+
+def _refined_lit(choice: LevelChoice) -> str:
+    """Say what refining a level through lit rays has brought."""
+    if choice.lit is None:
+        return "; refining it through lit rays, too, is beyond the budget" if choice.beyond_lit_budget else ""
+    errors = choice.lit
+    found = "" if errors.refined < errors.other else ", and is not taken"
+    lit = f"; refined through lit rays, it is {errors.refined:.3g} from it in lit pixels{found}"
+    return f"{lit}; before, {errors.other:.3g}"
 
 
 def _lit(table: DroppedTable) -> str:

@@ -232,14 +232,22 @@ def inside_box(
     points_mm: Float64Array, directions: Float64Array, extent_mm_xyz: Float64Array, shortest_mm: float
 ) -> RaySegments:
     """Cut lines through points to the box from 0 to `extent_mm_xyz`; lines that hardly touch it are dropped."""
+    enter_mm, leave_mm = ends_in_box(points_mm, directions, extent_mm_xyz)
+    kept = leave_mm - enter_mm > shortest_mm
+    starts = points_mm[kept] + enter_mm[kept, None] * directions[kept]
+    return RaySegments(starts, directions[kept], (leave_mm - enter_mm)[kept])
+
+
+def ends_in_box(
+    points_mm: Float64Array, directions: Float64Array, extent_mm_xyz: Float64Array
+) -> tuple[Float64Array, Float64Array]:
+    """Return how far from their points lines enter the box and leave it; they leave it first where they miss it."""
     # A direction along an axis has no crossing with the planes across it: far away on both sides.
     safe = np.where(np.abs(directions) < 1e-12, 1e-12, directions)
     crossings = np.stack([-points_mm / safe, (extent_mm_xyz - points_mm) / safe])
-    enter = crossings.min(axis=0).max(axis=1)
-    leave = crossings.max(axis=0).min(axis=1)
-    kept = leave - enter > shortest_mm
-    starts = points_mm[kept] + enter[kept, None] * directions[kept]
-    return RaySegments(starts, directions[kept], (leave - enter)[kept])
+    enter_mm: Float64Array = crossings.min(axis=0).max(axis=1)
+    leave_mm: Float64Array = crossings.max(axis=0).min(axis=1)
+    return enter_mm, leave_mm
 
 
 def _arrays(lines: RaySegments) -> tuple[Float64Array, Float64Array, Float64Array]:

@@ -16,7 +16,7 @@ error was lower by 3 to 8 % (vessels, stents) and 16 % (cracks, shells), 96³ vo
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,7 +40,6 @@ _MANY_RAYS_PER_VOXEL = 20
 _TABLE_RAYS = 3000
 """Rays that tables are fitted along between rounds."""
 _TIE = 0.01
-"""Weight of a voxel's change beside the mean curvature, so that voxels that no ray meets stay."""
 _REACH = 2 / 255
 """Slopes of tables are differences over so much on either side: a value just below the foot of a table may rise."""
 _FEWEST_RAYS_PER_VOXEL = 6
@@ -97,7 +96,7 @@ def refine_lines(
     """
     shares: list[_Share] = []
     for factors in sorted(levels, key=math.prod, reverse=True):
-        voxels = _seen_voxels(blocks, factors)
+        voxels = seen_voxels(blocks, factors)
         probe = aimed_lines(grid, blocks, float(max(factors)), _MEAN_OF, _SEED)
         if not len(probe.lengths_mm):
             continue
@@ -116,7 +115,10 @@ def refine_lines(
     for share in (each for each in shares if not each.shared):
         ample = _wanted(share.voxels, max(budget.rays_per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
         share.grow(ample, budget, shares)
-    return {share.factors: RefineRays(_lines(grid, blocks, share), share.rounds, share.shared) for share in shares}
+    return {
+        share.factors: RefineRays(rays_at(grid, blocks, share.factors, share.rays), share.rounds, share.shared)
+        for share in shares
+    }
 
 
 @dataclass
@@ -174,15 +176,15 @@ def _wanted(voxels: int, per_voxel: int, usual: int) -> int:
     return max(per_voxel * voxels, min(_MOST_RAYS_PER_VOXEL * voxels, usual), _FEWEST_RAYS)
 
 
-def _lines(grid: Grid, blocks: SeenBlocks, share: _Share) -> RaySegments:
+def rays_at(grid: Grid, blocks: SeenBlocks, factors: Factors, count: int) -> RaySegments:
     """Return the rays of a level, in random order: tables are fitted along the first of them."""
-    at_random = share.rays // _RANDOM_SHARE
-    aimed = aimed_lines(grid, blocks, float(max(share.factors)), share.rays - at_random, _SEED)
+    at_random = count // _RANDOM_SHARE
+    aimed = aimed_lines(grid, blocks, float(max(factors)), count - at_random, _SEED)
     lines = RaySegments.joined([aimed, *([random_lines(grid, at_random, _SEED, fewest=1)] if at_random else [])])
     return lines.taken(np.random.default_rng(_SEED).permutation(len(lines.lengths_mm)))
 
 
-def _seen_voxels(blocks: SeenBlocks, factors: Factors) -> int:
+def seen_voxels(blocks: SeenBlocks, factors: Factors) -> int:
     """Return how many voxels of a level hold a block that is seen, about."""
     ratios = [max(1, factor // blocks.edge) for factor in factors]
     seen = blocks.seen
@@ -211,6 +213,8 @@ class Refinement:
     """Parts of the rays; a step follows one of them."""
     rounds: tuple[int, ...] = _ROUNDS
     """Steps of voxels in each round."""
+    tie: float = _TIE
+    """Weight of a voxel's change beside the mean curvature, so that voxels that no ray meets stay."""
 
     def refined(self, start: Float32Array, spacing_mm_zyx: tuple[float, float, float]) -> Float32Array:
         """Return the voxels [z, y, x] of a level that begins as `start`; values from 0 to 1."""
@@ -242,18 +246,33 @@ class Refinement:
         tables: Mapping[str, Float64Array],
         steps: int,
     ) -> Float32Array:
-        """Take gradient steps with momentum, which begins again where it points uphill."""
+        level = begin
+        for moved in self.moving(begin, spacing_mm_zyx, tables, steps):
+            level = moved
+        return level
+
+    def moving(
+        self,
+        begin: Float32Array,
+        spacing_mm_zyx: tuple[float, float, float],
+        tables: Mapping[str, Float64Array],
+        steps: int,
+    ) -> Iterator[Float32Array]:
+        """Yield the level after each gradient step with momentum, which begins again where it points uphill.
+
+        Yields nothing more where no ray meets a voxel.
+        """
         sloped = {name: (table, smoothed_slopes(table, _REACH)) for name, table in tables.items()}
         count = len(self.lines.lengths_mm)
         parts = [self.part(np.arange(first, count, self.parts)) for first in range(min(self.parts, count))]
         level, ahead = begin, begin
         speed = 1.0
         for step in range(steps):
-            gradient, curvature = parts[step % len(parts)]._sums(ahead, sloped, spacing_mm_zyx)
+            gradient, curvature = parts[step % len(parts)].sums(ahead, sloped, spacing_mm_zyx)
             met = curvature > 0
             if not met.any():
-                return level
-            tie = np.float32(_TIE * curvature[met].mean(dtype=np.float64))
+                return
+            tie = np.float32(self.tie * curvature[met].mean(dtype=np.float64))
             moved = np.clip(ahead - (gradient + tie * (ahead - begin)) / (curvature + tie), 0.0, 1.0)
             if float(((ahead - moved) * (moved - level)).sum(dtype=np.float64)) > 0.0:
                 speed, ahead = 1.0, moved
@@ -262,9 +281,9 @@ class Refinement:
                 further = moved + np.float32((speed - 1.0) / faster) * (moved - level)
                 speed, ahead = faster, np.clip(further, 0.0, 1.0)
             level = moved
-        return level
+            yield level
 
-    def _sums(
+    def sums(
         self,
         level: Float32Array,
         sloped: Mapping[str, tuple[Float64Array, Float64Array]],

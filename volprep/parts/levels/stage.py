@@ -15,6 +15,7 @@ from volprep.parts.levels.choose_level import Chooser
 from volprep.parts.levels.classified import CLASSIFIED_CANDIDATES, ClassifiedChooser
 from volprep.parts.levels.level_input import BY_LOOKS, FITTED, Factors, LevelInput, level_slices, look_of, written
 from volprep.parts.levels.level_steps import LevelSteps
+from volprep.parts.levels.lit_refined import LIT_AUTO, LIT_THOROUGH, LitLevels
 from volprep.parts.levels.means import are_kept, keep_means
 from volprep.parts.levels.preview import error_along_rays, preview_levels
 from volprep.parts.levels.projected import ProjectedChooser
@@ -54,6 +55,8 @@ _NEVER_FAR_DOWN: frozenset[LevelFilter] = frozenset({"median", "feature-preservi
 """Not tried where means are kept. On six scans with three choices of functions each, at 16 and 32 voxels along an edge,
 the median had 1.02 to 2.2 times box's error in all 36; with tables of histograms it was the best in 3 of 36, by 1.3 %
 at most. Both read level 0 again."""
+_LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
+"""Compositings whose lit light the refinement follows."""
 
 
 class _Drawing(Record):
@@ -61,6 +64,8 @@ class _Drawing(Record):
 
     compositing: CompositingName
     lit: bool
+    central: bool
+    """Whether every lit program takes central differences of the voxels that it draws."""
     tolerance: Tolerance
     measure_steps: bool
     segments: bool
@@ -69,10 +74,11 @@ class _Drawing(Record):
 
 
 def _drawing(plan: ChannelPlan) -> _Drawing:
-    lit = any(program.lighting != "none" for program in plan.programs)
+    lit = [program for program in plan.programs if program.lighting != "none"]
     return _Drawing(
         compositing=plan.shared.compositing,
-        lit=lit,
+        lit=bool(lit),
+        central=all(program.normals_from == "central" for program in lit),
         tolerance=plan.render.tolerance,
         measure_steps=plan.shared.measure_steps,
         segments=any(program.classification == "preintegrated" for program in plan.programs),
@@ -97,6 +103,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     chooser = _chooser(scan, plan, coarser) if coarser else None
     seen = _seen(scan, plan) if coarser else None
     steps = _steps(scan, plan) if coarser else None
+    lit = _lit_levels(scan, plan, coarser, chooser)
     is_edited = plan.part(EditingPlan) is not None
     waiting: list[tuple[LevelPlan, Future[LevelChoice], RawVolume]] = []
     # A level is measured while the next one is made: both use few threads.
@@ -109,7 +116,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
                 choice, codes = chooser.choose(
                     level.index, level.factors_zyx, candidates, draft.scratch, progress.advance
                 )
-            waiting.append((level, beside.submit(_measured, choice, codes, level, seen, steps, is_edited), codes))
+            waiting.append((level, beside.submit(_measured, choice, codes, level, seen, lit, steps, is_edited), codes))
         choices = [_written(draft, plan, *each) for each in waiting]
     filters = {choice.level: choice.filter for choice in choices}
     labelled = _drawing(plan).labelled
@@ -122,10 +129,11 @@ def _measured(  # noqa: PLR0917 - a level, and what measures it
     codes: RawVolume,
     level: LevelPlan,
     seen: SeenLevels | None,
+    lit: LitLevels | None,
     steps: LevelSteps | None,
     is_edited: bool,
 ) -> LevelChoice:
-    """Complete the choice of a level that was made with its errors and its step."""
+    """Complete the choice of a level that was made with its errors and its step; refine it through lit rays before."""
     if seen is None:
         choice = choice.model_copy(update={"errors": choice.tried})
     elif is_edited:
@@ -135,9 +143,25 @@ def _measured(  # noqa: PLR0917 - a level, and what measures it
     else:
         tables, dropped, errors = seen.chosen(codes, level.factors_zyx, choice.tables)
         choice = choice.model_copy(update={"tables": tables, "dropped": dropped, "errors": errors})
+        if choice.filter == "refined" and lit is not None:
+            choice = _refined_lit(choice, codes, level, seen, lit)
     off = error_along_rays(choice)
     step = None if steps is None else steps.measured(codes, level.factors_zyx, choice.tables, off)
     return choice.model_copy(update={"step": step})
+
+
+def _refined_lit(
+    choice: LevelChoice, codes: RawVolume, level: LevelPlan, seen: SeenLevels, lit: LitLevels
+) -> LevelChoice:
+    """Refine a level through lit rays, and write it to its file if it is nearer to level 0 in lit pictures."""
+    if not lit.refines(level.factors_zyx):
+        return choice.model_copy(update={"beyond_lit_budget": True})
+    refined, errors = lit.refined(codes, level.factors_zyx, choice.tables)
+    if errors.refined >= errors.other:
+        return choice.model_copy(update={"lit": errors})
+    codes.path.write_bytes(bytes_of(refined))
+    measured = seen.errors(codes, level.factors_zyx, choice.tables)
+    return choice.model_copy(update={"lit": errors, "errors": measured})
 
 
 def _written(
@@ -175,6 +199,23 @@ def _budget(plan: ChannelPlan, coarser: Sequence[LevelPlan]) -> RefineBudget | N
     if not any("refined" in _candidates(level, plan) for level in coarser):
         return None
     return THOROUGH if any(level.refine == "thorough" for level in coarser) else AUTO
+
+
+def _lit_levels(
+    scan: LevelInput,
+    plan: ChannelPlan,
+    coarser: Sequence[LevelPlan],
+    chooser: Chooser | ClassifiedChooser | ProjectedChooser | None,
+) -> LitLevels | None:
+    """Return what refines refined levels through lit rays, too; None if no level is, or not lit from its own voxels."""
+    drawing = _drawing(plan)
+    is_followed = drawing.lit and drawing.central and drawing.compositing in _LAID_OVER
+    is_fixed = not (drawing.segments or drawing.labelled or plan.part(EditingPlan) is not None)
+    if not (isinstance(chooser, Chooser) and is_followed and is_fixed):
+        return None
+    # Those that may be refined, whatever filter a level has: the budget is then the same when a level is made again.
+    levels = [level.factors_zyx for level in coarser if chooser.refines(level.factors_zyx)]
+    return LitLevels(scan, levels, LIT_THOROUGH if _budget(plan, coarser) is THOROUGH else LIT_AUTO)
 
 
 def _seen(scan: LevelInput, plan: ChannelPlan) -> SeenLevels | None:

@@ -1,0 +1,120 @@
+"""The lit light of rays against samples and gradients in numpy, and its adjoint against differences of the light."""
+
+import numpy as np
+import pytest
+
+from volprep.compositing import COMPOSITINGS
+from volprep.kernels import _native
+from volprep.parts.levels.headlight import headlight
+from volprep.parts.levels.in_memory import InMemory
+from volprep.parts.levels.rays import RaySegments, ray_counts, sample_level
+from volprep_formats.package.function_table import Table
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+
+SHAPE = (3, 5, 4)
+SPACING = (1.5, 1.0, 0.75)
+TABLE = np.column_stack([np.linspace(0.1, 0.9, 33), np.linspace(0.7, 0.2, 33), np.full(33, 0.5), np.linspace(0, 2, 33)])
+SLOPES = np.ascontiguousarray(np.repeat(np.diff(TABLE[:2], axis=0) * 32, 33, axis=0))
+HALVED_ZYX = (True, False, True)
+LEAST_PER_MM = 1e-3
+
+
+@pytest.fixture
+def codes():
+    return np.random.default_rng(1).integers(12000, 52000, SHAPE).astype(np.uint16)
+
+
+@pytest.fixture
+def lines():
+    generator = np.random.default_rng(2)
+    extent = np.array(SHAPE[::-1]) * SPACING[::-1]
+    starts, ends = generator.uniform(0, 1, (2, 21, 3)) * extent
+    lengths = np.linalg.norm(ends - starts, axis=1)
+    return RaySegments(starts, (ends - starts) / lengths[:, None], lengths)
+
+
+def arguments(lines):
+    """Rays and shading as both kernels take them."""
+    spacing = np.array(SPACING[::-1])
+    counts = ray_counts(lines.lengths_mm, SPACING, per_voxel=3)
+    apart = np.where(HALVED_ZYX[::-1], 0.5, 1.0)
+    rays = (lines.starts_mm_xyz / spacing - 0.5, lines.directions_xyz / spacing, lines.lengths_mm)
+    return *rays, np.concatenate([[0], np.cumsum(counts)]), spacing, apart, LEAST_PER_MM, TABLE
+
+
+def light_of(codes, lines, threads=0):
+    light = np.empty((len(lines.lengths_mm), 4))
+    _native.lit_light(codes, 1.0 / 65535, *arguments(lines), light, threads)
+    return light
+
+
+def sums_of(codes, lines, light, threads=0):
+    sums = np.zeros((*SHAPE, 2), np.float32)
+    level = (codes / 65535).astype(np.float32)
+    return _native.lit_sums(level, *arguments(lines), SLOPES, light, np.ones(len(light)), sums, threads), sums
+
+
+def test_the_light_is_that_of_samples_and_their_gradients(codes, lines) -> None:
+    volume = InMemory.of(codes)
+    along = sample_level(volume, SPACING, lines, per_voxel=3)
+    wanted = np.ones(len(along.values), np.bool_)
+    cosines = headlight(volume, SPACING, lines, along, wanted, LEAST_PER_MM, halved_zyx=HALVED_ZYX)
+    assert 0.1 < cosines.mean() < 0.9
+    values = np.linspace(0.0, 1.0, len(TABLE))
+    points = (
+        TransferPoint(value=float(value), colour=tuple(entry[:3].tolist()), extinction_per_mm=float(entry[3]))
+        for value, entry in zip(values, TABLE, strict=True)
+    )
+    table = Table.exact(TransferFunction(name="table", points=tuple(points)))
+    lit_rays = COMPOSITINGS["emission-absorption"].lit_rays
+    assert lit_rays is not None
+    expected = [
+        lit_rays(
+            along.values[begin:end, None].astype(np.float64) / 65535,
+            lines.lengths_mm[ray : ray + 1] / (end - begin),
+            table,
+            "nearest",
+            cosines[begin:end, None],
+        )[0]
+        for ray, (begin, end) in enumerate(zip(along.offsets[:-1], along.offsets[1:], strict=True))
+    ]
+    assert light_of(codes, lines) == pytest.approx(np.array(expected), abs=2e-4)
+
+
+def test_the_gradient_is_that_of_differences_of_the_light(codes, lines) -> None:
+    target = light_of(np.full(SHAPE, 26000, np.uint16), lines)
+    cost, sums = sums_of(codes, lines, target)
+    assert cost == pytest.approx(((light_of(codes, lines) - target) ** 2).sum(), rel=1e-3)
+    change = 50
+    for voxel in [(0, 0, 0), (1, 2, 1), (2, 4, 3), (1, 3, 2)]:
+        costs = []
+        for sign in (1, -1):
+            moved = codes.copy()
+            moved[voxel] = int(codes[voxel]) + sign * change
+            costs.append(((light_of(moved, lines) - target) ** 2).sum())
+        slope = (costs[0] - costs[1]) / (2 * change / 65535)
+        assert 2 * sums[(*voxel, 0)] == pytest.approx(slope, rel=0.03, abs=2e-3 * float(np.abs(sums).max()))
+
+
+def test_a_step_of_gradient_over_curvature_lowers_the_error(codes, lines) -> None:
+    target = light_of(np.random.default_rng(5).integers(12000, 52000, SHAPE).astype(np.uint16), lines)
+    cost, sums = sums_of(codes, lines, target)
+    met = sums[..., 1] > 0
+    step = np.where(met, sums[..., 0] / np.where(met, sums[..., 1], 1), 0)
+    after, _ = sums_of(np.clip(codes - 65535 * step, 0, 65535), lines, target)
+    assert 0 < after < 0.95 * cost
+
+
+def test_threads_do_not_change_a_bit(codes, lines) -> None:
+    target = light_of(codes, lines, threads=1)
+    assert np.array_equal(target, light_of(codes, lines, threads=3))
+    (cost, one), (again, three) = (sums_of(codes, lines, target[::-1].copy(), threads) for threads in (1, 3))
+    assert cost == again
+    assert np.array_equal(one, three)
+
+
+def test_arguments_that_do_not_fit_are_refused(codes, lines) -> None:
+    with pytest.raises(ValueError, match="a row for each ray"):
+        sums_of(codes, lines, np.zeros((20, 4)))
+    with pytest.raises(TypeError, match="src is float32"):
+        light_of(codes.astype(np.float32), lines)
