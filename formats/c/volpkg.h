@@ -5820,8 +5820,10 @@ static volpkg_code volpkg__light_programs(volpkg__reader* r, const volpkg_packag
                      "it does not sample the texture of its light once");
         VOLPKG__RULE(turns == held->light->model.turnable, program->name,
                      "it has the uniform environment and its light is fixed, or the other way round");
-        VOLPKG__RULE((held->mosaic != NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC), program->name,
-                     "it reads light in another form than its volume");
+        /* Sub-volumes lie in files of their own, as mosaics or not; the light of all of them is here. */
+        VOLPKG__RULE(program->sampling == VOLPKG_SAMPLING_SUBVOLUMES ||
+                         (held->mosaic != NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC),
+                     program->name, "it reads light in another form than its volume");
     }
     return VOLPKG_OK;
 }

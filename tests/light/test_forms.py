@@ -108,9 +108,10 @@ def test_light_in_a_mosaic_draws_the_same_picture_as_in_a_3d_texture(built, form
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("form", ["a brightness", "turnable"])
-def test_sub_volumes_have_the_light_of_the_whole_volume(built, form) -> None:
-    wishes = {"lighting": SKY, **FORMS[form], "more": "[grid]\nsize = 9"}
-    package = built(f"{form} in pieces", **wishes)
+@pytest.mark.parametrize("profile", ["gles3", "gles2-4096"])
+def test_sub_volumes_have_the_light_of_the_whole_volume(built, form, profile) -> None:
+    wishes = {"lighting": SKY, **FORMS[form], "more": "[grid]\nsize = 9", "profile": profile}
+    package = built(f"{form} in pieces {profile}", **wishes)
     program = package.manifest.subvolumes.programs[0]
     assert program.baked
     # The four pieces around the point in the middle are the whole volume.

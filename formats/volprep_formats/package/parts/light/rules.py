@@ -118,5 +118,6 @@ def _program(program: Program, textures: Sequence[Texture]) -> Iterator[str]:
             yield "does not sample the texture of its light once"
         if turns != light.model.turnable:
             yield f"has {'the' if turns else 'no'} uniform environment, its light is {'' if turns else 'not '}fixed"
-        if (textures[0].mosaic is not None) != (program.sampling == "mosaic"):
+        # Sub-volumes lie in files of their own, as mosaics or not; the light of all of them is here.
+        if program.sampling != "subvolumes" and (textures[0].mosaic is not None) != (program.sampling == "mosaic"):
             yield f"reads light in another form than {program.sampling} does"
