@@ -165,7 +165,6 @@ def test_lit_blocks_without_segments_are_the_picture_of_the_whole_too(folder, pr
     # Forward differences reach a voxel beyond a block, too.
     package = built(folder, f"{profile}-{normals}", profile, PIECES | {"render": LIT, "lighting": {"normals": normals}})
     assert check(package.path) == []
-    assert grid_of(package).ghost == 1
     for view in ("anterior", "superior"):
         assert np.abs(laid_over(package, view=view) - drawn(package, view)).max() < 1e-4
 
