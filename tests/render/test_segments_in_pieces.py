@@ -10,12 +10,16 @@ import nibabel
 import numpy as np
 import pytest
 from judged import validate
-from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, truth, write_segments
+from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, scene_of, truth, write_segments
 
 from volprep.parts.subvolumes.cut import cut
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
+from volprep.pipeline.build import plan_build
 from volprep.pipeline.walk import walk
 from volprep.render.renderer import Renderer
+from volprep.scene.profiles import load_profile
+from volprep.scene.request import Request
+from volprep.scene.scene import Scene
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.validation import edits_and_cuts
@@ -202,10 +206,21 @@ def test_the_first_hit_of_blocks_is_that_of_the_whole(folder, profile, lighting,
     assert np.abs(picture - drawn(package)).max() < 2e-6
 
 
+def test_a_plan_says_why_pieces_are_unlit(folder) -> None:
+    render = {"compositing": "first-hit", "lighting": "headlight"}
+    transfer = [{"name": name, "points": INSIDE, "isovalue": 150.0} for name in ("veil", "inside")]
+    change = PIECES | {"render": render, "transfer": transfer}
+    scene = Scene.model_validate(scene_of(folder, **ONE_HIDDEN).model_dump(exclude_unset=True) | change)
+    plan = plan_build(Request(scene, load_profile("gles3", folder), None), Silent())
+    (item,) = (each for each in plan.items if each.name == "sub-volumes")
+    assert item.reason.endswith("without light, since drivers would compile minutes for the labels around a hit")
+
+
 @pytest.mark.long
-def test_pieces_of_one_value_are_validated(folder) -> None:
-    package = of_one_value(folder, "validated", "gles3", "first-hit")
-    report = validate(package.path, folder / "report-first-hit", Silent(), witness=False)
+@pytest.mark.parametrize(("lighting", "labelled"), [("none", True), ("headlight", False)])
+def test_pieces_of_one_value_are_validated(folder, lighting, labelled) -> None:
+    package = of_one_value(folder, f"validated-{lighting}", "gles3", "first-hit", lighting, labelled=labelled)
+    report = validate(package.path, folder / f"report-{lighting}", Silent(), witness=False)
     assert report.verdict.passed
     items = [other.item for program in report.programs for other in program.others]
     assert any(item.startswith("pieces around points 1") for item in items)
