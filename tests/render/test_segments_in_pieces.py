@@ -161,7 +161,7 @@ def test_lit_blocks_are_the_picture_of_the_whole_up_to_rounding(request, name) -
         assert np.abs(laid_over(package, view=view) - drawn(package, view)).max() < 1e-4
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("profile", "normals"), [("gles2-4096", "central"), ("gles3", "forward"), ("gles3", "central")]
 )
