@@ -213,7 +213,7 @@ def test_a_plan_says_why_pieces_are_unlit(folder) -> None:
     scene = Scene.model_validate(scene_of(folder, **ONE_HIDDEN).model_dump(exclude_unset=True) | change)
     plan = plan_build(Request(scene, load_profile("gles3", folder), None), Silent())
     (item,) = (each for each in plan.items if each.name == "sub-volumes")
-    assert item.reason.endswith("without light, since drivers would compile minutes for the labels around a hit")
+    assert item.reason.endswith("without light, since a driver may compile the labels around a hit for a minute")
 
 
 @pytest.mark.long
