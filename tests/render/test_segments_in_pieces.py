@@ -1,23 +1,35 @@
 """Sub-volumes with segments: texels hold values and labels, and blocks laid over each other are the scan's picture."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise, product
 from pathlib import Path
+from types import SimpleNamespace
 
 import nibabel
 import numpy as np
 import pytest
 from judged import validate
-from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, truth, write_segments
+from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, scene_of, truth, write_segments
 
 from volprep.parts.subvolumes.cut import cut
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
+from volprep.pipeline.build import plan_build
 from volprep.pipeline.walk import walk
 from volprep.render.renderer import Renderer
+from volprep.scene.profiles import load_profile
+from volprep.scene.request import Request
+from volprep.scene.scene import Scene
 from volprep.truth.camera import standard_views
+from volprep.truth.decoded import level_volume
+from volprep.validation import edits_and_cuts
+from volprep.validation.clock import Clock
+from volprep.validation.edits_and_cuts import judge_cut, random_cut
+from volprep.validation.labelled_subject import LabelledSubject
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, constant_texture, decode_grid
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -90,12 +102,17 @@ def laid_over(package: Package, view: str = VIEW) -> np.ndarray:
     return picture
 
 
-def of_one_value(folder: Path, name: str, profile: str, compositing: str) -> Package:
+def of_one_value(
+    folder: Path, name: str, profile: str, compositing: str, lighting: str = "none", *, labelled: bool = True
+) -> Package:
     """Build pieces of which a ray shows one value. A greater value is more opaque, whatever visible label it has."""
     functions = [{"name": "veil", "points": [SOFT, INSIDE[-1]]}, {"name": "inside", "points": INSIDE}]
     transfer = [each | {"isovalue": 150.0} for each in functions] if compositing == "first-hit" else functions
-    render = {"step_voxels": 0.25, "picture_size": 48, "compositing": compositing}
-    return built(folder, name, profile, PIECES | {"render": render, "transfer": transfer}, **ONE_HIDDEN)
+    render = {"step_voxels": 0.25, "picture_size": 48, "compositing": compositing, "lighting": lighting}
+    change = PIECES | {"render": render, "transfer": transfer if labelled else transfer[:1]}
+    if lighting != "none":
+        change["lighting"] = {"normals": "central"}
+    return built(folder, name, profile, change, **ONE_HIDDEN if labelled else {})
 
 
 @pytest.mark.long(keep=2)
@@ -144,6 +161,18 @@ def test_lit_blocks_are_the_picture_of_the_whole_up_to_rounding(request, name) -
         assert np.abs(laid_over(package, view=view) - drawn(package, view)).max() < 1e-4
 
 
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize(
+    ("profile", "normals"), [("gles2-4096", "central"), ("gles3", "forward"), ("gles3", "central")]
+)
+def test_lit_blocks_without_segments_are_the_picture_of_the_whole_too(folder, profile, normals) -> None:
+    # Forward differences reach a voxel beyond a block, too.
+    package = built(folder, f"{profile}-{normals}", profile, PIECES | {"render": LIT, "lighting": {"normals": normals}})
+    assert check(package.path) == []
+    for view in ("anterior", "superior"):
+        assert np.abs(laid_over(package, view=view) - drawn(package, view)).max() < 1e-4
+
+
 @pytest.mark.parametrize("profile", ["gles3", pytest.param("gles2-4096", marks=pytest.mark.long)])
 def test_the_greatest_values_of_blocks_are_the_maximum_of_the_whole(folder, profile) -> None:
     package = of_one_value(folder, f"{profile}-maximum", profile, "maximum")
@@ -155,11 +184,21 @@ def test_the_greatest_values_of_blocks_are_the_maximum_of_the_whole(folder, prof
     assert np.abs(picture - drawn(package, "anterior")).max() < (1e-6 if profile == "gles3" else 0.0003)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("profile", ["gles3", "gles2-4096"])
-def test_the_first_hit_of_blocks_is_that_of_the_whole(folder, profile) -> None:
-    package = of_one_value(folder, f"{profile}-first-hit", profile, "first-hit")
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize(
+    ("profile", "lighting", "labelled"),
+    [
+        ("gles3", "headlight", False),
+        ("gles2-4096", "headlight", False),
+        ("gles3", "none", True),
+        ("gles2-4096", "none", True),
+    ],
+)
+def test_the_first_hit_of_blocks_is_that_of_the_whole(folder, profile, lighting, labelled) -> None:
+    name = f"{profile}-first-hit-{lighting}-{labelled}"
+    package = of_one_value(folder, name, profile, "first-hit", lighting, labelled=labelled)
     assert check(package.path) == []
+    assert {each.lighting for each in package.manifest.subvolumes.programs} == {lighting}
     # The first block with a hit counts.
     picture = np.zeros((48, 48, 4))
     for block in blocks(package, VIEW):
@@ -167,10 +206,21 @@ def test_the_first_hit_of_blocks_is_that_of_the_whole(folder, profile) -> None:
     assert np.abs(picture - drawn(package)).max() < 2e-6
 
 
+def test_a_plan_says_why_pieces_are_unlit(folder) -> None:
+    render = {"compositing": "first-hit", "lighting": "headlight"}
+    transfer = [{"name": name, "points": INSIDE, "isovalue": 150.0} for name in ("veil", "inside")]
+    change = PIECES | {"render": render, "transfer": transfer}
+    scene = Scene.model_validate(scene_of(folder, **ONE_HIDDEN).model_dump(exclude_unset=True) | change)
+    plan = plan_build(Request(scene, load_profile("gles3", folder), None), Silent())
+    (item,) = (each for each in plan.items if each.name == "sub-volumes")
+    assert item.reason.endswith("without light, since a driver may compile the labels around a hit for a minute")
+
+
 @pytest.mark.long
-def test_pieces_of_one_value_are_validated(folder) -> None:
-    package = of_one_value(folder, "validated", "gles3", "first-hit")
-    report = validate(package.path, folder / "report-first-hit", Silent(), witness=False)
+@pytest.mark.parametrize(("lighting", "labelled"), [("none", True), ("headlight", False)])
+def test_pieces_of_one_value_are_validated(folder, lighting, labelled) -> None:
+    package = of_one_value(folder, f"validated-{lighting}", "gles3", "first-hit", lighting, labelled=labelled)
+    report = validate(package.path, folder / f"report-{lighting}", Silent(), witness=False)
     assert report.verdict.passed
     items = [other.item for program in report.programs for other in program.others]
     assert any(item.startswith("pieces around points 1") for item in items)
@@ -273,6 +323,23 @@ def test_styles_that_would_take_too_many_units_are_classified_by_control_points(
     assert package.manifest.subvolumes.programs[0].classification == "control-points"
     assert package.manifest.programs[0].classification == "lookup"
     assert np.abs(laid_over(package) - drawn(package)).max() < 0.006
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("name", ["mixed", "lit_in_mosaics"])
+def test_a_cut_of_pieces_with_labels_is_judged_by_the_scan_and_its_labels(request, folder, name, monkeypatch) -> None:
+    package = request.getfixturevalue(name)
+    segments = package.manifest.segments
+    labels = held_labels(package.manifest.textures, 0, package.read_bytes)
+    subject = LabelledSubject(package, level_volume(package, 0), 24, labels, segments)
+    bench = SimpleNamespace(subject=subject, clock=Clock())
+    (judged,) = judge_cut(bench, segments.name)
+    assert judged.passed
+    assert len(judged.views) == 9
+    right = random_cut(subject)
+    monkeypatch.setattr(edits_and_cuts, "random_cut", lambda _: replace(right, labels=np.zeros_like(right.labels)))
+    (judged,) = judge_cut(bench, segments.name)
+    assert not judged.passed
 
 
 @pytest.mark.long

@@ -53,9 +53,10 @@ def test_a_voxel_of_a_level_is_a_pixel_which_is_the_mean_of_four_rays_at_least(r
 
 
 def test_pieces_are_lit_by_slopes_and_judged_by_the_truth_lit_so(report) -> None:
-    """At a face between two blocks, every seven voxels here, slopes are differences of one voxel.
+    """Pieces hold a layer beyond each face between two blocks.
 
-    With central ones there, of values that end half a voxel further on, the worst view has 0.0064 and 0.163.
+    With one-sided slopes there the worst view had up to 0.0055 and 0.14, with central ones of values that end half a
+    voxel further on 0.0064 and 0.163.
     """
     pieces = [other for other in report.programs[0].others if other.program == "subvolumes-shell"]
     names = [
@@ -63,8 +64,8 @@ def test_pieces_are_lit_by_slopes_and_judged_by_the_truth_lit_so(report) -> None
     ]
     assert [other.item for other in pieces] == names
     for other in pieces:
-        assert max(view.rmse for view in other.views) < 0.0055
-        assert max(view.seen.maximum for view in other.views) < 0.14
+        assert max(view.rmse for view in other.views) < 0.0015
+        assert max(view.seen.maximum for view in other.views) < 0.03
 
 
 @pytest.mark.long

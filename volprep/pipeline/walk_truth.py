@@ -15,7 +15,7 @@ from volprep.truth.part import Draw
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.parts.segments.texels import held_labels, labels_of_texels
+from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
@@ -78,8 +78,4 @@ def shown_of_level(package: Package, program: Program, level: int) -> WalkVoxels
 def shown_of_cut(package: Package, program: Program, found: Cut) -> WalkVoxels:
     """Return a box of level 0, lit as the program of sub-volumes lights it."""
     light = None if program.lighting == "none" else light_of_program(package.manifest, program)
-    labels = found.labels
-    if labels is None:
-        return WalkVoxels(package, program, replace(found.volume, normals=light), None)
-    held = labels_of_texels(labels[..., 0] if labels.shape[-1] == 1 else labels)
-    return WalkVoxels(package, program, replace(found.volume, normals=light), held)
+    return WalkVoxels(package, program, replace(found.volume, normals=light), found.numbers)

@@ -256,6 +256,11 @@ class TogetherPlan(Together):
     skip_tables: tuple[SkipTablePlan, ...] = ()
     """For each level what all channels leave empty, where enough is."""
 
+    @property
+    def is_colour(self) -> bool:
+        """Whether the channels are light and, the last one, extinction of a volume in colour."""
+        return any(each.classification == "colour" for each in self.programs)
+
 
 class LabelTexturePlan(TextureContent):
     """The labels of one level: its texture, or the textures of its mosaic."""

@@ -21,14 +21,11 @@ _SHINE = {
 }
 
 
-def lighting(
-    program: ProgramDesign, normals: Texture | None, grid: Grid, *, of_segments: bool, in_block: bool
-) -> Feature:
+def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid, *, of_segments: bool) -> Feature:
     """Return the light of a program: the same for every level that it draws.
 
     Of normals in a mosaic of several textures, `normals` is any; none where the shader takes differences of values on
-    levels of `grid`; `in_block` where these end at the faces of pieces that hold nothing beyond them. Borders of
-    segments have slopes a voxel wide, and so have values beside them.
+    levels of `grid`. Borders of segments have slopes a voxel wide, and so have values beside them.
     """
     if program.normals_from == "volume":
         if normals is None:
@@ -36,7 +33,7 @@ def lighting(
             raise ValueError(msg)
         found, least = normals_of(normals), _LEAST_LENGTH
     else:
-        found = _slopes(program, grid, of_segments=of_segments, in_block=in_block)
+        found = _slopes(program, grid, of_segments=of_segments)
         least = LEAST_SLOPE / min(grid.spacing_mm_zyx)
     words = {**found.words, "LEAST_SQUARED": literal(least**2)}
     slots: dict[str, Slot] = {**found.slots, "lighting_start": "light/headlight:start"}
@@ -57,11 +54,9 @@ def lighting(
     )
 
 
-def _slopes(program: ProgramDesign, grid: Grid, *, of_segments: bool, in_block: bool) -> Feature:
+def _slopes(program: ProgramDesign, grid: Grid, *, of_segments: bool) -> Feature:
     """Return the feature that takes differences of values."""
     name = f"light/gradient:{program.normals_from}"
-    if in_block:
-        return Feature(slots={"lighting": f"{name}_in_block"})
     if program.normals_from == "central" and max(program.levels) > 0 and not of_segments:
         return Feature({"lighting": f"{name}_of_levels"}, {"FINEST_VOXEL_MM": literal(*grid.spacing_mm_zyx[::-1])})
     return Feature(slots={"lighting": name})

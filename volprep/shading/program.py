@@ -235,8 +235,7 @@ def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bo
         level = min(program.levels)
         normals = (each for each in manifest.textures if (each.role, each.level) == ("normals", level))
         of_segments = manifest.segments is not None
-        in_block = pieces is not None and not pieces.ghost
-        lit = lighting(program, next(normals, None), grid, of_segments=of_segments, in_block=in_block)
+        lit = lighting(program, next(normals, None), grid, of_segments=of_segments)
     if program.baked:
         lights = [each for each in manifest.textures if each.role == "light" and not each.is_of_a_cut]
         held = next(each for each in lights if each.transfer == program.transfer)
@@ -263,7 +262,7 @@ def _pieces(package: Package) -> SubvolumeGrid:
 
 def _sampling(package: Package, program: ProgramDesign, grid: Grid, pieces: SubvolumeGrid | None) -> Feature:
     if pieces is not None:
-        return raycast_subvolumes.sampling(grid, pieces, gradients=program.lighting != "none")
+        return raycast_subvolumes.sampling(grid, pieces)
     # Of several levels, which 3D textures have, all are read as the finest one.
     level = next(each for each in package.manifest.levels if each.index == min(program.levels))
     volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))

@@ -6,7 +6,7 @@ position lies between voxels that one piece holds.
 """
 
 from volprep.shading.components import component_letter
-from volprep.shading.compose import Instance, Slot, literal
+from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
 from volprep.shading.positions import in_voxels, voxel_positions
@@ -29,10 +29,10 @@ _VECTORS: dict[str, UniformSource] = {
 }
 
 
-def sampling(grid: Grid, pieces: SubvolumeGrid, *, gradients: bool) -> Feature:
-    """Return how level 0 of this grid is read, for `gradients` also how steep it is; outside nothing is drawn.
+def sampling(grid: Grid, pieces: SubvolumeGrid) -> Feature:
+    """Return how level 0 of this grid is read; outside nothing is drawn.
 
-    Pieces with ghost voxels hold all voxels that differences need, as a whole volume does.
+    Lit pieces have ghost voxels, and so all voxels that differences need.
     """
     if pieces.mosaic is None:
         parts: tuple[Instance, ...] = (Instance("sampling/subvolumes"),)
@@ -40,9 +40,8 @@ def sampling(grid: Grid, pieces: SubvolumeGrid, *, gradients: bool) -> Feature:
     else:
         mosaic = _block(pieces.mosaic)
         parts, samplers = _tiles(mosaic, pieces.filter), mosaic.samplers
-    slopes: Slot = "sampling/subvolumes:slopes" if gradients and not pieces.ghost else None
     return Feature(
-        slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), *parts), "slopes": slopes},
+        slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), *parts)},
         words={"LOW_CORNER_MM": "u_box_low_mm", "HIGH_CORNER_MM": "u_box_high_mm"},
         uniforms=tuple(Uniform(name=name, type="vec3", source=source) for name, source in _VECTORS.items()),
         samplers=samplers,

@@ -26,6 +26,10 @@ and lacks cells of three and more labels, 7 % there. With a table of values and 
 nearest values. A label and two bytes for each cell take 2.2. A loop that ends before its first turn is no way out: the
 driver tests the mask of a loop after each turn, so that a loop of no turns costs one, and one of one turn two (2.75 in
 place of 2.2, and 10 with another one for the third label). Eight labels in two texels take 2.6.
+
+Nor do loops of their own for blocks of one look, without labels: too few blocks have one. Of the voxels of the regions
+9 % lie in blocks of 4³ cells with one label and none in such of 8³, of the organs 66 and 41 %, of the head 16 and 3 %.
+Each block costs a turn of the other loop, so that only organs could win.
 """
 
 from collections.abc import Iterator, Sequence

@@ -11,6 +11,7 @@ the oracle draws its texels and the same box of the scan, in nine views.
 """
 
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from volprep.parts.subvolumes.cut import Cut, cut
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume
+from volprep.truth.labelled_decoded import joined
 from volprep.validation.bench import Bench
 from volprep.validation.pixels import judged, judged_level, pixels_of
 from volprep.validation.seen import width_pixels
@@ -116,18 +118,21 @@ def edited(function: TransferFunction, chance: np.random.Generator) -> TransferF
 
 def judge_cut(bench: Bench, transfer: str) -> Iterator[OtherDrawing]:
     """Cut a box out of level 0, if the package has sub-volumes, and compare it with the same box of the scan."""
-    subject = bench.subject
-    if subject.package.manifest.subvolumes is None or subject.is_of_several:
+    subject, manifest = bench.subject, bench.subject.package.manifest
+    if manifest.subvolumes is None or (subject.is_of_several and manifest.segments is None):
         return
     found = random_cut(subject)
-    record = found.record
+    record, taken = found.record, found.volume
+    if found.numbers is not None:
+        taken = replace(taken, stored=joined(taken.stored, found.numbers))
     with bench.clock.part("oracle"):
-        truth, taken = part_of_scan(subject, record.grid), found.volume
+        truth = part_of_scan(subject, record.grid)
         views = []
         cameras = standard_views(record.grid, subject.render.projection)
         width = width_pixels(cameras.values(), record.grid, subject.shape_hw[0])
         for name, camera in cameras.items():
-            pictures = [subject.of_volume(each, transfer, camera).rgba for each in (taken, truth)]
+            matrix = camera.box_from_clip(record.grid, 1.0)
+            pictures = [subject.through(each, transfer, matrix, subject.shape_hw).rgba for each in (taken, truth)]
             one, other = (picture.astype(np.float32) for picture in pictures)
             views.append(judged(name, one, other, subject.render.tolerance, width))
     at = ", ".join(str(start) for start in record.start_zyx[::-1])

@@ -11,8 +11,8 @@ three views; if none of them excuses a level that is beyond, it is also drawn in
 
 Pieces are drawn eight at a time, as a device holds them: blocks around points of the grid that share no cell and
 together are the whole level, composited in the order in which rays meet them, and compared with the truth. Only
-emission and absorption can be composited like this. For other pictures each block is compared with the same part of the
-scan, small and in three views.
+emission and absorption and first hits can be composited like this. For other pictures each block is compared with the
+same part of the scan, small and in three views.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,6 +23,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.parts.subvolumes.decision import PUT_TOGETHER
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.truth.decoded import light_of_program
@@ -45,13 +46,11 @@ from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.parts.subvolumes.places import ends_mm, sides_of, voxels_of
 from volprep_formats.package.parts.subvolumes.record import Cuts, SubvolumeGrid, decode_grid
-from volprep_formats.package.program import CompositingName, Program
+from volprep_formats.package.program import Program
 
 Index = tuple[int, int, int]
 _FAR = 1e6
 """Distance of the origin of parallel rays from the volume, in diagonals."""
-_LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
-"""Compositings whose pictures of blocks behind each other make that of the whole."""
 _PIXELS_APART = 64
 """Width and height of the pictures of blocks that are compared one by one."""
 _NEAR = 0.05
@@ -232,7 +231,7 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
     grid = decode_grid(subject.package.read_bytes(files.grid), subject.package.path, files.grid)
     lit = _light_of(program, own)
     truths = viewed.truths if lit == "" else _lit_as(bench, own)
-    apart = own.compositing not in _LAID_OVER
+    apart = own.compositing not in PUT_TOGETHER
     width = width_pixels(subject.cameras.values(), subject.grid, subject.shape_hw[0])
     for first in _TILINGS:
         blocks = [*_blocks(grid, first)]
@@ -315,7 +314,7 @@ def _put_together(
     bench: Bench, program: Program, grid: SubvolumeGrid, first: int, blocks: Sequence[tuple[int, Index]]
 ) -> Iterator[tuple[str, Picture]]:
     """Draw all blocks in all views, each block once, and put each view together from front to back."""
-    subject = bench.subject
+    subject, is_first = bench.subject, program.compositing == "first-hit"
     drawn: dict[tuple[str, Index], Picture] = {}
     for point, place in blocks:
         with Renderer(subject.package, point=point, transfer=program.transfer) as renderer, bench.clock.part("drawing"):
@@ -326,7 +325,9 @@ def _put_together(
     for name, box_from_clip in subject.views.items():
         picture = np.zeros((*subject.shape_hw, 4), np.float32)
         for place in _front_to_back(subject, box_from_clip, [cuts[first + 1 :: 2] for cuts in grid.cuts_zyx], places):
-            picture += (1 - picture[..., 3:]) * drawn[name, place]
+            # A hit hides what is behind it, however transparent it is.
+            through = picture[..., 3:] == 0.0 if is_first else 1 - picture[..., 3:]
+            picture += through * drawn[name, place]
         yield name, picture
 
 

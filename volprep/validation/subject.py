@@ -254,10 +254,6 @@ class Subject:
         other = function.model_copy(update={"name": f"{function.name}, edited"})
         return self._draw([(self.scan, other)], view)
 
-    def of_volume(self, volume: Volume, transfer: str, camera: Camera) -> OraclePicture:
-        """Draw any volume from any camera with the control points of the transfer function."""
-        return self._seen([(volume, self.function(transfer))], camera)
-
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw the package's data of `level`, with the lookup table as the transfer function."""
         if self.is_classified:

@@ -150,7 +150,8 @@ def item_of(trial: FormTrial) -> PlanItem:
     if trial.flip is not None:
         error = f"{error}, FLIP {trial.flip:.2g}"
     if trial.basis == "level":
-        found = f"encoded whole, it changes {trial.pictures} standard views by {error}"
+        views = "view" if trial.pictures == 1 else "views"
+        found = f"encoded whole, it changes {trial.pictures} standard {views} by {error}"
     else:
         found = f"it changes rays through patches of the scan by {error}"
     later = "; a build tries the whole level" if trial.kept and trial.basis == "sample" else ""

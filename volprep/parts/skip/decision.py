@@ -75,6 +75,8 @@ class SkipInputs:
     """Whether users may edit transfer functions: the empty space of the current ones then means little."""
     loops: bool = True
     """Whether a fragment takes several samples and may skip some of them."""
+    clear_at_zero: bool = False
+    """Whether extinction is in proportion to the value, so that blocks of zeros are empty."""
     among: Occupied | None = None
     """Measured blocks of the source in which a transfer function may show something; None means all."""
 
@@ -149,6 +151,9 @@ def measured_occupied(function: TransferFunction, epsilon: float, found: SkipInp
     table = found.compositing.visible(Table.exact(function).resampled((low, high), found.entries))
     threshold = threshold_per_mm(epsilon, math.hypot(*found.grid.extent_mm_zyx))
     occupied = occupied_blocks(BlockRanges(least, most, MEASURED_BLOCK), table, threshold)
+    if found.clear_at_zero:
+        # Ranges are a rounding wider than the values.
+        occupied &= most > np.finfo(np.float32).eps
     return occupied if found.among is None else occupied & found.among[inside]
 
 

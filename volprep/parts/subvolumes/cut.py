@@ -16,6 +16,7 @@ from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.channel import Level
+from volprep_formats.package.parts.segments.texels import labels_of_texels
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,
     SubvolumeGrid,
@@ -92,6 +93,13 @@ class Cut:
         # Half floats are normalised codes of 16 bits.
         stored = self.texels.astype(np.float32)
         return Volume(stored, record.grid, record.slope * 65535, record.intercept, self.nearest)
+
+    @property
+    def numbers(self) -> NDArray[np.uint16] | None:
+        """[z, y, x], the label of each voxel; None without segments."""
+        if self.labels is None:
+            return None
+        return labels_of_texels(self.labels[..., 0] if self.labels.shape[-1] == 1 else self.labels)
 
 
 def cut(package: Package, center_xyz: tuple[float, float, float], size: int) -> Cut:

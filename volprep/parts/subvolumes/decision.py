@@ -17,13 +17,16 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ClassificationName, NormalsFrom, ProgramDesign
+from volprep_formats.package.program import ClassificationName, CompositingName, NormalsFrom, ProgramDesign
 from volprep_formats.package.texture import SampleFilter
 
 GRID = "subvolumes/grid.json"
 """File that says where level 0 is cut."""
 KIND = "sub-volumes"
 """Kind of its item of the plan."""
+PUT_TOGETHER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front", "first-hit"))
+"""Compositings whose pictures of blocks behind each other make that of the whole: laid over each other; of first hits
+that of the first block that has one."""
 _LEAST_SIZE = 16
 """Voxels of a piece along an axis: smaller ones are not proposed, a sixth of them would be layers that are shared."""
 
@@ -143,8 +146,9 @@ def _program(picture: str, scene: Scene, classified: ClassificationName) -> Prog
 
 def voxels_of(scene: Scene, bits: int, between: SampleFilter, segments: SegmentsPlan | None) -> PieceVoxels:
     """Return what pieces hold of each voxel, and of those around them."""
-    # Borders of segments are lit by the voxels around a sample, also in the outermost layers of a block.
-    return PieceVoxels(bits, between, segments, ghost=int(segments is not None and _is_lit(scene)))
+    # Samples are lit by the voxels around them, also in the outermost layers of a block. The whole level needs no more.
+    has_pieces = scene.grid is None or scene.grid.layout != "single"
+    return PieceVoxels(bits, between, segments, ghost=int(has_pieces and _is_lit(scene)))
 
 
 def _voxels(plan: ChannelPlan, scene: Scene) -> PieceVoxels:
@@ -182,8 +186,19 @@ def describe_subvolumes(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
 
 
 def _is_lit(scene: Scene) -> bool:
-    """Return whether pieces are lit: those whose pictures an app lays over each other, and validation judges so."""
-    return scene.render.lighting != "none" and scene.render.compositing in {"emission-absorption", "back-to-front"}
+    """Return whether pieces are lit: those whose pictures an app puts together, and validation judges so."""
+    return scene.render.lighting != "none" and _why_unlit(scene) is None
+
+
+def _why_unlit(scene: Scene) -> str | None:
+    """Return why pieces are never lit; None if they may be."""
+    compositing = scene.render.compositing
+    if compositing not in PUT_TOGETHER:
+        return f"pictures of {compositing} are not put together"
+    if compositing == "first-hit" and scene.segments is not None:
+        # Six visible values, each of eight labels in one of eight pieces: Mesa compiled for 62 seconds.
+        return "a driver may compile the labels around a hit for a minute"
+    return None
 
 
 def _slopes(scene: Scene) -> NormalsFrom:
@@ -192,7 +207,7 @@ def _slopes(scene: Scene) -> NormalsFrom:
 
 
 def _shared_text(subvolumes: SubvolumesPlan) -> str:
-    return "three layers of voxels, for light at borders of segments" if subvolumes.ghost else "a layer of voxels"
+    return "three layers of voxels, for light at their faces" if subvolumes.ghost else "a layer of voxels"
 
 
 def _texture_text(subvolumes: SubvolumesPlan, plan: ChannelPlan, scene: Scene) -> str:
@@ -209,8 +224,9 @@ def _texture_text(subvolumes: SubvolumesPlan, plan: ChannelPlan, scene: Scene) -
 def _light_text(scene: Scene) -> str:
     if scene.render.lighting == "none":
         return ""
-    if not _is_lit(scene):
-        return f"; they are drawn without light, since pictures of {scene.render.compositing} are not put together"
+    why = _why_unlit(scene)
+    if why is not None:
+        return f"; they are drawn without light, since {why}"
     return f"; they are lit by {_slopes(scene)} differences of their values"
 
 

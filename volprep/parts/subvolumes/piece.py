@@ -74,7 +74,7 @@ def form_of(scene: Scene, profile: DeviceProfile, grid: Grid, size: int, voxels:
     """Return the texture of pieces of at most `size` voxels along an axis, or why the profile has none."""
     even, ghost = not profile.max_3d_texture_size, voxels.ghost
     if size < 2 + 2 * ghost:
-        return Misfit(f"a piece of lit segments needs {2 + 2 * ghost} voxels along an axis, a cell and its neighbours")
+        return Misfit(f"a lit piece needs {2 + 2 * ghost} voxels along an axis, a cell and its neighbours")
     cuts = [cuts_along(n, size, even=even, ghost=ghost) for n in grid.shape_zyx]
     z, y, x = (max(last - first for first, last in spans_of(each, ghost)) + 1 for each in cuts)
     if profile.max_3d_texture_size:

@@ -129,6 +129,9 @@ def _skipping(
     """Decide whether rays skip the space that is empty in all channels."""
     name = scene.together.name if scene.together else ""
     media = [(_function(plan, drawn.transfers[plan.channel]), founds[plan.channel]) for plan in group]
+    if scene.colour is not None:
+        # Opacity, the last channel, scales light, too.
+        media = media[-1:]
     tables, reason, size = skip_together(scene.skip, name, media, levels)
     if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
         tables, reason = (), "there is no room for it beside all channels"
@@ -162,6 +165,7 @@ def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> SkipInputs:
         measured=measured,
         editable=scene.editable,
         loops=TECHNIQUES[scene.render.technique].loops,
+        clear_at_zero=scene.colour is not None,
     )
 
 

@@ -12,7 +12,7 @@ _NAMES = ("name", "texture", "transfer", "index", "kind", "file", "channel")
 """Fields that identify an entry of a list, for messages."""
 _CHOSEN = "filter of level"
 """Items of the plan on a filter that was chosen by trying several."""
-_MEASURED = ("RMSE", "random rays", "standard views")
+_MEASURED = ("RMSE", "random rays", "standard view")
 """Words that mark a reason as measured."""
 _NOT_DERIVED = {"generator", "state", "stages", "files", "preview", "plan", "fidelity"}
 """Fields for the writer of the package, its files, and reasons: other checks cover them."""

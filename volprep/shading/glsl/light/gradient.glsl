@@ -1,7 +1,6 @@
 //: Normals from the volume itself. Sections: central; central_of_levels, with FINEST_VOXEL_MM, the size of a voxel of
-//: level 0; forward; central_in_block; forward_in_block. The sampling gives stored_value, the size of a voxel in
-//: positions, the end of the last voxel, the number of positions per millimetre, and NEAR, which reads the volume
-//: beside `centre`; OF is its first argument.
+//: level 0; forward. The sampling gives stored_value, the size of a voxel in positions, the end of the last voxel, the
+//: number of positions per millimetre, and NEAR, which reads the volume beside `centre`; OF is its first argument.
 //#section central
 // The gradient of the normalised stored values, per millimetre, from samples one voxel before and behind.
 vec3 normal_at(vec3 at) {
@@ -43,19 +42,4 @@ vec3 normal_at(vec3 at) {
   vec3 z = vec3(0.0, 0.0, voxel.z);
   vec3 behind = vec3(${NEAR}(${OF}centre + x), ${NEAR}(${OF}centre + y), ${NEAR}(${OF}centre + z));
   return (behind - stored_value(centre)) * ($POSITION_PER_MM / voxel);
-}
-//#section central_in_block
-// The gradient of the normalised stored values, per millimetre, from samples one voxel before and behind; from one and
-// the sample itself at a face of the pieces beyond which the volume goes on.
-vec3 normal_at(vec3 at) {
-  vec3 centre = clamp(at, vec3(0.5), $LAST_POSITION - 0.5);
-  return slope_between(max(centre - 1.0, block_first()), min(centre + 1.0, block_last()), centre);
-}
-//#section forward_in_block
-// The gradient of the normalised stored values, per millimetre, from samples here and one voxel behind; one before and
-// here at a face of the pieces beyond which the volume goes on.
-vec3 normal_at(vec3 at) {
-  vec3 centre = clamp(at, vec3(0.5), $LAST_POSITION - 0.5);
-  vec3 behind = min(centre + 1.0, block_last());
-  return slope_between(behind - 1.0, behind, centre);
 }

@@ -1,7 +1,6 @@
 //: GLSL ES 3.00. In: u_subvolume_0 to _7, the pieces around a point of the grid, R8, R16 or R16F, 3D, LINEAR,
-//: CLAMP_TO_EDGE. A piece that does not exist is never reached: u_split lies outside the volume there. Slot slopes,
-//: where gradients are taken: section slopes. Where voxels have labels, in the components after the value: section
-//: labels. Word: STORED, the function.
+//: CLAMP_TO_EDGE. A piece that does not exist is never reached: u_split lies outside the volume there. Where voxels
+//: have labels, in the components after the value: section labels. Word: STORED, the function.
 // Level 0 as up to eight pieces that share a layer of voxels with their neighbours. They fill the box from u_box_low_mm
 // to u_box_high_mm.
 uniform highp sampler3D u_subvolume_0;
@@ -36,34 +35,9 @@ vec4 piece_texel(vec3 at) {
 float $STORED(vec3 at) {
   return piece_texel(at).r;
 }
-//#part slopes
 //#section labels
 // Value and label of a voxel, bytes, through a linear filter. A little behind the centre of a texel it gives the texel,
 // whether a driver rounds positions or cuts them: three times 1/4096 of 255 is less than half a byte.
 vec4 label_texel(vec3 at) {
   return floor(piece_texel(at + 1.0 / 4096.0) * 255.0 + 0.5);
-}
-//#section slopes
-
-// First and last positions that the pieces hold; a voxel beyond, where the volume ends there: textures repeat the last.
-vec3 block_first() {
-  return u_box_low_mm * VOXELS_PER_MM - step(u_box_low_mm, vec3(0.0));
-}
-vec3 block_last() {
-  vec3 last = u_box_high_mm * VOXELS_PER_MM;
-  return last + step($LAST_POSITION - 0.25, last);
-}
-// The slope along each axis between two positions, the others are taken from `centre`.
-vec3 slope_between(vec3 before, vec3 behind, vec3 centre) {
-  vec3 first = vec3(
-    stored_value(vec3(before.x, centre.yz)),
-    stored_value(vec3(centre.x, before.y, centre.z)),
-    stored_value(vec3(centre.xy, before.z))
-  );
-  vec3 second = vec3(
-    stored_value(vec3(behind.x, centre.yz)),
-    stored_value(vec3(centre.x, behind.y, centre.z)),
-    stored_value(vec3(centre.xy, behind.z))
-  );
-  return (second - first) / (behind - before) * VOXELS_PER_MM;
 }

@@ -1,8 +1,7 @@
 //: GLSL ES 1.00. In: the pieces around a point of the grid as eight textures of a mosaic, one piece in each. Slices are
 //: numbered through all of them, and block_value reads them. A piece that does not exist is never reached: u_split lies
-//: outside the volume there. Slot slopes, where gradients are taken: section slopes of subvolumes.glsl. Where voxels
-//: have labels, in the components after the value: section labels. Words: SLICES, the slices of a texture; STORED, the
-//: function.
+//: outside the volume there. Where voxels have labels, in the components after the value: section labels. Words:
+//: SLICES, the slices of a texture; STORED, the function.
 // Level 0 as up to eight pieces that share a layer of voxels with their neighbours. They fill the box from u_box_low_mm
 // to u_box_high_mm.
 uniform vec3 u_split;
@@ -21,7 +20,6 @@ float $STORED(vec3 at) {
   inside.z += dot(upper, vec3(1.0, 2.0, 4.0)) * SLICES_OF_PIECE;
   return block_value(inside);
 }
-//#part slopes
 //#section labels
 // Value and label of a voxel, bytes, from the piece that begins at it, or holds it; 1/4096 as in subvolumes.glsl.
 vec4 label_texel(vec3 at) {
