@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib.util import find_spec
+from math import prod
 from pathlib import Path
 from typing import Self
 
@@ -82,16 +83,20 @@ class MincSource:
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x]. Raises VolprepError VP1304 or VP1270 to VP1273."""
         slab = np.empty((z1 - z0, *self._info.grid.shape_zyx[1:]), dtype=self._info.stored_type)
-        step = max(1, _SLAB_VOXELS // (slab.shape[1] * slab.shape[2]))
-        for start in range(z0, z1, step):
-            stop = min(start + step, z1)
-            with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
-                slab[start - z0 : stop - z0] = self._slices.read(start, stop)
+        with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
+            for start, part in self._parts(z0, z1):
+                slab[start - z0 : start - z0 + len(part)] = part
         return slab
 
     def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x], in the type of the file. Raises the errors of `read_slab`."""
-        return self._slices.read(z0, z1)
+        return np.concatenate([part for _, part in self._parts(z0, z1)])
+
+    def _parts(self, z0: int, z1: int) -> Iterator[tuple[int, NDArray[np.generic]]]:
+        """Give the slices in pieces that a worker can return, each with the number of its first slice."""
+        step = max(1, _SLAB_VOXELS // prod(self._info.grid.shape_zyx[1:]))
+        for start in range(z0, z1, step):
+            yield start, self._slices.read(start, min(start + step, z1))
 
     def __enter__(self) -> Self:
         """Return the source itself."""
