@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 from sample_report import level_drawing, seen
-from volprep_cli.inspect_tables import tables_of
 
 from volprep.validation.folder import default_report_path, report_folder
 from volprep.validation.report_record import Report
 from volprep.validation.right_up_to import right_up_to_pixels
+from volprep_cli.inspect_tables import tables_of
 from volprep_formats.package.digest import manifest_sha256
 
 
@@ -55,4 +55,4 @@ def test_inspect_prints_the_size_beside_each_level_that_has_one(report) -> None:
 
     assert [row[-1] for row in printed({1: 48})] == ["right up to", "–", "48 pixels"]
     assert [row[-1] for row in printed({1: None})] == ["right up to", "–", "no size"]
-    assert [row[-1] for row in printed({})][0] == "use"
+    assert next(iter(printed({})))[-1] == "use"
