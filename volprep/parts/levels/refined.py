@@ -72,7 +72,7 @@ class RefineBudget:
 
 
 AUTO = RefineBudget(fine=45_000_000, coarse=90_000_000, coarse_for_few=60_000_000)
-"""About 0.4, 1 and 0.6 seconds on two cores."""
+"""About 0.4 and 1 second on two cores; few rays take 1 to 2 processor seconds more."""
 THOROUGH = RefineBudget(fine=600_000_000, coarse=3_000_000_000)
 """Minutes."""
 
@@ -167,7 +167,7 @@ class _Share:
         self.shared = min(wanted - self.rays, sum(share.rays for share in shares))
 
     def lengthen(self, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
-        """Take all steps, if the other shares leave as much."""
+        """Take all steps, if the other shares leave as much: 4 % less error with 12 rays a voxel (ch2)."""
         few, self.rounds = self.rounds, _ROUNDS
         if self._room(_with_all(budget), shares)[1] < self.followed:
             self.rounds = few
