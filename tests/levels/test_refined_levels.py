@@ -119,6 +119,17 @@ def test_a_level_that_gets_too_few_rays_follows_those_of_the_coarser_one(scan) -
     assert np.array_equal(along.light(TABLE), found[fine].lights["vessels"])
 
 
+def test_a_level_follows_as_many_rays_of_the_coarser_one_as_there_are(scan, monkeypatch) -> None:
+    monkeypatch.setattr("volprep.parts.levels.rays.MOST_SAMPLES", 60_000)
+    levels = [(8, 8, 8), (4, 4, 4)]
+    budget = RefineBudget(fine=500_000, coarse=10**9)
+    chosen = refine_lines(scan.grid, scan.looks.seen_blocks, levels, 1, budget)
+    coarse, fine = (chosen[factors] for factors in levels)
+    assert fine.shared > len(coarse.lines.lengths_mm)
+    found = refinements(scan, levels, budget, adapt=True)[levels[1]]
+    assert len(found.lines.lengths_mm) == len(fine.lines.lengths_mm) + len(coarse.lines.lengths_mm)
+
+
 def test_a_level_of_few_rays_follows_coarser_ones_and_takes_all_steps_where_there_is_room() -> None:
     grid = Grid.of((48, 48, 48), (1.0, 1.0, 1.0))
     blocks = SeenBlocks(np.ones((12, 12, 12), np.bool_), 4)
