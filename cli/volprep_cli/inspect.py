@@ -41,9 +41,12 @@ def inspect(
 ) -> None:
     """Print the contents of a package: levels, textures, transfer functions, segments, programs, plan, files.
 
-    Only the manifest is read; volprep validate --quick also checks the files. With --picture, a picture of the slices
-    of a level is written instead; with --figure, a picture of the layout of the volume in space.
+    Only the manifest is read; volprep validate --quick also checks the files. If the report of the package lies beside
+    it, where volprep validate writes it, it adds the size of pictures that each coarse level is right up to. With
+    --picture, a picture of the slices of a level is written instead; with --figure, a picture of the layout of the
+    volume in space.
     """
+    from volprep.validation.right_up_to import right_up_to_pixels
     from volprep_cli.inspect_tables import tables_of
     from volprep_formats.package.reader import Package
 
@@ -58,13 +61,15 @@ def inspect(
         _figure(opened, figure, as_json=as_json)
         return
     manifest = opened.manifest
+    right = right_up_to_pixels(package)
     if as_json:
         record = manifest.model_dump(mode="json", exclude_none=True)
-        print_json({"package": str(package), "size_bytes": _size(manifest), "manifest": record})
+        judged = {"right_up_to_pixels": right} if right else {}
+        print_json({"package": str(package), "size_bytes": _size(manifest), "manifest": record, **judged})
         return
     print_line(f"{package}: {manifest.state} package, {bytes_text(_size(manifest))} in {len(manifest.files)} files")
     print_line("")
-    for table in tables_of(manifest):
+    for table in tables_of(manifest, right):
         if table.rows:
             if table.title:
                 print_line(table.title)

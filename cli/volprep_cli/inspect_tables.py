@@ -1,7 +1,7 @@
 """Tables that volprep inspect prints: one for each kind of entry in a manifest."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from volprep_cli.console import bytes_text, voxels_text
@@ -36,12 +36,15 @@ class PrintedTable(NamedTuple):
     rows: Rows
 
 
-def tables_of(manifest: "Manifest") -> Iterator[PrintedTable]:
-    """Yield all tables, in the order in which they are printed."""
+def tables_of(manifest: "Manifest", right_up_to: Mapping[int, int | None]) -> Iterator[PrintedTable]:
+    """Yield all tables, in the order in which they are printed.
+
+    `right_up_to` has the size of the largest pictures that coarse levels are right for; None if no size is.
+    """
     yield PrintedTable("", ("GENERAL", ""), _general(manifest))
     header = ("channel", "values", "stored as", "largest error", "transfer functions")
     yield PrintedTable("CHANNELS", header, [_channel(channel) for channel in manifest.channels])
-    yield _levels(manifest)
+    yield _levels(manifest, right_up_to)
     yield _textures(manifest)
     yield _transfer_functions(manifest)
     if manifest.segments is not None:
@@ -52,7 +55,8 @@ def tables_of(manifest: "Manifest") -> Iterator[PrintedTable]:
     yield PrintedTable("FILES", ("file", "role", "size", "SHA-256"), [*rows])
 
 
-def _levels(manifest: "Manifest") -> PrintedTable:
+def _levels(manifest: "Manifest", right_up_to: Mapping[int, int | None]) -> PrintedTable:
+    sizes = {level: "no size" if pixels is None else f"{pixels} pixels" for level, pixels in right_up_to.items()}
     rows: Rows = [
         (
             str(level.index),
@@ -61,10 +65,12 @@ def _levels(manifest: "Manifest") -> PrintedTable:
             voxels_text(level.factors_zyx),
             level.filter,
             "previews" if level.preview_only else "pictures",
+            *([sizes.get(level.index, "–")] if sizes else []),
         )
         for level in manifest.levels
     ]
-    return PrintedTable("LEVELS", ("level", "voxels x×y×z", "spacing mm", "of level 0", "filter", "use"), rows)
+    headings = ("level", "voxels x×y×z", "spacing mm", "of level 0", "filter", "use")
+    return PrintedTable("LEVELS", (*headings, *(["right up to"] if sizes else [])), rows)
 
 
 def _textures(manifest: "Manifest") -> PrintedTable:

@@ -43,13 +43,13 @@ IN_ONE_PROCESS: list[tuple[list[str], set[str]]] = [
     *(([verb, _DRAFT], KERNELS) for verb in ("bricks", "skip", "proxy", "grid", "slices", "shaders")),
     (["export", _DRAFT, "level.raw"], KERNELS),
     (["plan", "phantom.toml"], TABLES),
-    (["inspect", _DRAFT], TABLES),
     (["build", "box.toml", "-o", _PACKAGE], DRAWING),
     (["seal", _DRAFT], DRAWING),
     (["render", _PACKAGE, "-o", "picture.png", "--size", "16"], DRAWING),
 ]
 """Each may load what those before it may, so that none hides what another one loads."""
 APART: list[tuple[list[str], set[str]]] = [
+    (["inspect", _DRAFT], TABLES | CHECKING),
     (["zip", _PACKAGE, "-o", "phantom.volpkg.zip"], CHECKING),
     (["validate", _PACKAGE, "--quick"], CHECKING),
     (["cut", _PACKAGE, "--center", "10,10,10", "--size", "4", "-o", "box.nrrd"], NUMBERS),

@@ -12,7 +12,7 @@ from volprep.parts.levels.level_input import LevelInput, level_slices
 from volprep.parts.levels.level_results import _refused
 from volprep.parts.levels.light import badness
 from volprep.parts.levels.rays import ray_counts, sample_level
-from volprep.parts.levels.refined import AUTO, RefineBudget, refine_lines
+from volprep.parts.levels.refined import AUTO, RefineBudget, RefineRays, refine_lines
 from volprep.parts.levels.refining import refinements
 from volprep.parts.levels.stage import CANDIDATES
 from volprep_formats.grid import Grid
@@ -117,6 +117,38 @@ def test_a_level_that_gets_too_few_rays_follows_those_of_the_coarser_one(scan) -
     assert len(found[fine].lines.lengths_mm) == len(chosen[fine].lines.lengths_mm) + chosen[fine].shared
     along = sample_level(scan.volume, scan.grid.spacing_mm_zyx, found[fine].lines)
     assert np.array_equal(along.light(TABLE), found[fine].lights["vessels"])
+
+
+def test_a_level_follows_as_many_rays_of_the_coarser_one_as_there_are(scan, monkeypatch) -> None:
+    monkeypatch.setattr("volprep.parts.levels.rays.MOST_SAMPLES", 60_000)
+    levels = [(8, 8, 8), (4, 4, 4)]
+    budget = RefineBudget(fine=500_000, coarse=10**9)
+    chosen = refine_lines(scan.grid, scan.looks.seen_blocks, levels, 1, budget)
+    coarse, fine = (chosen[factors] for factors in levels)
+    assert fine.shared > len(coarse.lines.lengths_mm)
+    found = refinements(scan, levels, budget, adapt=True)[levels[1]]
+    assert len(found.lines.lengths_mm) == len(fine.lines.lengths_mm) + len(coarse.lines.lengths_mm)
+
+
+def test_a_level_of_few_rays_follows_coarser_ones_and_takes_all_steps_where_there_is_room() -> None:
+    grid = Grid.of((48, 48, 48), (1.0, 1.0, 1.0))
+    blocks = SeenBlocks(np.ones((12, 12, 12), np.bool_), 4)
+    coarse, fine = (4, 4, 4), (2, 2, 2)
+
+    def chosen(samples: int, for_few: int = 0) -> dict[tuple[int, int, int], RefineRays]:
+        budget = RefineBudget(fine=20 * 10**6, coarse=samples, coarse_for_few=for_few)
+        return refine_lines(grid, blocks, [coarse, fine], 1, budget)
+
+    ample = chosen(10**9)
+    own = len(ample[fine].lines.lengths_mm) / (24**3)
+    assert 6 < own < 20
+    assert 0 < ample[fine].shared <= len(ample[coarse].lines.lengths_mm)
+    assert ample[fine].rounds == ample[coarse].rounds
+    tight, extra = chosen(32 * 10**6), chosen(32 * 10**6, for_few=10**9)
+    assert tight[fine].shared < ample[fine].shared
+    assert sum(tight[fine].rounds) < sum(ample[fine].rounds)
+    assert (extra[fine].shared, extra[fine].rounds) == (ample[fine].shared, ample[fine].rounds)
+    assert len(extra[coarse].lines.lengths_mm) == len(tight[coarse].lines.lengths_mm)
 
 
 def test_aimed_rays_pass_the_block_that_is_seen() -> None:

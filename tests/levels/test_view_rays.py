@@ -3,7 +3,7 @@
 import numpy as np
 
 from volprep.parts.levels.in_memory import InMemory
-from volprep.parts.levels.view_rays import view_rays
+from volprep.parts.levels.view_rays import FINER_PER_VOXEL, PER_VOXEL, view_rays
 from volprep.parts.programs.patch_rays import FINE
 from volprep.parts.programs.step_bench import STEP_SHARE
 from volprep.pipeline.build import build
@@ -125,3 +125,21 @@ def test_a_scan_of_which_nothing_is_seen_has_no_rays() -> None:
     nothing = np.zeros(measured.blocks.shape_zyx, bool)
     crop = CropPlan(start_zyx=(0, 0, 0), stop_zyx=codes.shape)
     assert not view_rays(InMemory.of(codes), info, measured, nothing, crop, info.grid)
+
+
+def test_finer_samples_lie_on_the_same_rays() -> None:
+    codes = long_body()[:20]
+    info = SourceInfo(format="raw", grid=Grid.of(codes.shape, (1.0, 1.0, 1.0)), stored_type="uint8")
+    gauge = SlabMeasurer(info)
+    gauge.add(codes)
+    measured = gauge.result("0" * 64)
+    seen = np.ones(measured.blocks.shape_zyx, bool)
+    crop = CropPlan(start_zyx=(0, 0, 0), stop_zyx=codes.shape)
+    usual, finer = (
+        view_rays(InMemory.of(codes), info, measured, seen, crop, info.grid, per_voxel=count)
+        for count in (PER_VOXEL, FINER_PER_VOXEL)
+    )
+    assert len(usual) == len(finer) > 16
+    for one, other in zip(usual, finer, strict=True):
+        assert 0 <= 4 * len(one.values) - len(other.values) < 4
+        np.testing.assert_allclose(other.values.mean(axis=0), one.values.mean(axis=0), atol=1.0)

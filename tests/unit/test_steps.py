@@ -8,7 +8,7 @@ import pytest
 from plans import PlanOfOne, plan_of_one
 from tiny_packages import ES3, function, tiny_package
 
-from volprep.parts.programs.patch_rays import FINE, patch_rays
+from volprep.parts.programs.patch_rays import FINE, PatchRays, patch_rays
 from volprep.parts.programs.step import choose_steps, common_steps
 from volprep.parts.programs.step_bench import STEP_SHARE
 from volprep.plan.decisions import StepChoice
@@ -117,6 +117,32 @@ def test_steps_of_levels_whose_cells_are_wider_than_a_patch_take_no_more_memory(
         tracemalloc.stop()
     # Patches that were padded to whole cells would take 1510 MB.
     assert peak < 500e6
+
+
+def lit_rays(per_voxel: int, often: int) -> PatchRays:
+    """Rays whose shade repeats so often in a voxel."""
+    at = (np.arange(12 * per_voxel)[:, None] + 0.5) / per_voxel
+    shade = 0.5 + 0.3 * np.cos(2 * np.pi * often * at + np.linspace(0, 2 * np.pi, 40))
+    return PatchRays(np.full(shape=shade.shape, fill_value=128.0), 1 / per_voxel, (slice(0, 40),), shade)
+
+
+def test_a_lit_step_of_two_fine_samples_is_measured_along_finer_ones() -> None:
+    grid = Grid.of((12, 12, 12), (1.0, 1.0, 1.0))
+    info = SourceInfo(format="raw", grid=grid, stored_type="uint8")
+    gauge = SlabMeasurer(info)
+    gauge.add(np.full(grid.shape_zyx, 128, np.uint8))
+    measured = gauge.result("0" * 64)
+    level = LevelPlan(channel="a", index=0, factors_zyx=(1, 1, 1), shape_zyx=grid.shape_zyx, filter="none")
+    transfer = function((0.0, (1, 1, 1), 0.0), (255.0, (1, 1, 1), 0.3))
+
+    def step_mm(rmse: float, finer) -> float:
+        scene = scene_of(render={"lighting": "headlight"}, tolerance={"rmse": rmse})
+        coarse = {"grid": grid, "levels": [level], "finest": [lit_rays(16, 12)]}
+        return choose_steps(scene, [transfer], info, measured, **coarse, finer=finer)[0].step_mm
+
+    assert step_mm(0.01, lambda: [lit_rays(64, 12)]) == 0.125
+    assert step_mm(0.01, lambda: [lit_rays(64, 16)]) == 0.09
+    assert step_mm(0.03, lambda: pytest.fail("the step is not as short")) > 0.15
 
 
 def test_pre_integrated_tables_take_longer_steps_than_single_samples() -> None:

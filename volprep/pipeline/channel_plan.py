@@ -1,8 +1,9 @@
 """The plan of one channel: first its own decisions, then the ones that depend on the settings of all channels."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 from volprep.compositing import COMPOSITINGS
@@ -11,7 +12,7 @@ from volprep.parts.classification.decision import StepLengths, choose_tables, re
 from volprep.parts.compression.decision import choose_form
 from volprep.parts.compression.source_level import WholeSource
 from volprep.parts.layout.decision import lay_out
-from volprep.parts.levels.view_rays import view_rays
+from volprep.parts.levels.view_rays import FINER_PER_VOXEL, view_rays
 from volprep.parts.light.trial import try_light
 from volprep.parts.part import Decided, LaidOut
 from volprep.parts.programs.decision import ray_casters
@@ -61,6 +62,8 @@ class ChannelScan:
     """Stored values of the source, if known; the step of level 0 is measured along rays through them."""
     finest: Sequence[PatchRays] = ()
     """These rays."""
+    finer: Callable[[], Sequence[PatchRays]] | None = None
+    """Samples the same rays more finely; None without such rays."""
 
     def with_rays(self, crop: CropPlan, grid: Grid, profile: DeviceProfile) -> "ChannelScan":
         """Return the same with rays through the part of the source that is level 0, if they are needed."""
@@ -75,8 +78,8 @@ class ChannelScan:
         if self.scene.render.lighting != "none":
             # Samples are hidden only behind samples that are blended.
             lit = tables if compositing.ends_early else ()
-        rays = view_rays(self.voxels, self.info, self.measured, seen, crop, grid, lit=lit)
-        return replace(self, finest=rays)
+        sample = partial(view_rays, self.voxels, self.info, self.measured, seen, crop, grid, lit=lit)
+        return replace(self, finest=sample(), finer=partial(sample, per_voxel=FINER_PER_VOXEL))
 
     def valued(self, profile: DeviceProfile) -> ValueChoice:
         """Choose its codes.
@@ -161,6 +164,7 @@ def begin(scan: ChannelScan, values: ValueChoice, profile: DeviceProfile, crop: 
         in_pieces=_in_pieces(channel),
         layers=layers_of(scan.scene.render.technique, profile),
         finest=scan.finest,
+        finer=scan.finer,
     )
     return _Volume(channel, compression, steps)
 

@@ -8,8 +8,10 @@ from pathlib import Path
 from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import output_errors, sync_all
+from volprep_formats.package.digest import manifest_sha256
 from volprep_formats.png import png_bytes
 from volprep_formats.record import Record
+from volprep_formats.regular_files import read_regular
 
 DATA_FILE = "report.json"
 """Name of the data in the folder of a report."""
@@ -26,12 +28,24 @@ PICTURES = "pictures"
 TRUTH = "truth"
 """Name of the folder of truth pictures, for devices to be measured against, in the folder of a report."""
 _FAILED = "VP6021"
+_MOST_REPORT_BYTES = 2**26
 
 
 def default_report_path(package: Path) -> Path:
     """Return the place of a package's report: NAME.report beside NAME.volpkg or NAME.volpkg.zip."""
     path = package.resolve()
     return path.with_name(path.name.removesuffix(".zip")).with_suffix(".report")
+
+
+def is_report_of(report: Path, package: Path) -> bool:
+    """Return whether the folder holds a report of the package as it is."""
+    import json  # noqa: PLC0415 - only here
+
+    try:
+        found = json.loads(read_regular(report / DATA_FILE, _MOST_REPORT_BYTES))
+        return bool(found["package"]["manifest_sha256"] == manifest_sha256(package))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return False
 
 
 class ReportFolder:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from volprep.validation.folder import DATA_FILE, TRUTH
+from volprep.validation.folder import DATA_FILE, TRUTH, is_report_of
 from volprep.validation.truth_records import TRUTH_FILE, TruthIndex
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.javascript import stripped
@@ -36,7 +36,6 @@ RUNTIME = "runtime"
 _FOLDER = "package/"
 _REPORT = "report"
 _PAGE_FOLDER = Path(__file__).parent / PAGE
-_MOST_REPORT_BYTES = 2**26
 _TYPES = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -100,7 +99,7 @@ def shown_with(path: Path, report: Path | None, usual_report: Path) -> ShownPack
     if not profile.has_shaders and not _has_palettes(package):
         raise VolprepError("VP7030", path=path, profile=profile.name)
     folder = report or usual_report
-    if not _is_of(folder, path):
+    if not is_report_of(folder, path):
         if report is not None:
             raise VolprepError("VP7039", path=report)
         return ShownPackage(package, None, None)
@@ -161,17 +160,6 @@ def _files_of_page() -> Iterator[tuple[str, ServedFile]]:
         yield f"{PAGE}/{name}", text_served(stripped(text), name)
     for name, text in runtime.items():
         yield f"{RUNTIME}/{name}", text_served(text, name)
-
-
-def _is_of(report: Path, package: Path) -> bool:
-    """Return whether the folder holds a report of the package as it is."""
-    import json  # noqa: PLC0415 - only here
-
-    try:
-        found = json.loads(read_regular(report / DATA_FILE, _MOST_REPORT_BYTES))
-        return bool(found["package"]["manifest_sha256"] == manifest_sha256(package))
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return False
 
 
 def _truth(report: Path, package: Path) -> TruthIndex | None:

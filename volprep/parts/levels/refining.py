@@ -34,7 +34,8 @@ def refinements(
         if rays.shared:
             # Any of them, in random order: tables are fitted along the first rays.
             generator = np.random.default_rng(_SEED)
-            before = generator.choice(begin, rays.shared, replace=False)
+            # Where rays are long there may be fewer random ones than were wanted.
+            before = generator.choice(begin, min(rays.shared, begin), replace=False)
             followed = generator.permutation(np.concatenate([followed, before]))
         found[factors] = replace(whole.part(followed), rounds=rays.rounds)
         begin = end

@@ -32,6 +32,9 @@ _MOST_RAYS, _FEWEST_RAYS = 150, 30
 PER_VOXEL = 2 * FINE
 """Samples for each of the smallest edges of a voxel: with half of them the truth is so smooth that the finest steps
 seem worse than they are. On thin vessels an eighth of a voxel was off by 0.0033 instead of 0.0008."""
+FINER_PER_VOXEL = 64
+"""The same to check a step that is hardly longer than these samples, if they are lit. With 16, 32 and 64 samples an
+eighth of a voxel was off by 0.0014, 0.0019 and 0.0021 on the engine, and by 0.0026 in the worst of 17 pictures."""
 _SAMPLES = 3_000_000
 """Of all rays together, about."""
 _BESIDE = 6
@@ -76,6 +79,7 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     grid: Grid,
     *,
     lit: Sequence[Table] | None = None,
+    per_voxel: int = PER_VOXEL,
 ) -> list[PatchRays]:
     """Return the physical values along rays through the part of a source that is level 0, whose grid is `grid`.
 
@@ -94,7 +98,7 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     # The least slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
     share = (highest - lowest) / abs(window[1] - window[0]) if highest > lowest else 1.0
     light = None if lit is None else Headlit(Shown(lit, window), share * LEAST_SLOPE / min(grid.spacing_mm_zyx))
-    return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel=PER_VOXEL)
+    return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel)
 
 
 def sampled(  # noqa: PLR0917 - where, what, and how fine

@@ -29,6 +29,8 @@ STEP_SHARE = 0.25
 _VOXELS = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.125)
 """Steps that are tried, in voxels of the level. Half as long is four times as exact; beyond 2 a few rays do not tell
 what small things samples miss."""
+FINER_VOXELS = (*_VOXELS, 0.09)
+"""The same along finer samples."""
 _BETWEEN = 4
 """Pieces of a fine sample whose light is the truth where samples are lit."""
 _SEEN = 1 / 510
@@ -58,6 +60,7 @@ def longest_step(  # noqa: PLR0917 - the rays, and the allowed error
     usual: float,
     margin: float = 1.0,
     part: str = "a quarter of the tolerance",
+    tried_voxels: Sequence[float] = _VOXELS,
 ) -> LongestStep:
     """Return the longest step whose error is within its part of the tolerance, which `part` names for people.
 
@@ -73,13 +76,13 @@ def longest_step(  # noqa: PLR0917 - the rays, and the allowed error
     part = f"{part} ({limit.text})"
     tried: dict[float, PictureDifference] = {}
     beyond = ""
-    for voxels in _VOXELS:
+    for voxels in tried_voxels:
         error = bench.error(voxels * voxel_mm)
         if error.rmse <= margin * limit.rmse and error.maximum <= limit.maximum:
             return LongestStep(voxels, f"a sample of rays is off by {error.text}, within {part}{beyond}", keeps=True)
         tried[voxels] = error
         beyond = f"; {in_voxels(voxels)} would be off by {error.text}"
-    best = min(_VOXELS, key=lambda voxels: tried[voxels].rmse) if bench.rounds else _VOXELS[-1]
+    best = min(tried, key=lambda voxels: tried[voxels].rmse) if bench.rounds else tried_voxels[-1]
     reason = f"a sample of rays is off by {tried[best].text}, more than {part}: no step that was tried keeps it"
     return LongestStep(best, reason, keeps=False)
 
