@@ -162,8 +162,8 @@ def main() -> None:
         gc.enable()
         # All goes with the process; to take it apart first took 0.04 s. OpenImageIO calls that leaks, and nanobind does
         # after an error: its traceback holds results of kernels.
-        ended = sys.exc_info()[1]
-        if "OpenImageIO" not in sys.modules and not (isinstance(ended, SystemExit) and ended.code):
+        raised = sys.exc_info()[1]
+        if "OpenImageIO" not in sys.modules and not (isinstance(raised, SystemExit) and raised.code):
             gc.freeze()
 
 
