@@ -54,7 +54,7 @@ class Entry:
 
 
 ENTRIES = (
-    Entry("absorption", "Emission and absorption", "Each sample emits light and absorbs what is behind it.", ""),
+    Entry("absorption", "Emission and absorption", "Each sample emits light and absorbs light from behind it.", ""),
     Entry(
         "photograph",
         "Baked light",

@@ -160,8 +160,10 @@ def main() -> None:
         _fail(VolprepError("VP9001", error=f"{type(error).__name__}: {text}"))
     finally:
         gc.enable()
-        # All goes with the process; to take it apart first took 0.04 s. OpenImageIO calls that leaks.
-        if "OpenImageIO" not in sys.modules:
+        # All goes with the process; to take it apart first took 0.04 s. OpenImageIO calls that leaks, and nanobind does
+        # after an error: its traceback holds results of kernels.
+        raised = sys.exc_info()[1]
+        if "OpenImageIO" not in sys.modules and not (isinstance(raised, SystemExit) and raised.code):
             gc.freeze()
 
 

@@ -20,7 +20,7 @@ def proxy(
         ),
     ] = None,
 ) -> None:
-    """Write a closed mesh around the visible voxels of each level and transfer function, at which rays may begin.
+    """Write a closed mesh around the visible voxels of each level and transfer function, from which rays may start.
 
     Meshes are glTF files. The scale of their node turns positions into box millimetres.
     """

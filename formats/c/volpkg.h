@@ -1658,8 +1658,8 @@ void volpkg_clip_plane(const volpkg_grid* grid, const double world_plane[4], flo
 
 /*
  * Let the textures of a drawing hold the light of the cut volume, if the package has light of exactly this cut, and the
- * light of the whole volume otherwise (SPEC.md section 12.1). Planes are those of the shader; planes that cut nothing
- * of the volume do not count. Returns 1 for light of the cut, and 0 for other light and for none. Upload the textures
+ * light of the whole volume otherwise (SPEC.md section 12.1). Give the planes of the shader; planes that do not cut the
+ * volume do not count. Returns 1 for light of the cut, and 0 for other light and for none. Upload the textures
  * of the role VOLPKG_ROLE_LIGHT again if the result changes. Call it before volpkg_edit_drawing.
  */
 int volpkg_cut_light(volpkg_drawing* drawing, const float* planes, int32_t count);
@@ -2127,7 +2127,7 @@ static volpkg_code volpkg__read_entry(volpkg__reader* r, const volpkg__directory
     entry->start = entry->header + 30 + name + volpkg__u16(local + 28);
     entry->data = r->data + entry->start;
     if (entry->start > directory->at || entry->size > directory->at - entry->start)
-        return volpkg__no_zip(r, shown, "it reaches into what follows");
+        return volpkg__no_zip(r, shown, "it overlaps the directory");
     size = volpkg__u32(local + 22);
     packed = volpkg__u32(local + 18);
     if (!volpkg__widen(local + 30 + name, volpkg__u16(local + 28), &size, &packed, &none))
@@ -2350,7 +2350,7 @@ static volpkg_code volpkg__text(volpkg__json* j, char* to, size_t room, size_t* 
         n = 1;
         if (c == '\\') {
             int32_t escaped = volpkg__escape(j);
-            if (escaped < 0) return volpkg__no_json(j, "a string has an escape that there is not");
+            if (escaped < 0) return volpkg__no_json(j, "a string has an unknown escape");
             /* Strings of this header end with a zero byte. */
             if (escaped == 0) return volpkg__no_json(j, "a string has a zero byte");
             n = volpkg__utf8(escaped, bytes);
@@ -2612,7 +2612,7 @@ static volpkg_code volpkg__read_word(volpkg__json* j, const volpkg__type* type, 
             break;
         }
     if (each->name == NULL && (type->kind == VOLPKG__NAMED || type->kind == VOLPKG__CONST))
-        return volpkg__wrong(j, key, "is none of the words for it");
+        return volpkg__wrong(j, key, "is not an allowed word");
     if (to && type->kind != VOLPKG__CONST) memcpy(to, &value, sizeof value);
     return VOLPKG_OK;
 }
@@ -2747,7 +2747,7 @@ static volpkg_code volpkg__read_record(volpkg__json* j, const volpkg__type* type
             }
             bit = (uint64_t)1 << (field - type->fields);
             if (seen & bit)
-                return volpkg__fail(j->r->error, j->syntax, j->file, "a key stands twice in one object", NAN, NAN);
+                return volpkg__fail(j->r->error, j->syntax, j->file, "an object has the same key twice", NAN, NAN);
             if ((field->flags & VOLPKG__NULLABLE) && volpkg__word(j, "null")) {
                 seen |= bit;
                 if (to) volpkg__absent(field, (unsigned char*)to);
@@ -4485,7 +4485,7 @@ static volpkg_code volpkg__read_ktx(volpkg__reader* r, const volpkg_file* file, 
         return volpkg__no_ktx(r, file, "it has array layers, faces, supercompression, or a wrong typeSize");
     if (sides[0] == 0 || sides[1] == 0 || (image->layout->block > 1 && sides[2] != 0) || sides[0] > INT32_MAX ||
         sides[1] > INT32_MAX || sides[2] > INT32_MAX)
-        return volpkg__no_ktx(r, file, "its size is none of a texture");
+        return volpkg__no_ktx(r, file, "no texture can have its size");
     image->dimensions = sides[2] ? 3 : 2;
     image->shape_zyx[0] = sides[2] ? (int32_t)sides[2] : 1;
     image->shape_zyx[1] = (int32_t)sides[1];
@@ -4509,7 +4509,7 @@ static volpkg_code volpkg__read_ktx(volpkg__reader* r, const volpkg_file* file, 
             return volpkg__fail(r->error, VOLPKG_TEXTURE, file->path, "the size of a level in bytes", (double)texels,
                                 (double)expected);
         if ((!image->packed && at % align) || at < end || at > size || bytes > size - at)
-            return volpkg__no_ktx(r, file, "its texels are not after what comes before, or not aligned");
+            return volpkg__no_ktx(r, file, "its texels overlap its header or a smaller level, or are not aligned");
         end = at + bytes;
     }
     if (end != size)
@@ -5293,7 +5293,7 @@ static volpkg_code volpkg__classification_rules(volpkg__reader* r, const volpkg_
                   role != VOLPKG_ROLE_NORMALS && role != VOLPKG_ROLE_LIGHT;
     }
     VOLPKG__RULE(others == by_table && volpkg__samples(program, wanted) == by_table, program->name,
-                 "it does not sample what it classifies with");
+                 "its samplers do not match its classification");
     return VOLPKG_OK;
 }
 
@@ -5367,7 +5367,7 @@ static volpkg_code volpkg__reads_rules(volpkg__reader* r, const volpkg_program* 
     for (i = 0; i < count; ++i) {
         int known = 0;
         for (k = 0; k < program->samplers.count; ++k) known |= volpkg__is(program->samplers.at[k].name, reads[i]);
-        VOLPKG__RULE(known, program->name, "it has a pass that reads what it does not");
+        VOLPKG__RULE(known, program->name, "a pass of it reads a texture that it has no sampler for");
     }
     return VOLPKG_OK;
 }
@@ -5672,7 +5672,7 @@ static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package*
         uint32_t components;
         if (!volpkg__texture_concerns(p, c, t)) continue;
         VOLPKG__RULE((t->role == VOLPKG_ROLE_NORMALS) == (t->normals != NULL), t->name,
-                     "it holds normals and does not say what they mean, or the other way round");
+                     "it has normals without a description of them, or the reverse");
         if (t->normals == NULL) continue;
         for (k = 0; k < i; ++k)
             VOLPKG__RULE(p->textures.at[k].role != VOLPKG_ROLE_NORMALS || p->textures.at[k].level != t->level ||
@@ -5834,7 +5834,7 @@ static volpkg_code volpkg__light_rules(volpkg__reader* r, const volpkg_package* 
         const volpkg_texture* t = &p->textures.at[i];
         if (!volpkg__texture_concerns(p, c, t)) continue;
         VOLPKG__RULE((t->role == VOLPKG_ROLE_LIGHT) == (t->light != NULL), t->name,
-                     "it holds light and does not say what it means, or the other way round");
+                     "it has light without a description of it, or the reverse");
         if (t->light != NULL) VOLPKG__TRY(volpkg__light_texture_rules(r, p, c, t));
     }
     VOLPKG__TRY(volpkg__light_programs(r, p, c, p->programs.at, p->programs.count));
@@ -5941,7 +5941,7 @@ static volpkg_code volpkg__slices_rules(volpkg__reader* r, const volpkg_package*
         VOLPKG__RULE(level != NULL, t->name, "it holds a level that is not there");
         VOLPKG__RULE(s->slice_shape_yx[0] == level->grid.shape_zyx[place == 0 ? 1 : 0] &&
                          s->slice_shape_yx[1] == level->grid.shape_zyx[place == 2 ? 1 : 2],
-                     t->name, "its slices are not those of its level");
+                     t->name, "its slices do not have the size of its level");
         VOLPKG__RULE(t->reference_mm == level->grid.spacing_mm_zyx[place] / s->layers, t->name,
                      "its opacity is not that of the distance of its polygons");
         /* Parts follow each other: this one begins where the one before it ends, and the last one at the end. */
@@ -5998,7 +5998,8 @@ static volpkg_code volpkg__editing_rules(volpkg__reader* r, const volpkg_package
     for (i = 0; i < p->programs.count; ++i)
         VOLPKG__RULE(p->programs.at[i].classification == VOLPKG_CLASSIFICATION_LOOKUP, p->programs.at[i].name,
                      "transfer functions are editable, but it has no lookup table");
-    VOLPKG__RULE(p->proxy == NULL, "", "transfer functions are editable, but there are meshes around what they show");
+    VOLPKG__RULE(p->proxy == NULL, "",
+                 "transfer functions are editable, but it has meshes that fit only the original ones");
     return VOLPKG_OK;
 }
 
@@ -6165,7 +6166,7 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
                  "it names a transfer function and a picture of several");
     for (i = 0; i < together->transfers.count; ++i) {
         VOLPKG__RULE(volpkg__owner(p, together->transfers.at[i]) >= 0, together->name,
-                     "it draws what is no transfer function");
+                     "it draws an unknown transfer function");
         for (k = 0; k < i; ++k)
             VOLPKG__RULE(volpkg__owner(p, together->transfers.at[i]) != volpkg__owner(p, together->transfers.at[k]),
                          together->name, "it draws two transfer functions of one channel");
@@ -7934,7 +7935,7 @@ static double volpkg__slice_mm(const volpkg_grid* grid, int axis, int32_t k) {
     return centre < end ? centre : end;
 }
 
-/* The stack that faces the viewer most, with the cosine of its angle; of those that do alike the first of x, y, z. */
+/* The stack that faces the viewer most, with the cosine of its angle; if several do, the first of x, y, z. */
 static volpkg_axis volpkg__facing(const volpkg_slice_drawing* d, const double box_from_clip[16], double* cosine) {
     double near_[3], far_[3], length, most = -1;
     int i, axis = 0;
@@ -8255,7 +8256,7 @@ static const char* volpkg__no_points(const volpkg_edit* edit) {
     if (!(edit->reference_mm >= 0 && edit->reference_mm <= VOLPKG__HUGE)) return "the path has no length";
     for (i = 0; i < edit->count; ++i) {
         const volpkg_transfer_point* point = &edit->points[i];
-        if (!(fabs(point->value) <= VOLPKG__HUGE / 2)) return "a value is no number";
+        if (!(fabs(point->value) <= VOLPKG__HUGE / 2)) return "a value is NaN, infinite or too large";
         if (!(point->extinction_per_mm >= 0 && point->extinction_per_mm <= VOLPKG__HUGE))
             return "an extinction is no positive number";
         for (k = 0; k < 3; ++k)
@@ -8458,7 +8459,7 @@ static const signed char volpkg__passed[13][3] = {{0, 0, 1},   {0, 1, 0},  {0, 1
 /*
  * Visit all blocks against the direction of an octant (towards smaller x if 1, y if 2, z if 4). Each becomes the least
  * of the first `count` neighbours that were passed, and 1: if `cubes`, none where the block is occupied, else at most
- * what it was.
+ * its old value.
  */
 static void volpkg__sweep(unsigned char* values, const unsigned char* occupied, const int32_t shape[3], int octant,
                           int count, int cubes) {

@@ -92,7 +92,7 @@ export function textureOf(pack, program, sampler, level) {
   const own = found.filter((each) => each.level === level);
   if (own.length) found = own;
   if (found.length !== 1) {
-    const problem = `program ${program.name} reads a texture ${sampler.role} for ${transfer} at level ${level}, of which there are ${found.length}`;
+    const problem = `program ${program.name} needs one texture ${sampler.role} for ${transfer} at level ${level}, and the package has ${found.length}`;
     throw new VolpkgError("VP4011", { path: pack.name, problem });
   }
   return found[0];

@@ -35,7 +35,7 @@ export class Finishing {
   /**
    * @param {Renderer} renderer
    * @param {{boxFromClip: ArrayLike<number>, width: number, height: number, budgetMs: number, over?: boolean}} how
-   *   over: the renderer's picture, which is a coarser one of the same view, stands in for the coarse one
+   *   over: the renderer already has a coarser picture of the same view, which replaces the coarse one
    */
   constructor(renderer, { boxFromClip, width, height, budgetMs, over = false }) {
     this.#renderer = renderer;

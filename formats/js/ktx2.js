@@ -78,7 +78,7 @@ export function readHead(head, fileBytes, entries) {
   });
   for (const { offset, stored } of [...places].reverse()) {
     if (offset % unit || offset < end)
-      refuse(`the ${stored} bytes of texels at ${offset} are not after what comes before, or not aligned`);
+      refuse(`the ${stored} bytes of texels at ${offset} overlap its header or a smaller level, or are not aligned`);
     end = offset + stored;
   }
   if (end !== fileBytes) refuse(`its texels end at ${end}, the file at ${fileBytes}`);

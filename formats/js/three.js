@@ -318,7 +318,7 @@ export class Volume extends THREE.Mesh {
     const { clippingPlanes, clipIntersection } = this.#material;
     const local = (this.#three.localClippingEnabled && clippingPlanes) || [];
     if (clipIntersection && local.length > 1)
-      this.#note("clipIntersection is not followed: what lies outside of any plane is cut");
+      this.#note("clipIntersection is not supported: each plane cuts the volume");
     const transposed = worldFromBox.clone().transpose();
     return [...this.#three.clippingPlanes, ...local].map(({ normal, constant }) => {
       return new THREE.Vector4(normal.x, normal.y, normal.z, constant).applyMatrix4(transposed).toArray();

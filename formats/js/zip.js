@@ -211,7 +211,7 @@ function entriesOf(name, text, count, stop) {
   order.forEach(([path, entry], i) => {
     entry.next = i + 1 < order.length ? order[i + 1][1].at : stop;
     if (!(entry.at + HEADER + path.length + entry.size <= entry.next))
-      refuse(name, `${path} reaches into what follows`);
+      refuse(name, `${path} overlaps the next file or the directory`);
   });
   return found;
 }

@@ -376,7 +376,7 @@ export class Frames {
     const single = (flags >> 5) & 1;
     const length = [single, 2, 4, 8][flags >> 6];
     must(view.getUint32(0, true) === MAGIC, "one does not begin with the number of Zstandard");
-    must((flags & 15) === 0 && length > 0, "one has a checksum or a dictionary, or does not say what it holds");
+    must((flags & 15) === 0 && length > 0, "one has a checksum or a dictionary, or does not state its size");
     this.#expect(1 - single + length, () => {
       const at = 1 - single;
       const low =

@@ -111,6 +111,16 @@ def test_a_disk_without_room_stays_empty(place, disk, command) -> None:
     assert not list(disk.iterdir())
 
 
+def test_a_build_whose_codes_find_no_room_is_one_message_and_leaves_nothing(tmp_path, disk) -> None:
+    # The scan fits, and its codes do not: the traceback holds results of kernels, which nanobind reports if they leak.
+    subprocess.run(["mount", "-o", "remount,size=96k", disk], check=True)
+    command = [*COMMAND, "build", write_phantom_scene(tmp_path), "-q", "-o", disk / "x.volpkg"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    require_one_message(done)
+    assert "stored0-scan.raw: cannot write: No space left" in done.stderr
+    assert not list(disk.iterdir())
+
+
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("command", "name"), {**FILES, **FOLDERS}.items(), ids={**FILES, **FOLDERS})
 def test_with_room_each_of_these_commands_writes_more_than_there_was_room_for(place, tmp_path, command, name) -> None:

@@ -115,7 +115,7 @@ FAULTS = (
         ("steps", "grids"),
     ),
     Fault(
-        "light not weighted by what is in front",
+        "light not attenuated by the samples in front",
         SAMPLE,
         instead((LIGHT, "colour += medium.rgb * (1.0 - exp(-medium.a * segment_mm));")),
         ("steps", "laws"),
@@ -200,7 +200,7 @@ FAULTS = (
         ("steps",),
     ),
     Fault(
-        "layers blended over what is in front",
+        "layers blended over the layers in front",
         Way("view-slices"),
         blended(
             Blend(order="front-to-back", colour=("ONE", "ONE_MINUS_SRC_ALPHA"), alpha=("ONE", "ONE_MINUS_SRC_ALPHA"))

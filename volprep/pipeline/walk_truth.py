@@ -1,4 +1,4 @@
-"""What a picture of a walk shows, as the oracle draws it: values, and with segments the label of each voxel."""
+"""Pictures of a walk as the oracle draws them: values, and with segments the label of each voxel."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

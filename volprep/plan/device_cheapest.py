@@ -1,6 +1,6 @@
 """Choose for each device the cheapest measured package that is near enough to the scan and drawn in time.
 
-This is the plan inverted: an error and a frame time are given; profile, level, step and form follow. Only what was
+This is the plan inverted: from an error and a frame time follow profile, level, step and form. Only what was
 measured on the device is chosen.
 """
 

@@ -222,7 +222,7 @@ CASES: tuple[StressCase, ...] = (
     ),
     StressCase(
         name="sixteen-bits",
-        hard="values over all 16 bits, of which the transfer function shows a window of 100: a shell of 0.03 voxels",
+        hard="values over all 16 bits, with a transfer function that shows a window of 100: a shell of 0.03 voxels",
         voxels=lambda: (_field(_centred)() * np.float32(3150)).astype(np.uint16),
         points=(_point(30000, 0.0), _point(30050, 20.0, "#ff60a0"), _point(30100, 0.0)),
         limits=_BETWEEN_SAMPLES,
@@ -244,7 +244,7 @@ CASES: tuple[StressCase, ...] = (
     ),
     StressCase(
         name="huge",
-        hard="values of which the square is infinite in float32",
+        hard="values whose square is infinite in float32",
         voxels=lambda: _field(_centred)() * np.float32(1e36),
         points=(_point(0, 0.3, "#c0ff40"), _point(1.2e37, 0.0)),
         limits=_USUAL,
@@ -266,7 +266,7 @@ CASES: tuple[StressCase, ...] = (
     ),
     StressCase(
         name="wide-mosaic",
-        hard="a mosaic of 2048² texels, each of which 16-bit coordinates cannot tell from its neighbour",
+        hard="a mosaic of 2048² texels, where neighbours have equal 16-bit coordinates",
         voxels=_waves,
         points=(_point(90, 0.0, "#4080ff"), _point(200, 0.005, "#ff8040")),
         spacing_mm_zyx=(100.0, 1.0, 1.0),
@@ -276,7 +276,7 @@ CASES: tuple[StressCase, ...] = (
     ),
     StressCase(
         name="no-number",
-        hard="a voxel that is no number",
+        hard="a voxel that is NaN",
         voxels=_with_one(np.nan),
         points=(_point(0, 0.0), _point(1, 1.0)),
         refused="VP1090",

@@ -160,7 +160,7 @@ def _subvolumes(package: Package) -> Iterator[tuple[str, list[Shape]]]:
     ]
     count = f"{int(held.sum())} of {len(held)} sub-volumes hold voxels"
     moves = "one move" if len(walk) == 2 else f"{len(walk) - 1} moves"
-    yield f"{count}\na walk of {moves}, and what is held at its end", shapes
+    yield f"{count}\na walk of {moves}, and the pieces held at its end", shapes
 
 
 def _pieces(pieces: SubvolumeGrid) -> tuple[Float64Array, Float64Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:

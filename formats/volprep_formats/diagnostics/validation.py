@@ -60,7 +60,7 @@ ENTRIES: dict[str, Diagnostic] = {
         "are filtered, and have no step to refine. In view {part_view} the error of their texels alone is "
         "{texels:.2g}; the angle adds {angle:.2g}, and 8 bits add {target:.2g}",
         "See {report}. A transfer function with softer edges gives a smaller error; steep edges need shaders. Set in "
-        "[tolerance] what is good enough for such devices.",
+        "[tolerance] the errors that such devices may have.",
     ),
     "VP6017": Diagnostic(
         ExitStatus.SCENE,

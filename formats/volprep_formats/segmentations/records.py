@@ -21,7 +21,7 @@ LayerArray = NDArray[np.uint16]
 
 @dataclass(frozen=True)
 class ScanFrame:
-    """Identifiers by which a segmentation can say where it lies. Compared, never shown whole."""
+    """Identifiers that tell where a segmentation lies. Compared, never shown whole."""
 
     uid: str = ""
     """FrameOfReferenceUID; empty if the scan names none."""

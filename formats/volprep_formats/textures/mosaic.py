@@ -18,7 +18,7 @@ def tiles_of(slices: int, slices_per_texel: int, order: MosaicOrder) -> int:
 
 
 def own_slices(mosaic: MosaicLayout) -> int:
-    """Return the slices of a texel without those that the next tile repeats."""
+    """Return the slices of a texel, except slices that the next tile repeats."""
     return 3 if mosaic.order == "overlapping" else mosaic.slices_per_texel
 
 

@@ -106,7 +106,7 @@ def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> 
 def _entries_of(
     function: TransferFunction, numbers: Sequence[int], values: NDArray[np.int64]
 ) -> Iterator[WrittenLabel]:
-    """Yield number and colour of each code at which the transfer function shows something."""
+    """Yield number and colour of each code that the transfer function makes visible."""
     for code, number in enumerate(numbers):
         points = [point for point in function.points if point.value == code and point.extinction_per_mm > 0]
         if points:

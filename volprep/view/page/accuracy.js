@@ -60,7 +60,7 @@ export function accuracy(report, { transfer, level, step, edited, lit, segments,
     make(
       "p",
       { className: "hint" },
-      `${percent(worst / allowed)} of what is allowed. RMSE is the usual difference of a pixel: 0 is exact, 1 is black for white.${where} Measured in the view ${program.sweep.view} by ${report.driver.renderer}.${cut ? " What is cut away was not measured." : ""}`,
+      `${percent(worst / allowed)} of the tolerance. RMSE is the usual difference of a pixel: 0 is exact, 1 is black for white.${where} Measured in the view ${program.sweep.view} by ${report.driver.renderer}.${cut ? " What is cut away was not measured." : ""}`,
     ),
     make(
       "details",

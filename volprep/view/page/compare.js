@@ -42,7 +42,7 @@ async function exactly(stream, expected) {
   return all;
 }
 
-/** Half a step of 8 bits: what is fainter rounds to black. */
+/** Half a step of 8 bits: fainter light rounds to black. */
 const LEAST_SEEN = 0.5 / 255;
 
 /**

@@ -94,7 +94,7 @@ export function backgroundControl() {
   });
 }
 
-/** What a picture of several transfer functions shows. @param {any} manifest @param {string} name */
+/** Contents of a picture of several transfer functions. @param {any} manifest @param {string} name */
 function joined(manifest, name) {
   if (name === manifest.segments?.name) return "the scan with its segments";
   return isColour(manifest, name) ? "each voxel in its own" : "all channels together";

@@ -161,7 +161,7 @@ def _decoded(pixels: EncodedPixels, said: Declared, frame: bytes) -> NDArray[np.
 
     decoder = DECODERS[pixels.transfer_syntax]
     if decoder == JPEG:
-        # Components as they are coded: a decoder would guess what they are.
+        # Components as they are coded: a decoder would guess their colour space.
         coded = "RGB" if pixels.colours else None
         decode = partial(imagecodecs.jpeg8_decode, colorspace=coded, outcolorspace=coded)
         values = _whole_jpeg(pixels, said, frame, decode)
