@@ -79,8 +79,9 @@ def test_sweeps_leave_the_light_that_matter_lets_through(browser, server) -> Non
 
 
 @pytest.mark.long
-def test_an_edited_function_is_drawn_with_occlusion_of_its_own(browser, server, scene_package) -> None:
-    package = scene_package("editable, baked light")
+@pytest.mark.parametrize("scene", ["editable, baked light", "editable, light in colour"])
+def test_an_edited_function_is_drawn_with_occlusion_of_its_own(browser, server, scene_package, scene: str) -> None:
+    package = scene_package(scene)
     points = ((250.0, (1.0, 1.0, 1.0), 0.0), (400.0, (1.0, 1.0, 1.0), 0.6))
     edit = [{"value": v, "colour": c, "extinction_per_mm": e} for v, c, e in points]
     matrix = box_from_clip_of(package)[6]
