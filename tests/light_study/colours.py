@@ -71,12 +71,13 @@ _FACTORS = (8, 4, 2)
 def tissue(look: TransferFunction) -> TransferFunction:
     """Return a function of two points with colours of tissue; colours of a hard one change behind its step, too."""
     first, last = look.points
+    rises = last.extinction_per_mm - first.extinction_per_mm
     ends = (0.0, 0.5, 1.0) if look.name == "soft" else (0.0, 1.0, 20.0)
     points = (
         TransferPoint(
             value=first.value + end * (last.value - first.value),
             colour=colour,
-            extinction_per_mm=first.extinction_per_mm + min(end, 1.0) * (last.extinction_per_mm - first.extinction_per_mm),
+            extinction_per_mm=first.extinction_per_mm + min(end, 1.0) * rises,
         )
         for end, colour in zip(ends, _TISSUE, strict=True)
     )
@@ -97,7 +98,7 @@ def row(lit: LitVolume, asked: argparse.Namespace) -> str:
     """Measure one scan under one light; return the numbers of a line of the table."""
     start = time.process_time()
     field = solve.solve_fields(lit, _FACTORS, solve.BATCH, Silent())[-1]
-    assert field.hues is not None  # noqa: S101 - the light is in colour
+    assert field.hues is not None
     views = standard_views(lit.grid)
     truth = traced(lit, [views[each] for each in VIEWS], asked.pixels, asked.paths)
     floats, codes = (
