@@ -51,17 +51,6 @@ LIGHTS = {
             Sun(direction=_RIGHT, colour=(0.2, 0.2, 1.5), size_degrees=40.0),
         ),
     ),
-    "three suns of other hues": LightModel(
-        kind="scattering",
-        channels="rgb",
-        sky=(0.1, 0.1, 0.1),
-        ground=(0.1, 0.1, 0.1),
-        suns=(
-            Sun(direction=_LEFT, colour=(1.5, 0.1, 0.1), size_degrees=40.0),
-            Sun(direction=_RIGHT, colour=(0.1, 0.1, 1.5), size_degrees=40.0),
-            Sun(direction=(0.0, -0.3, 0.9), colour=(0.1, 1.5, 0.1), size_degrees=40.0),
-        ),
-    ),
 }
 """Light around the volume. Of a sun of 20 degrees half of the grid does not resolve the shadows."""
 _TISSUE = ((0.9, 0.4, 0.3), (0.95, 0.6, 0.35), (0.95, 0.9, 0.8))
