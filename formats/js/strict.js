@@ -226,8 +226,8 @@ function formatOf({ internal_format: internal, format, type }, api) {
  * Whether light in colour has a first colour, whose largest component is 1, and other light none.
  * @param {import("./types.js").StoredLight} light
  */
-function hasItsColour({ model, first_colour = [0] }) {
-  return Math.max(...first_colour) === +(model.channels === "rgb" && !model.turnable);
+function hasItsColour({ model, first_colour: first }) {
+  return Math.max(...(first ?? [0])) === +(model.channels === "rgb" && !model.turnable);
 }
 
 /** @param {Manifest} manifest @param {Use[]} more what parts use @returns {Generator<string, void>} */
