@@ -222,6 +222,14 @@ function formatOf({ internal_format: internal, format, type }, api) {
   return internal.replace(/_EXT$/, "").replace(/^(RGBA?|LUMINANCE(_ALPHA)?)$/, "$18");
 }
 
+/**
+ * Whether light in colour has a first colour, whose largest component is 1, and other light none.
+ * @param {import("./types.js").StoredLight} light
+ */
+function hasItsColour({ model, first_colour: first }) {
+  return Math.max(...(first ?? [0])) === +(model.channels === "rgb" && !model.turnable);
+}
+
 /** @param {Manifest} manifest @param {Use[]} more what parts use @returns {Generator<string, void>} */
 export function* contradictions(manifest, more) {
   const { files, profile, channels, programs, preview } = manifest;
@@ -254,6 +262,8 @@ export function* contradictions(manifest, more) {
       yield `texture ${each.name} has no format of the profile`;
     if (each.gl.target === "TEXTURE_2D" && each.shape_zyx[0] !== 1)
       yield `texture ${each.name} is 2D, but has ${each.shape_zyx[0]} slices`;
+    if (each.light && !hasItsColour(each.light))
+      yield `texture ${each.name} has a first colour that its light cannot have`;
   }
   for (const { name, quantization, levels, transfer_functions } of channels) {
     if (!quantization || !levels.length || !transfer_functions.length)

@@ -12,9 +12,9 @@
  * @typedef {{target: "TEXTURE_2D" | "TEXTURE_3D", internal_format: string, format?: string, type?: string}} GlFormat
  * @typedef {{order?: string, slices_per_texel: number, textures?: number, components_per_voxel?: number, tile_shape_yx: [number, number], slices: number, gutter?: number, padding_yx?: [number, number], tiles_x: number, tiles_y: number, texture_shape_yx: [number, number]}} Mosaic
  * @typedef {{name: string, role: string, file: string, shape_zyx: Three, gl: GlFormat, filter?: "linear" | "nearest", level?: number, channels?: string[], transfer?: string, part?: number, mipmap?: number, mosaic?: Mosaic, max_extinction_per_mm?: number, light?: StoredLight}} Texture
- * @typedef {{turnable?: boolean, sky?: Three, ground?: Three, suns?: {direction: Three, colour?: Three}[], radius_mm?: number}} LightModel
+ * @typedef {{channels?: "luminance" | "rgb", turnable?: boolean, sky?: Three, ground?: Three, suns?: {direction: Three, colour?: Three}[], radius_mm?: number}} LightModel
  * @typedef {{normal: Three, constant_mm: number}} ClipPlane
- * @typedef {{model: LightModel, largest: number, subtracted?: number, planes?: ClipPlane[]}} StoredLight
+ * @typedef {{model: LightModel, largest: number, subtracted?: number, first_colour?: Three, planes?: ClipPlane[]}} StoredLight
  * @typedef {{name: string, role: string, transfer?: string, part?: number}} Sampler
  * @typedef {{name: string, type: "float" | "vec3" | "mat4", source: string}} Uniform
  * @typedef {"triangle" | "front-faces" | "back-faces" | "mesh" | "axis-slices" | "view-slices" | "half-angle-slices"} Geometry

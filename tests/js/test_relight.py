@@ -80,7 +80,12 @@ def test_sweeps_leave_the_light_that_matter_lets_through(browser, server) -> Non
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("name", "kind"), [("editable, baked light", "webgl2"), ("editable, light that turns", "webgl")]
+    ("name", "kind"),
+    [
+        ("editable, baked light", "webgl2"),
+        ("editable, light in colour", "webgl2"),
+        ("editable, light that turns", "webgl"),
+    ],
 )
 def test_an_edited_function_is_drawn_with_occlusion_of_its_own(browser, server, scene_package, name, kind) -> None:
     package = scene_package(name)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from volprep.parts.light.codes import coded, coded_alike
+from volprep.parts.light.codes import coded, coded_alike, left_out
 from volprep.parts.light.solve import LightField
 
 CURVE = np.array([[0.0, 1.0], [0.0, 1.0]])
@@ -42,9 +42,9 @@ def test_light_that_is_nowhere_below_0_is_not_moved() -> None:
 
 
 def in_colour(colours: np.ndarray) -> LightField:
-    """A field whose light varies between two colours, and by 0.01 beside them."""
+    """A field whose light varies between colours, and by 0.01 beside them."""
     random = np.random.default_rng(28)
-    parts = random.uniform(0.2, 1.0, (5, 7, 3, 2, 2))
+    parts = random.uniform(0.2, 1.0, (5, 7, 3, 2, len(colours)))
     ends = parts @ colours + 0.01 * random.normal(size=(5, 7, 3, 2, 3))
     texels = np.stack([ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]], axis=-2).astype(np.float32)
     beyond = (ends - ends.mean(axis=-1, keepdims=True)).reshape(-1, 3)
@@ -60,6 +60,15 @@ def test_light_between_two_colours_and_white_comes_back_from_one_texel(colours) 
     assert min(codes.first_colour) >= 0.0
     found = codes.decoded(field).texels
     assert np.sqrt(np.mean((found - field.texels) ** 2)) < 0.015
+
+
+@pytest.mark.parametrize(("second", "least"), [((0.1, 0.9, 0.9), 0.0), ((0.1, 0.1, 0.9), 0.1)])
+def test_what_two_colours_leave_out_is_what_does_not_come_back(second, least) -> None:
+    field = in_colour(np.array([[0.9, 0.1, 0.1], second]))
+    found = coded(field).decoded(field).texels
+    off = np.sqrt(np.mean((found.cumsum(axis=-2) - field.texels.cumsum(axis=-2)) ** 2))
+    assert left_out(field.hues) == pytest.approx(off, rel=0.05, abs=0.002)
+    assert least <= left_out(field.hues) < least + 0.02
 
 
 def test_codes_that_are_all_the_same_are_grey() -> None:

@@ -178,8 +178,20 @@ def test_light_in_colour_costs_twice_the_bytes_and_the_plan_says_what_it_is_wort
     assert 1.7 < items[1].size_bytes / items[0].size_bytes < 2.1
     assert "a brightness is RMSE" in items[0].reason
     assert "in the colours of two lights" in items[1].reason
+    assert "do not lie between two colours" not in items[1].reason
     red, _, blue = drawn(colour)[..., :3].reshape(-1, 3).max(axis=0) / drawn(grey)[..., :3].reshape(-1, 3).max(axis=0)
     assert red > 1.2 * blue
+
+
+def test_the_plan_says_that_suns_of_several_hues_have_more_than_two_colours(built) -> None:
+    suns = (
+        f"{{ direction = {direction}, colour = {colour}, size_degrees = 40.0 }}"
+        for direction, colour in (([1.0, -1.0, 0.0], [1.5, 0.1, 0.1]), ([-1.0, -1.0, 0.0], [0.1, 0.1, 1.5]))
+    )
+    lighting = f'suns = [{", ".join(suns)}]\nresolution = 2\nchannels = "rgb"'
+    (item,) = (each for each in built("suns", lighting=lighting).manifest.plan if each.name == "baked light")
+    assert "its hues do not lie between two colours, which leave out RMSE" in item.reason
+    assert 'lighting.channels = "luminance"' in item.reason
 
 
 def test_four_environments_make_every_environment_that_changes_like_a_cosine() -> None:

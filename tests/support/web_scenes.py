@@ -213,6 +213,14 @@ def _edited_turning_light(folder: Path) -> Path:
     return scene
 
 
+def _edited_coloured_light(folder: Path) -> Path:
+    """The phantom with its first transfer function only, editable, under a sky and a ground of two colours."""
+    coloured = 'channels = "rgb"\nsky = [0.6, 0.8, 1.0]\nground = [0.5, 0.4, 0.3]\n'
+    scene = _one(f'[lighting]\nbaked = "occlusion"\nresolution = 4\n{coloured}')(folder)
+    scene.write_text(f"editable = true\n{scene.read_text()}")
+    return scene
+
+
 _TURNS = (
     '[lighting]\nbaked = "occlusion"\nresolution = 4\nturnable = true\nsky = [1.5, 1.0, 0.6]\n'
     "ground = [0.1, 0.2, 0.4]\nsuns = [{ direction = [-1.0, -1.0, 0.5], colour = [2.0, 1.6, 0.8] }]\n"
@@ -284,6 +292,7 @@ OTHERS = {
     "segments in pieces": segments_scene("gles3", f"[grid]\nsize = 8\n{_LIT}"),
     "segments in pieces, one hidden": segments_scene("gles3", f"{_ONE_HIDDEN}[grid]\nsize = 8\n{_LIT}"),
     "segments in pieces of mosaics": segments_scene("gles2-4096", "[grid]\nsize = 8\n"),
+    "editable, light in colour": _edited_coloured_light,
     "editable, light that turns": _edited_turning_light,
     "pieces with light": _one(
         '[grid]\nsize = 12\n[lighting]\nbaked = "shadow"\nresolution = 4\nlight_mm = [20.0, -30.0, 40.0]\n'

@@ -12,6 +12,7 @@ colours, which together are white. On the Colin27 head (91×109×91 voxels) this
 function and 40.0 of 40.3 dB with a hard one. A brightness for each end with one chroma for both kept 43.4 and 35.5 dB.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -88,6 +89,15 @@ def coded_alike(fields: Sequence[LightField], *, holds_one: bool = False) -> lis
         )
         for ends in all_ends
     ]
+
+
+def left_out(hues: Float64Array) -> float:
+    """Return the root mean square of light beyond the plane of two colours that suit it best.
+
+    `hues` [3, 3] has the mean products of what red, green and blue have beyond grey.
+    """
+    *beyond, _ = np.linalg.eigvalsh(hues).tolist()
+    return math.sqrt(max(sum(beyond), 0.0) / len(hues))
 
 
 def _ends(field: LightField) -> Float32Array:

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from volprep.parts.light import solve
-from volprep.parts.light.codes import coded, coded_alike
+from volprep.parts.light.codes import coded, coded_alike, left_out
 from volprep.parts.light.lit import lit_volume, middle_plane, views_of_a_cut
 from volprep.plan.decisions import CutChoice, LightChoice
 from volprep.plan.records import CropPlan
@@ -110,6 +110,7 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
     reason += f"; {cut:.2g} for the volume cut by {where}"
     if brightness > 0.0 and not model.turnable:
         reason += f"; a brightness is RMSE {brightness:.2g} from light in colour (lighting.channels)"
+    reason += hues_text(max(trial.left_out for trial in trials), tolerance)
     cut_choice = choice_for_a_cut(cut, own, tolerance) if wanted.clip_aware else None
     return replace(found, reason=reason, cut=cut_choice)
 
@@ -139,6 +140,17 @@ def choice(
     return LightChoice(4 if is_enough else 2, f"{told}, {without}")
 
 
+def hues_text(left: float, tolerance: float) -> str:
+    """Explain that light has more hues than two colours hold; empty if these leave out little."""
+    if left <= tolerance:
+        return ""
+    return (
+        f"; its hues do not lie between two colours, which leave out RMSE {left:.2g} of the light at places that the "
+        f"field was not fitted to, more than the tolerance of {tolerance:.2g}: give suns, sky and ground one "
+        f'hue beside white, or take lighting.channels = "luminance", which has no wrong hues'
+    )
+
+
 def choice_for_a_cut(whole: float, own: float, tolerance: float) -> CutChoice:
     """Decide by root mean square errors of the cut volume: with the light of the whole volume, and with its own."""
     if whole == 0.0:
@@ -163,6 +175,7 @@ def texels(grid: Grid, factor: int) -> int:
 class _Trial(NamedTuple):
     squares: Error  # [6], 0 if nothing is seen, and of the cut's own light if it is not asked for
     residual: float  # of the field at half of the resolution
+    left_out: float  # root mean square of the light that two colours leave out; 0 of light that has none
 
 
 def _tried(lit: LitVolume, planes: Float64Array, progress: Progress, *, cut_light: bool) -> _Trial:
@@ -178,7 +191,8 @@ def _tried(lit: LitVolume, planes: Float64Array, progress: Progress, *, cut_ligh
     cut_squares = _squares(cut, of_cut, views_of_a_cut(lit.grid, planes))
     cameras = [views[name] for name in _VIEWS]
     squares = [_squares(lit, ways, cameras), np.resize(cut_squares, 2), _of_brightness(lit, fields[-1], cameras)]
-    return _Trial(np.concatenate(squares), fields[-1].residual)
+    hues = fields[-1].hues
+    return _Trial(np.concatenate(squares), fields[-1].residual, 0.0 if hues is None else left_out(hues))
 
 
 def _at_full_resolution(lit: LitVolume, progress: Progress) -> float:
