@@ -14,12 +14,12 @@ from volprep_formats.package.program import ProgramDesign, Sampler, Uniform
 from volprep_formats.package.texture import MosaicLayout
 
 _REACH: dict[SkipKind, str] = {
-    "blocks": "skip/reach_box",
-    "table16": "skip/reach_box",
-    "distance": "skip/reach_box",
-    "octants": "skip/reach_box",
-    "pyramid": "skip/reach_pyramid",
-    "euclidean": "skip/reach_sphere",
+    "blocks": "skip/reach:box",
+    "table16": "skip/reach:box",
+    "distance": "skip/reach:box",
+    "octants": "skip/reach:box",
+    "pyramid": "skip/reach:pyramid",
+    "euclidean": "skip/reach:sphere",
 }
 
 SKIP_RUN = 16

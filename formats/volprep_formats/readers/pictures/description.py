@@ -27,7 +27,7 @@ _LEAST_FM, _MOST_FM = 1.0, 1e18
 
 
 @dataclass(frozen=True)
-class Resolution:
+class PixelDensity:
     """Resolution tags of a TIFF page."""
 
     x: float
@@ -46,7 +46,7 @@ def check_order(path: Path, description: str, shape: tuple[int, int, int, int]) 
         raise VolprepError("VP1168", path=path, pages=pages, says=says)
 
 
-def spacing_fm_zyx(description: str, resolution: Resolution) -> tuple[int, int, int] | None:
+def spacing_fm_zyx(description: str, resolution: PixelDensity) -> tuple[int, int, int] | None:
     """Return the distances between the voxels of a stack of ImageJ, in femtometres; None if it does not say them.
 
     As in ImageJ, an absent `spacing` is one unit: it is not written then. A stack without a unit that ImageJ knows as

@@ -23,7 +23,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import channel_of_colours, colour_remarks
 from volprep_formats.readers.grey import grey_of, grey_remark
 from volprep_formats.readers.ome.tiff_chain import count_pages
-from volprep_formats.readers.pictures.description import FM_PER_MM, Resolution, check_order, spacing_fm_zyx
+from volprep_formats.readers.pictures.description import FM_PER_MM, PixelDensity, check_order, spacing_fm_zyx
 from volprep_formats.readers.pictures.kinds import kind_of
 from volprep_formats.regular_files import open_regular
 from volprep_formats.source import ColourChannel, GreyOf, StoredType
@@ -315,7 +315,7 @@ def _of_stack(path: Path, spec: Any, pages: list[Page]) -> list[Page]:
     description, first = _description(spec), pages[0]
     check_order(path, description, (len(pages), first.rows, first.columns, first.channels))
     x, y = (spec.get_float_attribute(name, 0.0) for name in ("XResolution", "YResolution"))
-    resolution = Resolution(x, y, spec.get_string_attribute("ResolutionUnit", "none"))
+    resolution = PixelDensity(x, y, spec.get_string_attribute("ResolutionUnit", "none"))
     found = spacing_fm_zyx(description, resolution) if len(pages) > 1 else None
     if found is None:
         return pages

@@ -1,9 +1,9 @@
 //: Light that stays as it was computed. Slots: light_texels declares the texture, the section texture3d or mosaic;
-//: light_places, of a mosaic: the section places; light_ends mixes the ends of `part`, the section one_number (8 bits of
-//: two components) or two_colours (8 bits of four). In: stored, the normalised stored value at the sample. Words: LIGHT,
-//: the type of light; LIGHT_TEXEL reads at `at`; NUMBERS, the components. Constants: LIGHT_FROM_BOX, per millimetre;
-//: LIGHT_START, where the box begins; LARGEST_LIGHT; LIGHT_OF, of `part` of it; SHARE_SCALE and SHARE_OFFSET. Sections:
-//: start, before the loop; sample, in it, after `medium`.
+//: light_places, of a mosaic: the section places; light_ends mixes the ends of `part`, the section one_number (8 bits
+//: of two components) or two_colours (8 bits of four). In: stored, the normalised stored value at the sample. Words:
+//: LIGHT, the type of light; LIGHT_TEXEL reads at `at`; NUMBERS, the components. Constants: LIGHT_FROM_BOX, per
+//: millimetre; LIGHT_START, where the box begins; LARGEST_LIGHT; LIGHT_OF, of `part` of it; SHARE_SCALE and
+//: SHARE_OFFSET. Sections: start, before the loop; sample, in it, after `medium`.
 //#part light_texels
 
 // Light that was computed once, in parts of LARGEST_LIGHT, where the share is 0 and where it is 1.

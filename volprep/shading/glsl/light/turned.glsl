@@ -1,8 +1,8 @@
-//: Light that an app turns: a texture of two halves along z, where the share is 0 and where it is 1. One of both is read
-//: for each sample, in turns, halfway to the next one: each counts for two samples. Slots and words as in baked.glsl;
-//: light_half: the section half_of_texture3d or half_of_places; light_subtracted, where light is: the section
-//: subtracted. In: u_environment, columns of RGB. Words: LESS, what is subtracted; RUN_START, the first sample of the
-//: loop. Sections: start, before all loops; run, before each loop; sample, in it, after `medium`.
+//: Light that an app turns: a texture of two halves along z, where the share is 0 and where it is 1. One of both is
+//: read for each sample, in turns, halfway to the next one: each counts for two samples. Slots and words as in
+//: baked.glsl; light_half: the section half_of_texture3d or half_of_places; light_subtracted, where light is: the
+//: section subtracted. In: u_environment, columns of RGB. Words: LESS, what is subtracted; RUN_START, the first sample
+//: of the loop. Sections: start, before all loops; run, before each loop; sample, in it, after `medium`.
 //#part light_texels
 
 // Light of four environments that was computed once, in parts of LARGEST_LIGHT.
