@@ -91,7 +91,7 @@ def scan(path: Path, progress: Progress) -> Scan:
 
 
 def no_images(path: Path, files: int) -> VolprepError:
-    """Return VP1030; or VP1309 if all files below `path` are of one format without a reader, as GIF; not hidden ones."""
+    """Return VP1030; or VP1309 if all files below `path` are of one format without a reader, as GIF."""
     seen = [] if path.is_file() else [file for file in _files(path) if not file.name.startswith(".")]
     found = _only_format(seen)
     if found is None:
@@ -119,8 +119,8 @@ def choose_series(scanned: Scan, wanted: str | None, *, in_colour: bool = False)
 
     That is one in colour if `in_colour`, and grey if not.
 
-    Raises the error of the first damaged file, and VolprepError VP1030 or VP1309 (no images), VP1033 (several could be meant) or
-    VP1034 (`wanted` fits none or several).
+    Raises the error of the first damaged file, and VolprepError VP1030 or VP1309 (no images), VP1033 (several could be
+    meant) or VP1034 (`wanted` fits none or several).
     """
     # A file without a header belongs to no named series.
     damaged = [error for error in scanned.damaged if wanted is None or error.fields.get("what") != NO_HEADER]
