@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -172,6 +173,7 @@ def batch(
     from volprep.batch.jobs import Defaults, in_shard
     from volprep.batch.place import Place
     from volprep.batch.run import Wishes, find_jobs, run_batch
+    from volprep_cli.batch_watch import print_others
 
     place = Place(output.absolute())
     defaults = Defaults(scene, tuple(profile), choices.of, names, require_mask)
@@ -181,7 +183,7 @@ def batch(
         print_dry_run(jobs, place, defaults, rules, part, workers=workers, as_json=as_json)
         return
     with progress() as finding:
-        found = find_jobs(jobs, place, defaults, finding, rules)
+        found = find_jobs(jobs, place, defaults, finding, rules, others=partial(print_others, as_json=as_json))
     if part is not None:
         found = [job for job in found if in_shard(job.name, *part)]
     from volprep_cli.batch_watch import watching

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from volprep_cli.batch_watch import no_scans_json
 from volprep_cli.console import bytes_text, end_beyond, print_json, print_line, print_table, progress
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
     from volprep.batch.estimate import Estimate
     from volprep.batch.jobs import Defaults, Job
+    from volprep.batch.others import OtherFiles
     from volprep.batch.place import Place
     from volprep.batch.rules import Matched
 
@@ -43,8 +45,10 @@ def print_dry_run(
     from volprep_formats.isolation import available_cores
 
     read = None if rules is None else read_rules(rules)
+    others: list[OtherFiles] = []
     with progress() as finding:
-        matched = find_scans(jobs, finding, has_scene=defaults.scene is not None, rules=read, facts=True)
+        has_scene = defaults.scene is not None
+        matched = find_scans(jobs, finding, has_scene=has_scene, rules=read, facts=True, others=others.append)
     taken = [each.scan for each in matched if len(each.rules) == 1 and not each.skip]
     place.prepare()
     found = [job for job in expand(taken, jobs, place.key(), defaults) if part is None or in_shard(job.name, *part)]
@@ -53,9 +57,12 @@ def print_dry_run(
     rows += [_left_out(each) for each in matched if len(each.rules) != 1 or each.skip]
     measured = sum(each.measured for each in rates.values())
     if as_json:
-        print_json({"jobs": [_as_json(row) for row in rows], "measured_packages": measured})
+        told = no_scans_json(others[0]) if others else {}
+        print_json({"jobs": [_as_json(row) for row in rows], "measured_packages": measured, **told})
     else:
         _print(rows, measured, workers or available_cores(), has_rules=rules is not None)
+        for each in others:
+            print_line(str(each))
     try:
         require_one_each(matched, rules or Path(jobs))
     except VolprepError as error:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress as Bar
 
+    from volprep.batch.others import OtherFiles
     from volprep.batch.work import TaskResult
 
 
@@ -47,6 +48,19 @@ def bar_on(console: "Console", *, over_lines: bool = False) -> "Bar":
         TimeRemainingColumn(),
     )
     return Bar(*columns, console=console, redirect_stdout=over_lines)
+
+
+def print_others(others: "OtherFiles", *, as_json: bool) -> None:
+    """Print how many files of a tree are no scans, with their most frequent endings."""
+    if as_json:
+        print_line(json.dumps(no_scans_json(others)))
+    else:
+        print_line(str(others))
+
+
+def no_scans_json(others: "OtherFiles") -> dict[str, object]:
+    """Return the JSON of the files that are no scans."""
+    return {"no_scans": {"files": others.count, "endings": dict(others.endings)}}
 
 
 class BatchWatcher:

@@ -15,8 +15,9 @@ from phantom_scene import write_phantom_scene
 
 from volprep.batch import endings, store_tree
 from volprep.batch.jobs import Defaults, Job, in_shard
+from volprep.batch.others import OtherFiles
 from volprep.batch.place import Place
-from volprep.batch.run import find_jobs
+from volprep.batch.run import find_jobs, find_scans
 from volprep.batch.stamp import stamp_of
 from volprep.batch.table import scans_in_table
 from volprep_formats.diagnostics import VolprepError
@@ -53,6 +54,20 @@ def test_each_series_and_each_other_scan_of_a_tree_is_a_job(tree, tmp_path) -> N
     assert set(found) == {"CANARY 1", "CANARY 2", "CANARY.dcm", "place-0/scan.nii"}
     assert found["CANARY 1"].request.scene.source.series == "1.2.3.1"
     assert len(found["CANARY 1"].files) == 5
+
+
+def test_files_that_are_no_scans_are_counted_and_no_name_is_said(tree) -> None:
+    (tree / "a.raw").write_bytes(bytes(60))
+    header = "NDims = 3\nDimSize = 5 4 3\nElementType = MET_UCHAR\nElementDataFile = a.raw\n"
+    (tree / "a.mhd").write_text(header, encoding="ascii")
+    (tree / "gifs").mkdir()
+    for name in ("gifs/1.gif", "gifs/2.GIF", "CANARY.JANE", "scans.zip", "lung.gipl", ".hidden"):
+        (tree / name).write_bytes(b"GIF89a")
+    others: list[OtherFiles] = []
+    find_scans(tree, Silent(), has_scene=False, rules=None, facts=False, others=others.append)
+    (found,) = others
+    assert str(found) == "6 files are no scans and are left out: 2 .gif, 1 .gipl, 1 .txt, 1 .zip"
+    assert found.count == 6, "CANARY.JANE counts, though its ending may be a name"
 
 
 # A folder with one picture is a stack, so that its job is the folder.

@@ -119,6 +119,11 @@ def test_extinction_beyond_half_floats_is_clamped_to_the_largest():
     assert (table.texels[..., 3] == 65504).all()
 
 
+def test_a_step_longer_than_the_volume_clamps_no_more_than_one_as_long_as_its_edge():
+    assert opaque_per_mm(2.0, (1.0, 4.0, 3.0)) == opaque_per_mm(1.0)
+    assert opaque_per_mm(0.5, (1.0, 4.0, 3.0)) == opaque_per_mm(0.5)
+
+
 def test_the_first_and_last_entry_are_the_ends_of_the_window():
     table = lookup_texels(lookup_table(RAMP, (-10.0, 30.0), 5), "RGBA16F")
     np.testing.assert_allclose(table.texels[0, 0, :, 3].astype(float), [0.0, 0.5, 1.0, 1.5, 2.0])

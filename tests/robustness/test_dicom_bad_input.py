@@ -74,6 +74,18 @@ def test_a_folder_without_images_is_refused_with_the_number_of_its_files(tmp_pat
     assert "other files: 2" in str(error)
 
 
+@pytest.mark.parametrize("head", [b"GIF89a", b"RIFF\0\0\0\0WEBPVP8 "])
+def test_a_folder_of_pictures_that_no_reader_reads_is_refused_as_what_it_is(tmp_path, head) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).write_bytes(head + bytes(300))
+    error = refusal(tmp_path)
+    assert (error.code, error.status) == ("VP1309", ExitStatus.SOURCE)
+    assert "each of the 2 files is a GIF or WebP picture" in str(error)
+    assert "Save the slices as PNG or TIFF." in str(error)
+    (tmp_path / "c").write_text("text")
+    assert refusal(tmp_path).code == "VP1030"
+
+
 @pytest.mark.parametrize("missing_bytes", [1, 10, 24])
 def test_a_file_whose_pixel_data_is_cut_off_is_refused_by_name(tmp_path, missing_bytes) -> None:
     file = save_stack(tmp_path)

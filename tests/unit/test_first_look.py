@@ -60,6 +60,12 @@ def test_each_kind_of_values_gets_a_look_of_its_own() -> None:
     assert named(look([7, 7])) == "grey"
 
 
+def test_a_scan_of_one_value_has_no_jump_at_that_value() -> None:
+    first, last = look([7, 7]).transfer[0].points
+    assert (first.colour, first.extinction_per_mm) == (last.colour, last.extinction_per_mm)
+    assert last.extinction_per_mm > 0.0
+
+
 @pytest.mark.parametrize("highest", [80, 1500])
 def test_a_small_piece_of_a_ct_is_as_opaque_in_all_as_a_body(highest: int) -> None:
     body, piece = (look([-1000, 0, highest], "HU", spacing_mm=mm).transfer[0].resolved() for mm in (100.0, 5.0))

@@ -1,7 +1,7 @@
 """Run a batch: finished, unchanged jobs are kept, all others go to workers, and a page reports all of them."""
 
 import secrets
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -10,6 +10,7 @@ from volprep.batch.attempts import forget_done
 from volprep.batch.guard import Limits
 from volprep.batch.jobs import Defaults, Job, expand
 from volprep.batch.ledger import Ledger
+from volprep.batch.others import OtherFiles, other_files
 from volprep.batch.place import Place
 from volprep.batch.rules import Matched, Rules, read_rules, require_one_each
 from volprep.batch.storage import is_url, require_target
@@ -62,9 +63,17 @@ class Wishes:
 
 
 def find_scans(
-    path: Path | str, progress: Progress, *, has_scene: bool, rules: Rules | None, facts: bool
+    path: Path | str,
+    progress: Progress,
+    *,
+    has_scene: bool,
+    rules: Rules | None,
+    facts: bool,
+    others: Callable[[OtherFiles], None] | None = None,
 ) -> list[Matched]:
     """List the scans of a folder tree, a scan, a table or an address with their rules; `facts` reads all headers.
+
+    `others` is called with the files of a tree that are no scans, if there are any.
 
     Raises the errors of `scans_in_tree`, `scans_in_table` and `scans_in_store`.
     """
@@ -75,19 +84,28 @@ def find_scans(
         found = scans_in_table(path, has_scene=has_scene)
     else:
         found = scans_in_tree(path, progress, with_facts=facts or rules is not None)
+        left_out = other_files(path, found)
+        if others is not None and left_out.count:
+            others(left_out)
     return [Matched(scan, ("",), skip=False) if rules is None else rules.chosen(scan) for scan in found]
 
 
 def find_jobs(
-    path: Path | str, place: Place, defaults: Defaults, progress: Progress, rules: Path | None = None
+    path: Path | str,
+    place: Place,
+    defaults: Defaults,
+    progress: Progress,
+    rules: Path | None = None,
+    *,
+    others: Callable[[OtherFiles], None] | None = None,
 ) -> list[Job]:
-    """List the jobs of a folder tree, a scan, a table or an address.
+    """List the jobs of a folder tree, a scan, a table or an address; `others` as for `find_scans`.
 
     Makes the folder of the batch, which holds the key of names. Raises the errors of `find_scans`, `read_rules`,
     `require_one_each` and `expand`, and VP4020 if the folder cannot be written.
     """
     read = None if rules is None else read_rules(rules)
-    matched = find_scans(path, progress, has_scene=defaults.scene is not None, rules=read, facts=False)
+    matched = find_scans(path, progress, has_scene=defaults.scene is not None, rules=read, facts=False, others=others)
     found = require_one_each(matched, rules or Path(path))
     place.prepare()
     return expand(found, path, place.key(), defaults)

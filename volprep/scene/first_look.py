@@ -238,9 +238,19 @@ def _dense_per_mm(info: SourceInfo) -> float:
 
 
 def _grey(info: SourceInfo, statistics: Statistics) -> SceneTransfer:
+    """Return a ramp over the values. A scan of exactly one value is white all through.
+
+    A ramp without length is a jump at the very value of all voxels: what is drawn would depend on rounding.
+    """
+    is_flat = statistics.minimum == statistics.maximum
+    dense_per_mm = _dense_per_mm(info)
     points = (
-        ScenePoint(value=statistics.minimum, colour="#000000", extinction_per_mm=0.0),
-        ScenePoint(value=statistics.maximum, colour="#ffffff", extinction_per_mm=_dense_per_mm(info)),
+        ScenePoint(
+            value=statistics.minimum,
+            colour="#ffffff" if is_flat else "#000000",
+            extinction_per_mm=dense_per_mm if is_flat else 0.0,
+        ),
+        ScenePoint(value=statistics.maximum, colour="#ffffff", extinction_per_mm=dense_per_mm),
     )
     return SceneTransfer(name="grey", points=points)
 

@@ -24,12 +24,13 @@ class MediumTexels:
     """For uint8: extinction = this · (alpha / 255)²."""
 
 
-def opaque_per_mm(step_mm: float) -> float:
+def opaque_per_mm(step_mm: float, extent_mm_zyx: tuple[float, ...] = ()) -> float:
     """Extinction where a quarter of a step lets no more than 2^-16 through: greater values look the same.
 
-    A quarter, because rays also graze opaque surfaces, and are drawn with shorter steps than the nominal one.
+    A quarter, because rays also graze opaque surfaces, and are drawn with shorter steps than the nominal one. A step
+    longer than an edge of the volume counts as that edge: with 2 voxels, all rays through a single one are short.
     """
-    return -4 * math.log1p(-MOST_OPAQUE) / step_mm
+    return -4 * math.log1p(-MOST_OPAQUE) / min((step_mm, *extent_mm_zyx))
 
 
 def medium_texels(

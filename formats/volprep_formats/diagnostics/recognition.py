@@ -50,4 +50,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "Name the file of the volume. The pictures of one volume, saved as PNG or TIFF in a folder of their own, are a "
         "scan, too.",
     ),
+    "VP1309": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: there are no DICOM images, and each of the {files} files is {what}",
+        "{how}",
+    ),
 }

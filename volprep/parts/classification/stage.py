@@ -88,7 +88,7 @@ def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: Tran
     editing = plan.part(EditingPlan)
     headroom_per_mm = editing.headroom_per_mm if editing else 0.0
     largest_per_mm = max(headroom_per_mm, *(float(table[:, 3].max()) for table in tables.values()))
-    largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm))
+    largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm, plan.grid.extent_mm_zyx))
     for level, table in tables.items():
         texels = lookup_texels(table, lookup.format, largest_per_mm)
         named = lookup if level is None else table_of_level(lookup, level)

@@ -14,7 +14,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.geometry import repair_of
 from volprep_formats.readers.dicom.naming import series_name
 from volprep_formats.readers.dicom.reader import stack_series
-from volprep_formats.readers.dicom.scan import Series, scan
+from volprep_formats.readers.dicom.scan import Series, no_images, scan
 from volprep_formats.record import Record
 from volprep_formats.source import RepairKind
 
@@ -73,13 +73,13 @@ class Listing(Record):
 def list_series(path: Path, progress: Progress, *, described: bool = False) -> Listing:
     """List the series in the folder tree, or file, `path`; if `described`, with their descriptions, for a screen.
 
-    Raises VolprepError VP1001 (no such path), VP1003 (unreadable folder) and VP1030 (nothing of DICOM here).
+    Raises VolprepError VP1001 (no such path), VP1003 (unreadable folder) and VP1030 or VP1309 (nothing of DICOM here).
     """
     if not path.exists():
         raise no_such_path(path)
     scanned = scan(path, progress)
     if not scanned.series and not scanned.damaged:
-        raise VolprepError("VP1030", path=path, files=scanned.other_files)
+        raise no_images(path, scanned.other_files)
     uids = [series.uid for series in scanned.series]
     return Listing(
         series=tuple(_listed(series, uids, described=described) for series in scanned.series),

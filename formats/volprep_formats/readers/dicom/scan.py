@@ -10,11 +10,14 @@ from volprep_formats.readers.dicom.file import NO_HEADER, slices_of
 from volprep_formats.readers.dicom.header import SliceImage
 from volprep_formats.readers.dicom.naming import series_name
 from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
+from volprep_formats.readers.others import Other, recognised
+from volprep_formats.regular_files import open_regular
 from volprep_formats.tree import broken_links_in, files_below
 
 _FEWEST_SLICES = 4
 """Localisers and key images come in ones, twos and threes."""
 _LONGEST_NUMBER, _MOST_NUMBERED = 9, 100
+_HEAD_BYTES = 512
 _TOGETHER = 256
 """Files whose headers are in memory at the same time."""
 
@@ -87,20 +90,44 @@ def scan(path: Path, progress: Progress) -> Scan:
     return Scan(path, found, tuple(damaged), other_files)
 
 
+def no_images(path: Path, files: int) -> VolprepError:
+    """Return VP1030; or VP1309 if all files below `path` are of one format without a reader, as GIF."""
+    seen = [] if path.is_file() else [file for file in _files(path) if not file.name.startswith(".")]
+    found = _only_format(seen)
+    if found is None:
+        return VolprepError("VP1030", path=path, files=files)
+    return VolprepError("VP1309", path=path, files=len(seen), what=SafeText(found.what), how=SafeText(found.how))
+
+
+def _only_format(files: Sequence[Path]) -> Other | None:
+    """Return the known format of all files; None if they differ, if one is not known, or if there are none."""
+    found: Other | None = None
+    for file in files:
+        try:
+            with open_regular(file) as data:
+                other = recognised(file, data.read(_HEAD_BYTES))
+        except OSError:
+            return None
+        if other is None or found not in {None, other}:
+            return None
+        found = other
+    return found
+
+
 def choose_series(scanned: Scan, wanted: str | None, *, in_colour: bool = False) -> Series:
     """Return the series whose UID is, or ends with, `wanted`; without it, the only one that can be meant.
 
     That is one in colour if `in_colour`, and grey if not.
 
-    Raises the error of the first damaged file, and VolprepError VP1030 (no images), VP1033 (several could be meant) or
-    VP1034 (`wanted` fits none or several).
+    Raises the error of the first damaged file, and VolprepError VP1030 or VP1309 (no images), VP1033 (several could be
+    meant) or VP1034 (`wanted` fits none or several).
     """
     # A file without a header belongs to no named series.
     damaged = [error for error in scanned.damaged if wanted is None or error.fields.get("what") != NO_HEADER]
     if damaged:
         raise damaged[0]
     if not scanned.series:
-        raise VolprepError("VP1030", path=scanned.path, files=scanned.other_files)
+        raise no_images(scanned.path, scanned.other_files)
     if wanted is not None:
         by_number = _with_number(scanned.series, wanted)
         if len(by_number) == 1:

@@ -1,0 +1,22 @@
+"""A scan of one voxel: all its rays are shorter than a step."""
+
+from pathlib import Path
+
+import nibabel
+import numpy as np
+import pytest
+
+from volprep.pipeline.build import build
+from volprep.scene.request import request_for_source
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Silent
+
+
+def test_the_table_of_a_single_voxel_holds_the_whole_extinction(tmp_path: Path) -> None:
+    nibabel.save(nibabel.Nifti1Image(np.full((1, 1, 1), 100, np.int16), np.eye(4)), tmp_path / "voxel.nii")
+    manifest = build(request_for_source(tmp_path / "voxel.nii"), tmp_path / "voxel.volpkg", Silent())
+    (table,) = [texture for texture in manifest.textures if texture.role == "transfer"]
+    content = Package.open(tmp_path / "voxel.volpkg").read_bytes(table.file)
+    entries = np.frombuffer(content[-8 * table.shape_zyx[2] :], np.float16).reshape(-1, 4)
+    (point, _) = manifest.channels[0].transfer_functions[0].points
+    assert entries[:, 3] == pytest.approx(point.extinction_per_mm, rel=1e-3)
