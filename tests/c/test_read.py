@@ -132,7 +132,7 @@ def test_each_level_is_drawn_with_the_textures_and_uniforms_that_the_renderer_ta
             assert {name: drawing["uniforms"][name] for name in expected} == expected, kind
 
 
-@pytest.mark.parametrize(("kind", "points"), [("house", 48), ("several-units", 24), ("segments", 24)])
+@pytest.mark.parametrize(("kind", "points"), [("house", 60), ("several-units", 24), ("segments", 24)])
 def test_each_point_of_the_grid_is_drawn_with_the_pieces_and_uniforms_that_the_renderer_takes(read, kind, points):
     header, package = read[kind]
     assert len(header["points"]) == points

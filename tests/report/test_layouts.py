@@ -30,12 +30,12 @@ def shapes(package: Package, kind: type) -> list:
 def test_a_house_shows_its_mesh_and_its_sub_volumes_with_a_walk(packages) -> None:
     mesh, pieces = panels_of(packages["house"])
     assert mesh.title.startswith("proxy mesh of shell, level 0\n")
-    assert pieces.title.startswith("18 of 18 sub-volumes")
-    assert "a walk of 2 moves" in pieces.title
+    assert pieces.title.startswith("24 of 24 sub-volumes")
+    assert "a walk of 3 moves" in pieces.title
     points, end = (shape for shape in pieces.shapes if isinstance(shape, Points))
-    assert len(points.points_mm_xyz) == 3 * 4 * 4
-    # The walk ends between voxels 6 and 12 of x: the point lies on the centre of the voxel that pieces share.
-    np.testing.assert_allclose(end.points_mm_xyz, [[12.5 * 0.75, 12.5, 6.5 * 1.5]])
+    assert len(points.points_mm_xyz) == 3 * 4 * 5
+    # The walk ends where pieces share a voxel: the point lies on its centre.
+    np.testing.assert_allclose(end.points_mm_xyz, [[15.5 * 0.75, 10.5, 5.5 * 1.5]])
 
 
 def test_everything_lies_in_the_box(packages) -> None:

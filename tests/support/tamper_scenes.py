@@ -63,7 +63,7 @@ points = [
 KINDS: dict[str, dict[str, str]] = {
     "house": {
         "top": 'crop = "none"',
-        "more": '[proxy]\nblock = 2\n[skip]\nkind = "distance"\nblock = 2\n[grid]\nsize = 9\nlayout = "both"\n'
+        "more": '[proxy]\nblock = 2\n[skip]\nkind = "distance"\nblock = 2\n[grid]\nsize = 8\nlayout = "both"\n'
         '[render]\nlighting = "headlight"\nopacity_cutoff = 0.998\nstep_voxels = 0.5\n'
         "[tolerance]\nrmse = 0.02\nflip = 0.2\nkept_light = 0.0",
     },

@@ -179,7 +179,7 @@ def test_pieces_of_a_projection_are_compared_one_by_one_because_pictures_of_it_d
     found = {}
     for name in ("apart", "laid over"):
         if name == "laid over":
-            monkeypatch.setattr(others, "_LAID_OVER", frozenset(("maximum",)))
+            monkeypatch.setattr(others, "PUT_TOGETHER", frozenset(("maximum",)))
         for folder in ("report/pictures", "scratch"):
             (tmp_path / name / folder).mkdir(parents=True)
         report = measure_package(
