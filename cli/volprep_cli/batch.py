@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +13,7 @@ from volprep_formats.diagnostics import ExitStatus
 
 if TYPE_CHECKING:
     from volprep.batch.guard import Limits
+    from volprep.batch.others import OtherFiles
     from volprep.batch.run import Engine
 
 Jobs = Annotated[
@@ -173,7 +173,6 @@ def batch(
     from volprep.batch.jobs import Defaults, in_shard
     from volprep.batch.place import Place
     from volprep.batch.run import Wishes, find_jobs, run_batch
-    from volprep_cli.batch_watch import print_others
 
     place = Place(output.absolute())
     defaults = Defaults(scene, tuple(profile), choices.of, names, require_mask)
@@ -182,8 +181,9 @@ def batch(
 
         print_dry_run(jobs, place, defaults, rules, part, workers=workers, as_json=as_json)
         return
+    others: list[OtherFiles] = []
     with progress() as finding:
-        found = find_jobs(jobs, place, defaults, finding, rules, others=partial(print_others, as_json=as_json))
+        found = find_jobs(jobs, place, defaults, finding, rules, others=others.append)
     if part is not None:
         found = [job for job in found if in_shard(job.name, *part)]
     from volprep_cli.batch_watch import watching
@@ -192,7 +192,7 @@ def batch(
         engine, count = _engine(workers, scheduler, watcher.dashboard, alone=part is not None)
         wishes = Wishes(validate, retry_failed, _limits(time_limit, memory_limit, count), to, check_digests)
         status = run_batch(found, place, wishes, engine, watcher)
-    watcher.finish(place.folder / "index.html", status)
+    watcher.finish(place.folder / "index.html", status, others)
     if status is not ExitStatus.OK:
         raise typer.Exit(status)
 

@@ -57,8 +57,7 @@ def print_dry_run(
     rows += [_left_out(each) for each in matched if len(each.rules) != 1 or each.skip]
     measured = sum(each.measured for each in rates.values())
     if as_json:
-        told = no_scans_json(others[0]) if others else {}
-        print_json({"jobs": [_as_json(row) for row in rows], "measured_packages": measured, **told})
+        print_json({"jobs": [_as_json(row) for row in rows], "measured_packages": measured, **no_scans_json(others)})
     else:
         _print(rows, measured, workers or available_cores(), has_rules=rules is not None)
         for each in others:

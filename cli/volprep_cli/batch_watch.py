@@ -4,7 +4,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -50,17 +50,9 @@ def bar_on(console: "Console", *, over_lines: bool = False) -> "Bar":
     return Bar(*columns, console=console, redirect_stdout=over_lines)
 
 
-def print_others(others: "OtherFiles", *, as_json: bool) -> None:
-    """Print how many files of a tree are no scans, with their most frequent endings."""
-    if as_json:
-        print_line(json.dumps(no_scans_json(others)))
-    else:
-        print_line(str(others))
-
-
-def no_scans_json(others: "OtherFiles") -> dict[str, object]:
-    """Return the JSON of the files that are no scans."""
-    return {"no_scans": {"files": others.count, "endings": dict(others.endings)}}
+def no_scans_json(others: "Sequence[OtherFiles]") -> dict[str, object]:
+    """Return the JSON of the files of a tree that are no scans, if there are any."""
+    return {"no_scans": {"files": others[0].count, "endings": dict(others[0].endings)}} if others else {}
 
 
 class BatchWatcher:
@@ -107,12 +99,15 @@ class BatchWatcher:
         elif ended.is_new or record is None:
             self._print(ended)
 
-    def finish(self, page: Path, status: ExitStatus) -> None:
-        """Print the summary of all jobs."""
+    def finish(self, page: Path, status: ExitStatus, others: "Sequence[OtherFiles]") -> None:
+        """Print the summary of all jobs, and which files are none."""
         seconds = round(time.monotonic() - self._began, 1)
         if self._as_json:
-            self._line(json.dumps({"summary": {**self._counts, "seconds": seconds, "status": int(status)}}))
+            told = no_scans_json(others)
+            self._line(json.dumps({"summary": {**self._counts, "seconds": seconds, "status": int(status), **told}}))
             return
+        for each in others:
+            self._line(str(each))
         counts = self._counts
         elsewhere = f", {counts['elsewhere']} in work by another batch" if counts["elsewhere"] else ""
         self._line(

@@ -52,7 +52,8 @@ def test_damaged_scans_stop_no_other_and_give_the_status(place, done) -> None:
     assert sorted(record["outcome"] for record in found) == ["built", "built", "failed", "failed", "failed"]
     codes = {error["code"] for record in found for error in record["errors"]}
     assert len(codes) == 3
-    assert len(done.stdout.splitlines()) == 6
+    assert len(done.stdout.splitlines()) == 7
+    assert done.stdout.splitlines()[-2] == "1 file is no scan and is left out: 1 .txt"
     assert done.stdout.splitlines()[-1].startswith("2 built, 0 unchanged, 3 failed; ")
     for record in found:
         assert re.search(f"^{record['name']} gles3: (built|failed: VP)", done.stdout, re.MULTILINE)
@@ -118,6 +119,7 @@ def test_json_lines_hold_each_record_and_a_summary(place, done) -> None:
         "elsewhere": 0,
         "seconds": 0,
         "status": 3,
+        "no_scans": {"files": 1, "endings": {".txt": 1}},
     }
 
 
