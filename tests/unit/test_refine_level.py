@@ -2,15 +2,11 @@
 
 import numpy as np
 import pytest
+from adjoint_rays import SHAPE, SLOPES, SPACING, TABLE, random_lines
 
 from volprep.kernels import _native
-from volprep.parts.levels.rays import RaySegments, sample_slices
+from volprep.parts.levels.rays import sample_slices
 from volprep.parts.levels.refined import smoothed_slopes
-
-SHAPE = (3, 5, 4)
-SPACING = (1.5, 1.0, 0.75)
-TABLE = np.column_stack([np.linspace(0.1, 0.9, 33), np.linspace(0.7, 0.2, 33), np.full(33, 0.5), np.linspace(0, 2, 33)])
-SLOPES = np.ascontiguousarray(np.repeat(np.diff(TABLE[:2], axis=0) * 32, 33, axis=0))
 
 
 @pytest.fixture
@@ -20,11 +16,7 @@ def level():
 
 @pytest.fixture
 def lines():
-    generator = np.random.default_rng(2)
-    extent = np.array(SHAPE[::-1]) * SPACING[::-1]
-    starts, ends = generator.uniform(0, 1, (2, 21, 3)) * extent
-    lengths = np.linalg.norm(ends - starts, axis=1)
-    return RaySegments(starts, (ends - starts) / lengths[:, None], lengths)
+    return random_lines()
 
 
 def light_of(level, lines):

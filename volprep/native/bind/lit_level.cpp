@@ -1,30 +1,13 @@
 #include "volprep/lit_level.hpp"
 
-#include "checks.hpp"
+#include "level_rays.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
 namespace {
 
-using Level = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
-using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Three = nb::ndarray<const double, nb::shape<3>, nb::c_contig, nb::device::cpu>;
-using Offsets = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Table = nb::ndarray<const double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
 using Light = nb::ndarray<double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
-using Sums = nb::ndarray<float, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
-
-Rays checked_rays(const Points& origins, const Points& directions, const Numbers& lengths_mm, const Offsets& offsets) {
-    const std::size_t count = lengths_mm.shape(0);
-    require(origins.shape(0) == count && directions.shape(0) == count && offsets.shape(0) == count + 1,
-            "origins, directions and lengths_mm must have one length, and offsets one more");
-    require(offsets.data()[0] == 0, "offsets must begin at 0");
-    for (std::size_t ray = 0; ray < count; ++ray) {
-        require(offsets.data()[ray] < offsets.data()[ray + 1], "every ray must have a sample");
-    }
-    return {static_cast<int64_t>(count), origins.data(), directions.data(), lengths_mm.data(), offsets.data()};
-}
 
 Headlight checked_headlight(const Three& spacing_mm_xyz, const Three& apart_xyz, double least_per_mm) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -61,16 +44,7 @@ double sums(const Level& level, const Points& origins, const Points& directions,
     require_threads(threads);
     const Rays rays = checked_rays(origins, directions, lengths_mm, offsets);
     const Headlight headlight = checked_headlight(spacing_mm_xyz, apart_xyz, least_per_mm);
-    require(static_cast<int64_t>(light.shape(0)) == rays.count && static_cast<int64_t>(weights.shape(0)) == rays.count,
-            "light and weights must have a row for each ray");
-    require(table.shape(0) >= 2 && slopes.shape(0) == table.shape(0),
-            "table and slopes must have at least 2 entries, and equally many");
-    require(static_cast<int64_t>(sums.shape(0)) == shape.z && static_cast<int64_t>(sums.shape(1)) == shape.y &&
-                static_cast<int64_t>(sums.shape(2)) == shape.x &&
-                static_cast<int64_t>(sums.shape(3)) == volprep::refine_numbers,
-            "sums must have two numbers for each voxel of level");
-    const RefineTarget target{
-        {static_cast<int64_t>(table.shape(0)), table.data(), slopes.data()}, light.data(), weights.data()};
+    const RefineTarget target = checked_target(rays, shape, table, slopes, light, weights, sums);
     const nb::gil_scoped_release released;
     return volprep::lit_sums(level.data(), shape, rays, headlight, target, sums.data(), threads);
 }

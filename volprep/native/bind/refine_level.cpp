@@ -1,16 +1,9 @@
 #include "volprep/refine_level.hpp"
 
-#include "checks.hpp"
+#include "level_rays.hpp"
 
 namespace volprep::bind {
 namespace {
-
-using Level = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
-using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Offsets = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Table = nb::ndarray<const double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
-using Sums = nb::ndarray<float, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
 
 double run(const Level& level, const Points& origins, const Points& directions, const Numbers& lengths_mm,
            const Offsets& offsets, const Table& table, const Table& slopes, const Table& light, const Numbers& weights,
@@ -18,23 +11,8 @@ double run(const Level& level, const Points& origins, const Points& directions, 
     const Shape3 shape = shape_of(level);
     require_voxels(shape);
     require_threads(threads);
-    const std::size_t count = lengths_mm.shape(0);
-    require(origins.shape(0) == count && directions.shape(0) == count && offsets.shape(0) == count + 1 &&
-                light.shape(0) == count && weights.shape(0) == count,
-            "origins, directions, lengths_mm, light and weights must have one length, and offsets one more");
-    require(offsets.data()[0] == 0, "offsets must begin at 0");
-    for (std::size_t ray = 0; ray < count; ++ray) {
-        require(offsets.data()[ray] < offsets.data()[ray + 1], "every ray must have a sample");
-    }
-    require(table.shape(0) >= 2 && slopes.shape(0) == table.shape(0),
-            "table and slopes must have at least 2 entries, and equally many");
-    require(static_cast<int64_t>(sums.shape(0)) == shape.z && static_cast<int64_t>(sums.shape(1)) == shape.y &&
-                static_cast<int64_t>(sums.shape(2)) == shape.x &&
-                static_cast<int64_t>(sums.shape(3)) == volprep::refine_numbers,
-            "sums must have two numbers for each voxel of level");
-    const Rays rays{static_cast<int64_t>(count), origins.data(), directions.data(), lengths_mm.data(), offsets.data()};
-    const RefineTarget target{
-        {static_cast<int64_t>(table.shape(0)), table.data(), slopes.data()}, light.data(), weights.data()};
+    const Rays rays = checked_rays(origins, directions, lengths_mm, offsets);
+    const RefineTarget target = checked_target(rays, shape, table, slopes, light, weights, sums);
     const nb::gil_scoped_release released;
     return volprep::refine_sums(level.data(), shape, rays, target, sums.data(), threads);
 }
