@@ -4,7 +4,7 @@ import numpy as np
 
 from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.view_rays import FINER_PER_VOXEL, PER_VOXEL, view_rays
-from volprep.parts.programs.patch_rays import FINE
+from volprep.parts.programs.patch_rays import FINE, PatchRays
 from volprep.parts.programs.step_bench import STEP_SHARE
 from volprep.pipeline.build import build
 from volprep.plan.records import CropPlan
@@ -116,29 +116,24 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
             assert (np.abs(other.headlight - one.headlight) > 0.05).mean() < 1e-3
 
 
-def test_a_scan_of_which_nothing_is_seen_has_no_rays() -> None:
-    codes = long_body()
+def rays_through(codes: np.ndarray, *, seen: bool, **how: int) -> list[PatchRays]:
+    """Rays through all of a scan of which everything, or nothing, is seen."""
     info = SourceInfo(format="raw", grid=Grid.of(codes.shape, (1.0, 1.0, 1.0)), stored_type="uint8")
     gauge = SlabMeasurer(info)
     gauge.add(codes)
     measured = gauge.result("0" * 64)
-    nothing = np.zeros(measured.blocks.shape_zyx, bool)
+    blocks = np.full(measured.blocks.shape_zyx, seen)
     crop = CropPlan(start_zyx=(0, 0, 0), stop_zyx=codes.shape)
-    assert not view_rays(InMemory.of(codes), info, measured, nothing, crop, info.grid)
+    return view_rays(InMemory.of(codes), info, measured, blocks, crop, info.grid, **how)
+
+
+def test_a_scan_of_which_nothing_is_seen_has_no_rays() -> None:
+    assert not rays_through(long_body(), seen=False)
 
 
 def test_finer_samples_lie_on_the_same_rays() -> None:
     codes = long_body()[:20]
-    info = SourceInfo(format="raw", grid=Grid.of(codes.shape, (1.0, 1.0, 1.0)), stored_type="uint8")
-    gauge = SlabMeasurer(info)
-    gauge.add(codes)
-    measured = gauge.result("0" * 64)
-    seen = np.ones(measured.blocks.shape_zyx, bool)
-    crop = CropPlan(start_zyx=(0, 0, 0), stop_zyx=codes.shape)
-    usual, finer = (
-        view_rays(InMemory.of(codes), info, measured, seen, crop, info.grid, per_voxel=count)
-        for count in (PER_VOXEL, FINER_PER_VOXEL)
-    )
+    usual, finer = (rays_through(codes, seen=True, per_voxel=count) for count in (PER_VOXEL, FINER_PER_VOXEL))
     assert len(usual) == len(finer) > 16
     for one, other in zip(usual, finer, strict=True):
         assert 0 <= 4 * len(one.values) - len(other.values) < 4

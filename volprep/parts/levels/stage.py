@@ -8,7 +8,7 @@ are classified, too (classified.py).
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 
-from volprep.compositing import COMPOSITINGS
+from volprep.compositing import COMPOSITINGS, LAID_OVER
 from volprep.parts.level_choices import choice_name
 from volprep.parts.levels.appearance import Look
 from volprep.parts.levels.choose_level import Chooser
@@ -55,8 +55,6 @@ _NEVER_FAR_DOWN: frozenset[LevelFilter] = frozenset({"median", "feature-preservi
 """Not tried where means are kept. On six scans with three choices of functions each, at 16 and 32 voxels along an edge,
 the median had 1.02 to 2.2 times box's error in all 36; with tables of histograms it was the best in 3 of 36, by 1.3 %
 at most. Both read level 0 again."""
-_LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
-"""Compositings whose lit light the refinement follows."""
 
 
 class _Drawing(Record):
@@ -209,7 +207,7 @@ def _lit_levels(
 ) -> LitLevels | None:
     """Return what refines refined levels through lit rays, too; None if no level is, or not lit from its own voxels."""
     drawing = _drawing(plan)
-    is_followed = drawing.lit and drawing.central and drawing.compositing in _LAID_OVER
+    is_followed = drawing.lit and drawing.central and drawing.compositing in LAID_OVER
     is_fixed = not (drawing.segments or drawing.labelled or plan.part(EditingPlan) is not None)
     if not (isinstance(chooser, Chooser) and is_followed and is_fixed):
         return None

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from volprep.compositing import LAID_OVER
 from volprep.parts.light.trial import MOST_TEXELS, light_model
 from volprep.parts.mosaic.decision import mosaic_text
 from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
@@ -28,7 +29,6 @@ KIND = "light"
 _FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 4: ("RGBA8",)}
 """Formats of texels, by the number of their components."""
 _TECHNIQUES = frozenset(("ray-casting", "two-pass", "slabs"))
-_COMPOSITINGS = frozenset(("emission-absorption", "back-to-front"))
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 _NOT_TRIED = "the build measures it on the whole scan, and may choose another resolution or leave it out"
 _SAMPLES_PER_TEXEL = 64
@@ -54,7 +54,7 @@ def require_light(scene: Scene, profile: DeviceProfile) -> None:
         )
         is not None,
         f"technique {render.technique}": render.technique in _TECHNIQUES,
-        f"compositing {render.compositing}": render.compositing in _COMPOSITINGS,
+        f"compositing {render.compositing}": render.compositing in LAID_OVER,
         f"classification {render.classification}": render.classification in _CLASSIFICATIONS,
         f"textures.compression {scene.textures.compression}": scene.textures.compression == "none",
         "[together]": scene.together is None,

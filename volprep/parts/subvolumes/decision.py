@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from volprep.compositing import LAID_OVER
 from volprep.parts.mosaic.decision import mosaic_text
 from volprep.parts.programs.decision import VERTEX, light_of
 from volprep.parts.subvolumes.cuts import cuts_along
@@ -24,7 +25,7 @@ GRID = "subvolumes/grid.json"
 """File that says where level 0 is cut."""
 KIND = "sub-volumes"
 """Kind of its item of the plan."""
-PUT_TOGETHER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front", "first-hit"))
+PUT_TOGETHER: frozenset[CompositingName] = LAID_OVER | {"first-hit"}
 """Compositings whose pictures of blocks behind each other make that of the whole: laid over each other; of first hits
 that of the first block that has one."""
 _LEAST_SIZE = 16
