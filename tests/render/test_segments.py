@@ -1,5 +1,6 @@
 """A scan with its segments: what the package draws is what the oracle integrates, and the laws of labels hold."""
 
+import re
 from pathlib import Path
 from unittest.mock import patch
 
@@ -38,6 +39,30 @@ def test_mixed_borders_are_those_of_the_oracle(folder, mixed, view):
     # Looks have 8 bits, tables 256 entries, and the step is a quarter of a voxel.
     assert np.abs(picture - truth(folder, mixed, view)).max() < 0.004
     assert picture[..., 3].max() > 0.5
+
+
+@pytest.mark.parametrize(("step_voxels", "samples"), [(0.125, 4), (0.2, 2), (0.5, 2), (0.7, 1)])
+def test_labels_are_read_once_for_samples_that_are_near_each_other(folder, step_voxels, samples):
+    change = {"render": {"step_voxels": step_voxels, "opacity_cutoff": 1.0}}
+    package = built(folder, f"step-{step_voxels}", change=change, outside_opacity=0.5)
+    assert samples_of_a_group(package) == samples
+    # Of order 2, as the error of values.
+    assert np.abs(drawn(package) - truth(folder, package)).max() < 0.003 + 0.02 * step_voxels**2
+
+
+@pytest.mark.parametrize("why", ["crisp", "shadows"])
+def test_steps_at_borders_and_shadows_need_the_labels_of_each_sample(folder, why):
+    light = {"lighting": {"light_mm": [-60.0, -80.0, 40.0], "shadows": "rays"}, "render": {"lighting": "phong"}}
+    package = built(
+        folder, why, change=light if why == "shadows" else {}, border="crisp" if why == "crisp" else "mixed"
+    )
+    assert samples_of_a_group(package) == 1
+
+
+def samples_of_a_group(package: Package) -> int:
+    (program,) = (each for each in package.manifest.programs if each.transfer == "segments")
+    found = re.findall(r"  for \(int k = 0; k < (\d); k\+\+\) \{\n *float i = ", package.read_text(program.fragment))
+    return int(found[0]) if found else 1
 
 
 def test_crisp_borders_are_those_of_the_oracle(folder):
@@ -193,7 +218,8 @@ def test_three_styles_in_one_cell_are_told_apart(folder):
     styles = [{"tint": "#ffffff"}, {"labels": [3], "transfer": "veil", "tint": "#ff0000", "opacity": 0.25}]
     package = built(folder, "styles", style=styles, outside="inside", outside_opacity=0.1)
     assert package.manifest.segments.transfers == ("veil", "inside")
-    assert np.abs(drawn(package) - truth(folder, package)).max() < 0.004
+    # As above, and labels are those halfway between two samples, an eighth of a voxel away.
+    assert np.abs(drawn(package) - truth(folder, package)).max() < 0.005
 
 
 def test_the_package_is_sound_and_holds_one_byte_more_for_each_voxel(mixed):

@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import pairwise, product
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import patch
 
 import nibabel
 import numpy as np
@@ -20,6 +21,7 @@ from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
+from volprep.shading import program
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.validation import edits_and_cuts
@@ -66,12 +68,20 @@ def mixed(folder) -> Package:
 
 @pytest.fixture(scope="module")
 def lit(folder) -> Package:
-    return built(folder, "lit", change=PIECES | {"render": LIT}, **ONE_HIDDEN)
+    return built_with_labels_for_each_sample(folder, "lit", change=PIECES | {"render": LIT}, **ONE_HIDDEN)
 
 
 @pytest.fixture(scope="module")
 def lit_in_mosaics(folder) -> Package:
-    return built(folder, "lit-in-mosaics", "gles2-4096", PIECES | {"render": LIT}, **ONE_HIDDEN)
+    return built_with_labels_for_each_sample(
+        folder, "lit-in-mosaics", "gles2-4096", PIECES | {"render": LIT}, **ONE_HIDDEN
+    )
+
+
+def built_with_labels_for_each_sample(*where: object, **change: object) -> Package:
+    """Build a package whose whole volume is drawn as its pieces are, which read no labels for groups of samples."""
+    with patch.object(program, "group_size", return_value=1):
+        return built(*where, **change)
 
 
 def grid_of(package: Package) -> SubvolumeGrid:
@@ -273,7 +283,9 @@ def test_a_walk_does_not_change_the_functions_of_segments(mixed, tmp_path) -> No
 
 @pytest.mark.parametrize("profile", ["gles3", pytest.param("gles2-4096", marks=pytest.mark.long)])
 def test_a_cut_of_all_voxels_is_the_picture_of_the_whole(folder, profile) -> None:
-    package = built(folder, f"{profile}-cut", profile, {"grid": {"size": 12}}, outside_opacity=0.5)
+    package = built_with_labels_for_each_sample(
+        folder, f"{profile}-cut", profile, {"grid": {"size": 12}}, outside_opacity=0.5
+    )
     found = cut(package, (10.0, 8.0, 6.0), max(SHAPE_XYZ))
     grid = package.manifest.grid
     camera = standard_views(grid, "orthographic")[VIEW].box_from_clip(grid, 1.0)

@@ -14,9 +14,10 @@ from volprep.shading.components import component_letter
 from volprep.shading.compose import Dialect, Slot, compose, literal
 from volprep.shading.compositing import compositing
 from volprep.shading.feature import Feature
+from volprep.shading.groups import SINGLE_SAMPLES, group_size, in_groups
 from volprep.shading.lighting import lighting
 from volprep.shading.raycast import BACKWARDS
-from volprep.shading.segments import drawn_with_segments, values_alone
+from volprep.shading.segments import drawn_with_segments, longest_groups_mm, values_alone
 from volprep.shading.shadows import SHADOW_MAP, layer_feature, light_texels, map_feature
 from volprep.shading.skipping import skipping_of
 from volprep.shading.tiles import TileTexts, cost_feature, tile_texts
@@ -52,6 +53,7 @@ _OPTIONAL = (
     "stop",
     "stop_picture",
     "restart",
+    "of_group",
 )
 """Slots that stay empty where no empty space is skipped, nothing is lit, and rays do not end early."""
 
@@ -105,7 +107,7 @@ def compose_program(
     own = package_of_transfer(package, program.transfer)
     features = [
         walk.feature,
-        *_features(own, program, grid, skips=skips and walk.loops),
+        *_features(own, program, grid, skips=skips and walk.loops, groups=_groups(own, program, render, walk)),
         compositing(package.manifest, program, render, walk, ends_early=ends_early),
     ]
     shadows = "none" if program.light is None else program.light.shadows
@@ -128,9 +130,15 @@ def compose_program(
 
 def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
     """Return the text of a fragment shader."""
-    slots: dict[str, Slot] = {**dict.fromkeys(_OPTIONAL), "dialect": f"ray/dialect_{dialect}", **_BOX}
+    slots: dict[str, Slot] = {
+        **dict.fromkeys(_OPTIONAL),
+        "dialect": f"ray/dialect_{dialect}",
+        **_BOX,
+        **SINGLE_SAMPLES.slots,
+    }
     words: dict[str, str] = {}
     offered = {
+        **SINGLE_SAMPLES.offers,
         "LAST": "count",
         "NEAR": "stored_value",
         # Its name where the classification gives a stored_value of its own.
@@ -150,6 +158,7 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
         slots |= feature.slots
         words |= feature.words
         offered |= feature.offers
+    offered.setdefault("FROM", offered.get("FIRST", ""))
     return compose("ray/fragment", dialect, slots, words, offered)
 
 
@@ -159,7 +168,7 @@ def _shadow_map(
     """Return the pass that draws the surface of a program from its light: rays through the same volume."""
     unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
     walk = WALKS["ray-casting"](TechniqueInput(unlit, grid, "es300", render.step_of(min(program.levels))))
-    sampling, classified, *skipping = _features(package, unlit, grid, skips=skips)
+    sampling, classified, *skipping = _features(package, unlit, grid, skips=skips, groups=None)
     segments = package.manifest.segments
     of_segments = segments is not None and program.transfer == segments.name
     # Values of segments depend on their looks; others need no classification.
@@ -182,7 +191,7 @@ def _shadow_map(
 def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Walk) -> PassText:
     """Return the pass that draws the layers of a program for its light."""
     unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
-    sampled = _features(package, unlit, grid, skips=False)
+    sampled = _features(package, unlit, grid, skips=False, groups=None)
     features = [walk.feature, *sampled, layer_feature()]
     return PassText(
         _composed(features, "es300", grid),
@@ -202,7 +211,7 @@ def _tiles(package: Package, program: ProgramDesign, grid: Grid, render: RenderS
     taken = compositing(package.manifest, unlit, render, walk, ends_early=True)
     features = [
         walk.feature,
-        *_features(package, unlit, grid, skips=skips),
+        *_features(package, unlit, grid, skips=skips, groups=_groups(package, unlit, render, walk)),
         taken,
         cost_feature(grid, taken.slots["sample"], program.rays),
     ]
@@ -216,20 +225,35 @@ def _from_light(features: Sequence[Feature]) -> tuple[Uniform, ...]:
     return tuple(each.model_copy(update={"source": views.get(each.source, each.source)}) for each in uniforms)
 
 
-def _features(package: Package, program: ProgramDesign, grid: Grid, *, skips: bool) -> list[Feature]:
-    """Return how a program samples and classifies, and, if it does, skips and lights; `package` is its channel's."""
+def _groups(package: Package, program: ProgramDesign, render: RenderSettings, walk: Walk) -> Feature | None:
+    """Return the loop of a program that reads labels once for a group of samples; None if it reads none so."""
+    longest_mm = longest_groups_mm(package.manifest, program, walk)
+    if longest_mm is None:
+        return None
+    size = group_size(mm / render.step_of(level) for level, mm in longest_mm.items())
+    return in_groups(walk, size) if size > 1 else None
+
+
+def _features(
+    package: Package, program: ProgramDesign, grid: Grid, *, skips: bool, groups: Feature | None
+) -> list[Feature]:
+    """Return how a program samples and classifies, and, if it does, skips and lights; `package` is its channel's.
+
+    `groups` is the loop over groups of samples, if it has one.
+    """
     manifest = package.manifest
     pieces = _pieces(package) if program.sampling == "subvolumes" else None
     if manifest.together is not None and program.transfer == manifest.together.name:
         features = [*drawn_together(manifest, program)]
     elif manifest.segments is not None and program.transfer == manifest.segments.name:
         sampled = _sampling(package, program, grid, pieces)
-        features = [*drawn_with_segments(manifest, manifest.segments, program, sampled, pieces)]
+        grouped = groups is not None
+        drawn = drawn_with_segments(manifest, manifest.segments, program, sampled, pieces, grouped=grouped)
+        features = [*drawn]
     else:
         features = [_sampling(package, program, grid, pieces), _classification(package, program)]
     skipping = skipping_of(manifest, program, manifest.profile.dialect) if skips else None
-    if skipping is not None:
-        features.append(skipping)
+    features += [each for each in (skipping, groups) if each is not None]
     lit = None
     if program.lighting != "none":
         level = min(program.levels)

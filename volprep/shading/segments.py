@@ -1,40 +1,37 @@
 """A scan with its segments in one picture: labels and their looks beside the values, each style a transfer function.
 
-Labels are read with one fetch where all eight voxels around a sample have one label, with eight elsewhere.
+Labels are read with one fetch where all eight voxels around a place have one label, with eight elsewhere. Steps are
+usually much shorter than voxels, in which labels change as evenly as values, so that labels are read once for two or
+four samples, halfway between them (`groups`), unless borders are crisp.
 
 With a maximum or a first hit a ray shows one value. The program then reads the scan without its hidden voxels.
 
-Mesa's software driver runs both sides of every branch, so that each sample takes 3.3 times as long as one of the scan
-alone: eight labels with their weights alone make 1.96, eight looks, two styles and sums the rest. Tried and not faster
-or no better in quality (a cube of 96³ voxels, 192² to 768² pixels, lookup tables; tests/benchmarks/bench_segments.py):
-loops over corners with one turn where a cell has one label 4.3 to 5.2; runs of such cells in a loop of their own 6.8 to
-8.1; one table of values and labels in place of styles and looks 2.8 with nearest entries, 5.5 with linear ones;
-constant offsets of fetches 3.3. Without the flag in the labels it would be 2.85.
+Mesa's software driver runs both sides of every branch. Read for each sample, labels make it take 3.2 times as long as
+one of the scan alone: eight labels with their weights alone make 1.96, eight looks, two styles and sums the rest. Read
+once for two samples, 2.3. What else was tried is in times of the scan alone, with labels for each sample and lookup
+tables (a cube of 96³ voxels, 192² to 768² pixels; tests/benchmarks/bench_segments.py):
 
-A sample with one label and one look, without any border in the shader, already takes 1.74 to 1.83 with two styles and
-1.45 with one, so that no way to leave out work at borders reaches 1.7. Four samples at once and then a loop over those
-that have several labels: 2.25 in place of 3.17 where no cell has, 2.60 in place of 3.19 where 9 % have, but 3.59 in
-place of 3.23 where 36 % have and 3.34 in place of 2.87 in a head where 49 % have, since one of eight pixels nearly
-always is at a border. The least and the greatest label of a cell, and a loop over others: 3.47. Integer coordinates
-(texelFetch): 4.1. The sums of a style as those of all less the others, and no early ends: 2.96, but all other drivers
-would then read eight labels for every sample. Lit borders that read only the 19 voxels beside the eight of the cell
-take as long as with all 27: weights take as long as labels. Rows of three voxels take 2.66 in place of 3.04.
-
-More memory does not reach 1.7 either. A label costs 0.2, a look 0.08, the table of a second style 0.33. A texel of four
-bytes for each cell with two labels and a bit for each corner, read once, takes 1.73 with one style and 2.08 with two,
-and lacks cells of three and more labels, 7 % there. With a table of values and labels it takes 1.87, or 1.6 with
-nearest values. A label and two bytes for each cell take 2.2. A loop that ends before its first turn is no way out: the
-driver tests the mask of a loop after each turn, so that a loop of no turns costs one, and one of one turn two (2.75 in
-place of 2.2, and 10 with another one for the third label). Eight labels in two texels take 2.6.
-
-Nor do loops of their own for blocks of one look, without labels: too few blocks have one. Of the voxels of the regions
-9 % lie in blocks of 4³ cells with one label and none in such of 8³, of the organs 66 and 41 %, of the head 16 and 3 %.
-Each block costs a turn of the other loop, so that only organs could win.
+- Loops over corners with one turn where a cell has one label: 4.3 to 5.2. Runs of such cells in a loop of their own:
+  6.8 to 8.1. The driver tests the mask of a loop after each turn, so that a loop of no turns costs one.
+- Four samples at once, then a loop over those that have several labels: 2.25 where no cell has, but 3.59 where 36 % of
+  the cells have, since one of eight pixels nearly always is at a border.
+- One table of values and labels in place of styles and looks: 2.8 with nearest entries, 5.5 with linear ones.
+- The least and the greatest label of a cell, and a loop over others: 3.47. Integer coordinates (texelFetch): 4.1.
+  Constant offsets of fetches: 3.3. Without the flag in the labels: 2.85.
+- The sums of a style as those of all less the others, and no early ends: 2.96, but all other drivers would then read
+  eight labels for every sample.
+- Lit borders that read only the 19 voxels beside the eight of the cell take as long as with all 27: weights take as
+  long as labels. Rows of three voxels take 2.66 in place of 3.04.
+- More memory: a texel of four bytes for each cell with two labels and a bit for each corner takes 2.08, and lacks cells
+  of three and more labels, 7 % there; eight labels in two texels 2.6.
+- Loops of their own for blocks of one look, without labels: too few blocks have one. Of the voxels of the regions 9 %
+  lie in blocks of 4³ cells with one label, of the organs 66 %, of the head 16 %.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import accumulate, groupby, pairwise
+from functools import reduce
+from itertools import accumulate, groupby
 
 from volprep.shading import raycast_subvolumes
 from volprep.shading.classification import sample_classification
@@ -42,6 +39,7 @@ from volprep.shading.components import component_letter
 from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
+from volprep.shading.walk import Walk
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.segments.record import (
     HIDDEN_BELOW,
@@ -66,8 +64,13 @@ def drawn_with_segments(
     program: ProgramDesign,
     sampling: Feature,
     pieces: SubvolumeGrid | None = None,
+    *,
+    grouped: bool = False,
 ) -> tuple[Feature, Feature]:
-    """Return how a program samples the scan, and how it classifies samples by label; `pieces` hold their labels."""
+    """Return how a program samples the scan, and how it classifies samples by label; `pieces` hold their labels.
+
+    With `grouped` labels are read once for a group of samples.
+    """
     volume = tuple(replaced(each, segments.transfers[0]) for each in sampling.samplers)
     dialect = manifest.profile.dialect
     classify: list[Instance] = []
@@ -91,7 +94,6 @@ def drawn_with_segments(
         "around": f"{_PART}:around",
         "corner_labels": f"{_PART}:{'each_corner' if pieces is None else 'corners_in_turn'}",
         **labels.slots,
-        **_styles(segments),
     }
     if program.compositing in OF_ONE_VALUE:
         slots |= {
@@ -99,6 +101,7 @@ def drawn_with_segments(
             "valued": f"{_VALUES}:value",
             "shown": f"{_VALUES}:{segments.border}",
             "value_near": None,
+            **_values(segments),
         }
         slots["weight"] = f"{_VALUES}:weight" if segments.border == "crisp" else None
         # Gradients of the visible values.
@@ -106,10 +109,13 @@ def drawn_with_segments(
         offers["SAME"] = literal(SAME)
         offers["OF_POSITION"] = "" if program.sampling != "texture3d" else words["OF_VOXELS"]
     else:
-        slots |= {"classification": _PART, "classification_start": None, **_lit(segments, is_lit=is_lit)}
+        styles = _styles(segments, is_lit=is_lit, grouped=grouped)
+        words["MEDIA"] = ", ".join(f"vec4 medium_{index}" for index in range(len(segments.transfers)))
+        slots |= {"classification": _PART, "classification_start": None, **styles, **_lit(segments, is_lit=is_lit)}
         slots["border_row"] = f"{_PART}:{'each_of_row' if pieces is None else 'row_in_turn'}" if is_lit else None
-        offers = {"MEDIUM": "classify_segments(start + stride * i)"}
-        offers |= {"BORDER": " + border_slope()"} if is_lit else {}
+        read = ", ".join(f"media_{index}[k]" for index in range(len(segments.transfers)))
+        offers = {"MEDIUM": f"seen({read})" if grouped else "classify_segments(start + stride * i)"}
+        offers |= {"BORDER": " + border" if grouped else " + border_slope()"} if is_lit else {}
     classified = Feature(
         slots=slots,
         words=words,
@@ -117,6 +123,22 @@ def drawn_with_segments(
         samplers=(*samplers, *labels.samplers, Sampler(name="u_segments", role="looks")),
     )
     return replace(sampling, samplers=volume), classified
+
+
+def longest_groups_mm(manifest: Manifest, program: ProgramDesign, walk: Walk) -> dict[int, float] | None:
+    """Return for each level how long a ray may go with the labels that it read once; None if it needs its own for each.
+
+    Half a voxel: the weights of labels change as evenly as values do. A crisp border is a step, and needs the place of
+    each sample; so does light that casts shadows. Groups of pieces would begin elsewhere than those of the whole.
+    """
+    segments = manifest.segments
+    if segments is None or program.transfer != segments.name or segments.border == "crisp" or not walk.loops:
+        return None
+    is_shadowed = program.light is not None and program.light.shadows != "none"
+    if program.compositing in OF_ONE_VALUE or program.sampling == "subvolumes" or is_shadowed:
+        return None
+    levels = (each for each in manifest.levels if each.index in program.levels)
+    return {each.index: 0.5 * min(each.grid.spacing_mm_zyx) for each in levels}
 
 
 def values_alone(classified: Feature) -> Feature:
@@ -190,29 +212,63 @@ def _firsts(segments: Segments) -> list[int]:
     return list(accumulate(counts))[:-1]
 
 
-def _styles(segments: Segments) -> dict[str, Slot]:
-    """Return what a shader does for each style."""
-    ends = [*_firsts(segments), len(segments.labels)]
-    each = [{"OF": f"_{index}"} for index in range(len(ends))]
-    shown = "medium_0.a"
-    for words in each[1:]:
-        shown = f"max({shown}, medium{words['OF']}.a)"
-    slots: dict[str, Slot] = {
+def _values(segments: Segments) -> dict[str, Slot]:
+    """Return how a shader that shows one value chooses among styles."""
+    each = _each(segments)
+    firsts = zip(each[1:], _firsts(segments), strict=True)
+    return {
         "media": _instances("media", each),
-        "shown": (Instance(f"{_PART}:shown", {"SHOWN": shown}),),
         "chosen": tuple(
-            Instance(f"{_PART}:chosen", {"OF": words["OF"], "FIRST": literal(end - 0.5)})
-            for words, end in zip(each[1:], ends, strict=False)
+            Instance(f"{_PART}:chosen", {**words, "FIRST": literal(first - 0.5)}) for words, first in firsts
+        ),
+    }
+
+
+def _styles(segments: Segments, *, is_lit: bool, grouped: bool) -> dict[str, Slot]:
+    """Return what a shader does for each style, at one sample or at a group of samples."""
+    each = _each(segments)
+    shares = [_share(segments, index, "label") for index in range(len(each))]
+    slots: dict[str, Slot] = {
+        "styles": _instances("style", each),
+        "one_label": f"{_PART}:one_label",
+        "own_sums": tuple(
+            Instance(f"{_PART}:own_sum", {**words, "SHARE": share}) for words, share in zip(each, shares, strict=True)
         ),
         "borders": f"{_PART}:{segments.border}",
+        "added": _instances("added", each),
+        **(_of_group(each, is_lit=is_lit) if grouped else _of_sample(each, is_lit=is_lit)),
     }
     if segments.border == "crisp":
         return slots
     return {
         **slots,
-        "sums": _instances("sum", each),
-        "corners": tuple(part for side in ("near", "far") for part in _corner(side, ends)),
-        "added": _instances("added", each),
+        "no_sums": _instances("no_sum", each),
+        "corners": tuple(part for side in ("near", "far") for part in _corner(segments, side)),
+    }
+
+
+def _of_sample(each: Sequence[dict[str, str]], *, is_lit: bool) -> dict[str, Slot]:
+    """Return how styles and labels are read at one sample."""
+    media = [f"medium{words['OF']}" for words in each]
+    shown = reduce("max({}, {})".format, (f"{medium}.a" for medium in media))
+    return {
+        "in_turns": (Instance(f"{_PART}:single", {"ARGUMENTS": ", ".join(media)}),),
+        "media": _instances("media", each),
+        "shown": (Instance(f"{_PART}:shown", {"SHOWN": shown}),),
+        "kept": _instances("kept", each) if is_lit else None,
+    }
+
+
+def _of_group(each: Sequence[dict[str, str]], *, is_lit: bool) -> dict[str, Slot]:
+    """Return how the styles of a group of samples are read, and labels once for all of them."""
+    parts = ("media_of_group", "kept_of_group") if is_lit else ("media_of_group",)
+    return {
+        "in_turns": None,
+        "of_group": f"{_PART}:group",
+        "declared": (*_instances("declared", each), *(_instances("no_kept", each) if is_lit else ())),
+        "media": tuple(instance for part in parts for instance in _instances(part, each)),
+        "no_slope": f"{_PART}:no_slope" if is_lit else None,
+        "slope": f"{_PART}:slope_there" if is_lit else None,
     }
 
 
@@ -220,14 +276,13 @@ def _lit(segments: Segments, *, is_lit: bool) -> dict[str, Slot]:
     """Return what gives a normal to the borders of labels; nothing where nothing is lit."""
     if not is_lit:
         return dict.fromkeys(("lit_segments", "no_border", "border", "border_slope"))
-    each = [{"OF": f"_{index}"} for index in range(len(segments.transfers))]
+    each = _each(segments)
     kept = ", ".join(f"kept{words['OF']}" for words in each)
     firsts = zip(each[1:], _firsts(segments), strict=True)
     return {
         **{part: f"{_PART}:{part}" for part in ("no_border", "border")},
         "lit_segments": (Instance(f"{_PART}:lit_segments", {"KEPT": kept}),),
         "border_slope": f"{_PART}:slope",
-        "keep": _instances("keep", each),
         "seen_chosen": tuple(
             Instance(f"{_PART}:seen_chosen", {**words, "FIRST": literal(first - 0.5)}) for words, first in firsts
         ),
@@ -238,12 +293,22 @@ def _instances(section: str, each: Sequence[dict[str, str]]) -> tuple[Instance, 
     return tuple(Instance(f"{_PART}:{section}", words) for words in each)
 
 
-def _corner(side: str, ends: Sequence[int]) -> Iterator[Instance]:
+def _corner(segments: Segments, side: str) -> Iterator[Instance]:
     """Add the look of a voxel to the sum of its style."""
     yield Instance(f"{_PART}:corner", {"SIDE": side})
-    label = f"labels_{side}[corner]"
-    for index, (first, end) in enumerate(pairwise([0, *ends])):
-        conditions = [f"step({literal(first - 0.5)}, {label})"] if index else []
-        conditions += [f"step({label}, {literal(end - 0.5)})"] if index < len(ends) - 1 else []
-        share = "".join(f" * {condition}" for condition in conditions)
-        yield Instance(f"{_PART}:corner_sum", {"OF": f"_{index}", "SIDE": side, "SHARE": share})
+    for index, words in enumerate(_each(segments)):
+        share = _share(segments, index, f"labels_{side}[corner]")
+        yield Instance(f"{_PART}:corner_sum", {**words, "SIDE": side, "SHARE": share})
+
+
+def _share(segments: Segments, style: int, label: str) -> str:
+    """Return the factors which are 1 for labels of a style, else 0."""
+    ends = _firsts(segments)
+    conditions = [f"step({literal(ends[style - 1] - 0.5)}, {label})"] if style else []
+    conditions += [f"step({label}, {literal(ends[style] - 0.5)})"] if style < len(ends) else []
+    return "".join(f" * {condition}" for condition in conditions)
+
+
+def _each(segments: Segments) -> list[dict[str, str]]:
+    """Return the words of each style."""
+    return [{"OF": f"_{index}"} for index in range(len(segments.transfers))]

@@ -1,10 +1,11 @@
 //: A scan with its segments, both dialects. In: u_labels, one or two bytes for each voxel, NEAREST: its label, low byte
 //: first; the highest bit says that the cell which begins at the voxel has several labels. u_segments, RGBA8, NEAREST,
 //: a texel for each label: rgb the square root of the tint, linear, a the opacity factor, 0 if hidden. Slots: channels
-//: gives classify_0, classify_1, ..., one for each style; texels declares u_labels; media classifies a value in every
-//: style, shown is the largest extinction of them; chosen is the style of a label; borders is section mixed or crisp;
-//: labels and around are the sections of these names, which segments_values.glsl uses too; corner_labels is section
-//: each_corner, or corners_in_turn for sub-volumes.
+//: gives classify_0, classify_1, ..., one for each style; texels declares u_labels; styles has the section of this name
+//: for each style; one_label what a label of its own is for each; seen_styles adds the styles at a value; borders is
+//: section mixed or crisp; labels and around are the sections of these names, which segments_values.glsl uses too;
+//: corner_labels is section each_corner, or corners_in_turn for sub-volumes; in_turns is the section single, or none
+//: where slot of_group has the section group.
 //: Where it is lit, border_slope gives the normal of borders, and border_row is section each_of_row, or row_in_turn for
 //: sub-volumes; VOXEL and POSITION_PER_MM come from the sampling.
 //: Words: CODE, the texel at `at` as a number; FLAG; PLACE, the position `at` in voxels; OF_VOXELS, how `at` is made
@@ -15,28 +16,30 @@
 //#part labels
 
 //#part lit_segments
-// Colour and extinction at a place of the volume.
-vec4 classify_segments(vec3 at) {
+// What the labels around a place do to each style: the sums of tint times opacity, and of opacity.
+//#part styles
+// Looks at the labels around a place of the volume.
+void look_around(vec3 at) {
   //#part no_border
-  float stored = stored_value(at);
-  //#part media
-  //#part shown
-  if (shown == 0.0) {
-    return vec4(0.0);
-  }
   vec3 place = $PLACE - 0.5;
   vec3 voxel = floor(place);
   vec3 low = (voxel + 0.5)$OF_VOXELS;
   float label = label_code(low);
   if (label < FLAG - 0.5) {
-    vec4 medium = medium_0;
-    //#part chosen
-    return medium * look_of(label);
+    //#part one_label
+    return;
   }
   //#part around
   //#part border
   //#part borders
 }
+// Colour and extinction there, from those of each style.
+vec4 seen($MEDIA) {
+  vec4 medium = vec4(0.0);
+  //#part added
+  return vec4(medium.rgb / max(medium.a, 1e-9), medium.a);
+}
+//#part in_turns
 
 //#part border_slope
 //#section texture3d
@@ -91,18 +94,22 @@ vec4 medium$OF = classify$OF(stored);
 float shown = $SHOWN;
 //#section chosen
 medium = label < $FIRST ? medium : medium$OF;
+//#section style
+vec4 sum$OF = vec4(0.0);
+//#section one_label
+vec4 own = look_of(label);
+own.rgb *= own.a;
+//#part own_sums
+//#section own_sum
+sum$OF = own$SHARE;
 //#section mixed
-// What all labels of one style do to it: the sums of opacity, and of tint times opacity.
-//#part sums
+//#part no_sums
 for (int corner = 0; corner < 4; corner++) {
   //#part corners
 }
-vec4 medium = vec4(0.0);
-//#part added
-return vec4(medium.rgb / max(medium.a, 1e-9), medium.a);
 //#section lit_segments
-// Of the place that was classified last: where labels of different extinctions meet 9, the number of rows of voxels
-// that border_slope reads, else 0; the place in voxels; the extinctions of all styles there.
+// Of the place that was looked at last: where labels of different extinctions meet 9, the number of rows of voxels that
+// border_slope reads, else 0; the place in voxels; the extinctions of all styles there, up to a common factor.
 float border_rows;
 vec3 border_place;
 float $KEPT;
@@ -117,7 +124,6 @@ float seen_extinction(float label) {
 border_rows = 0.0;
 //#section border
 border_place = place;
-//#part keep
 float lowest = 1e30;
 float highest = 0.0;
 for (int corner = 0; corner < 4; corner++) {
@@ -127,8 +133,6 @@ for (int corner = 0; corner < 4; corner++) {
   highest = max(highest, max(seen_near, seen_far));
 }
 border_rows = highest > lowest ? 9.0 : 0.0;
-//#section keep
-kept$OF = medium$OF.a;
 //#section slope
 // Where labels meet, the slope per millimetre of the logarithm of the visible extinction, with the value held. The
 // voxels around have the weights of quadratic B-splines, so that borders of voxels look smooth. A separate function:
@@ -173,8 +177,8 @@ for (int x = 0; x < 3; x++) {
 }
 //#section seen_chosen
 extinction = label < $FIRST ? extinction : kept$OF;
-//#section sum
-vec4 sum$OF = vec4(0.0);
+//#section no_sum
+sum$OF = vec4(0.0);
 //#section corner
 vec4 look_$SIDE = look_of(labels_$SIDE[corner]);
 look_$SIDE = weights_$SIDE[corner] * vec4(look_$SIDE.rgb * look_$SIDE.a, look_$SIDE.a);
@@ -193,6 +197,45 @@ for (int corner = 0; corner < 8; corner++) {
   label = better ? own : label;
   most = better ? weight : most;
 }
-vec4 medium = medium_0;
-//#part chosen
-return medium * look_of(label);
+//#part one_label
+//#section single
+// Colour and extinction at a place of the volume.
+vec4 classify_segments(vec3 at) {
+  float stored = stored_value(at);
+  //#part media
+  //#part shown
+  if (shown == 0.0) {
+    return vec4(0.0);
+  }
+  //#part kept
+  look_around(at);
+  return seen($ARGUMENTS);
+}
+//#section kept
+kept$OF = medium$OF.a;
+//#section group
+// What each style is at the samples, and the labels in the middle of them.
+//#part declared
+float shown = 0.0;
+for (int k = 0; k < $GROUP; k++) {
+  float stored = stored_value(start + stride * (first + float(k)));
+  //#part media
+}
+//#part no_slope
+if (shown > 0.0) {
+  look_around(start + stride * (first + $HALF_GROUP));
+  //#part slope
+}
+//#section declared
+vec4 media$OF[$GROUP];
+//#section no_kept
+kept$OF = 0.0;
+//#section media_of_group
+media$OF[k] = classify$OF(stored);
+shown = max(shown, media$OF[k].a);
+//#section kept_of_group
+kept$OF += media$OF[k].a;
+//#section no_slope
+vec3 border = vec3(0.0);
+//#section slope_there
+border = border_slope();

@@ -10,6 +10,7 @@ float transmittance = 1.0;
 vec3 colour = vec3(0.0);
 //#section sample
 vec4 medium = $MEDIUM;
+//#part within
 //#part light
 float kept = exp(-medium.a * segment_mm);
 colour = mix(medium.rgb, colour, kept);

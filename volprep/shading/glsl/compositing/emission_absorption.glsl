@@ -14,6 +14,7 @@ vec3 colour = vec3(0.0);
 //#part stop_start
 //#section sample
 vec4 medium = $MEDIUM;
+//#part within
 //#part light
 depth += medium.a * segment_mm;
 float remaining = exp(-depth);

@@ -2,11 +2,11 @@
 //: highp int need not hold more than 2^16. FIRST is the first sample, LAST ends them.
 //#part lighting_run
 // GLSL ES 1.00 wants a constant bound: the longest ray at the finest step.
-for (float k = 0.0; k < $MAX_STEPS; k++) {
-  float i = $FIRST + k;
-  if (i > $LAST) {
+for (float k = 0.0; k < $MAX_STEPS; k$NEXT) {
+  float $I = $FROM + k;
+  if ($I > $LAST) {
     break;
   }
-  //#part sample
+  //#part turn
   //#part stop
 }

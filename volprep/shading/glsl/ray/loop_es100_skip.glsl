@@ -5,15 +5,14 @@ for (float turn = 0.0; turn < $MAX_STEPS; turn++) {
     break;
   }
   //#part look
-  float run_start = next;
-  next += RUN;
+  //#part run
   //#part lighting_run
-  for (float k = 0.0; k < RUN; k++) {
-    float i = run_start + k;
-    if (i > $LAST) {
+  for (float k = 0.0; k < RUN; k$NEXT) {
+    float $I = run_start + k;
+    if ($I > $LAST) {
       break;
     }
-    //#part sample
+    //#part turn
     //#part stop
   }
   //#part stop

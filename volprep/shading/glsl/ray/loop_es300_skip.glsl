@@ -6,10 +6,9 @@ while (next < $LAST$GOING) {
     //#part look
     break;
   }
-  float run_start = next;
-  next += RUN;
+  //#part run
   //#part lighting_run
-  for (float i = run_start; i < min(next, $LAST)$GOING; i++) {
-    //#part sample
+  for (float $I = run_start; $I < min(next, $LAST)$GOING; $I$NEXT) {
+    //#part turn
   }
 }

@@ -14,6 +14,7 @@ vec3 colour = vec3(0.0);
 //#part stop_start
 //#section sample
 vec4 medium = $MEDIUM;
+//#part within
 //#part light
 float opacity = 1.0 - exp(-medium.a * $REFERENCE_MM);
 colour += medium.rgb * (transmittance * opacity);
