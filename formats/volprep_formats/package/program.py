@@ -59,6 +59,8 @@ CompositingName = Literal[
     "emission-absorption", "back-to-front", "maximum", "minimum", "average", "mida", "first-hit", "isosurface"
 ]
 """Compositing of the samples of a ray; see `ProgramDesign`."""
+LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
+"""Compositings whose samples hide what is behind them by their opacity, so that pictures are laid over each other."""
 Rays = Literal["box", "mesh"]
 """Start and end of rays: the volume's box, or proxy geometry."""
 UniformSource = Literal[

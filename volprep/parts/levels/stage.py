@@ -8,7 +8,7 @@ are classified, too (classified.py).
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 
-from volprep.compositing import COMPOSITINGS, LAID_OVER
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.level_choices import choice_name
 from volprep.parts.levels.appearance import Look
 from volprep.parts.levels.choose_level import Chooser
@@ -33,7 +33,7 @@ from volprep.transfer.lookup import lookup_table
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart, LevelFilter
 from volprep_formats.package.manifest import Contribution, Tolerance
-from volprep_formats.package.program import CompositingName, PassTarget
+from volprep_formats.package.program import LAID_OVER, CompositingName, PassTarget
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
