@@ -86,4 +86,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: the {which} of the file does not give the voxels a usable place or size",
         "Repair the header, or resample the volume.",
     ),
+    "VP2022": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: the images are {stacks} stacks (of {sizes} slices), which differ in {differ}; together they are not "
+        "one volume ({cause})",
+        "Choose one with --volume, or source.volume in a scene, from 1 to {volumes}; those of the first stack come "
+        "first.",
+    ),
 }
