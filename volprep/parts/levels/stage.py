@@ -157,7 +157,8 @@ def _refined_lit(
     refined, errors = lit.refined(codes, level.factors_zyx, choice.tables)
     if errors.refined >= errors.other:
         return choice.model_copy(update={"lit": errors})
-    codes.path.write_bytes(bytes_of(refined))
+    with codes.writing() as append:
+        append(refined)
     measured = seen.errors(codes, level.factors_zyx, choice.tables)
     return choice.model_copy(update={"lit": errors, "errors": measured})
 
@@ -168,7 +169,7 @@ def _written(
     """Write a level and its choice, once it is measured."""
     choice = measured.result()
     name = classified_name(level.index) if plan.is_classified else codes_name(level.index, plan.channel)
-    draft.write(name, "work", _bytes(codes))
+    draft.write(name, "work", _bytes(codes), needed_bytes=codes.size_bytes)
     draft.write(choice_name(level.index, plan.channel), "work", choice.model_dump_json().encode())
     return choice
 
