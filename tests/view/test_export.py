@@ -99,6 +99,10 @@ def test_what_exists_is_replaced_only_by_force_and_only_if_it_is_a_page(shown, f
     (folder / "page" / "old.js").write_text("old")
     write_page_folder(shown, folder, Silent(), force=True)
     assert not (folder / "page" / "old.js").exists()
+    (folder / "mine.txt").write_text("mine")
+    with pytest.raises(VolprepError, match=r"it holds mine\.txt, which is no part of a page"):
+        write_page_folder(shown, folder, Silent(), force=True)
+    (folder / "mine.txt").unlink()
     with pytest.raises(VolprepError, match="VP1251"):
         write_page_file(shown, one_file, Silent())
     before = one_file.read_bytes()
