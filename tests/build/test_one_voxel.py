@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from volprep.pipeline.build import build
+from volprep.scene.request import request_for_source
 from volprep.validation.folder import report_folder
 from volprep.validation.run import measure_package
-from volprep.scene.request import request_for_source
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
