@@ -99,19 +99,20 @@ def _joined(
         # Between two stacks nothing was scanned: a gap there is not filled.
         found = _stack(images, [kind for kind in repair if kind != "gaps"])
     except VolprepError as error:
+        folder = _names(images)[0]
         sizes = ", ".join(f"{len(stack)} {_plane(np.array(stack[0].orientation))}" for stack in stacks)
         raise VolprepError(
             "VP2022",
-            folder=_names(images)[0],
+            folder=folder,
             stacks=len(stacks),
             differ=differ,
             sizes=sizes,
-            cause=error.code,
+            cause=f"{error.code}, {error.summary.removeprefix(f'{folder}: ')}",
             volumes=volumes,
         ) from error
     remark = (
         f"the slices are of {len(stacks)} stacks, which differ in {differ} and lie end to end; they were read as one "
-        f"volume, and volume 1 to {volumes} is one stack"
+        f"volume; --volume, from 1 to {volumes}, reads one stack"
     )
     return replace(found, remarks=(*found.remarks, remark))
 
