@@ -4,6 +4,7 @@ import base64
 import re
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,12 @@ def test_one_file_allows_its_own_text_alone(one_file) -> None:
     assert "http:" not in re.sub(r"http://www\.w3\.org/2000/svg", "", policy[1])
     parts = re.findall(r'<script type="text/plain" data-file="package\.volpkg\.zip">([^<]*)</script>', text)
     assert base64.b64decode(parts[0])[:4] == b"PK\x03\x04"
+
+
+def test_one_file_needs_no_room_elsewhere(shown, monkeypatch, tmp_path) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    write_page_file(shown, tmp_path / "page.html", Silent())
+    assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
 
 
 def test_what_exists_is_replaced_only_by_force_and_only_if_it_is_a_page(shown, folder, one_file, tmp_path) -> None:

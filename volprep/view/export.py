@@ -76,7 +76,9 @@ def write_page_file(shown: ShownPackage, target: Path, progress: Progress, *, fo
         raise VolprepError("VP7034", path=path, size=size, limit=MOST_PAGE_BYTES)
     site = make_site(shown, takes_devices=False)
     head, tail = _page_around(site)
-    with new_file(target) as file, tempfile.TemporaryFile() as packed:
+    # Beside the page: an error of its disk is one of the page's.
+    beside = target.absolute().parent
+    with new_file(target) as file, tempfile.TemporaryFile(dir=beside) as packed:
         if path.is_file():
             packed.write(read_served(site[ZIP]))
         else:
