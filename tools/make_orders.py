@@ -13,7 +13,9 @@ from order_document import DOCUMENT, filled, tables
 
 
 def main() -> None:
-    """Write the document."""
+    """Write the document. It takes minutes, so that any argument, as --help, only prints what this is."""
+    if len(sys.argv) > 1:
+        sys.exit(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         made = tables(Path(folder))
     DOCUMENT.write_text(filled(DOCUMENT.read_text(encoding="utf-8"), made), encoding="utf-8")

@@ -66,7 +66,8 @@ def build(
 ) -> None:
     """Build the package of a scene: run all stages that it needs.
 
-    An older PACKAGE of the same scene or scan is replaced when the new one is complete. Any other needs --force.
+    An older PACKAGE of the same scene or scan is replaced when the new one is complete. Another package needs --force.
+    Anything else is never replaced.
     If a build is interrupted, run the same command again to resume it.
     """
     from volprep.pipeline.build import build as build_package

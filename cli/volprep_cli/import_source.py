@@ -13,7 +13,9 @@ from volprep_cli.console import Json, print_json, print_line, print_remarks, pri
 if TYPE_CHECKING:
     from volprep_formats.readers.dicom.listing import ListedSeries, Listing
 
-Output = Annotated[Path | None, typer.Option("-o", "--output", help="Draft to write.", metavar="PACKAGE")]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Draft to write; an older draft begins anew.", metavar="PACKAGE")
+]
 List = Annotated[
     bool,
     typer.Option(

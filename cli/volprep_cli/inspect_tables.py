@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from volprep_formats.package.manifest import Manifest, Tolerance
     from volprep_formats.package.parts.segments.record import Segments
     from volprep_formats.package.texture import GlFormat, Texture
+    from volprep_formats.package.transfer_function import TransferFunction
 
 Rows = list[tuple[str, ...]]
 _KINDS = {
@@ -96,12 +97,17 @@ def _transfer_functions(manifest: "Manifest") -> PrintedTable:
             transfer.name,
             str(len(transfer.points)),
             f"{transfer.points[0].value:g} to {transfer.points[-1].value:g}",
-            f"{max(point.extinction_per_mm for point in transfer.points):g}",
+            _most_opaque(manifest, transfer),
         )
         for transfer in manifest.transfer_functions
     ]
-    headings = ("name", "points", f"values ({unit})", "largest extinction per mm")
-    return PrintedTable("TRANSFER FUNCTIONS", headings, rows)
+    return PrintedTable("TRANSFER FUNCTIONS", ("name", "points", f"values ({unit})", "at most"), rows)
+
+
+def _most_opaque(manifest: "Manifest", transfer: "TransferFunction") -> str:
+    """Return the largest extinction, or the largest opacity where pictures show one value of a ray."""
+    most, length_mm = max(point.extinction_per_mm for point in transfer.points), manifest.opaque_length_mm(transfer)
+    return f"extinction {most:g} per mm" if length_mm is None else f"opacity {-math.expm1(-most * length_mm):.3g}"
 
 
 def _segments(segments: "Segments") -> PrintedTable:

@@ -29,7 +29,6 @@ _GO_ON = {
     "batch": "; run the same command again, and it skips finished work",
 }
 """Work that Ctrl-C loses, for verbs that can resume."""
-_NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _REFUSED = {errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENAMETOOLONG, errno.EIO, errno.EMFILE, errno.ENFILE}
 """Errors of an operation that the system refuses: not defects of volprep."""
 _INTERRUPTED = 130
@@ -143,10 +142,9 @@ def main() -> None:
             _end_by_interrupt()
         raise
     except Exception as error:
-        if isinstance(error, OSError) and error.errno in _NO_ROOM:
-            # Files have errors of their own.
+        if isinstance(error, OSError) and (full := _no_room(error)) is not None:
             _drop_output()
-            _fail(VolprepError("VP4020", path=error.filename or "standard output", error=error.strerror))
+            _fail(full)
         if isinstance(error, FileNotFoundError) and not _has_working_directory():
             _fail(VolprepError("VP7002"))
         if isinstance(error, OSError) and error.errno in _REFUSED:
@@ -165,6 +163,18 @@ def main() -> None:
         raised = sys.exc_info()[1]
         if "OpenImageIO" not in sys.modules and not (isinstance(raised, SystemExit) and raised.code):
             gc.freeze()
+
+
+def _no_room(error: OSError) -> VolprepError | None:
+    """Return the error for a full disk; None for another error. Most files have errors of their own."""
+    from volprep_formats.output import NO_ROOM
+
+    if error.errno not in NO_ROOM:
+        return None
+    import tempfile
+
+    path = error.filename or f"a temporary file, perhaps in {tempfile.gettempdir()}"
+    return VolprepError("VP4020", path=path, error=error.strerror)
 
 
 def _has_working_directory() -> bool:

@@ -8,7 +8,7 @@ import typer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import output_errors
 
-Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace files that exist; without it they are an error.")]
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 
 

@@ -24,13 +24,26 @@ def prepare_streams() -> None:
     if sys.stdout is None:
         sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 - as long as the process
     codecs.register_error("volprep", _in_other_letters)
-    if isinstance(sys.stdout, TextIOWrapper):
+    if isinstance(sys.stdout, TextIOWrapper) and sys.stdout is sys.__stdout__:
+        named = BufferedWriter(_Named(1, "w", closefd=False))
+        sys.stdout = TextIOWrapper(named, sys.stdout.encoding, "volprep", line_buffering=sys.stdout.line_buffering)
+    elif isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="volprep")
     # Tests put streams of their own here.
     if sys.stderr is sys.__stderr__:
         encoding = getattr(sys.stderr, "encoding", "utf-8")
         raw = BufferedWriter(_Lossy(2, "w", closefd=False))
         sys.stderr = TextIOWrapper(raw, encoding, "volprep", line_buffering=True)
+
+
+class _Named(FileIO):
+    """Standard output, whose errors name it: others without a name are of working files."""
+
+    def write(self, data: "ReadableBuffer", /) -> int:
+        try:
+            return super().write(data)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, "standard output") from error
 
 
 class _Lossy(FileIO):

@@ -34,7 +34,9 @@ Seconds = Annotated[
     float | None,
     typer.Option("--seconds", help="Start no case after this number of seconds.", min=0.0, metavar="NUMBER"),
 ]
-ReportFolder = Annotated[Path, typer.Option("--report", help="Folder of the report.", metavar="FOLDER")]
+ReportFolder = Annotated[
+    Path, typer.Option("--report", help="Folder of the report; an older report is replaced.", metavar="FOLDER")
+]
 
 
 def stress(

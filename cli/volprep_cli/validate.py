@@ -39,7 +39,9 @@ Source = Annotated[
 ReportFolder = Annotated[
     Path | None,
     typer.Option(
-        "--report", help="Folder of the report; if not given, NAME.report beside the package.", metavar="FOLDER"
+        "--report",
+        help="Folder of the report, which replaces an older one; if not given, NAME.report beside the package.",
+        metavar="FOLDER",
     ),
 ]
 Size = Annotated[

@@ -25,7 +25,9 @@ Output = Annotated[
         metavar="FOLDER|FILE.html",
     ),
 ]
-Force = Annotated[bool, typer.Option("--force", help="Replace a page that exists.")]
+Force = Annotated[
+    bool, typer.Option("--force", help="Replace a page that exists; never a folder that holds anything else.")
+]
 ReportFolder = Annotated[
     Path | None,
     typer.Option(

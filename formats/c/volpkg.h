@@ -5776,6 +5776,15 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
             m->textures == 1 && m->slices_per_texel == 1 && m->gutter == 0, t->name,
             "it holds light in a mosaic of several textures, with a gutter, or with several slices in a texel");
     }
+    for (k = 0; k < 3 && p->grid != NULL; ++k) {
+        /* The centres of the outer texels lie on the faces of the box; light that turns has two halves along z. */
+        const int32_t texels = k == 2 ? (m != NULL ? m->slices : t->shape_zyx[0])
+                                      : (m != NULL ? m->tile_shape_yx[1 - k] : t->shape_zyx[2 - k]);
+        const double part = k == 2 && model->turnable ? 0.5 : 1;
+        const double reach = t->light->texture_from_box_per_mm_xyz[k] * p->grid->extent_mm_zyx[2 - k];
+        VOLPKG__RULE(fabs(reach - (part - 1.0 / texels)) <= 1e-9, t->name,
+                     "its light has texture_from_box_per_mm_xyz that does not follow from its texels");
+    }
     for (k = 0; k < p->textures.count; ++k) {
         const volpkg_texture* other = &p->textures.at[k];
         if (other->role != VOLPKG_ROLE_LIGHT || !volpkg__is(other->transfer, t->transfer) || other->light == NULL ||

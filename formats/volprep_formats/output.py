@@ -25,6 +25,8 @@ _AT_FDCWD = -100
 _RENAME_NOREPLACE = 1
 _RENAME_EXCHANGE = 2
 _NOT_SUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
+NO_ROOM = frozenset((errno.ENOSPC, errno.EDQUOT, errno.EFBIG))
+"""Errors of a disk that is full, of a quota, and of a limit on the size of a file."""
 _SYNCS = 8
 """Files that wait for the disk at the same time."""
 _KINDS = {
@@ -38,13 +40,30 @@ _KINDS = {
 
 
 @contextmanager
-def output_errors(path: Path, code: str = "VP4020") -> Iterator[None]:
-    """Convert a system error while `path` is written into an error of this code, with path and message."""
+def output_errors(path: Path, code: str = "VP4020", *, needed_bytes: int | None = None) -> Iterator[None]:
+    """Convert a system error while `path` is written into an error of this code, with path and message.
+
+    If there is no room, the message also says how many bytes are free and, if `needed_bytes` is given, how many the
+    whole file takes.
+    """
     try:
         yield
     except OSError as error:
         # Exceptions passed on by libraries may have a traceback in their text, after the first line.
-        raise VolprepError(code, path=path, error=error.strerror or str(error).partition("\n")[0]) from error
+        text = error.strerror or str(error).partition("\n")[0]
+        raise VolprepError(code, path=path, error=text + _room(path, error, needed_bytes)) from error
+
+
+def _room(path: Path, error: OSError, needed_bytes: int | None) -> str:
+    """Return how much room a file needs and finds, as the end of a message; empty if room is not the problem."""
+    if error.errno not in NO_ROOM:
+        return ""
+    told = [] if needed_bytes is None else [f"it takes {needed_bytes} bytes"]
+    if error.errno != errno.EFBIG:
+        folder = next((each for each in (path, *path.absolute().parents) if each.exists()), Path("/"))
+        with suppress(OSError):
+            told.append(f"{shutil.disk_usage(folder).free} bytes are free")
+    return "; " + ", ".join(told) if told else ""
 
 
 def require_place(path: Path, code: str = "VP4020") -> None:

@@ -151,7 +151,7 @@ class SourceSpec(Record):
     or its number from 1, when there are several."""
     volume: Count | None = None
     """DICOM, NIfTI, FreeSurfer, Analyze, MINC, OME: number of the volume to read, from 1, if there are several: time
-    points, echoes, components."""
+    points, echoes, components, stacks of slices."""
     volumes_by: Literal["number"] | None = None
     """DICOM only: attribute that distinguishes the volumes of a series if no other one does. "number": InstanceNumber,
     as for time points of scanners that write nothing else."""

@@ -125,7 +125,11 @@ CASES = [
     Case("build phantom.toml -o /proc/x.volpkg", 6, stderr=r"VP4020 /proc/x.volpkg"),
     Case("build phantom.toml -o thesis", 6, stderr=r"VP4021 .*thesis"),
     Case("build phantom.toml -o a-file", 6, stderr=r"VP4021 .*a-file"),
-    Case("build phantom.toml -o /", 6, stderr=r"\Avolprep: VP4021 /: .*it has no manifest.json"),
+    Case(
+        "build phantom.toml -o /",
+        6,
+        stderr=r"\Avolprep: VP4021 /: not replaced: not a volume package: it has no manifest.json",
+    ),
     Case("import phantom.toml -o /", 6, stderr=r"\Avolprep: VP4023 /: a new draft needs an empty folder"),
     Case("zip damaged.volpkg -o nowhere/a.zip", 6, stderr=r"\Avolprep: VP4020 nowhere/a.zip: .*No such file"),
     Case("export damaged.volpkg nowhere/a.nii", 6, stderr=r"\Avolprep: VP4020 nowhere/a.nii: .*No such file"),

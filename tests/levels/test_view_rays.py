@@ -1,6 +1,7 @@
 """The step of level 0 keeps its promise in the worst view: rays of views through the whole scan decide."""
 
 import numpy as np
+import pytest
 
 from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.view_rays import FINER_PER_VOXEL, PER_VOXEL, view_rays
@@ -138,3 +139,13 @@ def test_finer_samples_lie_on_the_same_rays() -> None:
     for one, other in zip(usual, finer, strict=True):
         assert 0 <= 4 * len(one.values) - len(other.values) < 4
         np.testing.assert_allclose(other.values.mean(axis=0), one.values.mean(axis=0), atol=1.0)
+
+
+@pytest.mark.parametrize("shape_zyx", [(40, 1, 1), (2, 2, 2), (1, 60, 3)])
+def test_a_volume_much_thinner_than_a_block_has_as_many_rays_as_others(shape_zyx) -> None:
+    codes = np.random.default_rng(3).integers(0, 256, shape_zyx).astype(np.uint8)
+    rays = rays_through(codes, seen=True)
+    views = len(rays[0].views)
+    counts = [sum(each.values[:, each.views[view]].shape[1] for each in rays) for view in range(views)]
+    # Of 150 the shortest tenth are dropped, and those that are shorter than a voxel.
+    assert min(counts) > 50, counts

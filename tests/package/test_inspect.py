@@ -11,8 +11,10 @@ from typer.testing import CliRunner
 
 from volprep.parts.mosaic.montage import montage
 from volprep_cli.inspect import inspect
+from volprep_cli.inspect_tables import tables_of
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.level_texels import level_texels
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 
@@ -37,9 +39,18 @@ def test_a_person_sees_every_table(sealed: Path) -> None:
     assert "1 5×4×5 0.6×1.4×2.5 2×2×1 box pictures" in lines
     assert "volume-scan-0 scan, level 0 9×7×5 TEXTURE_3D R8/RED/UNSIGNED_BYTE 523 B textures/level0.ktx2" in lines
     assert "lookup-bone lookup table bone, extinction up to 2 16×1×1 TEXTURE_2D" in " ".join(lines)
-    assert "bone 2 0 to 255 2" in lines
+    assert "bone 2 0 to 255 extinction 2 per mm" in lines
     assert "everything kept 0 B small" in lines
     assert not [line for line in text.splitlines() if line != line.rstrip()]
+
+
+def test_a_function_of_a_picture_of_one_value_has_an_opacity(sealed: Path) -> None:
+    manifest = sealed / "manifest.json"
+    told = json.loads(manifest.read_text())
+    told["programs"][0]["compositing"] = "maximum"
+    found = Manifest.model_validate(told)
+    functions = next(table for table in tables_of(found, {}) if table.title == "TRANSFER FUNCTIONS")
+    assert [row[-1] for row in functions.rows] == ["opacity 0.865"]
 
 
 def test_a_person_sees_how_a_mosaic_is_laid_out(sealed_mosaic: Path) -> None:

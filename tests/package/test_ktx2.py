@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.textures.block_formats import BLOCKS, blocks_shape
-from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, decode, encode, header, mipmap_shape
+from volprep_formats.textures.ktx2 import Ktx2Format, Ktx2Image, decode, encode, file_bytes, header, mipmap_shape
 
 DTYPES = {"R16": "<u2", "R16F": "<f2", "RGBA16F": "<f2", "RGB8_SNORM": "i1", "RGBA8_SNORM": "i1"}
 CHANNELS = {"RG8": 2, "RGB8": 3, "RGB8_SNORM": 3, "RGBA8": 4, "RGBA8_SNORM": 4, "RGBA8_SRGB": 4, "RGBA16F": 4}
@@ -62,7 +62,9 @@ def chain(texture_format: Ktx2Format, shape_zyx: tuple[int, int, int], levels: i
 @pytest.mark.parametrize(("shape_zyx", "levels"), CHAINS)
 def test_mipmaps_read_back_as_themselves(texture_format: Ktx2Format, shape_zyx, levels) -> None:
     made = chain(texture_format, shape_zyx, levels)
-    read = decode(b"".join(encode(made)), "t")
+    data = b"".join(encode(made))
+    assert len(data) == file_bytes(texture_format, shape_zyx, 3, levels)
+    read = decode(data, "t")
     assert read.shape_zyx == shape_zyx
     for found, expected in zip(read.levels, made.levels, strict=True):
         np.testing.assert_array_equal(found, expected)

@@ -29,7 +29,16 @@ def with_first_colour(manifest: Manifest, colour: object) -> None:
         each["light"]["first_colour"] = colour
 
 
+def with_reach(manifest: Manifest, axis: int, factor: float) -> None:
+    for each in lights(manifest):
+        each["light"]["texture_from_box_per_mm_xyz"][axis] *= factor
+
+
 LIES: Lies = {
+    "half of the texture in the box": lambda m: with_reach(m, 0, 0.5),
+    "a texture of the whole depth": lambda m: with_reach(m, 2, 2.0),
+    "a texture that runs backwards": lambda m: with_reach(m, 1, -1.0),
+    "a texture of one place": lambda m: with_reach(m, 1, 0.0),
     "two textures": lambda m: m["textures"].append({**lights(m)[0], "name": "another"}),
     "a second part": lambda m: lights(m)[0].update(part=1),
     "slices without halves": lambda m: lights(m)[0]["mosaic"].update(slices=lights(m)[0]["mosaic"]["slices"] - 1),

@@ -14,7 +14,8 @@ import pytest
 from command_line import COMMAND, volprep
 from phantom_scene import write_phantom_scene
 
-from volprep_formats.diagnostics import ExitStatus
+from volprep.scan.slabs import temporary_codes
+from volprep_formats.diagnostics import ExitStatus, VolprepError
 
 LIMIT_BYTES = 3000
 DISK_BYTES = 8192
@@ -111,14 +112,44 @@ def test_a_disk_without_room_stays_empty(place, disk, command) -> None:
     assert not list(disk.iterdir())
 
 
-def test_a_build_whose_codes_find_no_room_is_one_message_and_leaves_nothing(tmp_path, disk) -> None:
+@pytest.mark.parametrize(
+    ("room", "file", "size_bytes"),
+    [("96k", "work/stored0-scan.raw", 35340), ("132k", ".stage/scratch/2-box.raw", 2400)],
+)
+def test_a_build_that_finds_no_room_names_the_file_and_its_size_and_leaves_nothing(
+    tmp_path, disk, room, file, size_bytes
+) -> None:
     # The scan fits, and its codes do not: the traceback holds results of kernels, which nanobind reports if they leak.
-    subprocess.run(["mount", "-o", "remount,size=96k", disk], check=True)
-    command = [*COMMAND, "build", write_phantom_scene(tmp_path), "-q", "-o", disk / "x.volpkg"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    subprocess.run(["mount", "-o", f"remount,size={room}", disk], check=True)
+    scene = write_phantom_scene(tmp_path, level_filter="box")
+    done = subprocess.run(
+        [*COMMAND, "build", scene, "-q", "-o", disk / "x.volpkg"], capture_output=True, text=True, check=False
+    )
     require_one_message(done)
-    assert "stored0-scan.raw: cannot write: No space left" in done.stderr
+    assert (
+        f"{file}: cannot write: No space left on device; it takes {size_bytes} bytes, 0 bytes are free" in done.stderr
+    )
     assert not list(disk.iterdir())
+
+
+def test_a_mapped_file_that_finds_no_room_is_refused_before_it_is_used(disk) -> None:
+    with pytest.raises(VolprepError, match=f"{disk}: cannot write: .*; it takes 524288 bytes"):
+        temporary_codes(disk, (64, 64, 64)).__enter__()
+    with temporary_codes(disk, (10, 10, 10)) as codes:
+        codes[...] = 7
+
+
+def test_a_full_disk_of_a_file_without_a_name_does_not_blame_standard_output(tmp_path) -> None:
+    code = "import volprep_cli.doctor\ndef full():\n    'Fail.'\n    raise OSError(28, 'No space left')\n"
+    code += f"volprep_cli.doctor.doctor = full\n{COMMAND[2]}"
+    done = subprocess.run(
+        [*COMMAND[:2], code, "doctor"],
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert f"a temporary file, perhaps in {tmp_path}: cannot write" in done.stderr
 
 
 @pytest.mark.long(keep=3)

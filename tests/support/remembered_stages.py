@@ -126,7 +126,7 @@ def _remembered(path: Path, stage: Stage, draft: Draft, plan: Plan, progress: Pr
     written: list[tuple[str, str, bytes]] = []
     write = draft.write
 
-    def noting(name: str, role: Any, data: Any) -> Any:
+    def noting(name: str, role: Any, data: Any, **_: Any) -> Any:
         whole = data if isinstance(data, bytes) else b"".join(bytes(chunk) for chunk in data)
         written.append((name, role, whole))
         return write(name, role, whole)

@@ -4,9 +4,11 @@ Ways to draw come from the registries: a technique, a compositing, a classificat
 here. What is measured stands in docs/ORDERS.md, which `python tools/make_orders.py` writes.
 """
 
+import math
+
 import pytest
 from long_runs import LONG
-from order_bench import Bench, as_expected, expected_by_step, expected_elsewhere, scatter
+from order_bench import Bench, as_expected, expected_by_step, expected_elsewhere, is_exact, scatter
 from order_document import DOCUMENT, by_grid, by_pixel, by_step, rows
 from order_faults import FAULTS, WORDS, finders
 from order_others import OTHERS
@@ -99,8 +101,28 @@ def test_the_document_lists_everything(document):
     ]
 
 
-@pytest.mark.parametrize("way", [way for way in by_step() if way.unusual == 0], ids=lambda way: way.name)
-def test_the_document_says_what_is_measured(bench, document, way):
+@pytest.mark.long(keep=6)
+@pytest.mark.parametrize("way", share(by_step()), ids=lambda way: way.name)
+def test_the_document_says_what_is_measured_by_step(bench, document, way):
     (row,) = (row for row in rows(document, "steps") if tuple(row[:3]) == way.choices[:3])
-    column = ("texture3d", "mosaic", "bricks", "subvolumes").index(way.sampling)
-    assert float(row[4 + column]) == pytest.approx(bench.by_step(way).order, abs=0.15)
+    said = row[4 + ("texture3d", "mosaic", "bricks", "subvolumes").index(way.sampling)]
+    falling = bench.by_step(way)
+    assert said == "exact" if is_exact(way, falling) else float(said) == pytest.approx(falling.order, abs=0.15)
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("way", share(by_grid()), ids=lambda way: way.name)
+def test_the_document_says_what_is_measured_by_grid(bench, document, way):
+    assert placed(document, way)[2] == pytest.approx(bench.by_grid(way).order, abs=0.15)
+
+
+@pytest.mark.long(keep=2)
+@pytest.mark.parametrize("way", share(by_pixel()), ids=lambda way: way.name)
+def test_the_document_says_what_is_measured_by_pixel(bench, document, way):
+    assert placed(document, way)[3] == pytest.approx(bench.by_pixel(way).order, abs=0.15)
+
+
+def placed(document: str, way: Way) -> list[float]:
+    """Return the numbers of a way in the table of grids and pixels; NaN for text and what is not measured."""
+    (row,) = (row for row in rows(document, "places") if row[0] == way.name.replace("+", ", "))
+    return [float(cell) if cell.replace(".", "").isdecimal() else math.nan for cell in row]

@@ -76,8 +76,8 @@ def enhanced(order=ORDER, dtype="<i2", **attributes) -> Dataset:
     return data
 
 
-def read(path: Path) -> tuple[np.ndarray, SourceInfo]:
-    with open_source(SourceSpec(path=str(path)), Path(), Silent()) as source:
+def read(path: Path, **told: object) -> tuple[np.ndarray, SourceInfo]:
+    with open_source(SourceSpec(path=str(path), **told), Path(), Silent()) as source:
         return source.read_slab(0, source.info.grid.shape_zyx[0]), source.info
 
 
@@ -159,6 +159,106 @@ def test_one_of_several_time_points_is_read_on_request(tmp_path, volume) -> None
     with open_source(SourceSpec(path=str(file), volume=volume), Path(), Silent()) as source:
         assert np.array_equal(source.read_slab(0, 5), expected() + 1000 * (2 - volume))
         assert any(f"differ in TemporalPositionIdentifier; number {volume}" in remark for remark in source.info.remarks)
+
+
+def stacked(*stacks: dict[str, object], numbered: bool = True) -> Dataset:
+    """Stacks of five frames of 9×8 voxels: `at` mm along the normal, turned if `turned`, with a StackID and a time."""
+    data = enhanced(ORDER * len(stacks))
+    frames = np.frombuffer(data.PixelData, "<i2").reshape(len(stacks), 5, -1)
+    data.PixelData = (frames + 1000 * np.arange(len(stacks))[:, None, None]).astype("<i2").tobytes()
+    for k, own in enumerate(data.PerFrameFunctionalGroupsSequence):
+        stack, z = stacks[k // 5], ORDER[k % 5]
+        row, column = (COLUMN, ROW) if stack.get("turned") else (ROW, COLUMN)
+        place = ORIGIN + np.cross(row, column) * (PITCH * z + stack.get("at", 0.0))
+        own.PlanePositionSequence[0].ImagePositionPatient = ds(place)
+        own.PlaneOrientationSequence = Sequence([item(ImageOrientationPatient=ds([*row, *column]))])
+        content = own.FrameContentSequence[0]
+        content.TemporalPositionIndex = stack.get("time", 1)
+        if numbered:
+            content.InStackPositionNumber = 1 + (4 - z if stack.get("falls") else z)
+        if "stack" in stack:
+            content.StackID = stack["stack"]
+    return data
+
+
+END = 5 * PITCH
+
+
+@pytest.mark.parametrize(
+    ("stacks", "differ"),
+    [
+        (({"stack": "1"}, {"stack": "2", "at": END}), "StackID"),
+        (({"stack": "1"}, {"stack": "1", "at": END}), "InStackPositionNumber"),
+        (({}, {"at": END, "falls": True}), "InStackPositionNumber"),
+    ],
+)
+def test_stacks_end_to_end_are_one_volume_with_a_remark_and_each_can_be_read_alone(tmp_path, stacks, differ) -> None:
+    file = save(stacked(*stacks), tmp_path / "e")
+    voxels, info = read(file)
+    assert voxels.shape[0] == 10
+    assert any(f"2 stacks, which differ in {differ} and lie end to end" in remark for remark in info.remarks)
+    for volume in (1, 2):
+        voxels, info = read(file, volume=volume)
+        assert np.array_equal(voxels, expected() + 1000 * (volume - 1))
+        assert any(f"differ in {differ}; number {volume} of them was read" in remark for remark in info.remarks)
+
+
+@pytest.mark.parametrize(
+    ("stacks", "cause"),
+    [
+        (({"stack": "1"}, {"stack": "2", "at": 2 * END}), "VP2014"),
+        (({"stack": "1"}, {"stack": "2"}), "VP2006"),
+        (({"stack": "2"}, {"stack": "10", "turned": True}), "VP2003"),
+    ],
+)
+def test_stacks_that_are_not_one_grid_are_refused_and_can_be_chosen(tmp_path, stacks, cause) -> None:
+    file = save(stacked(*stacks), tmp_path / "e")
+    for told in ({}, {"repair": ("gaps",)}):
+        with pytest.raises(VolprepError) as error:
+            read(file, **told)
+        assert error.value.code == "VP2022"
+        assert cause in str(error.value)
+        assert "from 1 to 2" in error.value.remedy
+    for volume in (1, 2):
+        assert np.array_equal(read(file, volume=volume)[0], expected() + 1000 * (volume - 1))
+    with pytest.raises(VolprepError) as error:
+        read(file, volume=3)
+    assert error.value.code == "VP2017"
+
+
+def test_volumes_of_several_stacks_are_numbered_stack_by_stack(tmp_path) -> None:
+    turned = {"stack": "2", "turned": True}
+    file = save(stacked({"stack": "1", "time": 2}, turned, {"stack": "1"}, turned | {"time": 2}), tmp_path / "e")
+    for volume, part in enumerate((2, 0, 1, 3), 1):
+        assert np.array_equal(read(file, volume=volume)[0], expected() + 1000 * part)
+    told_by_nothing = stacked({"stack": "1"}, turned, turned)
+    told_by_nothing.InstanceNumber = 1
+    with pytest.raises(VolprepError) as error:
+        read(save(told_by_nothing, tmp_path / "f"), volume=3)
+    assert (error.value.code, "from 2 to 3" in error.value.remedy) == ("VP2006", True)
+
+
+def test_numbers_that_count_no_slices_divide_nothing(tmp_path) -> None:
+    data = stacked({"stack": "1"}, {"stack": "1", "at": END})
+    plain = read(save(stacked({}, {"at": END}, numbered=False), tmp_path / "f"))[1].remarks
+    interleaved, same, unlike = [1, 1, 2, 2, 3, 3, 4, 4, 5, 5], [7] * 10, [4, 1, 2, 9, 5, 3, 8, 6, 7, 10]
+    for numbers in (interleaved, same, unlike):
+        for k, own in enumerate(data.PerFrameFunctionalGroupsSequence):
+            own.FrameContentSequence[0].InStackPositionNumber = numbers[ORDER[k % 5] + k // 5 * 5]
+        voxels, info = read(save(data, tmp_path / "e"))
+        assert (voxels.shape[0], info.remarks) == (10, plain)
+
+
+def test_frames_of_one_place_are_told_apart_by_their_type_and_inversion_time(tmp_path) -> None:
+    for group, values in (
+        ("MRImageFrameTypeSequence", [item(FrameType=["DERIVED", "PRIMARY", "DIXON", w]) for w in ("FAT", "WATER")]),
+        ("MRModifierSequence", [item(InversionTimes=time) for time in (20.0, 300.0)]),
+    ):
+        data = stacked({}, {})
+        for k, own in enumerate(data.PerFrameFunctionalGroupsSequence):
+            setattr(own, group, Sequence([values[k // 5]]))
+        file = save(data, tmp_path / group)
+        assert np.array_equal(read(file, volume=2)[0], expected() + 1000)
 
 
 def test_a_volume_beyond_those_that_are_there_is_refused(tmp_path) -> None:

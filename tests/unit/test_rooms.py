@@ -91,3 +91,15 @@ def test_the_native_readers_include_nothing_of_the_house() -> None:
     files = [path for path in (ROOT / "formats/native").rglob("*") if path.suffix in {".cpp", ".hpp", ".txt"}]
     assert len(files) > 10
     assert [path for path in files if re.search(r'include "volprep/|volprep/native', path.read_text())] == []
+
+
+def test_the_pair_of_compositings_that_are_laid_over_is_named_once() -> None:
+    pair = {"emission-absorption", "back-to-front"}
+    found = []
+    for path in [*(ROOT / "formats/volprep_formats").rglob("*.py"), *(ROOT / "volprep").rglob("*.py")]:
+        text = path.read_text()
+        for node in ast.walk(ast.parse(text)) if '"back-to-front"' in text else ():
+            if isinstance(node, ast.Set | ast.Tuple):
+                names = {each.value for each in node.elts if isinstance(each, ast.Constant)}
+                found += [path.name] if pair <= names and len(names) < 4 else []
+    assert found == ["program.py"]

@@ -4,6 +4,7 @@ import base64
 import re
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -93,12 +94,22 @@ def test_one_file_allows_its_own_text_alone(one_file) -> None:
     assert base64.b64decode(parts[0])[:4] == b"PK\x03\x04"
 
 
+def test_one_file_needs_no_room_elsewhere(shown, monkeypatch, tmp_path) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    write_page_file(shown, tmp_path / "page.html", Silent())
+    assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
+
+
 def test_what_exists_is_replaced_only_by_force_and_only_if_it_is_a_page(shown, folder, one_file, tmp_path) -> None:
     with pytest.raises(VolprepError, match="VP7033"):
         write_page_folder(shown, folder, Silent())
     (folder / "page" / "old.js").write_text("old")
     write_page_folder(shown, folder, Silent(), force=True)
     assert not (folder / "page" / "old.js").exists()
+    (folder / "mine.txt").write_text("mine")
+    with pytest.raises(VolprepError, match=r"it holds mine\.txt, which is no part of a page"):
+        write_page_folder(shown, folder, Silent(), force=True)
+    (folder / "mine.txt").unlink()
     with pytest.raises(VolprepError, match="VP1251"):
         write_page_file(shown, one_file, Silent())
     before = one_file.read_bytes()

@@ -359,6 +359,7 @@ def test_a_surface_says_at_which_value_it_is_and_its_light_is_never_within_the_v
     with served(package.path) as server:
         assert opened(browser, server.url) == "ready"
         assert "where the value is 800" in text_of(browser, "function")
+        assert "height: opacity of the pixel" in text_of(browser, "function")
         before = picture(browser)
         # The light goes once around, and on its way is nearer than the corners of the volume are.
         browser.run("""

@@ -15,7 +15,4 @@ _ALL = (EMISSION_ABSORPTION, BACK_TO_FRONT, MAXIMUM, MINIMUM, AVERAGE, MIDA, FIR
 COMPOSITINGS: dict[CompositingName, Compositing] = {each.name: each for each in _ALL}
 """Every compositing, by its name. Its shader part is glsl/compositing/NAME.glsl of volprep.shading."""
 
-LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
-"""Those whose pictures are laid over each other: samples hide what is behind them by their opacity."""
-
-__all__ = ["COMPOSITINGS", "LAID_OVER", "Compositing"]
+__all__ = ["COMPOSITINGS", "Compositing"]

@@ -129,7 +129,10 @@ def _plots_of_channel(manifest: Manifest) -> dict[str, Plot]:
         if manifest.quantization
         else (manifest.statistics.minimum, manifest.statistics.maximum)
     )
-    return {function.name: transfer_plot(function, window, unit) for function in manifest.transfer_functions}
+    return {
+        function.name: transfer_plot(function, window, unit, manifest.opaque_length_mm(function))
+        for function in manifest.transfer_functions
+    }
 
 
 def _nominal(program: ProgramResult) -> SweepPoint:

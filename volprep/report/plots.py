@@ -27,6 +27,7 @@ from volprep.validation.records import LevelFloor, ProgramResult, Sweep, SweepPo
 from volprep.validation.report_record import Report
 from volprep.validation.times import Milliseconds
 from volprep.validation.verdict import share_of_errors
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -116,9 +117,15 @@ def curve_plot(curve: Curve, allowed_rmse: float) -> Plot:
     return _plot(lambda axes: _draw_curve(axes, curve, allowed_rmse), f"curve-{curve.name.replace(' ', '-')}")
 
 
-def transfer_plot(function: TransferFunction, window: tuple[float, float], unit: str) -> Plot:
-    """Extinction per millimetre over physical value, the area in the function's colours."""
-    return _plot(lambda axes: _draw_transfer(axes, function, window, unit), f"{function.name}-transfer", 1.7)
+def transfer_plot(
+    function: TransferFunction, window: tuple[float, float], unit: str, opaque_length_mm: float | None = None
+) -> Plot:
+    """Extinction per millimetre over physical value, the area in the function's colours.
+
+    With `opaque_length_mm`, the opacity of that length.
+    """
+    title = f"{function.name}-transfer"
+    return _plot(lambda axes: _draw_transfer(axes, function, window, unit, opaque_length_mm), title, 1.7)
 
 
 def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
@@ -308,7 +315,12 @@ def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
         axes.margins(x=0.18)
 
 
-def _draw_transfer(axes: Axes, function: TransferFunction, window: tuple[float, float], unit: str) -> None:
+def _draw_transfer(
+    axes: Axes, function: TransferFunction, window: tuple[float, float], unit: str, opaque_length_mm: float | None
+) -> None:
+    def height(extinctions: Float64Array) -> Float64Array:
+        return extinctions if opaque_length_mm is None else -np.expm1(-extinctions * opaque_length_mm)
+
     points = (function.points[0], *function.points, function.points[-1])
     low, high = min(points[0].value, window[0]), max(points[-1].value, window[1])
     values = np.array([low, *(point.value for point in function.points), high])
@@ -318,17 +330,21 @@ def _draw_transfer(axes: Axes, function: TransferFunction, window: tuple[float, 
     for left, right in pairwise(np.linspace(low, high, _COLOUR_STRIPS + 1)):
         inside = np.unique(np.concatenate([[left, right], values[(values > left) & (values < right)]]))
         red, green, blue = (float(np.interp((left + right) / 2, values, channel)) for channel in channels)
-        upper = np.column_stack([inside, np.interp(inside, values, extinctions)])
+        upper = np.column_stack([inside, height(np.interp(inside, values, extinctions))])
         strips.append([(left, 0.0), *upper, (right, 0.0)])
         colours.append(css_colour((red, green, blue)))
     # All strips at once: one call of fill_between for each took half of the time of the page.
     axes.add_collection(PolyCollection(strips, facecolors=colours, edgecolors=colours))
-    axes.plot(values, extinctions, color=_SERIES[0])
+    # Between two points extinction is a straight line, and opacity is not.
+    numbers = np.arange(len(values))
+    places = numbers if opaque_length_mm is None else np.linspace(0, numbers[-1], 16 * numbers[-1] + 1)
+    heights = height(np.interp(places, numbers, extinctions))
+    axes.plot(np.interp(places, numbers, values), heights, color=_SERIES[0])
     axes.set_xlim(low, high)
     axes.set_ylim(bottom=0)
     axes.set_axisbelow(True)
     axes.set_xlabel(f"value in {unit}" if unit else "value")
-    axes.set_ylabel("extinction per mm")
+    axes.set_ylabel("extinction per mm" if opaque_length_mm is None else "opacity")
     axes.yaxis.set_major_locator(MaxNLocator(4))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

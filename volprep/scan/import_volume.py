@@ -5,10 +5,13 @@ Import comes before the plan, which needs its measurements, so it is not a `Stag
 
 import hashlib
 import json
+import math
 import os
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+
+import numpy as np
 
 from volprep.scan.import_segments import SegmentSource
 from volprep.scan.slabs import bytes_of
@@ -58,5 +61,6 @@ def import_volume(draft: Draft, source: VolumeSource, progress: Progress, channe
     gauge = SlabMeasurer(source.info)
     progress.start("import", source.info.grid.shape_zyx[0])
     slabs = source_slabs(source, gauge, progress)
-    written = draft.write(source_name(channel), "work", (bytes_of(slab) for slab in slabs))
+    size = math.prod(source.info.grid.shape_zyx) * np.dtype(source.info.stored_type).itemsize
+    written = draft.write(source_name(channel), "work", (bytes_of(slab) for slab in slabs), needed_bytes=size)
     return gauge.result(written.sha256)

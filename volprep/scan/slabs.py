@@ -1,12 +1,18 @@
 """Volumes slab by slab: memory does not grow with their depth."""
 
+import math
 import os
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from volprep_formats.output import output_errors
+from volprep_formats.package.storage.chunks import write_all
 
 SLAB_BYTES = 32 * 1024 * 1024
 """Size that a slab aims at. Doubling it made no stage faster; a slab always holds at least one slice."""
@@ -40,6 +46,24 @@ class RawVolume:
         """Size of one slice."""
         return self.shape_zyx[1] * self.shape_zyx[2] * self.dtype.itemsize
 
+    @property
+    def size_bytes(self) -> int:
+        """Size of the file."""
+        return self.shape_zyx[0] * self.slice_bytes
+
+    @contextmanager
+    def writing(self) -> Iterator[Callable[[NDArray[np.generic]], None]]:
+        """Make the file anew; the function that is given appends slices. Raises VP4020 if it cannot be written."""
+        with output_errors(self.path, needed_bytes=self.size_bytes):
+            file = self.path.open("wb", buffering=0)
+
+        def append(voxels: NDArray[np.generic]) -> None:
+            with output_errors(self.path, needed_bytes=self.size_bytes):
+                write_all(file, bytes_of(voxels))
+
+        with file:
+            yield append
+
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Read slices z0 to z1 - 1 as [z, y, x].
 
@@ -70,3 +94,18 @@ class RawVolume:
 def bytes_of(array: NDArray[np.generic]) -> memoryview:
     """Return the bytes of an array in C order, little-endian, without a copy where it is that already."""
     return np.ascontiguousarray(array, array.dtype.newbyteorder("<")).data.cast("B")
+
+
+@contextmanager
+def temporary_codes(folder: Path, shape: tuple[int, ...]) -> Iterator[NDArray[np.uint16]]:
+    """Return zeros in a nameless file in `folder`, which goes with the block. Raises VP4020 if it finds no room."""
+    size_bytes = math.prod(shape) * np.dtype(np.uint16).itemsize
+    with output_errors(folder, needed_bytes=size_bytes):
+        file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115 - it is closed below
+    with file:
+        with output_errors(folder, needed_bytes=size_bytes):
+            # A map of a file with holes ends the process with a signal when the disk is full.
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(file.fileno(), 0, size_bytes)
+            codes: NDArray[np.uint16] = np.memmap(file, np.uint16, "w+", shape=shape)
+        yield codes

@@ -22,6 +22,7 @@ from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import StackAxis
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import (
+    LAID_OVER,
     ClassificationName,
     CompositingName,
     Lighting,
@@ -353,9 +354,6 @@ class TogetherSettings(Record):
     """Transfer functions that are drawn together, each of another channel. If absent: the first one of each channel."""
 
 
-_LIT_BY_PRESETS = ("emission-absorption", "back-to-front")
-
-
 class Scene(Record):
     """Settings that turn a scan into a package."""
 
@@ -524,7 +522,7 @@ class Scene(Record):
     def _with_headlight(self, profile: DeviceProfile) -> Self:
         preset = self.transfer[0].preset
         normals = self.normals is not None and self.normals.space != "box"
-        plain = self.render.compositing in _LIT_BY_PRESETS and self.render.classification != "preclassified"
+        plain = self.render.compositing in LAID_OVER and self.render.classification != "preclassified"
         stays = "lighting" in self.render.model_fields_set or self.bricks is not None or self.textures.mipmaps
         stays = stays or self.lighting.baked != "none"
         if preset is None or not load_preset(preset).lit or stays or normals or not plain or not profile.has_shaders:

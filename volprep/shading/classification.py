@@ -13,7 +13,7 @@ from volprep.shading.feature import Feature
 from volprep_formats.package.integral_table import LEAST_ENTRIES
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
-from volprep_formats.package.program import ClassificationName, CompositingName, Sampler, TechniqueName
+from volprep_formats.package.program import LAID_OVER, ClassificationName, CompositingName, Sampler, TechniqueName
 from volprep_formats.package.texture import Texture
 
 _IN_THE_MIDDLE = "start + stride * i"
@@ -25,8 +25,7 @@ _THROUGH_VOXELS = {False: "start + stride * (i - 0.5), stride", True: "start + s
 
 def splits_voxels(technique: TechniqueName, compositing: CompositingName, classification: ClassificationName) -> bool:
     """Return whether programs split the segments of a ray through labels at the faces of voxels."""
-    sums = compositing in {"emission-absorption", "back-to-front"}
-    return sums and classification in _OF_SAMPLES and not technique.endswith("as-published")
+    return compositing in LAID_OVER and classification in _OF_SAMPLES and not technique.endswith("as-published")
 
 
 def voxel_classification(

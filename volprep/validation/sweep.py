@@ -195,7 +195,8 @@ class _Sweeper:
             level=level,
             step_mm=step_mm,
             step_ratio=ratio,
-            samples_mean=float(counts[counts > 0].mean()),
+            # A picture may have so few pixels that no ray meets a thin volume.
+            samples_mean=float(counts[counts > 0].mean()) if counts.any() else 0.0,
             samples_max=int(counts.max()),
             draw=draw,
             total=total,

@@ -40,6 +40,8 @@ _FOLDER_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'"
 )
+_OWN_NAMES = frozenset((INDEX, SETTINGS, ZIP, "package", "report", "runtime", PAGE))
+"""What a page has in its folder, whatever package it shows."""
 
 
 def write_page_folder(shown: ShownPackage, target: Path, progress: Progress, *, force: bool = False) -> int:
@@ -74,7 +76,9 @@ def write_page_file(shown: ShownPackage, target: Path, progress: Progress, *, fo
         raise VolprepError("VP7034", path=path, size=size, limit=MOST_PAGE_BYTES)
     site = make_site(shown, takes_devices=False)
     head, tail = _page_around(site)
-    with new_file(target) as file, tempfile.TemporaryFile() as packed:
+    # Beside the page: an error of its disk is one of the page's.
+    beside = target.absolute().parent
+    with new_file(target) as file, tempfile.TemporaryFile(dir=beside) as packed:
         if path.is_file():
             packed.write(read_served(site[ZIP]))
         else:
@@ -142,11 +146,14 @@ def _require_replaceable(target: Path, *, force: bool) -> None:
     """Refuse a folder that is not empty, unless it is an older page that may be replaced."""
     with output_errors(target):
         names = _names(target)
-    if names is None or (names and not force):
-        problem = "a file" if names is None else "a folder that is not empty"
-        raise VolprepError("VP7033", path=target, problem=problem)
+    if names is None:
+        raise VolprepError("VP7033", path=target, problem="it is a file")
     if names and not {INDEX, SETTINGS} <= names:
-        raise VolprepError("VP7033", path=target, problem=f"a folder without {SETTINGS}, which is no older page")
+        raise VolprepError("VP7033", path=target, problem=f"it is not an older page: it has no {SETTINGS}")
+    if others := sorted((names or set()) - _OWN_NAMES):
+        raise VolprepError("VP7033", path=target, problem=f"it holds {others[0]}, which is no part of a page")
+    if names and not force:
+        raise VolprepError("VP7033", path=target, problem="it is an older page")
 
 
 def _names(target: Path) -> set[str] | None:

@@ -16,7 +16,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP2003": Diagnostic(
         ExitStatus.SOURCE,
         "{folder}: {count} of {total} slices have another orientation than {first}; {other} is turned by {angle:.2f}°",
-        "Move the images that do not belong to the volume (localisers, reformats) out of the folder.",
+        "Move the images that do not belong to the volume (localisers, reformats) out of the folder. Split a file that "
+        "holds both.",
     ),
     "VP2004": Diagnostic(
         ExitStatus.SOURCE,
@@ -85,5 +86,12 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: the {which} of the file does not give the voxels a usable place or size",
         "Repair the header, or resample the volume.",
+    ),
+    "VP2022": Diagnostic(
+        ExitStatus.SOURCE,
+        "{folder}: the images are {stacks} stacks (of {sizes} slices), which differ in {differ}; together they are not "
+        "one volume: {cause}",
+        "Choose one with --volume, or source.volume in a scene, from 1 to {volumes}; those of the first stack come "
+        "first.",
     ),
 }

@@ -99,8 +99,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP7033": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: exists, and --force does not replace it: {problem}",
-        "Choose another name, or move the existing one.",
+        "{path}: not replaced: {problem}",
+        "Choose another name, or move the existing one. --force replaces an older page, and nothing else.",
     ),
     "VP7034": Diagnostic(
         ExitStatus.PACKAGE,

@@ -427,8 +427,9 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1251": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: the file exists already",
-        "Choose another name, or replace the file with --force. A folder is replaced only if volprep export wrote it.",
+        "{path}: a file or folder of this name exists",
+        "Choose another name, or replace the file with --force. Of folders, --force replaces only OME-Zarr stores that "
+        "volprep export wrote.",
     ),
     "VP1252": Diagnostic(
         ExitStatus.OUTPUT,

@@ -17,7 +17,7 @@ from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import OF_ALL_SAMPLES, Program
 from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.package.values import ByteCount, PackagePath, Sha256, open_word
@@ -266,6 +266,11 @@ class Manifest(Heading, PartRecords):
     def transfer_functions(self) -> tuple[TransferFunction, ...]:
         """Transfer functions of all channels, the default one first."""
         return tuple(function for channel in self.channels for function in channel.transfer_functions)
+
+    def opaque_length_mm(self, function: TransferFunction) -> float | None:
+        """Return the length whose opacity pixels have, if pictures show one value of a ray; None if they show more."""
+        of_one_value = all(program.compositing not in OF_ALL_SAMPLES for program in self.programs)
+        return function.reference_mm if self.programs and of_one_value else None
 
     @property
     def levels(self) -> tuple[Level, ...]:

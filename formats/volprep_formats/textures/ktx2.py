@@ -177,6 +177,15 @@ def header(texture_format: Ktx2Format, shape_zyx: Shape, dimensions: Dimensions,
     return (head + index + descriptor + values).ljust(places[-1][0], b"\0")
 
 
+def file_bytes(texture_format: Ktx2Format, shape_zyx: Shape, dimensions: Dimensions, levels: int = 1) -> int:
+    """Return the size of the file of a texture, before it is written."""
+    layout = _LAYOUTS[texture_format]
+    head = header(texture_format, shape_zyx, dimensions, levels)
+    texels = [math.prod(layout.stored(mipmap_shape(shape_zyx, level))) for level in range(levels)]
+    finest, *coarser = (count * layout.dtype.itemsize for count in texels)
+    return len(head) + finest + sum(-(-size // layout.alignment) * layout.alignment for size in coarser)
+
+
 def _places(layout: _Layout, shape_zyx: Shape, levels: int, end: int) -> list[tuple[int, int]]:
     """Offset and size of each level, the finest first, of a file whose head ends at `end`."""
     places = []

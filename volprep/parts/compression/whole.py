@@ -8,7 +8,6 @@ oracle needs whole volumes: source and decoded level are files that are mapped i
 import hashlib
 import json
 import math
-import tempfile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import VolumePlan
-from volprep.scan.slabs import slab_ranges
+from volprep.scan.slabs import slab_ranges, temporary_codes
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.oracle import Medium
 from volprep_formats.arrays import Float64Array, UInt8Array
@@ -49,8 +48,7 @@ class WholeLevel:
         for trial in self._source.known:
             if trial.key == key:
                 return trial
-        with tempfile.TemporaryFile(dir=self._source.volume.path.parent) as file:
-            decoded: NDArray[np.uint16] = np.memmap(file, np.uint16, "w+", shape=self._level.grid.shape_zyx)
+        with temporary_codes(self._source.volume.path.parent, self._level.grid.shape_zyx) as decoded:
             blocks, seconds = encoded_level(self._level.codes, volume, form)
             square = self._decode(blocks, volume, form, decoded)
             error, pictures = self._compare(decoded, form)

@@ -8,7 +8,6 @@ allowed RMSE and all of the allowed FLIP.
 import hashlib
 import json
 import math
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,7 +21,7 @@ from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import VolumePlan
-from volprep.scan.slabs import slab_ranges
+from volprep.scan.slabs import slab_ranges, temporary_codes
 from volprep.truth.camera import standard_views
 from volprep.truth.colour import media_of_colour
 from volprep.truth.oracle import Medium
@@ -77,9 +76,8 @@ class WholeColour:
             if trial.key == key:
                 return trial
         blocks, seconds = encoded_level(self._texels, volume, form)
-        with tempfile.TemporaryFile(dir=self._sources[0].volume.path.parent) as file:
-            shape = (len(self._levels), *self._grid.shape_zyx)
-            decoded: NDArray[np.uint16] = np.memmap(file, np.uint16, "w+", shape=shape)
+        shape = (len(self._levels), *self._grid.shape_zyx)
+        with temporary_codes(self._sources[0].volume.path.parent, shape) as decoded:
             square = self._decode(blocks, volume, form, decoded)
             loss = self._compared(decoded, form)
         trial = FormTrial(

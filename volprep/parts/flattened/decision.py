@@ -10,13 +10,14 @@ from volprep.parts.skip.part import found_of
 from volprep.plan.products import FlattenedPlan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.program import LAID_OVER
 from volprep_formats.textures.block_formats import BLOCKS
 
 KIND = "flattened"
 """Kind of its item of the plan."""
 LEAST_SHARE = 0.05
 """Share of the volume that must be empty: below it a texture saves less than a hundredth on its way."""
-_COMPOSITINGS = frozenset(("emission-absorption", "back-to-front", "maximum"))
+_COMPOSITINGS = LAID_OVER | {"maximum"}
 """Compositings whose pictures depend on no value beside a sample that shows something."""
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 """Classifications of single samples: a pre-integrated segment depends on the value where it begins, seen or not."""

@@ -1,6 +1,7 @@
 """A level as a filter makes it of codes of level 0, which are seen through transfer functions."""
 
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +16,7 @@ from volprep.parts.levels.fitted import fitted_slabs
 from volprep.parts.levels.means import KeptMeans
 from volprep.parts.levels.noise import noise_of
 from volprep.parts.levels.reduce import reduced_slabs
-from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
+from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
@@ -111,13 +112,15 @@ def _kept(level: RawVolume, factor: int, depth: int) -> Slices:
 
 def written(slices: Slices, path: Path, shape: tuple[int, int, int], advance: Callable[[int], None]) -> RawVolume:
     """Write slices to a file of a volume of `shape`."""
-    dtype: np.dtype[np.generic] | None = None
-    with path.open("wb") as file:
+    volume: RawVolume | None = None
+    with ExitStack() as stack:
         for voxels, read in slices:
-            file.write(bytes_of(voxels))
-            dtype = voxels.dtype
+            if volume is None:
+                volume = RawVolume(path, shape, voxels.dtype)
+                append = stack.enter_context(volume.writing())
+            append(voxels)
             advance(read)
-    if dtype is None:
+    if volume is None:
         msg = "a level without slices"
         raise ValueError(msg)
-    return RawVolume(path, shape, dtype)
+    return volume

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from volprep.kernels import _native
 from volprep.parts.levels.appearance import Look, largest_code, write_means
-from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
+from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep_formats.arrays import Float32Array
 
 Factors = tuple[int, int, int]
@@ -194,8 +194,7 @@ def keep_means(
     kept = {factors: KeptMeans.planned(volume, factors, look, scratch) for factors, look in looks.items()}
     with ExitStack() as stack:
         files = {
-            factors: [stack.enter_context(file.path.open("wb")) for file in means.files]
-            for factors, means in kept.items()
+            factors: [stack.enter_context(file.writing()) for file in means.files] for factors, means in kept.items()
         }
         whole_cells = max(factors[0] for factors in looks)
         for z0, z1 in slab_ranges(volume.shape_zyx[0], volume.slice_bytes, multiple=whole_cells):
@@ -203,8 +202,9 @@ def keep_means(
             for factors, look in looks.items():
                 strip = Strip.empty(slab.shape, factors, look, slab.dtype)
                 strip.fill(slab, factors, look)
-                for file, part in zip(files[factors], strip.arrays, strict=True):
-                    file.write(bytes_of(part) if part.size else b"")
+                for append, part in zip(files[factors], strip.arrays, strict=True):
+                    if part.size:
+                        append(part)
             advance(z1 - z0)
     return kept
 

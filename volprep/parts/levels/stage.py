@@ -8,7 +8,7 @@ are classified, too (classified.py).
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 
-from volprep.compositing import COMPOSITINGS, LAID_OVER
+from volprep.compositing import COMPOSITINGS
 from volprep.parts.level_choices import choice_name
 from volprep.parts.levels.appearance import Look
 from volprep.parts.levels.choose_level import Chooser
@@ -33,7 +33,7 @@ from volprep.transfer.lookup import lookup_table
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart, LevelFilter
 from volprep_formats.package.manifest import Contribution, Tolerance
-from volprep_formats.package.program import CompositingName, PassTarget
+from volprep_formats.package.program import LAID_OVER, CompositingName, PassTarget
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -157,7 +157,8 @@ def _refined_lit(
     refined, errors = lit.refined(codes, level.factors_zyx, choice.tables)
     if errors.refined >= errors.other:
         return choice.model_copy(update={"lit": errors})
-    codes.path.write_bytes(bytes_of(refined))
+    with codes.writing() as append:
+        append(refined)
     measured = seen.errors(codes, level.factors_zyx, choice.tables)
     return choice.model_copy(update={"lit": errors, "errors": measured})
 
@@ -168,7 +169,7 @@ def _written(
     """Write a level and its choice, once it is measured."""
     choice = measured.result()
     name = classified_name(level.index) if plan.is_classified else codes_name(level.index, plan.channel)
-    draft.write(name, "work", _bytes(codes))
+    draft.write(name, "work", _bytes(codes), needed_bytes=codes.size_bytes)
     draft.write(choice_name(level.index, plan.channel), "work", choice.model_dump_json().encode())
     return choice
 

@@ -160,7 +160,7 @@ def _groups(grid: Grid, corners_mm: Float64Array, block_mm: Float64Array, *, lit
     count = int(np.clip(_SAMPLES / (len(directions) * of_ray), _FEWEST_RAYS, _MOST_RAYS))
     generator = np.random.default_rng(_SEED)
     for view, direction in enumerate(directions):
-        lines = picture_lines(grid, corners_mm, block_mm, direction, min(count, max(grid.shape_zyx) ** 2), generator)
+        lines = picture_lines(grid, corners_mm, block_mm, direction, count, generator)
         # Of oblique rays the shortest tenth, which hardly touch the box, would make all of a group as short.
         order = np.argsort(lines.lengths_mm, kind="stable")[len(lines.lengths_mm) // 10 :]
         is_along_axis = np.count_nonzero(direction) == 1
@@ -194,6 +194,10 @@ def picture_lines(  # noqa: PLR0917 - where, whither, and how many
     places_mm = corners_mm[generator.integers(0, len(corners_mm), picked)] + generator.random((picked, 3)) * block_mm
     inside = ((places_mm > 0) & (places_mm < extent_mm_xyz)).all(axis=1)
     places_mm = places_mm[inside]
+    if len(places_mm) < count:
+        # A volume that is much thinner than a block. On one of 1 × 1 × 40 voxels 8 rays of a view were left, which
+        # promised RMSE 0.0017 for a step whose worst picture was 0.0128 off.
+        places_mm = _inside(corners_mm, block_mm, extent_mm_xyz, picked, generator)
     if not len(places_mm):
         return RaySegments(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
     right = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
@@ -206,6 +210,23 @@ def picture_lines(  # noqa: PLR0917 - where, whither, and how many
     chosen = generator.choice(len(places_mm), min(count, len(places_mm)), replace=False, p=chance / chance.sum())
     shortest_mm = min(grid.spacing_mm_zyx) * (1.0 - 1e-6)
     return inside_box(places_mm[chosen], np.tile(direction, (len(chosen), 1)), extent_mm_xyz, shortest_mm)
+
+
+def _inside(
+    corners_mm: Float64Array,
+    block_mm: Float64Array,
+    extent_mm_xyz: Float64Array,
+    count: int,
+    generator: np.random.Generator,
+) -> Float64Array:
+    """Return places in the parts of blocks that are inside the box."""
+    low, high = np.maximum(corners_mm, 0.0), np.minimum(corners_mm + block_mm, extent_mm_xyz)
+    low, high = (each[(high > low).all(axis=1)] for each in (low, high))
+    if not len(low):
+        return np.empty((0, 3))
+    chosen = generator.integers(0, len(low), count)
+    places: Float64Array = low[chosen] + generator.random((count, 3)) * (high - low)[chosen]
+    return places
 
 
 def _directions() -> Float64Array:

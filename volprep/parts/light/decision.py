@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from volprep.compositing import LAID_OVER
 from volprep.parts.light.trial import MOST_TEXELS, light_model
 from volprep.parts.mosaic.decision import mosaic_text
 from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
@@ -20,6 +19,7 @@ from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.parts.light.planes import planes_in_box
 from volprep_formats.package.parts.light.record import form_of
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.program import LAID_OVER
 from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import size_bytes

@@ -28,7 +28,8 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     for volume, layout in mosaics:
         read = flattened_reader(draft, plan, volume)
         for part, path in enumerate(volume.files):
-            draft.write(path, "texture", _file(volume, pack_mosaic(read, layout, part), progress))
+            size = ktx2.file_bytes(KTX2_FORMAT[volume.format], volume.shape_zyx, 2)
+            draft.write(path, "texture", _file(volume, pack_mosaic(read, layout, part), progress), needed_bytes=size)
             textures.append(volume_texture(volume, part, plan.profile))
     return Contribution(textures=tuple(textures))
 

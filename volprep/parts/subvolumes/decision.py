@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from volprep.compositing import LAID_OVER
 from volprep.parts.mosaic.decision import mosaic_text
 from volprep.parts.programs.decision import VERTEX, light_of
 from volprep.parts.subvolumes.cuts import cuts_along
@@ -18,7 +17,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ClassificationName, CompositingName, NormalsFrom, ProgramDesign
+from volprep_formats.package.program import LAID_OVER, ClassificationName, CompositingName, NormalsFrom, ProgramDesign
 from volprep_formats.package.texture import SampleFilter
 
 GRID = "subvolumes/grid.json"

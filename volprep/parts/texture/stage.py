@@ -30,7 +30,9 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     for file, levels in groupby(volumes, key=lambda volume: volume.files[0]):
         chain = [*levels]
         texels = [_texels(draft, plan, volume, progress) for volume in chain]
-        draft.write(file, "texture", ktx2.encode_levels(KTX2_FORMAT[chain[0].format], chain[0].shape_zyx, 3, texels))
+        form, shape_zyx = KTX2_FORMAT[chain[0].format], chain[0].shape_zyx
+        size = ktx2.file_bytes(form, shape_zyx, 3, len(chain))
+        draft.write(file, "texture", ktx2.encode_levels(form, shape_zyx, 3, texels), needed_bytes=size)
     textures = tuple(volume_texture(volume, 0, plan.profile) for volume in volumes)
     return Contribution(textures=textures)
 

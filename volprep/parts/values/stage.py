@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from volprep.kernels import _native
 from volprep.parts.stage import Stage, Work
-from volprep.parts.work import code_type, codes_name, finest_level, source_info, source_volume
+from volprep.parts.work import code_type, codes_name, codes_of_source, finest_level, source_info, source_volume
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import bytes_of, slab_ranges
 from volprep_formats.diagnostics import VolprepError
@@ -31,7 +31,8 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     losses: list[_native.QuantizationLoss] = []
-    draft.write(codes_name(0, plan.channel), "work", _codes(draft, plan, losses, progress))
+    size = codes_of_source(draft, plan).size_bytes
+    draft.write(codes_name(0, plan.channel), "work", _codes(draft, plan, losses, progress), needed_bytes=size)
     part = ChannelPart(
         name=plan.channel,
         stored_type="uint8" if plan.quantize.bits == 8 else "uint16",

@@ -49,10 +49,12 @@ class ComparingDraft(Draft):
         self.compared: dict[str, int] = {}
         """Size of each file that was compared, by path."""
 
-    def write(self, path: str, role: FileRole, data: bytes | Iterable[Chunk]) -> FileRecord:
+    def write(
+        self, path: str, role: FileRole, data: bytes | Iterable[Chunk], *, needed_bytes: int | None = None
+    ) -> FileRecord:
         """Write working data; compare everything else. Small files are kept, because later stages read them."""
         if role == "work":
-            return super().write(path, role, data)
+            return super().write(path, role, data, needed_bytes=needed_bytes)
         kept = _Kept([data] if isinstance(data, bytes) else data)
         difference = self._compared(path, kept)
         small = kept.small()

@@ -12,6 +12,7 @@ from volprep.validation.witness.independent.rays import WitnessedMedium, picture
 from volprep.validation.witness.independent.scan import Floats
 from volprep.validation.witness.independent.scene import WitnessedScene
 from volprep.validation.witness.read_checks import NUMPY
+from volprep_formats.package.program import LAID_OVER
 
 _ACROSS = 13
 """Pixels along an edge of each view that are compared."""
@@ -90,7 +91,7 @@ def compared(
         limit=_rms(_SAFETY * errors[seen]) + 0.5 / 255 + scene.rmse * float(np.sqrt(len(fine) / rays_seen)),
     )
     dense = (fine[:, 3] > _OPAQUE) & (fine[:, 3] < min(_DENSE, scene.opacity_cutoff))
-    if scene.compositing in {"emission-absorption", "back-to-front"} and dense.sum() >= _LEAST_DENSE_RAYS:
+    if scene.compositing in LAID_OVER and dense.sum() >= _LEAST_DENSE_RAYS:
         yield WitnessCheck(
             item=f"opacity of {name}",
             by=NUMPY,

@@ -28,9 +28,9 @@ from volprep.validation.witness.vtk_views import MOST_VOXELS, Blend, VtkViews, d
 from volprep.vtk.process import has_pyvista
 from volprep_formats.arrays import Float32Array, FloatArray
 from volprep_formats.installation import how_to_add
-from volprep_formats.package.program import CompositingName
+from volprep_formats.package.program import LAID_OVER, CompositingName
 
-_BLENDS: Mapping[CompositingName, Blend] = {"emission-absorption": "composite", "maximum": "maximum"}
+_BLENDS: Mapping[CompositingName, Blend] = {"maximum": "maximum", **dict.fromkeys(LAID_OVER, "composite")}
 _SAFETY = 2.0
 _STEP_OF_TARGET = 1 / 255
 _OPAQUE = 253.5 / 255

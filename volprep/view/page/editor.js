@@ -1,5 +1,6 @@
 /** A transfer function: its curve, and, where the package is editable, its points to be moved. */
 import { make, svg } from "./dom.js";
+import { heightsOf } from "./heights.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
 import { css, linear } from "./srgb.js";
@@ -58,9 +59,10 @@ export function functionEditor(stage, manifest, place, changed) {
   };
   /** @param {string} name @param {boolean} titled */
   const one = (name, titled) => {
-    const { channel, points, isovalue } = of(manifest, name);
+    const { channel, points, isovalue, reference_mm } = of(manifest, name);
+    const heights = heightsOf(manifest, name, reference_mm);
     const box = make("div");
-    const curve = new Curve(channel, edits.get(name) ?? points, editable, (now) => {
+    const curve = new Curve(channel, edits.get(name) ?? points, heights, editable, (now) => {
       edits.set(name, now);
       undo.disabled = false;
       apply(name);
@@ -133,7 +135,7 @@ function of(manifest, name) {
   throw new Error(`there is no transfer function ${name}`);
 }
 
-/** Extinction over value, the area in the function's colours. */
+/** Extinction, or opacity, over value; the area in the function's colours. */
 class Curve {
   #points;
   #chosen = 0;
@@ -143,12 +145,20 @@ class Curve {
   #low;
   #high;
   #most;
+  #heights;
   element;
   fields = make("div", { className: "thirds" });
   buttons = make("div", { className: "row" });
 
-  /** @param {any} channel @param {Point[]} points @param {boolean} editable @param {(points: Point[]) => void} then */
-  constructor(channel, points, editable, then) {
+  /**
+   * @param {any} channel
+   * @param {Point[]} points
+   * @param {import("./heights.js").Heights} heights
+   * @param {boolean} editable
+   * @param {(points: Point[]) => void} then
+   */
+  constructor(channel, points, heights, editable, then) {
+    this.#heights = heights;
     this.#points = points.map((each) => ({ ...each }));
     this.#editable = editable;
     this.#then = then;
@@ -163,7 +173,7 @@ class Curve {
       this.element.setAttribute("role", "img");
       this.element.setAttribute(
         "aria-label",
-        `Extinction from ${number(this.#low)} to ${number(this.#high)} ${this.#unit}`,
+        `${heights.name} from ${number(this.#low)} to ${number(this.#high)} ${this.#unit}`,
       );
     }
     this.#draw();
@@ -177,7 +187,8 @@ class Curve {
 
   /** @param {number} extinction */
   #y(extinction) {
-    return TOP + (1 - Math.min(1, extinction / this.#most)) * (HEIGHT - TOP - BELOW);
+    const share = this.#heights.of(extinction) / this.#heights.of(this.#most);
+    return TOP + (1 - Math.min(1, share)) * (HEIGHT - TOP - BELOW);
   }
 
   #draw() {
@@ -185,7 +196,7 @@ class Curve {
     const points = this.#points;
     const ends = [{ ...points[0], value: this.#low }, ...points, { ...points[points.length - 1], value: this.#high }];
     const areas = ends.slice(1).flatMap((to, index) =>
-      strips(ends[index], to).map(([a, b]) =>
+      strips(ends[index], to, this.#heights.straight).map(([a, b]) =>
         svg("polygon", {
           points: `${this.#x(a.value)},${floor} ${this.#x(a.value)},${this.#y(a.extinction_per_mm)} ${this.#x(b.value)},${this.#y(b.extinction_per_mm)} ${this.#x(b.value)},${floor}`,
           fill: css(a.colour),
@@ -195,14 +206,16 @@ class Curve {
     );
     const line = svg("polyline", {
       class: "line",
-      points: ends.map((each) => `${this.#x(each.value)},${this.#y(each.extinction_per_mm)}`).join(" "),
+      points: [ends[0], ...ends.slice(1).flatMap((to, index) => bends(ends[index], to, this.#heights.straight))]
+        .map((each) => `${this.#x(each.value)},${this.#y(each.extinction_per_mm)}`)
+        .join(" "),
     });
     const label = (/** @type {number} */ value, /** @type {string} */ anchor) =>
       svg("text", { x: this.#x(value), y: HEIGHT - 16, "text-anchor": anchor }, number(value));
     const title = svg(
       "text",
       { x: WIDTH / 2, y: HEIGHT - 3, "text-anchor": "middle" },
-      `value${this.#unit ? ` in ${this.#unit}` : ""}; height: extinction per mm, up to ${number(this.#most)}`,
+      `value${this.#unit ? ` in ${this.#unit}` : ""}; ${this.#heights.label(this.#most)}`,
     );
     const focused = document.activeElement?.parentNode === this.element;
     const handles = this.#editable ? points.map((point, index) => this.#handle(point, index)) : [];
@@ -231,7 +244,7 @@ class Curve {
 
   /** @param {Point} point @param {number} index */
   #handle(point, index) {
-    const text = `${number(point.value)} ${this.#unit}, extinction ${number(point.extinction_per_mm)} per mm`;
+    const text = `${number(point.value)} ${this.#unit}, ${this.#heights.text(point.extinction_per_mm)}`;
     return svg("circle", {
       class: index === this.#chosen ? "handle chosen" : "handle",
       cx: this.#x(point.value),
@@ -264,8 +277,8 @@ class Curve {
       const x = ((event.clientX - box.left) / box.width) * WIDTH;
       const y = ((event.clientY - box.top) / box.height) * HEIGHT;
       const value = this.#low + ((x - LEFT) / (WIDTH - LEFT - RIGHT)) * (this.#high - this.#low);
-      const extinction = (1 - (y - TOP) / (HEIGHT - TOP - BELOW)) * this.#most;
-      this.#change({ value, extinction_per_mm: extinction });
+      const height = (1 - (y - TOP) / (HEIGHT - TOP - BELOW)) * this.#heights.of(this.#most);
+      this.#change({ value, extinction_per_mm: this.#heights.extinction(height) });
     });
     for (const end of ["pointerup", "pointercancel"]) this.element.addEventListener(end, () => (dragged = -1));
     this.element.addEventListener("focusin", (/** @type {FocusEvent} */ event) => {
@@ -285,7 +298,9 @@ class Curve {
       const point = this.#points[this.#chosen];
       this.#change({
         value: point.value + move[0] * NUDGE * (this.#high - this.#low),
-        extinction_per_mm: point.extinction_per_mm + move[1] * NUDGE * this.#most,
+        extinction_per_mm: this.#heights.extinction(
+          this.#heights.of(point.extinction_per_mm) + move[1] * NUDGE * this.#heights.of(this.#most),
+        ),
       });
     });
   }
@@ -338,9 +353,14 @@ class Curve {
         (text) => finite(text, (value) => ({ value })),
       ),
       field(
-        "Extinction",
-        { type: "number", step: "any", min: 0, value: Number(point.extinction_per_mm.toPrecision(4)) },
-        (text) => finite(text, (extinction_per_mm) => ({ extinction_per_mm })),
+        this.#heights.name,
+        {
+          type: "number",
+          step: "any",
+          min: 0,
+          value: Number(this.#heights.of(point.extinction_per_mm).toPrecision(4)),
+        },
+        (text) => finite(text, (height) => ({ extinction_per_mm: this.#heights.extinction(height) })),
       ),
       field("Colour", { type: "color", value: css(point.colour) }, (text) => ({ colour: linear(text) })),
     );
@@ -381,9 +401,15 @@ function between(a, b, share) {
   };
 }
 
-/** Pieces of a line that have one colour each. @param {Point} a @param {Point} b */
-function strips(a, b) {
-  const count = a.colour.every((each, index) => each === b.colour[index]) ? 1 : 16;
+/** Points after the first that draw a line. @param {Point} a @param {Point} b @param {boolean} straight */
+function bends(a, b, straight) {
+  const count = straight || a.extinction_per_mm === b.extinction_per_mm ? 1 : 16;
+  return Array.from({ length: count }, (_, index) => between(a, b, (index + 1) / count));
+}
+
+/** Pieces of a line that have one colour each. @param {Point} a @param {Point} b @param {boolean} straight */
+function strips(a, b, straight) {
+  const count = straight && a.colour.every((each, index) => each === b.colour[index]) ? 1 : 16;
   return Array.from({ length: count }, (_, index) => [
     between(a, b, index / count),
     between(a, b, (index + 1) / count),

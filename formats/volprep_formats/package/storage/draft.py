@@ -92,13 +92,25 @@ class Draft:
             *self._pending.values(),
         )
 
-    def write(self, path: str, role: FileRole, data: bytes | Iterable[bytes | memoryview]) -> FileRecord:
+    def write(
+        self,
+        path: str,
+        role: FileRole,
+        data: bytes | Iterable[bytes | memoryview],
+        *,
+        needed_bytes: int | None = None,
+    ) -> FileRecord:
         """Write the file `path` of the package, for example "textures/volume.ktx2"; return its size and digest.
 
-        Chunks must not change after they were given. The file counts from the next `commit` on; until then only this
-        object sees it. Raises VP4020 where it cannot be written, VP4012 while another process runs a stage.
+        Chunks must not change after they were given; `needed_bytes` is the size of all, for the message if there is no
+        room. The file counts from the next `commit` on; until then only this object sees it. Raises VP4020 where it
+        cannot be written, VP4012 while another process runs a stage.
         """
-        with output_errors(self._folder / path), self._new_file(path).open("wb", buffering=0) as file:
+        needed_bytes = len(data) if isinstance(data, bytes) else needed_bytes
+        with (
+            output_errors(self._folder / path, needed_bytes=needed_bytes),
+            self._new_file(path).open("wb", buffering=0) as file,
+        ):
             if isinstance(data, bytes):
                 write_all(file, data)
                 size, sha256 = len(data), hashlib.sha256(data).hexdigest()

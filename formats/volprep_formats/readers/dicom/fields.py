@@ -25,6 +25,7 @@ VARIANTS = (
     "AcquisitionNumber",
     "ImageType",
     "ComplexImageComponent",
+    "StackID",
 )
 """Attributes that distinguish several images at one position."""
 
@@ -37,6 +38,7 @@ TAGS = {
     "AcquisitionNumber": 0x0020_0012,
     "ImageType": 0x0008_0008,
     "ComplexImageComponent": 0x0008_9208,
+    "StackID": 0x0020_9056,
     "InstanceNumber": 0x0020_0013,
     "ImagesInAcquisition": 0x0020_1002,
     "InConcatenationNumber": 0x0020_9162,
@@ -85,9 +87,12 @@ TAGS = {
     "FrameContentSequence": 0x0020_9111,
     "TemporalPositionIndex": 0x0020_9128,
     "FrameAcquisitionNumber": 0x0020_9156,
-    "StackID": 0x0020_9056,
+    "InStackPositionNumber": 0x0020_9057,
+    "FrameType": 0x0008_9007,
     "MREchoSequence": 0x0018_9114,
     "EffectiveEchoTime": 0x0018_9082,
+    "MRModifierSequence": 0x0018_9115,
+    "InversionTimes": 0x0018_9079,
     "MRDiffusionSequence": 0x0018_9117,
     "CardiacSynchronizationSequence": 0x0018_9118,
     "NominalCardiacTriggerDelayTime": 0x0020_9153,
@@ -121,8 +126,10 @@ _VARIANT_FORMS = {
     "DiffusionBValue": "d",
     "EffectiveEchoTime": "d",
     "NominalCardiacTriggerDelayTime": "d",
+    "InversionTimes": "d",
     "TemporalPositionIndex": "L",
     "FrameAcquisitionNumber": "H",
+    "InStackPositionNumber": "L",
 }
 """Formats of the binary attributes."""
 

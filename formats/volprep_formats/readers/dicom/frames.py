@@ -30,11 +30,13 @@ from volprep_formats.readers.dicom.pixels import picture_bytes
 _MOST_FRAMES = 2**20
 _GROUP_OF_VARIANT = {
     "EchoTime": ("MREchoSequence", "EffectiveEchoTime"),
+    "InversionTime": ("MRModifierSequence", "InversionTimes"),
     "TriggerTime": ("CardiacSynchronizationSequence", "NominalCardiacTriggerDelayTime"),
     "TemporalPositionIdentifier": ("FrameContentSequence", "TemporalPositionIndex"),
     "DiffusionBValue": ("MRDiffusionSequence", "DiffusionBValue"),
     "AcquisitionNumber": ("FrameContentSequence", "FrameAcquisitionNumber"),
-    "ImageType": ("FrameContentSequence", "StackID"),
+    "ImageType": ("MRImageFrameTypeSequence", "FrameType"),
+    "StackID": ("FrameContentSequence", "StackID"),
     "ComplexImageComponent": ("MRImageFrameTypeSequence", "ComplexImageComponent"),
 }
 """Functional-group elements of a frame that correspond to `VARIANTS` of a single image."""
@@ -142,6 +144,7 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
         intercept=image.intercept if intercept is None else intercept,
         unit=unit_of(values, image.modality, rescaled=intercept is not None) or image.unit,
         variants=tuple(_variant(image, group, k) for k in range(len(VARIANTS))),
+        stack_position=variant_text(group("FrameContentSequence"), "InStackPositionNumber") or image.stack_position,
         pixels=pixels,
         has_real_world_values=image.has_real_world_values
         or any(sequence(part, "RealWorldValueMappingSequence") for part in (own, shared)),

@@ -9,7 +9,7 @@ import math
 import os
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.readers.dicom.fields import VARIANTS
 from volprep_formats.readers.dicom.header import SliceImage
+from volprep_formats.readers.dicom.stacks import split_stacks
 from volprep_formats.readers.dicom.volumes import choose_volume, how_to_choose
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
 from volprep_formats.source import RepairKind, SlicePlaces
@@ -62,11 +63,79 @@ def stack_images(
 ) -> Stack:
     """Order the images of one series and find their grid. Faults that `repair` allows are not refused.
 
-    Of several volumes at one place, `volume`, from 1, is taken; `by_number` tells them apart by InstanceNumber.
-    Raises VolprepError VP1036 (essential attribute missing) and VP2001 to VP2015 (not a grid), with the numbers.
+    Of several stacks, or volumes at one place, `volume`, from 1, is taken: those of the first stack come first.
+    `by_number` tells volumes apart by InstanceNumber. Stacks that lie end to end on one grid are one volume if no
+    `volume` is given. Raises VolprepError VP1036 (essential attribute missing), and VP2001 to VP2015, VP2017 and
+    VP2022 (not a grid), with the numbers.
     """
     for image in images:
         _check_complete(image)
+    stacks, differ = split_stacks(images)
+    if len(stacks) == 1:
+        return _stack(images, repair, volume, by_number=by_number)
+    own = [[images[k] for k in stack] for stack in stacks]
+    counts = [_volumes_in(stack) for stack in own]
+    if volume is None:
+        return _joined(images, own, differ, sum(counts), repair)
+    if volume > sum(counts):
+        raise VolprepError("VP2017", path=images[0].path.parent, volume=volume, count=sum(counts))
+    ends = np.cumsum(counts).tolist()
+    chosen = next(k for k, end in enumerate(ends) if volume <= end)
+    before = ends[chosen] - counts[chosen]
+    found = _stack(own[chosen], repair, volume - before, by_number=by_number, before=before)
+    remark = f"there are {len(stacks)} stacks, which differ in {differ}; number {chosen + 1} of them was read"
+    return replace(found, order=tuple(stacks[chosen][k] for k in found.order), remarks=(remark, *found.remarks))
+
+
+def _joined(
+    images: Sequence[SliceImage],
+    stacks: Sequence[Sequence[SliceImage]],
+    differ: str,
+    volumes: int,
+    repair: Collection[RepairKind],
+) -> Stack:
+    """Return stacks that lie end to end on one grid as one volume, with a remark. Refuse others with VP2022."""
+    try:
+        # Between two stacks nothing was scanned: a gap there is not filled.
+        found = _stack(images, [kind for kind in repair if kind != "gaps"])
+    except VolprepError as error:
+        folder = _names(images)[0]
+        sizes = ", ".join(f"{len(stack)} {_plane(np.array(stack[0].orientation))}" for stack in stacks)
+        raise VolprepError(
+            "VP2022",
+            folder=folder,
+            stacks=len(stacks),
+            differ=differ,
+            sizes=sizes,
+            cause=f"{error.code}, {error.summary.removeprefix(f'{folder}: ')}",
+            volumes=volumes,
+        ) from error
+    remark = (
+        f"the slices are of {len(stacks)} stacks, which differ in {differ} and lie end to end; they were read as one "
+        f"volume; --volume, from 1 to {volumes}, reads one stack"
+    )
+    return replace(found, remarks=(*found.remarks, remark))
+
+
+def _volumes_in(images: Sequence[SliceImage]) -> int:
+    """Return the number of volumes in one stack: the most images at one place."""
+    try:
+        axes, _ = _axes(images)
+    except VolprepError:
+        return 1
+    along_mm = np.array([image.position_mm_xyz for image in images], dtype=np.float64) @ axes[:, 2]
+    return int(np.bincount(_places(np.sort(along_mm))).max())
+
+
+def _stack(
+    images: Sequence[SliceImage],
+    repair: Collection[RepairKind],
+    volume: int | None = None,
+    *,
+    by_number: bool = False,
+    before: int = 0,
+) -> Stack:
+    """Order images without a look at stacks. `before` is the number of volumes in other stacks, which come first."""
     # Check orientations first: the images of localisers differ in orientation, which identifies them.
     axes, remarks = _axes(images)
     shape_yx, spacing_mm_yx = _common_plane(images)
@@ -85,7 +154,7 @@ def stack_images(
         pitch_mm, extent_remark = _single_pitch(ordered[0])
         remarks.append(extent_remark)
     else:
-        _check_places(ordered, along_mm)
+        _check_places(ordered, along_mm, before)
         with _repairing("tilt", repair, needed):
             remarks += _check_line(ordered, positions, along_mm, axes, min(spacing_mm_yx))
         with _repairing("gaps", repair, needed):
@@ -219,7 +288,7 @@ def _places(along_mm: Points) -> NDArray[np.intp]:
     return result
 
 
-def _check_places(images: Sequence[SliceImage], along_mm: Points) -> None:
+def _check_places(images: Sequence[SliceImage], along_mm: Points, before: int) -> None:
     """Refuse several images at one place along the normal."""
     places = _places(along_mm)
     counts = np.bincount(places)
@@ -245,7 +314,7 @@ def _check_places(images: Sequence[SliceImage], along_mm: Points) -> None:
         each=int(counts.max()),
         differ=differ,
         folder=folder,
-        how=how_to_choose(images, places),
+        how=how_to_choose(images, places, before),
     )
 
 

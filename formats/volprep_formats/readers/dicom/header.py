@@ -27,7 +27,15 @@ from volprep_formats.source import ColourChannel, GreyOf
 MAX_SLICE_PIXELS = 2**28
 """Larger declared slices (16384²) are refused before anything is allocated."""
 
-_OWN = frozenset((TAGS["SOPInstanceUID"], TAGS["ImagePositionPatient"], TAGS["InstanceNumber"], *PRIVATE_TAGS))
+_OWN = frozenset(
+    (
+        TAGS["SOPInstanceUID"],
+        TAGS["ImagePositionPatient"],
+        TAGS["InstanceNumber"],
+        TAGS["InStackPositionNumber"],
+        *PRIVATE_TAGS,
+    )
+)
 """Attributes that differ from slice to slice, or that are not interpreted here."""
 
 _MODALITIES = frozenset(
@@ -131,6 +139,8 @@ class SliceImage:
     """Modality LUT, which replaces slope and intercept."""
     has_real_world_values: bool = False
     """The header maps stored values to real-world ones, besides slope and intercept."""
+    stack_position: str = ""
+    """Number of the slice in its stack, from 1; empty if the header does not say."""
     instance_number: float | None = None
     """Number of the image in its series."""
     acquired: int | None = None
@@ -153,6 +163,7 @@ def slice_image(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         like,
         path=path,
         instance_uid=instance_uid,
+        stack_position=variant_text(data, "InStackPositionNumber"),
         instance_number=fields.hint("InstanceNumber"),
         position_mm_xyz=position_mm_xyz,
         pixels=pixels,
@@ -205,6 +216,7 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         has_padding=raw_value(data, "PixelPaddingValue")[0] != b"",
         has_burned_in_text=fields.text("BurnedInAnnotation").upper() == "YES",
         variants=tuple(variant_text(data, keyword) for keyword in VARIANTS),
+        stack_position=variant_text(data, "InStackPositionNumber"),
         pixels=pixels,
         problem=fields.problem,
         instance_number=fields.hint("InstanceNumber"),

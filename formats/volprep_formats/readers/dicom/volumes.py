@@ -33,9 +33,9 @@ def choose_volume(
     everything = np.arange(len(images))
     if count == 1:
         return everything, []
-    remark = f"the series holds {count} volumes, which differ in {{}}; number {volume} of them was read"
+    remark = f"there are {count} volumes, which differ in {{}}; number {volume} of them was read"
     for kinds in _combinations(images):
-        values = [tuple(_in_order(image.variants[k]) for k in kinds) for image in images]
+        values = [tuple(in_order(image.variants[k]) for k in kinds) for image in images]
         distinct = sorted(set(values))
         chosen = [np.array([value == one for value in values]) for one in distinct]
         if len(distinct) == count and all(np.array_equal(places[each], np.unique(places)) for each in chosen):
@@ -47,10 +47,10 @@ def choose_volume(
     return everything, []
 
 
-def how_to_choose(images: Sequence[SliceImage], places: NDArray[np.intp]) -> str:
-    """Describe how to read one of several volumes at one position, if possible."""
+def how_to_choose(images: Sequence[SliceImage], places: NDArray[np.intp], before: int) -> str:
+    """Describe how to read one of several volumes at one position, if possible. Numbers follow those of `before`."""
     count = int(np.bincount(places).max())
-    choice = f"--volume, or source.volume in a scene, from 1 to {count}"
+    choice = f"--volume, or source.volume in a scene, from {before + 1} to {before + count}"
     if len(choose_volume(images, places, 1)[0]) < len(images):
         return f"Choose one with {choice}."
     if len(choose_volume(images, places, 1, by_number=True)[0]) < len(images):
@@ -73,8 +73,8 @@ def _by_number(numbers: NDArray[np.float64], places: NDArray[np.intp], count: in
     return np.sort(order.reshape(-1, count)[:, volume - 1])
 
 
-def _in_order(text: str) -> tuple[float, str]:
-    """Numbers come before text."""
+def in_order(text: str) -> tuple[float, str]:
+    """Return a key that sorts values of attributes: numbers come before text."""
     try:
         return float(text), text
     except ValueError:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep_formats.package.program import CompositingName, Sampling
+from volprep_formats.package.program import LAID_OVER, CompositingName, Sampling
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.package.values import Sha256, Total
 from volprep_formats.record import Record
@@ -23,7 +23,7 @@ HIDDEN_BELOW = 1 / 16
 SAME = 1 / 512
 """Values of a ray that differ by at most this part of the range are one maximum: the labels of the first place count.
 Weights of labels there that differ by at most this are equal: the smallest label counts. Rounding would choose one."""
-COMPOSITED: frozenset[CompositingName] = OF_ONE_VALUE | {"emission-absorption", "back-to-front"}
+COMPOSITED: frozenset[CompositingName] = OF_ONE_VALUE | LAID_OVER
 """Compositings of programs that draw segments."""
 SAMPLED: frozenset[Sampling] = frozenset(("texture3d", "mosaic", "bricks"))
 """Layouts of the scan that these programs can sample."""
