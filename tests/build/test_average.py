@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 from judged import validate
+from scene_builds import built, drawn
 
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
-from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (14, 30, 26)
@@ -40,8 +36,7 @@ kind = "distance"
 compositing = "average"
 picture_size = 64
 {WINDOW}""")
-    build(load_request(folder / "chest.toml"), folder / "chest.volpkg", Silent())
-    return Package.open(folder / "chest.volpkg")
+    return built(folder / "chest.toml", folder / "chest.volpkg")
 
 
 def ribs():
@@ -54,12 +49,6 @@ def ribs():
 @pytest.fixture(scope="module", params=PROFILES)
 def package(request, tmp_path_factory):
     return package_of(tmp_path_factory.mktemp(request.param), request.param, ribs())
-
-
-def drawn(package, view, **choices):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package, **choices) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (64, 64))
 
 
 def test_the_reversed_view_is_the_same_picture(package) -> None:

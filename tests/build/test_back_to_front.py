@@ -1,16 +1,14 @@
 """Compositing back to front gives the picture of emission and absorption, but for rounding."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
+from scene_builds import assert_skipping_changes_no_pixel, built
 
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
-from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (17, 22, 25)
@@ -46,15 +44,10 @@ opacity_cutoff = 1.0
 picture_size = 32
 {render}
 {GLASS}""")
-    build(load_request(folder / "ball.toml"), folder / f"{compositing}.volpkg", Silent())
-    return Package.open(folder / f"{compositing}.volpkg")
+    return built(folder / "ball.toml", folder / f"{compositing}.volpkg")
 
 
-def drawn(package, view, target="rgba32f"):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package, target=target) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (64, 64))
-
+drawn = partial(scene_builds.drawn, target="rgba32f")
 
 CASES = {
     "texture3d": ("gles3", "", ""),
@@ -73,7 +66,7 @@ def test_the_picture_is_that_of_emission_and_absorption(tmp_path, profile, more,
     )
     target = "rgba8" if profile.startswith("gles2") else "rgba32f"
     for view in ("anterior", "posterior-left"):
-        one, other = drawn(forth, view, target), drawn(back, view, target)
+        one, other = (drawn(each, view, target=target) for each in (forth, back))
         assert one[..., 3].max() > 0.5
         assert np.ptp(one[..., :3]) > 0.2
         # Samples lie in the same places up to float32's rounding, and a palette has steps.
@@ -84,10 +77,7 @@ def test_the_picture_is_that_of_emission_and_absorption(tmp_path, profile, more,
 @pytest.mark.long
 def test_skipping_changes_no_pixel(tmp_path) -> None:
     package = package_of(tmp_path, "back-to-front", "gles3", shape=(50, 66, 66))
-    plain = unskipped(package, package.manifest.programs[0], package.manifest.render)
-    assert plain is not package
-    for view in standard_views(package.manifest.levels[0].grid):
-        assert np.array_equal(drawn(package, view), drawn(plain, view))
+    assert_skipping_changes_no_pixel(package)
 
 
 @pytest.mark.long

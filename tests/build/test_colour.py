@@ -8,15 +8,15 @@ import pytest
 import tifffile
 from colour_scene import LARGEST_PER_MM, SHAPE_ZYX, ball, waves, write_colour_scene, write_pictures
 from judged import validate
+from scene_builds import built, planned, view_of
 
-from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.build import build
 from volprep.pipeline.colour_look import in_colour
 from volprep.pipeline.look import look_at, picture
 from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request, request_for_source
 from volprep.scene.scene import Scene, load_scene
-from volprep.truth.camera import standard_views
 from volprep.validation.ablation.measure import measure_ablation
 from volprep.validation.curves.measure import measure_curves
 from volprep.validation.scan import find_scan
@@ -33,11 +33,6 @@ from volprep_formats.textures import ktx2
 PARTS = ("red", "green", "blue", "opacity")
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
-
-
-def built(scene: Path) -> Package:
-    build(load_request(scene), scene.with_suffix(".volpkg"), Silent())
-    return Package.open(scene.with_suffix(".volpkg"))
 
 
 def channel(path: Path, part: str, opacity_of: str = "alpha", **more: object) -> np.ndarray:
@@ -219,7 +214,7 @@ def test_one_colour_looks_as_the_closed_form_says(tmp_path: Path) -> None:
     package = built(scene)
     with Renderer(package, target="rgba32f") as renderer:
         grid = renderer.level.grid
-        camera = standard_views(grid, "orthographic")["anterior"].box_from_clip(grid, 1.0)
+        camera = view_of(grid, "anterior")
         middle = renderer.render(camera, (33, 33))[16, 16]
     codes = np.rint(light_of(np.array([180, 90, 30, 204])) * 255)
     opacity = 1.0 - np.exp(-LARGEST_PER_MM * codes[3] / 255 * grid.extent_mm_zyx[1])
@@ -255,7 +250,7 @@ REFUSED = {
 def test_what_colour_does_not_support_is_refused_before_anything_is_made(tmp_path: Path, tables: str) -> None:
     scene = write_colour_scene(tmp_path, tables=tables)
     with pytest.raises(VolprepError) as error:
-        plan_build(load_request(scene), Silent())
+        planned(scene)
     assert (error.value.code, error.value.fields["what"]) == ("VP3046", REFUSED[tables])
 
 
@@ -274,7 +269,7 @@ def test_what_colour_does_not_support_is_refused_before_anything_is_made(tmp_pat
 def test_settings_that_a_colour_decides_are_refused(tmp_path: Path, top: str, code: str, said: str) -> None:
     scene = write_colour_scene(tmp_path, top=top)
     with pytest.raises(VolprepError, match=said) as error:
-        plan_build(load_request(scene), Silent())
+        planned(scene)
     assert error.value.code == code
 
 
@@ -324,7 +319,7 @@ def test_another_source_takes_the_place_of_all_four_channels(tmp_path: Path) -> 
 
 def test_stacks_of_slices_have_no_colours(tmp_path: Path) -> None:
     with pytest.raises(VolprepError) as error:
-        plan_build(load_request(write_colour_scene(tmp_path, "gles1")), Silent())
+        planned(write_colour_scene(tmp_path, "gles1"))
     assert error.value.code == "VP1244"
 
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from colour_scene import write_colour_scene, write_pictures
 from judged import validate
+from scene_builds import built, planned
 
-from volprep.pipeline.build import build, plan_build
-from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
@@ -40,11 +39,6 @@ def scene_of(folder: Path, compression: str, tables: str, pixels: np.ndarray | N
     if pixels is not None:
         write_pictures(folder / "slices.tif", pixels)
     return scene
-
-
-def built(scene: Path) -> Package:
-    build(load_request(scene), scene.with_suffix(".volpkg"), Silent())
-    return Package.open(scene.with_suffix(".volpkg"))
 
 
 def said(manifest: Manifest) -> PlanItem:
@@ -119,7 +113,7 @@ def test_rays_skip_what_is_clear_and_nothing_else(tmp_path: Path, compression: s
 
 def test_a_plan_without_a_build_says_that_a_build_tries_it(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, "auto", ANY)
-    found = plan_build(load_request(scene), Silent())
+    found = planned(scene)
     (item,) = (each for each in found.items if each.kind == "compression")
     assert (item.kept, item.name) == (False, f"textures as {FORM}")
     assert "a build tries the whole level" in item.reason
@@ -130,8 +124,8 @@ def test_profiles_without_the_extension_refuse_it_where_it_is_named(tmp_path: Pa
     named = scene.read_text().replace("gles3-astc", "gles3")
     scene.write_text(named)
     with pytest.raises(VolprepError) as error:
-        plan_build(load_request(scene), Silent())
+        planned(scene)
     assert error.value.code == "VP3070"
     scene.write_text(named.replace('"astc-4x4"', '"auto"'))
-    (item,) = (each for each in plan_build(load_request(scene), Silent()).items if each.kind == "compression")
+    (item,) = (each for each in planned(scene).items if each.kind == "compression")
     assert item.reason == "profile gles3 has no ASTC_4X4, the only form of a volume in colour"

@@ -3,17 +3,14 @@
 import numpy as np
 import pytest
 from judged import validate
+from scene_builds import built, view_of
 
 from volprep.compositing import COMPOSITINGS
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import Medium
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (26, 34, 36)
@@ -55,14 +52,13 @@ points = [
     {{ value = 600.0, colour = "#ffc0a0", opacity = 0.95 }},
 ]
 """)
-    build(load_request(folder / "ball.toml"), folder / "ball.volpkg", Silent())
-    return Package.open(folder / "ball.volpkg")
+    return built(folder / "ball.toml", folder / "ball.volpkg")
 
 
 def drawn(package, view="anterior-left", size=64):
     grid = package.manifest.levels[0].grid
     with Renderer(package) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (size, size))
+        return renderer.render(view_of(grid, view), (size, size))
 
 
 CASES = {
@@ -102,7 +98,7 @@ def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> N
     medium = Medium(volume.stored, volume.slope, volume.intercept, package.manifest.transfer_functions[0])
     plain = unskipped(package, program, package.manifest.render)
     for view in ("anterior-left", "superior"):
-        matrix = standard_views(volume.grid)[view].box_from_clip(volume.grid, 1.0)
+        matrix = view_of(volume.grid, view)
         oracle = COMPOSITINGS[program.compositing].oracle
         truth = oracle([medium], volume.grid, matrix, (40, 40), nearest=False, normals=volume.normals).rgba
         picture = drawn(package, view, 40)
@@ -194,7 +190,7 @@ def test_each_level_is_lit_by_differences_of_its_own_voxels(tmp_path, level, pro
     package = package_of(tmp_path, "headlight", f'[lighting]\nnormals = "central"\n{more}', profile)
     volume = level_volume(package, level)
     medium = Medium(volume.stored, volume.slope, volume.intercept, table_function(package, "tissue", level))
-    matrix = standard_views(volume.grid)["superior"].box_from_clip(volume.grid, 1.0)
+    matrix = view_of(volume.grid, "superior")
     oracle = COMPOSITINGS["emission-absorption"].oracle
     truth = oracle([medium], volume.grid, matrix, (40, 40), nearest=False, normals=volume.normals).rgba
     with Renderer(package, level=level, target="rgba32f") as renderer:

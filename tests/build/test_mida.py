@@ -3,14 +3,9 @@
 import numpy as np
 import pytest
 from judged import validate
+from scene_builds import assert_skipping_changes_no_pixel, built
 
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
-from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (34, 44, 48)
@@ -56,8 +51,7 @@ block = 4
 compositing = "mida"
 picture_size = 32
 {transfer}""")
-    build(load_request(folder / "balls.toml"), folder / "balls.volpkg", Silent())
-    return Package.open(folder / "balls.volpkg")
+    return built(folder / "balls.toml", folder / "balls.volpkg")
 
 
 @pytest.fixture(scope="module", params=LAYOUTS)
@@ -65,20 +59,9 @@ def package(request, tmp_path_factory):
     return package_of(tmp_path_factory.mktemp(request.param), request.param)
 
 
-def drawn(package, view="anterior"):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (64, 64))
-
-
 @pytest.mark.long(keep=1)
 def test_skipping_changes_no_pixel(package) -> None:
-    plain = unskipped(package, package.manifest.programs[0], package.manifest.render)
-    assert plain is not package
-    for view in ("anterior", "left", "superior", "posterior-left"):
-        picture = drawn(package, view)
-        assert picture[..., 3].max() > 0.5
-        assert np.array_equal(picture, drawn(plain, view))
+    assert_skipping_changes_no_pixel(package)
 
 
 @pytest.mark.long

@@ -1,20 +1,17 @@
 """Minimum intensity projection: from the scene to the picture and the verdict."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
+from scene_builds import assert_skipping_changes_no_pixel, built
 
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
 from volprep.report.page import page
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
-from volprep.validation.uncut import unskipped
-from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (20, 44, 48)
-SIZE = (96, 96)
 AIR = """
 [[transfer]]
 name = "airways"
@@ -58,14 +55,10 @@ block = 4
 compositing = "minimum"
 picture_size = 64
 {AIR}""")
-    build(load_request(folder / "lung.toml"), folder / "lung.volpkg", Silent())
-    return Package.open(folder / "lung.volpkg")
+    return built(folder / "lung.toml", folder / "lung.volpkg")
 
 
-def drawn(package, view="anterior", **choices):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package, **choices) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), SIZE)
+drawn = partial(scene_builds.drawn, shape_hw=(96, 96))
 
 
 @pytest.mark.long(keep=1)
@@ -78,11 +71,7 @@ def test_the_reversed_view_is_the_same_picture(package) -> None:
 
 @pytest.mark.long(keep=1)
 def test_skipping_changes_no_pixel_and_tissue_is_empty(package) -> None:
-    program = package.manifest.programs[0]
-    plain = unskipped(package, program, package.manifest.render)
-    assert plain is not package
-    for view in standard_views(package.manifest.levels[0].grid):
-        assert np.array_equal(drawn(package, view), drawn(plain, view))
+    assert_skipping_changes_no_pixel(package, (96, 96))
     assert package.manifest.grid.shape_zyx[1] < SHAPE_ZYX[1]
 
 

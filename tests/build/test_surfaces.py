@@ -1,19 +1,17 @@
 """Isosurface and first hit: from the scene to the picture, the verdict, and what is refused."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
+from scene_builds import assert_skipping_changes_no_pixel, built, view_of
 
 from volprep.compositing import COMPOSITINGS
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.truth.oracle import Medium
-from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (40, 56, 60)
@@ -72,8 +70,7 @@ compositing = "{compositing}"
 picture_size = 64
 {render}
 {transfer}""")
-    build(load_request(folder / "blobs.toml"), folder / "blobs.volpkg", Silent())
-    return Package.open(folder / "blobs.volpkg")
+    return built(folder / "blobs.toml", folder / "blobs.volpkg")
 
 
 @pytest.fixture(scope="module", params=[*LAYOUTS, "solid-texture3d", "solid-mosaic-lit"])
@@ -82,19 +79,12 @@ def package(request, tmp_path_factory):
     return package_of(tmp_path_factory.mktemp(request.param), compositing, request.param.removeprefix("solid-"))
 
 
-def drawn(package, view="anterior", **choices):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package, **choices) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (96, 96))
+drawn = partial(scene_builds.drawn, shape_hw=(96, 96))
 
 
 @pytest.mark.long(keep=2)
 def test_skipping_changes_no_pixel(package) -> None:
-    program = package.manifest.programs[0]
-    plain = unskipped(package, program, package.manifest.render)
-    assert plain is not package
-    for view in standard_views(package.manifest.levels[0].grid):
-        assert np.array_equal(drawn(package, view), drawn(plain, view))
+    assert_skipping_changes_no_pixel(package, (96, 96))
 
 
 @pytest.mark.long(keep=1)
@@ -147,7 +137,7 @@ def test_surfaces_that_a_ray_just_touches_are_found_between_two_samples(tmp_path
     package = package_of(tmp_path, compositing, layout, voxels=voxels)
     volume = level_volume(package, 0)
     medium = Medium(volume.stored, volume.slope, volume.intercept, package.manifest.transfer_functions[0])
-    matrix = standard_views(volume.grid)["posterior-left"].box_from_clip(volume.grid, 1.0)
+    matrix = view_of(volume.grid, "posterior-left")
     oracle = COMPOSITINGS[compositing].oracle
     truth = oracle([medium], volume.grid, matrix, (96, 96), nearest=False, normals=volume.normals).rgba
     wrong = np.abs(drawn(package, "posterior-left") - truth).max(axis=-1) > 0.1

@@ -4,19 +4,18 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+import scene_builds
 from ball_scan import write_ball
+from scene_builds import planned, view_of
 
-from volprep.pipeline.build import build, plan_build
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.techniques import TECHNIQUES
-from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.validation.folder import ReportFolder
 from volprep.validation.run import measure_package
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
-from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 CONVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is None and name != "ray-casting"]
@@ -73,8 +72,7 @@ def scene_with(folder, render, profile="gles3", tables=""):
 
 
 def built(folder, render, profile="gles3", tables=""):
-    build(load_request(scene_with(folder, render, profile, tables)), folder / "p.volpkg", Silent())
-    return Package.open(folder / "p.volpkg")
+    return scene_builds.built(scene_with(folder, render, profile, tables), folder / "p.volpkg")
 
 
 def measured(package, folder):
@@ -135,7 +133,7 @@ def test_control_points_leave_the_eighth_unit_to_the_volume(tmp_path):
         scene.write_text(text, encoding="utf-8")
         ball = np.fromfile(tmp_path / name / "ball.raw", np.uint8).reshape(12, 15, 17)
         np.repeat(ball, 31, axis=0)[:370].tofile(tmp_path / name / "ball.raw")
-        packages[name] = plan_build(load_request(scene), Silent()).channels[0]
+        packages[name] = planned(scene).channels[0]
     assert len(packages["control-points"].volumes[0].names) == 8
     assert packages["control-points"].levels[0].index == 0
     assert packages["lookup"].levels[0].index > 0
@@ -157,15 +155,14 @@ def test_a_volume_that_needs_all_eight_units_is_drawn_by_control_points_as_well_
         text = text.replace("[source]", EMPTY, 1)
         scene.write_text(text, encoding="utf-8")
         values.tofile(folder / "ball.raw")
-        build(load_request(scene), folder / "p.volpkg", Silent())
-        package = Package.open(folder / "p.volpkg")
+        package = scene_builds.built(scene, folder / "p.volpkg")
         volumes = [texture for texture in package.manifest.textures if texture.role == "volume"]
         assert [texture.shape_zyx for texture in volumes] == [(1, 64, 64)] * 8
         assert {texture.level for texture in volumes} == {0}
         assert len(package.manifest.programs[0].samplers) == units
         grid = package.manifest.grid
         function = package.manifest.transfer_functions[0]
-        view = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+        view = view_of(grid, "anterior-left")
         truth = oracle_picture(values, grid, 1.0, 0.0, function, view, (48, 48)).rgba
         with Renderer(package) as renderer:
             drawn = renderer.render(view, (48, 48))
@@ -196,7 +193,7 @@ def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_e
     codes = np.zeros((64, 64, 64), np.uint8)
     codes[:12, :12, :12] = 200
     codes.tofile(tmp_path / "ball.raw")
-    plan = plan_build(load_request(scene), Silent())
+    plan = planned(scene)
     loops = TECHNIQUES[technique].loops
     assert ("skip" in plan.stages) == loops
     assert (plan.shared.render.opacity_cutoff is not None) == loops
@@ -216,16 +213,16 @@ def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_e
 )
 def test_a_technique_with_what_it_cannot_do_is_refused(tmp_path, render, tables, what):
     with pytest.raises(VolprepError, match=f"VP3130 .*{what}"):
-        plan_build(load_request(scene_with(tmp_path, render, tables=tables)), Silent())
+        planned(scene_with(tmp_path, render, tables=tables))
 
 
 @pytest.mark.parametrize("technique", [name for name in TECHNIQUES if "mosaic" not in TECHNIQUES[name].samplings])
 def test_a_technique_that_the_device_class_cannot_do_is_refused(tmp_path, technique):
     with pytest.raises(VolprepError, match=r"VP3164 .*gles2-2048"):
-        plan_build(load_request(scene_with(tmp_path, f'technique = "{technique}"', "gles2-2048")), Silent())
+        planned(scene_with(tmp_path, f'technique = "{technique}"', "gles2-2048"))
     compressed = '[textures]\ncompression = "eac"'
     with pytest.raises(VolprepError, match=r"VP3130 .*compression eac"):
-        plan_build(load_request(scene_with(tmp_path, f'technique = "{technique}"', "gles3", compressed)), Silent())
+        planned(scene_with(tmp_path, f'technique = "{technique}"', "gles3", compressed))
 
 
 def test_an_unknown_technique_is_refused(tmp_path):
@@ -235,4 +232,4 @@ def test_an_unknown_technique_is_refused(tmp_path):
 
 def test_a_device_without_shaders_has_no_technique_to_choose(tmp_path):
     with pytest.raises(VolprepError, match=r"VP3060 .*technique view-slices"):
-        plan_build(load_request(scene_with(tmp_path, 'technique = "view-slices"', "gles1")), Silent())
+        planned(scene_with(tmp_path, 'technique = "view-slices"', "gles1"))

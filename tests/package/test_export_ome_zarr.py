@@ -13,11 +13,10 @@ from channel_scene import write_channel_scene
 from command_line import volprep
 from every_kind import write_segments
 from npm_package import npm_package
+from scene_builds import built
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
@@ -223,7 +222,7 @@ def test_memory_does_not_grow_with_slices_and_a_failure_leaves_nothing(tmp_path)
 def tissues(tmp_path_factory):
     """A package of two channels, and its store."""
     folder = tmp_path_factory.mktemp("tissues")
-    build(load_request(write_channel_scene(folder)), folder / "p.volpkg", Silent())
+    built(write_channel_scene(folder), folder / "p.volpkg")
     done = volprep("export", folder / "p.volpkg", folder / "a.ome.zarr", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["channels"] == ["skin", "bone"]
@@ -266,7 +265,7 @@ def segmented(tmp_path_factory):
     """A package of a scan with two segments that overlap, and its store."""
     folder = tmp_path_factory.mktemp("segmented")
     made = folder / "p.volpkg"
-    build(load_request(write_segments(folder)), made, Silent())
+    built(write_segments(folder), made)
     done = volprep("export", made, folder / "a.ome.zarr", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["labels"] == ["segments"]

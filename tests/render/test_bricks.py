@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from fetch import Fetch, trilinear
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, NORM16, function, tiny_package
 
 from volprep.render.renderer import Renderer
@@ -141,4 +142,4 @@ def test_a_level_of_which_nothing_is_seen_is_one_brick_and_an_empty_picture(tmp_
     assert layout.stored == 1
     grid = package.manifest.grid
     with Renderer(package) as renderer:
-        assert renderer.render(standard_views(grid)["left"].box_from_clip(grid, 1.0), (16, 16)).max() == 0.0
+        assert renderer.render(view_of(grid, "left"), (16, 16)).max() == 0.0

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from normal_fields import angles
+from scene_builds import view_of
 from tiny_packages import function, tiny_package
 
 from volprep.parts.normals.gradient import gradients
 from volprep.render.renderer import Renderer
 from volprep.scene.scene import NormalSettings
-from volprep.truth.camera import standard_views
 from volprep_formats.grid import Grid
 
 RADIUS_MM = 16.0
@@ -32,7 +32,7 @@ def ball(spacing, direction=STRAIGHT):
 
 def picture(package, grid, view, size=128):
     with Renderer(package, target="rgba32f") as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (size, size)).astype(np.float64)
+        return renderer.render(view_of(grid, view), (size, size)).astype(np.float64)
 
 
 def cosines(grid, size=128):

@@ -7,6 +7,7 @@ import nibabel
 import numpy as np
 import pytest
 from judged import validate
+from scene_builds import view_of
 from segment_scan import AFFINE, INSIDE, SOFT, built, drawn, scene_of, truth, write_segments
 
 from volprep.parts.segments import stage
@@ -15,7 +16,6 @@ from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
-from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
@@ -221,7 +221,7 @@ def test_what_only_segments_show_is_cropped_to_them_and_skipped_where_there_are_
     assert package.manifest.skipping.tables[0].empty_share > 0.7
     whole = built(own, "whole", change={**change, "crop": "none", "skip": {"kind": "none"}}, style=[])
     grid = package.manifest.grid
-    world = grid.world_from_box @ standard_views(grid, "orthographic")["anterior-left"].box_from_clip(grid, 1.0)
+    world = grid.world_from_box @ view_of(grid, "anterior-left")
     pictures = []
     for each in (package, whole):
         with Renderer(each, target="rgba32f") as renderer:

@@ -10,6 +10,7 @@ import nibabel
 import numpy as np
 import pytest
 from judged import validate
+from scene_builds import view_of
 from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, scene_of, truth, write_segments
 
 from volprep.parts.subvolumes.cut import cut
@@ -20,7 +21,6 @@ from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.validation import edits_and_cuts
 from volprep.validation.clock import Clock
@@ -82,7 +82,7 @@ def grid_of(package: Package) -> SubvolumeGrid:
 def blocks(package: Package, view: str) -> Iterator[np.ndarray]:
     """Draw all blocks around every second point with parallel rays, from front to back."""
     counts, grid = grid_of(package).counts_zyx, package.manifest.grid
-    camera = standard_views(grid, "orthographic")[view].box_from_clip(grid, 1.0)
+    camera = view_of(grid, view)
     ahead = (camera @ [0.0, 0.0, 1.0, 0.0])[:3][::-1]
     places = sorted(
         product(*(range(1, count + 1, 2) for count in counts)),
@@ -276,7 +276,7 @@ def test_a_cut_of_all_voxels_is_the_picture_of_the_whole(folder, profile) -> Non
     package = built(folder, f"{profile}-cut", profile, {"grid": {"size": 12}}, outside_opacity=0.5)
     found = cut(package, (10.0, 8.0, 6.0), max(SHAPE_XYZ))
     grid = package.manifest.grid
-    camera = standard_views(grid, "orthographic")[VIEW].box_from_clip(grid, 1.0)
+    camera = view_of(grid, VIEW)
     with Renderer(package, point=0, target="rgba32f", edit=inputs_of_cut(found)) as renderer:
         picture = renderer.render(camera, (48, 48))
     assert np.abs(picture - drawn(package)).max() < (1e-4 if profile == "gles3" else 0.01)

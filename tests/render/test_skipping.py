@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from blobs import DIRECTIONS, SHELLS, blobs, check_same
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
@@ -135,7 +136,7 @@ def test_a_transfer_function_that_shows_nothing_gives_an_empty_picture(tmp_path,
     package = tiny_package(tmp_path / "p", blobs(17, (20, 21, 22)), nothing, profile, skip=("distance", 4))
     grid = package.manifest.levels[0].grid
     with Renderer(package) as renderer:
-        assert not renderer.render(standard_views(grid)["left"].box_from_clip(grid, 1.0), (20, 20)).any()
+        assert not renderer.render(view_of(grid, "left"), (20, 20)).any()
 
 
 def test_one_voxel_and_one_slice_can_be_skipped_too(tmp_path):

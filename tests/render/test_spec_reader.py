@@ -12,17 +12,15 @@ import pytest
 from channel_scene import write_channel_scene
 from every_kind import write_segments
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 from webgl import WebGl
 
-from volprep.pipeline.build import build
 from volprep.render.bindings import GLES3
 from volprep.render.egl import context
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 
 SPEC = (Path(__file__).parents[2] / "formats" / "SPEC.md").read_text(encoding="utf-8")
@@ -80,8 +78,7 @@ SCENES = {
 def package(request, tmp_path_factory) -> Package:
     folder = tmp_path_factory.mktemp("spec")
     scene = request.param(folder)
-    build(load_request(scene), folder / "p.volpkg", Silent())
-    return Package.open(folder / "p.volpkg")
+    return built(scene, folder / "p.volpkg")
 
 
 def float_target() -> None:
@@ -119,8 +116,7 @@ def test_the_reader_of_the_text_draws_every_level_as_volprep_does(package, reade
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory) -> Package:
     folder = tmp_path_factory.mktemp("javascript")
-    build(load_request(phantom("")(folder)), folder / "p.volpkg", Silent())
-    return Package.open(folder / "p.volpkg")
+    return built(phantom("")(folder), folder / "p.volpkg")
 
 
 def run_javascript(tmp_path: Path, body: str) -> list[list[object]]:

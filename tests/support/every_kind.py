@@ -14,10 +14,9 @@ import numpy as np
 from channel_scene import write_channel_scene
 from colour_scene import write_colour_blocks, write_colour_scene
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 from tamper_scenes import KINDS, SHAPE_ZYX, write_kind
 
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep_formats.package.storage.files import names_in
 from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.progress import Silent
@@ -159,7 +158,7 @@ def write_every_kind(folder: Path, only: Collection[str] = ()) -> dict[str, Path
         for kind, write in ((kind, write) for kind, write in SCENES.items() if not only or kind in only):
             package = folder / f"{kind}.volpkg"
             with TemporaryDirectory() as place:
-                build(load_request(write(Path(place))), package, Silent())
+                built(write(Path(place)), package)
             made[kind] = single_file(package)
     return made
 

@@ -5,12 +5,11 @@ import json
 import pytest
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 
 from volprep.pipeline import make_plan
-from volprep.pipeline.build import build
 from volprep.plan.crop import choose_crop
 from volprep.report.ablation_page import ablation_page
-from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
 from volprep.validation.ablation import gauge, judge, measure
 from volprep.validation.ablation.items import ITEMS
@@ -47,7 +46,7 @@ def package(tmp_path_factory):
     target = folder / "phantom.volpkg"
     scene = write_phantom_scene(folder, "gles3")
     scene.write_text(scene.read_text() + LOOSE, encoding="utf-8")
-    build(load_request(scene), target, Silent())
+    built(scene, target)
     return target
 
 
@@ -130,7 +129,7 @@ def test_a_border_that_light_reads_is_told_from_the_place_of_samples(reach, tmp_
     text = text.replace("value = 600.0", "value = 410.0").replace("extinction_per_mm = 0.2", "extinction_per_mm = 5.0")
     text = text[: text.rindex("[[transfer]]")] + '[render]\nlighting = "headlight"\n'
     scene.write_text(text, encoding="utf-8")
-    build(load_request(scene), tmp_path / "lit.volpkg", Silent())
+    built(scene, tmp_path / "lit.volpkg")
     judged_by = find_scan(tmp_path / "lit.volpkg", None)
     (tmp_path / "scratch").mkdir()
     measured = measure_ablation(

@@ -8,12 +8,11 @@ import pytest
 from command_line import volprep
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 
-from volprep.pipeline.build import build
 from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.validation.rays import settled
 from volprep.validation.records import EmptySpace
 from volprep.validation.report_record import Report
@@ -32,7 +31,7 @@ def package_of(folder: Path, profile: str, wishes: str) -> Path:
     head, _, core = scene.read_text().replace("longest_axis = 16", "longest_axis = 64").split("[[transfer]]")
     head = head.replace("[pyramid]", f"{wishes}\n[pyramid]")
     scene.write_text(f'crop = "none"\n{head}[[transfer]]{core}')
-    build(load_request(scene), folder / "phantom.volpkg", Silent())
+    built(scene, folder / "phantom.volpkg")
     return folder / "phantom.volpkg"
 
 

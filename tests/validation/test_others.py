@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
 from phantom_scene import write_phantom_scene
 from sample_report import seen
@@ -11,9 +12,7 @@ from tamper_scenes import write_kind
 from tampering import built
 
 from volprep.parts.levels import preview
-from volprep.pipeline.build import build
 from volprep.report.page import page
-from volprep.scene.request import load_request
 from volprep.validation import others
 from volprep.validation.clock import Clock
 from volprep.validation.folder import ReportFolder
@@ -175,7 +174,7 @@ def test_pieces_of_a_projection_are_compared_one_by_one_because_pictures_of_it_d
     scene.write_text(
         text + '[render]\ncompositing = "maximum"\npicture_size = 24\n[grid]\nsize = 10\n', encoding="utf-8"
     )
-    build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+    scene_builds.built(scene, tmp_path / "phantom.volpkg")
     found = {}
     for name in ("apart", "laid over"):
         if name == "laid over":

@@ -12,10 +12,9 @@ import pytest
 from command_line import volprep
 from judged import validate
 from phantom_scene import SHAPE_ZYX, SPACING_MM_ZYX, phantom, write_phantom_scene
+from scene_builds import built
 
-from volprep.pipeline.build import build
 from volprep.pipeline.origin import origin_path
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
@@ -236,7 +235,7 @@ def beyond(tmp_path_factory) -> Path:
     text = text[: text.rindex("[[transfer]]")].replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 64")
     scene.write_text(text + "[quantize]\nbits = 8\n[tolerance]\nrmse = 0.0001\nmaximum = 1.0\n")
     package = folder / "phantom.volpkg"
-    build(load_request(scene), package, Silent())
+    built(scene, package)
     return package
 
 
@@ -268,7 +267,7 @@ def test_a_package_that_lacks_full_resolution_is_judged_by_its_finest_level_and_
     )
     scene = write_phantom_scene(tmp_path, "small.toml", "box")
     scene.write_text(scene.read_text()[: scene.read_text().rindex("[[transfer]]")])
-    build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+    built(scene, tmp_path / "phantom.volpkg")
     done = volprep("validate", tmp_path / "phantom.volpkg", "--size", "16", "--json")
     report = Report.model_validate_json(done.stdout)
     assert report.programs[0].level == 1

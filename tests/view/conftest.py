@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep.validation.folder import default_report_path
 from volprep.validation.report_record import Report
 from volprep_formats.progress import Silent
@@ -29,6 +28,6 @@ class Validated:
 def phantom(tmp_path_factory) -> Validated:
     folder = tmp_path_factory.mktemp("viewed")
     package = folder / "phantom.volpkg"
-    build(load_request(write_phantom_scene(folder, level_filter="box")), package, Silent())
+    built(write_phantom_scene(folder, level_filter="box"), package)
     place = default_report_path(package)
     return Validated(package, place, validate(package, place, Silent(), picture_size=SIZE))
