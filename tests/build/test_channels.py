@@ -10,7 +10,7 @@ import scene_builds
 import tifffile
 from channel_scene import channels, write_channel_scene
 from judged import validate
-from scene_builds import built, view_of
+from scene_builds import built, drawn
 
 from volprep.pipeline.build import plan_build
 from volprep.pipeline.drafts import run_verb
@@ -18,7 +18,6 @@ from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.stages import run_stages
-from volprep.render.renderer import Renderer
 from volprep.scene.channels import ONLY_CHANNEL, drawn_channels, left_out, with_listed_channels
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
@@ -121,9 +120,7 @@ class TestWhatItDraws:
 
         pictures = {}
         for transfer in ("red", "white"):
-            with Renderer(package, transfer=transfer) as renderer:
-                grid = renderer.level.grid
-                pictures[transfer] = renderer.render(view_of(grid, "anterior"), (32, 32))
+            pictures[transfer] = drawn(package, "anterior", (32, 32), transfer=transfer)
         # The ball of bone lies to the right of that of skin.
         middle = [
             (picture[..., 3].sum(axis=0) @ np.arange(32)) / picture[..., 3].sum() for picture in pictures.values()

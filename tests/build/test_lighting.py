@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
 from scene_builds import built, view_of
 
@@ -56,9 +57,7 @@ points = [
 
 
 def drawn(package, view="anterior-left", size=64):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package) as renderer:
-        return renderer.render(view_of(grid, view), (size, size))
+    return scene_builds.drawn(package, view, (size, size))
 
 
 CASES = {

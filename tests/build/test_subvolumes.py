@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scene_builds
 from phantom_scene import write_phantom_scene
-from scene_builds import view_of
+from scene_builds import drawn, view_of
 
 import volprep
 from volprep.parts.subvolumes.cut import cut
@@ -313,8 +313,7 @@ def test_a_cut_out_of_mosaics_is_that_box_of_level_0(tmp_path) -> None:
     box = tuple(slice(a, b) for a, b in zip(start, stop, strict=True))
     np.testing.assert_array_equal(found.texels, level_texels(package, 0)[box])
     # Twice a piece, less the shared layer, is what its program draws along an axis.
-    with Renderer(package, point=0, edit=inputs_of_cut(cut(package, (20.0, 16.0, 10.0), 15))) as renderer:
-        assert renderer.render(view_of(package.manifest.grid, "left"), (8, 8)).any()
+    assert drawn(package, "left", (8, 8), point=0, edit=inputs_of_cut(cut(package, (20.0, 16.0, 10.0), 15))).any()
     with pytest.raises(VolprepError, match=r"VP4052.*16×16×16 voxels.*9×8×8"):
         Renderer(package, point=0, edit=inputs_of_cut(cut(package, (20.0, 16.0, 10.0), 16)))
 

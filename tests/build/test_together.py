@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from channel_scene import channels, write_channel_scene
 from judged import validate
-from scene_builds import built, planned, view_of
+from scene_builds import built, drawn, planned
 
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.preview import preview_png
-from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
 from volprep.validation.subject import DRAFT_TOLERANCE
@@ -51,9 +50,7 @@ def changed(scene: Path, *changes: tuple[str, str]) -> Path:
 
 
 def picture(package: Package, transfer: str | None = None) -> np.ndarray:
-    with Renderer(package, transfer=transfer, target="rgba32f") as renderer:
-        grid = renderer.level.grid
-        return renderer.render(view_of(grid, "anterior-left"), (24, 24))
+    return drawn(package, "anterior-left", (24, 24), transfer=transfer, target="rgba32f")
 
 
 @pytest.fixture(scope="module", params=WAYS.values(), ids=WAYS)

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import OpenImageIO
 import pytest
-from scene_builds import view_of
+from scene_builds import drawn, view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.montage import write_montage
@@ -137,9 +137,7 @@ def test_the_last_segment_of_a_ray_ends_where_the_box_ends(tmp_path):
     constant = np.full((4, 4, 4), 128, np.uint8)
     grey = function((0.0, WHITE, 0.1), (255.0, WHITE, 0.1))
     package = tiny_package(tmp_path / "p", constant, grey, classification="preintegrated", step_mm=3.0)
-    grid = Grid.of((4, 4, 4), (1.0, 1.0, 1.0))
-    with Renderer(package, target="rgba32f") as renderer:
-        picture = renderer.render(view_of(grid, "superior"), (8, 8))
+    picture = drawn(package, "superior", (8, 8), target="rgba32f")
     assert picture[4, 4, 3] == pytest.approx(1 - np.exp(-0.4), abs=2.0**-12)
 
 
@@ -147,8 +145,7 @@ def test_stopped_rays_and_levels_go_with_every_classification(tmp_path):
     coarse = CODES[::2, ::2, ::2].copy()
     for name in ("preintegrated", "palette"):
         package = tiny_package(tmp_path / name, [CODES, coarse], STEEP, grid=GRID, cutoff=0.9, classification=name)
-        with Renderer(package, level=1, target="rgba32f") as renderer:
-            picture = renderer.render(view_of(GRID, "left"), SHAPE_HW)
+        picture = drawn(package, "left", SHAPE_HW, level=1, target="rgba32f")
         assert 0.9 <= picture[..., 3].max() <= 1.0
         assert "0.1 * pow(" in package.read_text(package.manifest.programs[0].fragment)
 
@@ -188,9 +185,7 @@ def test_classified_voxels_are_mixed_with_their_opacity(tmp_path):
     codes = np.zeros((1, 1, 8), np.uint8)
     codes[..., 4:] = 255
     package = tiny_package(tmp_path / "p", codes, step, classification="preclassified", step_mm=0.25)
-    grid = Grid.of(codes.shape, (1.0, 1.0, 1.0))
-    with Renderer(package, target="rgba32f") as renderer:
-        picture = renderer.render(view_of(grid, "anterior"), (64, 64))
+    picture = drawn(package, "anterior", (64, 64), target="rgba32f")
     seen = picture[32][picture[32, :, 3] > 0.01]
     # Bytes of a colour times an opacity of 0.26: half a step of 255 is 1 % of them.
     np.testing.assert_allclose(seen[:, :3] / seen[:, 3:], np.broadcast_to(RED, (len(seen), 3)), atol=0.02)
@@ -204,9 +199,7 @@ def test_classified_voxels_have_the_opacity_of_any_step(tmp_path, step_mm):
     constant = np.full((6, 6, 6), 200, np.uint8)
     grey = function((0.0, WHITE, 0.05), (255.0, WHITE, 0.05))
     package = tiny_package(tmp_path / "p", constant, grey, classification="preclassified", step_mm=0.4)
-    grid = Grid.of(constant.shape, (1.0, 1.0, 1.0))
-    with Renderer(package, target="rgba32f") as renderer:
-        picture = renderer.render(view_of(grid, "superior"), (8, 8), step_mm)
+    picture = drawn(package, "superior", (8, 8), step_mm, target="rgba32f")
     # A byte of the opacity of 2.4 mm, 0.113: half a step is 1.7 % of the extinction.
     assert picture[4, 4, 3] == pytest.approx(1 - np.exp(-0.3), rel=0.02)
     assert package.manifest.textures[0].reference_mm == pytest.approx(2.4)
