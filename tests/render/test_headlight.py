@@ -92,7 +92,6 @@ def test_what_has_no_normal_keeps_its_colour(tmp_path):
     codes = np.full((6, 7, 8), 90, np.uint8)
     lit = tiny_package(tmp_path / "lit", codes, fog, normals=NormalSettings(), lighting="headlight")
     plain = tiny_package(tmp_path / "plain", codes, fog)
-    grid = lit.manifest.levels[0].grid
     np.testing.assert_array_equal(picture(lit, "anterior-left"), picture(plain, "anterior-left"))
 
 
