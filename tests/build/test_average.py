@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from judged import validate
-from scene_builds import built, drawn
+from scene_builds import built, drawn, write_raw_scene
 
 from volprep_formats.progress import Silent
 
@@ -21,13 +21,8 @@ PROFILES = {"gles3": "", "gles2-2048": "", "gles3-bricks": "[bricks]\nsize = 8\n
 
 
 def package_of(folder, name, voxels):
-    voxels.astype("<i2").tofile(folder / "chest.raw")
-    (folder / "chest.toml").write_text(f"""name = "chest"
-profile = "{name.removesuffix("-bricks").removesuffix("-grid")}"
-[source]
-path = "chest.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
-[pyramid]
+    profile = name.removesuffix("-bricks").removesuffix("-grid")
+    tables = f"""[pyramid]
 coarsest_longest_axis = 15
 [skip]
 kind = "distance"
@@ -35,8 +30,8 @@ kind = "distance"
 [render]
 compositing = "average"
 picture_size = 64
-{WINDOW}""")
-    return built(folder / "chest.toml", folder / "chest.volpkg")
+{WINDOW}"""
+    return built(write_raw_scene(folder, voxels.astype("<i2"), tables, profile=profile, top=""))
 
 
 def ribs():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scene_builds
 from judged import validate
-from scene_builds import assert_skipping_changes_no_pixel, built
+from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
@@ -27,14 +27,8 @@ points = [
 def package_of(folder, compositing, profile, more="", *, render="", shape=SHAPE_ZYX):
     z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in shape), indexing="ij")
     noise = np.random.default_rng(4).uniform(0, 30, shape)
-    (np.clip(210 - 190 * (x**2 + y**2 + z**2), 0, 220) + noise).astype(np.uint8).tofile(folder / "ball.raw")
-    (folder / "ball.toml").write_text(f"""name = "ball"
-profile = "{profile}"
-crop = "none"
-[source]
-path = "ball.raw"
-raw = {{ shape_zyx = {list(shape)}, dtype = "uint8", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
-[skip]
+    ball = (np.clip(210 - 190 * (x**2 + y**2 + z**2), 0, 220) + noise).astype(np.uint8)
+    tables = f"""[skip]
 kind = "distance"
 block = 4
 {more}
@@ -43,8 +37,8 @@ compositing = "{compositing}"
 opacity_cutoff = 1.0
 picture_size = 32
 {render}
-{GLASS}""")
-    return built(folder / "ball.toml", folder / f"{compositing}.volpkg")
+{GLASS}"""
+    return built(write_raw_scene(folder, ball, tables, profile=profile), folder / f"{compositing}.volpkg")
 
 
 drawn = partial(scene_builds.drawn, target="rgba32f")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scene_builds
 from judged import validate
-from scene_builds import built, view_of
+from scene_builds import built, view_of, write_raw_scene
 
 from volprep.compositing import COMPOSITINGS
 from volprep.render.renderer import Renderer
@@ -25,14 +25,7 @@ def package_of(folder, lighting, table="", profile="gles3", compositing="emissio
     z, y, x = np.meshgrid(*((np.arange(n) + 0.5) * h for n, h in zip(SHAPE_ZYX, SPACING, strict=True)), indexing="ij")
     far = np.sqrt((x - 14.4) ** 2 + (y - 15.3) ** 2 + (z - 15.6) ** 2)
     voxels = 1000 * np.clip((12 - far) / 6, 0, 1) - 500 * np.clip(5 - np.abs(x - 20), 0, 1)
-    np.rint(voxels).astype("<i2").tofile(folder / "ball.raw")
-    (folder / "ball.toml").write_text(f"""name = "ball"
-profile = "{profile}"
-crop = "none"
-[source]
-path = "ball.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = {list(SPACING)} }}
-[pyramid]
+    tables = f"""[pyramid]
 coarsest_longest_axis = 18
 [skip]
 kind = "distance"
@@ -52,8 +45,9 @@ points = [
     {{ value = 200.0, colour = "#ff8040", opacity = 0.0 }},
     {{ value = 600.0, colour = "#ffc0a0", opacity = 0.95 }},
 ]
-""")
-    return built(folder / "ball.toml", folder / "ball.volpkg")
+"""
+    scan = np.rint(voxels).astype("<i2")
+    return built(write_raw_scene(folder, scan, tables, profile=profile, spacing_mm_zyx=SPACING))
 
 
 def drawn(package, view="anterior-left", size=64):

@@ -8,7 +8,7 @@ import pytest
 import scene_builds
 from command_line import volprep
 from judged import validate
-from scene_builds import assert_skipping_changes_no_pixel, built
+from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.scene.request import load_edit
@@ -38,25 +38,17 @@ def vessels() -> np.ndarray:
 
 
 def write_scene(folder, profile="gles3", more="", render="", transfer=VESSELS):
-    vessels().tofile(folder / "vessels.raw")
-    scene = folder / "vessels.toml"
-    scene.write_text(f"""name = "vessels"
-profile = "{profile}"
-{more}
-[source]
-path = "vessels.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
-[pyramid]
+    tables = f"""[pyramid]
 coarsest_longest_axis = 16
 [render]
 compositing = "maximum"
 {render}
-{transfer}""")
-    return scene
+{transfer}"""
+    return write_raw_scene(folder, vessels(), tables, profile=profile, top=more)
 
 
 def package_of(folder, *args, **kwargs):
-    return built(write_scene(folder, *args, **kwargs), folder / "vessels.volpkg")
+    return built(write_scene(folder, *args, **kwargs))
 
 
 @pytest.fixture(scope="module", params=PROFILES)
@@ -153,7 +145,7 @@ def test_what_a_maximum_does_not_go_with_is_refused_before_the_scan_is_measured(
 
 def test_labels_have_no_maximum(tmp_path) -> None:
     scene = write_scene(tmp_path)
-    np.minimum(vessels(), 200).tofile(tmp_path / "vessels.raw")
+    np.minimum(vessels(), 200).tofile(tmp_path / "scan.raw")
     scene.write_text(scene.read_text().replace("[source]", "[source]\nlabels = true"))
     with pytest.raises(VolprepError, match="labels") as found:
         built(scene, tmp_path / "a.volpkg")

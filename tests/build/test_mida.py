@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from judged import validate
-from scene_builds import assert_skipping_changes_no_pixel, built
+from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
@@ -34,14 +34,7 @@ def package_of(folder, layout="texture3d", transfer=VEIL):
     z, y, x = np.meshgrid(*(np.arange(n) for n in SHAPE_ZYX), indexing="ij")
     far = np.sqrt((x - 16) ** 2 + (y - 18) ** 2 + (z - 16) ** 2)
     voxels = np.clip(330 * np.clip((14 - far) / 3, 0, 1) + 670 * np.clip((5 - far) / 2, 0, 1), 0, 1000)
-    np.rint(voxels).astype("<i2").tofile(folder / "balls.raw")
-    (folder / "balls.toml").write_text(f"""name = "balls"
-profile = "{profile}"
-crop = "none"
-[source]
-path = "balls.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
-[pyramid]
+    tables = f"""[pyramid]
 coarsest_longest_axis = 24
 [skip]
 kind = "distance"
@@ -50,8 +43,8 @@ block = 4
 [render]
 compositing = "mida"
 picture_size = 32
-{transfer}""")
-    return built(folder / "balls.toml", folder / "balls.volpkg")
+{transfer}"""
+    return built(write_raw_scene(folder, np.rint(voxels).astype("<i2"), tables, profile=profile))
 
 
 @pytest.fixture(scope="module", params=LAYOUTS)

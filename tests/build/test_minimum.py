@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scene_builds
 from judged import validate
-from scene_builds import assert_skipping_changes_no_pixel, built
+from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
 from volprep.report.page import page
 from volprep_formats.progress import Silent
@@ -38,14 +38,8 @@ PROFILES = {"gles3": "", "gles2-2048": "", "gles3-bricks": "[bricks]\nsize = 8\n
 @pytest.fixture(scope="module", params=PROFILES)
 def package(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp(request.param)
-    airways().tofile(folder / "lung.raw")
     profile = request.param.removesuffix("-bricks").removesuffix("-grid")
-    (folder / "lung.toml").write_text(f"""name = "lung"
-profile = "{profile}"
-[source]
-path = "lung.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
-[pyramid]
+    tables = f"""[pyramid]
 coarsest_longest_axis = 24
 [skip]
 kind = "distance"
@@ -54,8 +48,8 @@ block = 4
 [render]
 compositing = "minimum"
 picture_size = 64
-{AIR}""")
-    return built(folder / "lung.toml", folder / "lung.volpkg")
+{AIR}"""
+    return built(write_raw_scene(folder, airways(), tables, profile=profile, top=""))
 
 
 drawn = partial(scene_builds.drawn, shape_hw=(96, 96))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scene_builds
 from judged import validate
-from scene_builds import assert_skipping_changes_no_pixel, built, view_of
+from scene_builds import assert_skipping_changes_no_pixel, built, view_of, write_raw_scene
 
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.decoded import level_volume
@@ -49,14 +49,7 @@ def package_of(folder, compositing, layout="texture3d", transfer=SKIN, voxels=No
     profile, more, render = LAYOUTS[layout]
     # OpenGL ES 2.0 has codes of 8 bits only: they move the silhouette by a pixel or two of the few.
     rounded = "rmse = 0.05\nflip = 0.05" if profile == "gles2-2048" else ""
-    (blobs() if voxels is None else voxels).astype("<i2").tofile(folder / "blobs.raw")
-    (folder / "blobs.toml").write_text(f"""name = "blobs"
-profile = "{profile}"
-crop = "none"
-[source]
-path = "blobs.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = {list(SPACING)} }}
-[tolerance]
+    tables = f"""[tolerance]
 maximum = 1.0
 {rounded}
 [pyramid]
@@ -69,8 +62,9 @@ block = 4
 compositing = "{compositing}"
 picture_size = 64
 {render}
-{transfer}""")
-    return built(folder / "blobs.toml", folder / "blobs.volpkg")
+{transfer}"""
+    voxels = (blobs() if voxels is None else voxels).astype("<i2")
+    return built(write_raw_scene(folder, voxels, tables, profile=profile, spacing_mm_zyx=SPACING))
 
 
 @pytest.fixture(scope="module", params=[*LAYOUTS, "solid-texture3d", "solid-mosaic-lit"])

@@ -1,5 +1,6 @@
 """Build a scene, plan it, draw its package: what most tests of the pipeline begin with."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,28 @@ def built(scene: Path, target: Path | None = None, **options: Any) -> Package:
 def planned(scene: Path, **options: Any) -> Plan:
     """Plan a scene."""
     return plan_build(load_request(scene, **options), Silent())
+
+
+def write_raw_scene(
+    folder: Path,
+    voxels: np.ndarray,
+    tables: str,
+    *,
+    profile: str = "gles3",
+    spacing_mm_zyx: Sequence[float] = (1.0, 0.8, 0.8),
+    top: str = 'crop = "none"',
+) -> Path:
+    """Write voxels [z, y, x] and their scene: `top` holds keys without a table, `tables` all but the source."""
+    voxels.tofile(folder / "scan.raw")
+    scene = folder / "scan.toml"
+    scene.write_text(f"""name = "scan"
+profile = "{profile}"
+{top}
+[source]
+path = "scan.raw"
+raw = {{ shape_zyx = {list(voxels.shape)}, dtype = "{voxels.dtype}", spacing_mm_zyx = {list(spacing_mm_zyx)} }}
+{tables}""")
+    return scene
 
 
 def view_of(grid: Grid, view: str, projection: Projection = "orthographic") -> np.ndarray:
