@@ -208,7 +208,7 @@ class _Sweeper:
         sizes = {record.path: record.size_bytes for record in manifest.files}
         return LevelFloor(
             level=level,
-            shape_zyx=next(each.grid.shape_zyx for each in manifest.levels if each.index == level),
+            shape_zyx=manifest.level(level).grid.shape_zyx,
             texture_bytes=sum(sizes[texture.file] for texture in manifest.textures if texture.level == level),
             data=errors(on_data, truth),
         )
