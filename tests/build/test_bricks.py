@@ -29,7 +29,6 @@ def scene_with(folder: Path, table: str, profile: str = "gles3", *, crop: str = 
     folder.mkdir(exist_ok=True)
     scene = write_phantom_scene(folder, profile)
     text = scene.read_text(encoding="utf-8").replace('name = "phantom"', f'name = "phantom"\ncrop = "{crop}"')
-    text = text.replace("coarsest_longest_axis = 16", 'coarsest_longest_axis = 16\nfilter = "box"')
     scene.write_text(f"{text}\n[quantize]\nbits = {bits}\n{table}", encoding="utf-8")
     return scene
 
@@ -127,8 +126,7 @@ def test_a_level_for_which_all_bricks_have_no_room_is_left_out(tmp_path) -> None
 
 @pytest.mark.long
 def test_each_of_several_channels_has_bricks_of_its_own(tmp_path) -> None:
-    scene = write_channel_scene(tmp_path, level_filter="box")
-    scene.write_text(scene.read_text(encoding="utf-8") + BRICKS, encoding="utf-8")
+    scene = write_channel_scene(tmp_path, more=BRICKS)
     manifest = scene_builds.built(scene, tmp_path / "tissues.volpkg").manifest
     assert check(tmp_path / "tissues.volpkg") == []
     held = {(texture.channels, texture.level) for texture in manifest.textures if texture.bricks is not None}

@@ -35,7 +35,7 @@ from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
 SIZE = 32
-QUICK = '[quantize]\nbits = 8\n[pyramid]\nfilter = "box"'
+QUICK = "[quantize]\nbits = 8\n[pyramid]"
 SMALL = f"[render]\npicture_size = {SIZE}\n"
 
 

@@ -31,9 +31,9 @@ points = [
 """Shows the noise around the blobs, which the scene's own functions leave empty, and hides the core of the larger."""
 
 
-def write_scene(folder, profile="gles3", more="", *, points=None):
+def write_scene(folder, profile="gles3", more="", *, points=None, level_filter="auto"):
     """A phantom of editable transfer functions; `points` replace those of the first."""
-    path = write_phantom_scene(folder, profile)
+    path = write_phantom_scene(folder, profile, level_filter)
     text = path.read_text()
     if points is not None:
         begin, end = text.index("points = ["), text.index('[[transfer]]\nname = "core"')
@@ -46,14 +46,11 @@ def write_scene(folder, profile="gles3", more="", *, points=None):
 def pair(request, tmp_path_factory):
     """The package, and one that was built with the edited function, both with levels of one filter."""
     folder = tmp_path_factory.mktemp(request.param)
-    more = 'pyramid = { coarsest_longest_axis = 16, filter = "least-squares" }'
     packages = []
     for name, points in (("before", None), ("after", EDIT)):
         (folder / name).mkdir()
-        path = write_scene(folder / name, request.param, more, points=points)
-        path.write_text(path.read_text().replace("[pyramid]\ncoarsest_longest_axis = 16\n", ""))
-        built(path, folder / name / "phantom.volpkg")
-        packages.append(Package.open(folder / name / "phantom.volpkg"))
+        path = write_scene(folder / name, request.param, points=points, level_filter="least-squares")
+        packages.append(built(path))
     edit = folder / "edit.toml"
     edit.write_text(EDIT)
     return (*packages, edit)
@@ -132,10 +129,8 @@ def test_what_rests_on_transfer_functions_is_refused(tmp_path, profile, more, wh
 
 
 def test_a_filter_that_looks_through_transfer_functions_is_refused(tmp_path):
-    path = write_scene(tmp_path)
-    path.write_text(path.read_text().replace("[pyramid]", '[pyramid]\nfilter = "appearance"'))
     with pytest.raises(VolprepError, match="VP3080"):
-        planned(path)
+        planned(write_scene(tmp_path, level_filter="appearance"))
 
 
 def test_without_skipping_there_are_no_ranges_either(tmp_path):
@@ -146,7 +141,7 @@ def test_without_skipping_there_are_no_ranges_either(tmp_path):
 
 @pytest.mark.long
 def test_channels_have_histograms_of_their_own_and_filters_that_depend_on_no_function(tmp_path):
-    path = write_channel_scene(tmp_path)
+    path = write_channel_scene(tmp_path, level_filter="auto")
     path.write_text(f"editable = true\n{path.read_text()}")
     package = built(path, tmp_path / "tissues.volpkg")
     assert check(package.path) == []

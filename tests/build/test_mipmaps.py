@@ -24,7 +24,6 @@ def built(folder, profile: str, bits: int, mipmaps: str, table: str = GRID) -> P
     scene = write_phantom_scene(folder, profile)
     # Voxels that are cubes: every level halves all axes, with mipmaps or without.
     text = scene.read_text(encoding="utf-8").replace("[2.5, 0.75, 1.0]", "[1.0, 1.0, 1.0]")
-    text = text.replace("coarsest_longest_axis = 16", 'coarsest_longest_axis = 16\nfilter = "box"')
     if table == COLOURS:
         text = text[: text.rindex("[[transfer]]")]
     tables = f"{table}\n[quantize]\nbits = {bits}\n\n[textures]\nmipmaps = {mipmaps}\n"

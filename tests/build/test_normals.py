@@ -33,7 +33,7 @@ OBLIQUE = ((0.0, -0.6, 0.8), (1.0, 0.0, 0.0), (0.0, 0.8, 0.6))
 
 def built(folder: Path, tables: str, profile: str = "gles3") -> Path:
     scene = write_phantom_scene(folder, profile)
-    text = scene.read_text(encoding="utf-8").replace("[pyramid]", f'{tables}\n[pyramid]\nfilter = "box"')
+    text = scene.read_text(encoding="utf-8").replace("[pyramid]", f"{tables}\n[pyramid]")
     scene.write_text(text, encoding="utf-8")
     scene_builds.built(scene, folder / "p.volpkg")
     return folder / "p.volpkg"

@@ -36,7 +36,7 @@ PROXY = "\n[proxy]\nblock = 3\n"
 
 def scene_with(folder, profile, text):
     path = write_phantom_scene(folder, profile)
-    whole = path.read_text().replace("[pyramid]", f'{text}\n[quantize]\nbits = 8\n\n[pyramid]\nfilter = "box"')
+    whole = path.read_text().replace("[pyramid]", f"{text}\n[quantize]\nbits = 8\n\n[pyramid]")
     path.write_text(f'crop = "none"\n{whole}')
     return path
 
@@ -128,7 +128,7 @@ def test_what_saves_no_samples_is_left_out_with_its_reason(tmp_path):
 
 def test_channels_have_meshes_each_of_its_own(tmp_path):
     scene = write_channel_scene(tmp_path)
-    scene.write_text(scene.read_text().replace("[pyramid]", '[proxy]\nblock = 2\n[pyramid]\nfilter = "box"'))
+    scene.write_text(scene.read_text().replace("[pyramid]", "[proxy]\nblock = 2\n[pyramid]"))
     with patch("volprep.parts.proxy.stage.chosen_files", wraps=chosen_files) as chosen:
         scene_builds.built(scene, tmp_path / "tissues.volpkg")
     package = Package.open(tmp_path / "tissues.volpkg")

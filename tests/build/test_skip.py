@@ -33,7 +33,7 @@ SKIP = '\n[skip]\nkind = "distance"\nblock = 3\nranges = true\n'
 
 def scene_with(folder, profile, skip):
     path = write_phantom_scene(folder, profile)
-    text = path.read_text().replace("[pyramid]", f'{skip}\n[quantize]\nbits = 8\n\n[pyramid]\nfilter = "box"')
+    text = path.read_text().replace("[pyramid]", f"{skip}\n[quantize]\nbits = 8\n\n[pyramid]")
     path.write_text(f'crop = "none"\n{text}')
     return path
 

@@ -37,8 +37,7 @@ from volprep_formats.textures import ktx2
 
 def built(folder: Path, table: str, profile: str = "gles3", bits: int = 8) -> Package:
     scene = write_phantom_scene(folder, profile)
-    quantized = f'[quantize]\nbits = {bits}\n[pyramid]\nfilter = "box"'
-    text = scene.read_text(encoding="utf-8").replace("[pyramid]", quantized) + table
+    text = scene.read_text(encoding="utf-8") + f"\n[quantize]\nbits = {bits}\n{table}"
     scene.write_text(text.replace('name = "phantom"', 'name = "phantom"\ncrop = "none"'), encoding="utf-8")
     return scene_builds.built(scene, folder / "phantom.volpkg")
 
@@ -329,8 +328,7 @@ def test_a_cut_out_of_mosaics_is_that_box_of_level_0(tmp_path) -> None:
 def test_a_profile_that_cannot_hold_pieces_says_why(tmp_path, tables, profile, reason) -> None:
     text = (Path(volprep.__file__).parent / "scene" / "profiles" / "gles2-2048.toml").read_text(encoding="utf-8")
     (tmp_path / "small.toml").write_text(text.replace("max_texture_size = 2048", "max_texture_size = 64"))
-    scene = write_phantom_scene(tmp_path, profile)
-    scene.write_text(scene.read_text(encoding="utf-8") + f"\n{tables}\n", encoding="utf-8")
+    scene = write_phantom_scene(tmp_path, profile, more=f"\n{tables}\n")
     with pytest.raises(VolprepError, match=f"VP3.*{reason}"):
         scene_builds.built(scene, tmp_path / "phantom.volpkg")
 

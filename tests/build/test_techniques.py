@@ -5,7 +5,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 import scene_builds
-from ball_scan import write_ball
+from ball_scan import write_ball_scene
 from scene_builds import planned, view_of
 
 from volprep.render.renderer import Renderer
@@ -20,30 +20,6 @@ from volprep_formats.progress import Silent
 
 CONVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is None and name != "ray-casting"]
 DIVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is not None]
-
-
-SCENE = """
-name = "ball"
-profile = "{profile}"
-
-[source]
-path = "ball.raw"
-raw = {{ shape_zyx = [12, 15, 17], dtype = "uint8", spacing_mm_zyx = [1.5, 1.0, 0.9] }}
-
-[[transfer]]
-name = "veil"
-points = [
-    {{ value = 20.0, colour = "#804020", extinction_per_mm = 0.0 }},
-    {{ value = 120.0, colour = "#ffc080", extinction_per_mm = 0.2 }},
-    {{ value = 200.0, colour = "#a0c0ff", extinction_per_mm = 0.5 }},
-]
-
-[render]
-picture_size = 32
-{render}
-
-{tables}
-"""
 
 
 PROFILE = """
@@ -64,15 +40,8 @@ EMPTY = """crop = "none"
 [source]"""
 
 
-def scene_with(folder, render, profile="gles3", tables=""):
-    write_ball(folder)
-    scene = folder / "ball.toml"
-    scene.write_text(SCENE.format(profile=profile, render=render, tables=tables), encoding="utf-8")
-    return scene
-
-
 def built(folder, render, profile="gles3", tables=""):
-    return scene_builds.built(scene_with(folder, render, profile, tables), folder / "p.volpkg")
+    return scene_builds.built(write_ball_scene(folder, render, profile, tables), folder / "p.volpkg")
 
 
 def measured(package, folder):
@@ -123,7 +92,7 @@ def test_control_points_leave_the_eighth_unit_to_the_volume(tmp_path):
     packages = {}
     for name in ("control-points", "lookup"):
         (tmp_path / name).mkdir()
-        scene = scene_with(tmp_path / name, render.format(name), "../eight.toml", '[skip]\nkind = "none"')
+        scene = write_ball_scene(tmp_path / name, render.format(name), "../eight.toml", '[skip]\nkind = "none"')
         text = (
             scene.read_text(encoding="utf-8")
             .replace("[12, 15, 17]", "[370, 15, 17]")
@@ -150,7 +119,9 @@ def test_a_volume_that_needs_all_eight_units_is_drawn_by_control_points_as_well_
         folder.mkdir()
         (tmp_path / f"{name}.toml").write_text(EIGHT.format(units), encoding="utf-8")
         render = f'classification = "{name}"\nopacity_cutoff = 1.0\nstep_voxels = 0.25'
-        scene = scene_with(folder, render, f"../{name}.toml", '[skip]\nkind = "none"\n[mosaic]\norder = "interleaved"')
+        scene = write_ball_scene(
+            folder, render, f"../{name}.toml", '[skip]\nkind = "none"\n[mosaic]\norder = "interleaved"'
+        )
         text = scene.read_text(encoding="utf-8").replace("[12, 15, 17]", "[128, 32, 32]").replace("[1.5,", "[0.25,")
         text = text.replace("[source]", EMPTY, 1)
         scene.write_text(text, encoding="utf-8")
@@ -187,7 +158,7 @@ def test_a_package_of_what_is_published_with_an_error_is_drawn_and_judged(tmp_pa
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("technique", TECHNIQUES)
 def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_early_end(tmp_path, technique):
-    scene = scene_with(tmp_path, f'technique = "{technique}"\nopacity_cutoff = 0.998')
+    scene = write_ball_scene(tmp_path, f'technique = "{technique}"\nopacity_cutoff = 0.998')
     text = scene.read_text(encoding="utf-8").replace("[12, 15, 17]", "[64, 64, 64]").replace("[source]", EMPTY, 1)
     scene.write_text(text, encoding="utf-8")
     codes = np.zeros((64, 64, 64), np.uint8)
@@ -213,23 +184,23 @@ def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_e
 )
 def test_a_technique_with_what_it_cannot_do_is_refused(tmp_path, render, tables, what):
     with pytest.raises(VolprepError, match=f"VP3130 .*{what}"):
-        planned(scene_with(tmp_path, render, tables=tables))
+        planned(write_ball_scene(tmp_path, render, tables=tables))
 
 
 @pytest.mark.parametrize("technique", [name for name in TECHNIQUES if "mosaic" not in TECHNIQUES[name].samplings])
 def test_a_technique_that_the_device_class_cannot_do_is_refused(tmp_path, technique):
     with pytest.raises(VolprepError, match=r"VP3164 .*gles2-2048"):
-        planned(scene_with(tmp_path, f'technique = "{technique}"', "gles2-2048"))
+        planned(write_ball_scene(tmp_path, f'technique = "{technique}"', "gles2-2048"))
     compressed = '[textures]\ncompression = "eac"'
     with pytest.raises(VolprepError, match=r"VP3130 .*compression eac"):
-        planned(scene_with(tmp_path, f'technique = "{technique}"', "gles3", compressed))
+        planned(write_ball_scene(tmp_path, f'technique = "{technique}"', "gles3", compressed))
 
 
 def test_an_unknown_technique_is_refused(tmp_path):
     with pytest.raises(VolprepError, match=r"VP3003 .*technique"):
-        load_request(scene_with(tmp_path, 'technique = "splatting"'))
+        load_request(write_ball_scene(tmp_path, 'technique = "splatting"'))
 
 
 def test_a_device_without_shaders_has_no_technique_to_choose(tmp_path):
     with pytest.raises(VolprepError, match=r"VP3060 .*technique view-slices"):
-        planned(scene_with(tmp_path, 'technique = "view-slices"', "gles1"))
+        planned(write_ball_scene(tmp_path, 'technique = "view-slices"', "gles1"))

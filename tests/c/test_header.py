@@ -315,7 +315,7 @@ def test_an_app_turns_the_light_around_the_volume(tmp_path: Path):
 
 @pytest.mark.long
 def test_an_app_moves_the_light(tmp_path: Path):
-    scene = write_phantom_scene(tmp_path, level_filter="box")
+    scene = write_phantom_scene(tmp_path)
     lit = '[render]\nlighting = "phong"\n[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nnormals = "central"\n'
     scene.write_text(f"{scene.read_text()}\n{lit}")
     built(scene, tmp_path / "p.volpkg")

@@ -95,7 +95,7 @@ def test_all_is_every_extra_that_users_need() -> None:
 
 @pytest.mark.long
 def test_a_scan_becomes_a_package_and_each_missing_extra_is_named(tmp_path: Path, blocked: list[str]) -> None:
-    scene = write_phantom_scene(tmp_path, level_filter="box")
+    scene = write_phantom_scene(tmp_path)
     (tmp_path / "convex.toml").write_text(f'{scene.read_text()}\n[proxy]\nform = "convex"\n')
     _write_zarr(tmp_path / "scan.zarr")
     _write_nifti(tmp_path / "phantom.nii")

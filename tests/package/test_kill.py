@@ -88,7 +88,7 @@ def test_builds_killed_at_thirty_random_moments_never_leave_a_broken_package(tmp
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory) -> Path:
     """A scene with sub-volumes, and its package phantom.volpkg beside it."""
-    scene = write_phantom_scene(tmp_path_factory.mktemp("scene"), level_filter="box")
+    scene = write_phantom_scene(tmp_path_factory.mktemp("scene"))
     with scene.open("a", encoding="utf-8") as file:
         file.write("\n[grid]\nsize = 24\n")
     done = volprep("build", scene, "-o", scene.with_name("phantom.volpkg"))

@@ -26,8 +26,7 @@ from volprep_formats.textures.zstd_frames import FRAME_BYTES, FrameError, compre
 def built(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("transport")
     target = folder / "p.volpkg"
-    scene = write_phantom_scene(folder, "gles3")
-    scene.write_text(f'{scene.read_text()}\n[grid]\nsize = 12\nlayout = "both"\n')
+    scene = write_phantom_scene(folder, "gles3", more='\n[grid]\nsize = 12\nlayout = "both"\n')
     scene_builds.built(scene, target)
     return target
 

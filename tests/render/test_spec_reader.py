@@ -5,12 +5,12 @@ import re
 import subprocess
 import types
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from channel_scene import write_channel_scene
-from every_kind import write_segments
+from every_kind import write_segments, write_together
 from phantom_scene import write_phantom_scene
 from scene_builds import built
 from webgl import WebGl
@@ -50,18 +50,7 @@ def reader() -> types.ModuleType:
 
 
 def phantom(extra: str) -> Callable[[Path], Path]:
-    def write(folder: Path) -> Path:
-        scene = write_phantom_scene(folder, level_filter="box")
-        scene.write_text(f"{scene.read_text()}\n{extra}")
-        return scene
-
-    return write
-
-
-def together(folder: Path) -> Path:
-    scene = write_channel_scene(folder, level_filter="box")
-    scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n')
-    return scene
+    return partial(write_phantom_scene, more=f"\n{extra}")
 
 
 SCENES = {
@@ -69,7 +58,7 @@ SCENES = {
     "lit, skipping": phantom('[render]\nlighting = "headlight"\n[skip]\nkind = "distance"\n'),
     "mipmaps": phantom("[textures]\nmipmaps = true\n"),
     "pre-integrated": phantom('[render]\nclassification = "preintegrated"\n'),
-    "several channels": together,
+    "several channels": write_together,
     "segments": write_segments,
 }
 

@@ -41,10 +41,8 @@ def single_file(package: Path, target: Path | None = None) -> Path:
     return target
 
 
-def _together(folder: Path) -> Path:
-    scene = write_channel_scene(folder, level_filter="box")
-    scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n')
-    return scene
+def write_together(folder: Path) -> Path:
+    return write_channel_scene(folder, more='\n[together]\nname = "body"\n')
 
 
 def _several_units(folder: Path) -> Path:
@@ -58,9 +56,9 @@ def _several_units(folder: Path) -> Path:
 
 
 def _hybrid(folder: Path) -> Path:
-    scene = write_phantom_scene(folder, "gles3", "box")
-    scene.write_text(f'{scene.read_text()}\n[render]\ntechnique = "tiles"\n[hybrid]\nlongest_side = 32\n')
-    return scene
+    return write_phantom_scene(
+        folder, "gles3", "box", more='\n[render]\ntechnique = "tiles"\n[hybrid]\nlongest_side = 32\n'
+    )
 
 
 def write_segments(folder: Path, *, even_piece: bool = False) -> Path:
@@ -139,7 +137,7 @@ def _kind(kind: str) -> Callable[[Path], Path]:
 
 SCENES: dict[str, Callable[[Path], Path]] = {
     **{kind: _kind(kind) for kind in KINDS},
-    "together": _together,
+    "together": write_together,
     "several-units": _several_units,
     "colour": write_colour_scene,
     "colour-blocks": write_colour_blocks,

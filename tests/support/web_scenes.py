@@ -147,9 +147,9 @@ def _surface(tables: str = "[render]\n") -> Callable[[Path], Path]:
 
 def _together(profile: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
-        scene = write_channel_scene(folder, profile, "box")
-        scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n[skip]\nkind = "distance"\nblock = 4\n')
-        return scene
+        return write_channel_scene(
+            folder, profile, "box", more='\n[together]\nname = "body"\n[skip]\nkind = "distance"\nblock = 4\n'
+        )
 
     return write
 

@@ -42,12 +42,7 @@ LOOSE = "[tolerance]\nrmse = 0.04\nmaximum = 1.0\nflip = 0.3\nkept_light = 0.0\n
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("ablation")
-    target = folder / "phantom.volpkg"
-    scene = write_phantom_scene(folder, "gles3")
-    scene.write_text(scene.read_text() + LOOSE, encoding="utf-8")
-    built(scene, target)
-    return target
+    return built(write_phantom_scene(tmp_path_factory.mktemp("ablation"), more=LOOSE)).path
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +119,7 @@ def test_a_border_that_light_reads_is_told_from_the_place_of_samples(reach, tmp_
     monkeypatch.setattr(gauge, "_LEAST_TURNS", 2)
     monkeypatch.setattr(gauge, "_SECONDS", 0.0)
     monkeypatch.setattr(judge, "_CLEARLY_FASTER", 0.0)
-    scene = write_phantom_scene(tmp_path, level_filter="box")
+    scene = write_phantom_scene(tmp_path)
     text = scene.read_text(encoding="utf-8").replace("value = 200.0", "value = 400.0")
     text = text.replace("value = 600.0", "value = 410.0").replace("extinction_per_mm = 0.2", "extinction_per_mm = 5.0")
     text = text[: text.rindex("[[transfer]]")] + '[render]\nlighting = "headlight"\n'

@@ -20,7 +20,7 @@ from volprep_formats.progress import Silent
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     folder = tmp_path_factory.mktemp("phantom")
-    scene_builds.built(write_phantom_scene(folder, level_filter="box"), folder / "phantom.volpkg")
+    scene_builds.built(write_phantom_scene(folder), folder / "phantom.volpkg")
     return folder
 
 

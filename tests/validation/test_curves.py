@@ -55,12 +55,7 @@ def few_choices():
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("curves")
-    target = folder / "phantom.volpkg"
-    scene = write_phantom_scene(folder, "gles3")
-    scene.write_text(scene.read_text() + LOOSE, encoding="utf-8")
-    built(scene, target)
-    return target
+    return built(write_phantom_scene(tmp_path_factory.mktemp("curves"), more=LOOSE)).path
 
 
 @pytest.fixture(scope="module")

@@ -99,7 +99,7 @@ def test_vectors_between_which_a_filter_mixes_point_where_codes_do(code) -> None
 
 
 def test_there_is_no_true_picture_of_lit_labels(tmp_path) -> None:
-    scene = write_phantom_scene(tmp_path, "gles3")
+    scene = write_phantom_scene(tmp_path, level_filter="auto")
     labels = np.zeros((21, 34, 45), "<u2")
     labels[5:15, 9:20, 8:30] = 200
     labels.tofile(tmp_path / "phantom.raw")

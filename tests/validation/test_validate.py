@@ -230,7 +230,7 @@ def test_the_report_lies_beside_the_package_unless_told_otherwise(tmp_path) -> N
 def beyond(tmp_path_factory) -> Path:
     """A package of one transfer function and one level that its scene's tolerance does not let pass."""
     folder = tmp_path_factory.mktemp("beyond")
-    scene = write_phantom_scene(folder, level_filter="box")
+    scene = write_phantom_scene(folder)
     text = scene.read_text()
     text = text[: text.rindex("[[transfer]]")].replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 64")
     scene.write_text(text + "[quantize]\nbits = 8\n[tolerance]\nrmse = 0.0001\nmaximum = 1.0\n")
@@ -330,8 +330,7 @@ def test_without_an_origin_the_scan_must_be_named(package, tmp_path) -> None:
 def test_a_scene_tells_the_scan_and_the_size_of_the_pictures(package, tmp_path) -> None:
     origin_path(package).unlink()
     (tmp_path / "moved").mkdir()
-    scene = write_phantom_scene(tmp_path / "moved")
-    scene.write_text(scene.read_text() + "\n[render]\npicture_size = 24\n")
+    scene = write_phantom_scene(tmp_path / "moved", more="\n[render]\npicture_size = 24\n")
     found = find_scan(package, scene)
     assert found.picture_size == 24
     scan = read_scan(Package.open(package).manifest, found.spec_of(""), Silent())

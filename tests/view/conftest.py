@@ -28,6 +28,6 @@ class Validated:
 def phantom(tmp_path_factory) -> Validated:
     folder = tmp_path_factory.mktemp("viewed")
     package = folder / "phantom.volpkg"
-    built(write_phantom_scene(folder, level_filter="box"), package)
+    built(write_phantom_scene(folder), package)
     place = default_report_path(package)
     return Validated(package, place, validate(package, place, Silent(), picture_size=SIZE))
