@@ -5,8 +5,6 @@ import pytest
 from judged import validate
 from scene_builds import built, drawn, write_raw_scene
 
-from volprep_formats.progress import Silent
-
 SHAPE_ZYX = (14, 30, 26)
 WINDOW = """
 [[transfer]]
@@ -64,7 +62,7 @@ def test_nothing_is_cropped_or_skipped_and_levels_hold_means(package) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("package", ["gles3", "gles2-2048"], indirect=True)
 def test_it_is_within_the_tolerance_and_the_error_falls_with_the_step(package) -> None:
-    report = validate(package.path, package.path.with_name("chest.report"), Silent())
+    report = validate(package)
     assert report.verdict.failed == 0
     assert report.verdict.differing == ()
     (program, *_) = report.programs

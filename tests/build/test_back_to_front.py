@@ -9,7 +9,6 @@ from judged import validate
 from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (17, 22, 25)
 GLASS = """
@@ -77,7 +76,7 @@ def test_skipping_changes_no_pixel(tmp_path) -> None:
 @pytest.mark.long
 def test_it_is_within_the_tolerance(tmp_path) -> None:
     package = package_of(tmp_path, "back-to-front", "gles3")
-    report = validate(package.path, tmp_path / "report", Silent())
+    report = validate(package.path, tmp_path / "report")
     assert report.verdict.failed == 0
     assert report.verdict.differing == ()
     assert report.programs[0].sweep.convergence.expected == 2.0

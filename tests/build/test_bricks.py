@@ -131,4 +131,4 @@ def test_each_of_several_channels_has_bricks_of_its_own(tmp_path) -> None:
     assert check(tmp_path / "tissues.volpkg") == []
     held = {(texture.channels, texture.level) for texture in manifest.textures if texture.bricks is not None}
     assert held == {((channel.name,), level.index) for channel in manifest.channels for level in channel.levels}
-    assert validate(tmp_path / "tissues.volpkg", tmp_path / "report", Silent(), picture_size=16).verdict.passed
+    assert validate(tmp_path / "tissues.volpkg", tmp_path / "report", picture_size=16).verdict.passed

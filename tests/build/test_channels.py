@@ -131,13 +131,13 @@ class TestWhatItDraws:
     def test_it_validates_and_with_channels_exchanged_it_does_not(self, tmp_path) -> None:
         scene = write_channel_scene(tmp_path)
         built(scene, tmp_path / "a.volpkg")
-        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=16)
         assert report.verdict.passed
         assert [program.transfer for program in report.programs] == ["red", "blue", "white"]
         bone = tmp_path / "bone.raw"
         bone.write_bytes((channels()["bone"] // 2).tobytes())
         with pytest.raises(VolprepError, match="VP6013"):
-            validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+            validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=16)
 
     @pytest.mark.long
     @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
@@ -151,7 +151,7 @@ class TestWhatItDraws:
         ranges = {(*texture.channels, texture.level) for texture in manifest.textures if texture.role == "ranges"}
         assert ranges == {(c.name, level.index) for c in manifest.channels for level in c.levels}
         assert len(ranges) == len(manifest.skipping.ranges)
-        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=16)
         assert report.verdict.passed
 
     @pytest.mark.long
@@ -220,7 +220,7 @@ class TestRegistration:
         found = find_scan(tmp_path / "a.volpkg", scene)
         for name, view in channel_views(manifest).items():
             assert read_scan(view, found.spec_of(name), Silent()).grid == manifest.source.info.grid
-        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=16)
         assert report.verdict.passed
 
 
@@ -372,7 +372,7 @@ class TestChannelsOfOneFile:
         scene = self.scene(tmp_path, "dapi")
         manifest = built(scene, tmp_path / "a.volpkg").manifest
         assert [channel.name for channel in manifest.channels] == ["gfp-green", "dapi"]
-        report = validate(tmp_path / "a.volpkg", tmp_path / "r", Silent(), source=scene, picture_size=16)
+        report = validate(tmp_path / "a.volpkg", tmp_path / "r", source=scene, picture_size=16)
         assert report.verdict.passed
 
     def test_a_channel_that_is_not_there_is_refused_with_those_that_are(self, tmp_path) -> None:
@@ -483,7 +483,7 @@ def test_tissue_maps_of_a_head_become_one_package(scans, tmp_path) -> None:
     manifest = built(tmp_path / "tissues.toml", tmp_path / "a.volpkg").manifest
     assert [channel.name for channel in manifest.channels] == ["gm", "wm"]
     assert [item.channel for item in manifest.plan if item.name == "channel"] == ["csf"]
-    verdict = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=32).verdict
+    verdict = validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=32).verdict
     assert (verdict.failed, verdict.differing, verdict.unproved) == (0, (), ())
     # Folds of the cortex are finer than voxels of 6 mm, whatever filter makes them, and the verdict says so.
     assert all(item.startswith("level 1 with ") for item in verdict.beyond)

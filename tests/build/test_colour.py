@@ -226,7 +226,7 @@ def test_one_colour_looks_as_the_closed_form_says(tmp_path: Path) -> None:
 def test_a_volume_in_colour_is_validated(tmp_path: Path, profile: str) -> None:
     scene = write_colour_scene(tmp_path, profile, tables="[render]\npicture_size = 48\n")
     package = built(scene)
-    report = validate(package.path, tmp_path / "report", Silent())
+    report = validate(package.path, tmp_path / "report")
     assert report.verdict.passed
     assert {program.transfer for program in report.programs} == {"colour"}
 

@@ -14,7 +14,6 @@ from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
@@ -58,7 +57,7 @@ def test_a_package_in_blocks_is_sound_and_has_the_error_that_the_plan_says(packa
     assert formats == {"COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR"}
     assert check(package.path) == []
     # The files are derived again from the pictures, and the driver draws them.
-    report = validate(package.path, tmp_path / "report", Silent())
+    report = validate(package.path, tmp_path / "report")
     assert report.verdict.passed
     (form,) = manifest.compression
     assert (form.format, form.channel, form.kept, form.pictures) == (FORM, "red", True, 9)

@@ -84,7 +84,7 @@ def test_what_is_said_of_the_form_is_the_data_error_of_validation(package) -> No
 @pytest.mark.long
 def test_it_validates_and_the_report_has_a_section(package) -> None:
     folder = package.path.with_suffix(".report")
-    report = validate(package.path, folder, Silent(), picture_size=SIZE)
+    report = validate(package.path, folder, picture_size=SIZE)
     assert report.verdict.passed
     assert [form.as_record for form in report.forms] == list(package.manifest.compression)
     kept = report.forms[-1]

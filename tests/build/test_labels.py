@@ -121,7 +121,7 @@ def test_the_plan_says_what_shaders_see_between_labels(tmp_path) -> None:
 def test_a_package_of_labels_is_true_to_its_scan(profile, wish, tmp_path) -> None:
     scene = write_scene(tmp_path, labels(), more=f"[render]\npicture_size = 32\n{wish}")
     scene_builds.built(scene, tmp_path / "labels.volpkg", profile=profile)
-    report = validate(tmp_path / "labels.volpkg", tmp_path / "labels.report", Silent())
+    report = validate(tmp_path / "labels.volpkg", tmp_path / "labels.report")
     assert (report.verdict.failed, report.verdict.differing, report.verdict.unproved) == (0, (), ())
     # Labels are not mixed: a level of five voxels shows other borders than the scan, and the verdict says so.
     assert all(item.startswith("level ") for item in report.verdict.beyond)
@@ -215,7 +215,7 @@ def test_labels_above_255_get_codes_and_the_package_says_their_numbers(tmp_path)
     assert channel.source.info.label_numbers == (0, 17, 1002, 14175)
     texels = ktx2.decode(package.read_bytes(channel_volume(package)), "v").data.reshape(SHAPE)
     np.testing.assert_array_equal(np.array(channel.source.info.label_numbers)[texels], atlas)
-    verdict = validate(tmp_path / "atlas.volpkg", tmp_path / "report", Silent()).verdict
+    verdict = validate(tmp_path / "atlas.volpkg", tmp_path / "report").verdict
     assert (verdict.failed, verdict.differing, verdict.unproved) == (0, (), ())
 
 
@@ -242,7 +242,7 @@ def test_a_scan_of_more_than_255_labels_has_a_colour_for_each(tmp_path) -> None:
     assert manifest.statistics.maximum == 300
     function = manifest.transfer_functions[0]
     assert len({point.colour for point in function.points}) >= 250
-    assert validate(tmp_path / "atlas.volpkg", tmp_path / "report", Silent()).verdict.passed
+    assert validate(tmp_path / "atlas.volpkg", tmp_path / "report").verdict.passed
 
 
 def test_a_profile_without_16_bits_refuses_more_than_255_labels(tmp_path) -> None:

@@ -12,7 +12,6 @@ from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import Medium
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (26, 34, 36)
 SPACING = (1.2, 0.9, 0.8)
@@ -106,7 +105,7 @@ def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> N
 @pytest.mark.long
 def test_the_light_of_a_package_is_that_of_its_scan(tmp_path) -> None:
     package = package_of(tmp_path, "phong", PHONG.format("central"))
-    report = validate(package.path, tmp_path / "report", Silent(), picture_size=16)
+    report = validate(package.path, tmp_path / "report", picture_size=16)
     assert report.verdict.failed == 0
     assert report.verdict.differing == ()
 

@@ -13,7 +13,6 @@ from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scen
 from volprep.parts.editing.inputs import edit_with
 from volprep.scene.request import load_edit
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.progress import Silent
 
 PROFILES = ["gles3", "gles2-2048"]
 SHAPE_ZYX = (24, 48, 56)
@@ -59,7 +58,7 @@ def package(request, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def report(package):
-    return validate(package.path, package.path.with_name("vessels.report"), Silent(), picture_size=96)
+    return validate(package, picture_size=96)
 
 
 drawn = partial(scene_builds.drawn, shape_hw=(96, 96))

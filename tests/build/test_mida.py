@@ -6,7 +6,6 @@ from judged import validate
 from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (34, 44, 48)
 VEIL = """
@@ -60,7 +59,7 @@ def test_skipping_changes_no_pixel(package) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("package", ["texture3d", "mosaic"], indirect=True)
 def test_it_is_within_the_tolerance_of_the_refined_truth(package) -> None:
-    report = validate(package.path, package.path.with_name("balls.report"), Silent())
+    report = validate(package)
     assert report.verdict.failed == 0
     assert report.verdict.differing == ()
     (program, *_) = report.programs

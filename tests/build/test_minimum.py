@@ -9,7 +9,6 @@ from judged import validate
 from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
 from volprep.report.page import page
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (20, 44, 48)
 AIR = """
@@ -78,7 +77,7 @@ def test_each_coarse_level_was_made_of_means_and_of_the_least_of_its_voxels(pack
 @pytest.mark.long
 @pytest.mark.parametrize("package", ["gles3", "gles2-2048"], indirect=True)
 def test_it_is_within_the_tolerance_and_comes_near_the_scan(package) -> None:
-    report = validate(package.path, package.path.with_name("lung.report"), Silent())
+    report = validate(package)
     assert report.verdict.code == "within", report.verdict.worse
     assert max(view.total.rmse for program in report.programs for view in program.views) < 0.012
     text = page(report)

@@ -24,7 +24,6 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 
 FOG = function((0.0, (0.2, 0.4, 0.8), 0.1), (255.0, (0.2, 0.4, 0.8), 0.1))
@@ -85,7 +84,7 @@ def test_normals_can_be_data_for_an_app_with_a_light_of_its_own(tmp_path):
     assert texture.normals.space == "patient"
     assert "no shader reads them" in item(package, "normals").reason
     assert all(program.lighting == "none" for program in package.manifest.programs)
-    validate(package.path, tmp_path / "report", Silent(), picture_size=16)
+    validate(package.path, tmp_path / "report", picture_size=16)
 
 
 def test_a_profile_without_3d_textures_has_mosaics_of_normals(tmp_path):

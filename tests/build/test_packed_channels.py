@@ -169,7 +169,7 @@ class TestWhatItDraws:
     @pytest.mark.long
     def test_it_validates_with_what_termination_costs_told_apart(self, tmp_path) -> None:
         package = built(tmp_path)
-        report = validate(package.path, tmp_path / "r", Silent(), picture_size=16)
+        report = validate(package.path, tmp_path / "r", picture_size=16)
         assert report.verdict.passed
         for part in channel_packages(package).values():
             for program in part.manifest.programs:

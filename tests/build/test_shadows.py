@@ -14,7 +14,6 @@ from volprep.truth.oracle import Medium
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (20, 14, 24)
 SPACING = (1.0, 1.2, 0.8)
@@ -227,7 +226,7 @@ def test_a_package_with_shadows_is_validated(tmp_path, shadows, render):
         scene.write_text(scene.read_text().replace("maximum = 1.0", "maximum = 1.0\nrmse = 0.04\nflip = 0.12"))
     package = scene_builds.built(scene, tmp_path / "shadows.volpkg")
     assert check(package.path) == []
-    report = validate(package.path, tmp_path / "report", Silent(), picture_size=16)
+    report = validate(package.path, tmp_path / "report", picture_size=16)
     assert report.verdict.failed == 0, report.verdict
     assert report.verdict.differing == ()
 

@@ -87,7 +87,7 @@ def test_a_package_of_slices_is_validated(tmp_path):
     flip = "[tolerance]\nflip = 0.07\n"
     codes = 200 * np.exp(-(x**2 + y**2 + z**2) / 20)
     package = slice_package(tmp_path, codes, slices='form = "palette"', extra=flip)
-    report = validate(package.path, tmp_path / "report", Silent(), picture_size=32)
+    report = validate(package.path, tmp_path / "report", picture_size=32)
     (program,) = report.programs
     assert (program.technique, len(program.views), len(program.sweep.points)) == ("slices", 9, 1)
     assert report.verdict.passed
@@ -106,7 +106,7 @@ def test_a_package_of_slices_is_validated(tmp_path):
 def test_a_package_that_is_too_far_off_fails(tmp_path):
     scene = scene_with(tmp_path, "\n[tolerance]\nrmse = 0.001\nmaximum = 0.01\n")
     built(scene, tmp_path / "p.volpkg")
-    report = validate(tmp_path / "p.volpkg", tmp_path / "report", Silent(), picture_size=24)
+    report = validate(tmp_path / "p.volpkg", tmp_path / "report", picture_size=24)
     assert not report.verdict.passed
 
 

@@ -12,7 +12,6 @@ from volprep.compositing import COMPOSITINGS
 from volprep.truth.decoded import level_volume
 from volprep.truth.oracle import Medium
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (40, 56, 60)
 SPACING = (1.0, 0.8, 0.8)
@@ -84,7 +83,7 @@ def test_skipping_changes_no_pixel(package) -> None:
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("package", ["texture3d-lit", "mosaic-lit", "solid-texture3d"], indirect=True)
 def test_it_is_within_the_tolerance(package) -> None:
-    report = validate(package.path, package.path.with_name("blobs.report"), Silent())
+    report = validate(package)
     # A ray that only just touches the surface of the scan may miss that of the codes: a whole pixel, not a grade of it.
     assert report.verdict.failed == 0
     assert report.verdict.differing == ()

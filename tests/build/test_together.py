@@ -176,7 +176,7 @@ class TestWhatItDraws:
 
     @pytest.mark.long
     def test_it_validates_against_the_sum_of_all_channels(self, packed, tmp_path) -> None:
-        report = validate(packed.path, tmp_path / "r", Silent(), picture_size=16)
+        report = validate(packed.path, tmp_path / "r", picture_size=16)
         first = report.programs[0]
         assert report.verdict.passed
         assert [program.transfer for program in report.programs] == ["body", "red", "blue", "white"]

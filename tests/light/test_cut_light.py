@@ -21,7 +21,6 @@ from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.parts.light.planes import ClipPlane, plane_numbers, planes_in_box
 from volprep_formats.package.reader import Package
 from volprep_formats.package.sampled import sampled_textures
-from volprep_formats.progress import Silent
 
 CUT = "clip_aware = true\nclip_planes = [{ normal = [0.0, 2.0, 0.0], constant_mm = -12.0 }]"
 WHITE = (1.0, 1.0, 1.0)
@@ -106,7 +105,7 @@ def bowl(tmp_path_factory):
         patch.setattr(solve, "BATCH", 1 << 15)
         folder = tmp_path_factory.mktemp("bowl")
         built(scene_of(folder, lighting=CUT), folder / "ball.volpkg")
-        report = validate(folder / "ball.volpkg", folder / "report", Silent(), picture_size=32)
+        report = validate(folder / "ball.volpkg", folder / "report", picture_size=32)
         yield Package.open(folder / "ball.volpkg"), report
 
 

@@ -14,7 +14,6 @@ from volprep.render.renderer import Renderer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +22,7 @@ def bowl(tmp_path_factory):
         patch.setattr(solve, "BATCH", 1 << 15)
         folder = tmp_path_factory.mktemp("bowl")
         built(scene_of(folder), folder / "ball.volpkg")
-        report = validate(folder / "ball.volpkg", folder / "report", Silent(), picture_size=32)
+        report = validate(folder / "ball.volpkg", folder / "report", picture_size=32)
         yield Package.open(folder / "ball.volpkg"), report
 
 

@@ -92,7 +92,7 @@ def test_other_ways_to_draw_give_the_picture_of_ray_casting(folder, mixed, chang
 @pytest.mark.long
 def test_a_mosaic_of_labels_is_validated(folder):
     package = built(folder, "mosaic", profile="gles2-2048", border="mixed", outside_opacity=0.5)
-    assert validate(package.path, folder / "mosaic.report", Silent(), witness=False).verdict.passed
+    assert validate(package.path, folder / "mosaic.report", witness=False).verdict.passed
 
 
 @pytest.mark.long
@@ -104,10 +104,10 @@ def test_wrong_labels_of_coarse_levels_are_found_by_pictures(folder):
 
     levels = {"pyramid": {"coarsest_longest_axis": 12}}
     right = built(folder, "coarse", change=levels, outside_opacity=0.3)
-    assert validate(right.path, folder / "coarse.report", Silent(), witness=False).verdict.worse == ()
+    assert validate(right.path, folder / "coarse.report", witness=False).verdict.worse == ()
     with patch.object(stage, "coarse_labels", upside_down):
         wrong = built(folder, "upside-down", change=levels, outside_opacity=0.3)
-        verdict = validate(wrong.path, folder / "upside-down.report", Silent(), witness=False).verdict
+        verdict = validate(wrong.path, folder / "upside-down.report", witness=False).verdict
     assert verdict.code == "worse-than-box"
     assert verdict.worse == ("level 1 with segments", "level 2 with segments")
 
@@ -120,11 +120,11 @@ def test_a_segment_that_vanishes_from_a_coarse_level_fails_the_verdict(folder):
 
     levels = {"pyramid": {"coarsest_longest_axis": 12}}
     right = built(folder, "all-kept", change=levels, outside_opacity=0.3)
-    others = validate(right.path, folder / "kept.report", Silent(), witness=False).programs[0].others
+    others = validate(right.path, folder / "kept.report", witness=False).programs[0].others
     assert [style.lost for other in others for style in other.styles] == [()] * 4
     with patch.object(stage, "coarse_labels", without_200):
         wrong = built(folder, "one-lost", change=levels, outside_opacity=0.3)
-        report = validate(wrong.path, folder / "lost.report", Silent(), witness=False)
+        report = validate(wrong.path, folder / "lost.report", witness=False)
     assert "level 1 with segments" in report.verdict.beyond
     (style,) = (each for each in report.programs[0].others[0].styles if each.transfer == "inside")
     assert (style.lost, style.least_kept_light) == (("segment-200",), 0.0)
@@ -238,7 +238,7 @@ def test_segments_know_their_volume_and_names_stay_out(mixed):
 
 
 def test_a_validated_package_follows_from_scan_and_segments(folder, mixed):
-    report = validate(mixed.path, folder / "mixed.report", Silent(), witness=False)
+    report = validate(mixed.path, folder / "mixed.report", witness=False)
     assert report.verdict.passed
     assert not report.derivation.findings
     assert {program.transfer for program in report.programs} == {"segments"}
@@ -249,7 +249,7 @@ def test_a_validated_package_follows_from_scan_and_segments(folder, mixed):
 def test_coarser_levels_are_for_previews_and_no_worse_than_box_means(folder):
     package = built(folder, "levels", coarsest=12, border="mixed")
     assert [level.preview_only for level in package.manifest.levels] == [None, True, True]
-    report = validate(package.path, folder / "levels.report", Silent(), witness=False)
+    report = validate(package.path, folder / "levels.report", witness=False)
     assert report.verdict.passed
     assert len(report.programs[0].others) == 2
     said = [item.reason for item in package.manifest.plan if item.kind == "light-of-segments"]
@@ -266,7 +266,7 @@ def test_smoothed_borders_follow_from_the_scan_and_their_losses_are_said(folder)
     (said,) = [each for each in remarks if "smoothed with a Gaussian of 2 mm" in each]
     assert "segments 200 are too thin and vanish" in said
     assert package.manifest.segments.sha256 != built(folder, "rough", border="mixed").manifest.segments.sha256
-    report = validate(package.path, folder / "smooth.report", Silent(), witness=False)
+    report = validate(package.path, folder / "smooth.report", witness=False)
     assert report.verdict.passed
 
 

@@ -220,7 +220,7 @@ def test_a_plan_says_why_pieces_are_unlit(folder) -> None:
 @pytest.mark.parametrize(("lighting", "labelled"), [("none", True), ("headlight", False)])
 def test_pieces_of_one_value_are_validated(folder, lighting, labelled) -> None:
     package = of_one_value(folder, f"validated-{lighting}", "gles3", "first-hit", lighting, labelled=labelled)
-    report = validate(package.path, folder / f"report-{lighting}", Silent(), witness=False)
+    report = validate(package.path, folder / f"report-{lighting}", witness=False)
     assert report.verdict.passed
     items = [other.item for program in report.programs for other in program.others]
     assert any(item.startswith("pieces around points 1") for item in items)
@@ -344,7 +344,7 @@ def test_a_cut_of_pieces_with_labels_is_judged_by_the_scan_and_its_labels(reques
 
 @pytest.mark.long
 def test_pieces_with_labels_are_validated(folder, mixed) -> None:
-    report = validate(mixed.path, folder / "report", Silent(), witness=False)
+    report = validate(mixed.path, folder / "report", witness=False)
     assert report.verdict.passed
     items = [other.item for program in report.programs for other in program.others]
     assert any(item.startswith("pieces around points 1") for item in items)

@@ -347,7 +347,7 @@ def test_validate_writes_the_page_and_the_report_holds_the_numbers(found, packag
     monkeypatch.setattr("volprep.report.validate.measure_ablation", lambda *_: found)
     monkeypatch.setattr("volprep.report.validate.page", lambda report, **_: str(report.ablation == found))
     for _ in range(2):
-        validate(package, tmp_path / "phantom.report", Silent(), picture_size=32, ablate=True)
+        validate(package, tmp_path / "phantom.report", picture_size=32, ablate=True)
     names = sorted(path.name for path in (tmp_path / "phantom.report").iterdir())
     assert names == ["ablation.html", "index.html", "pictures", "report.json"]
     assert (tmp_path / "phantom.report" / "index.html").read_text() == "True"

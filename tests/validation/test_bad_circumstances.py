@@ -14,7 +14,6 @@ from volprep.render.bindings import GLError
 from volprep.render.gl import Gl
 from volprep.validation.folder import DATA_FILE
 from volprep_formats.diagnostics import ExitStatus, VolprepError
-from volprep_formats.progress import Silent
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +45,7 @@ def left(folder) -> set[str]:
 def refused(folder, **wishes) -> VolprepError:
     before = left(folder)
     with pytest.raises(VolprepError) as caught:
-        validate(folder / "phantom.volpkg", folder / "phantom.report", Silent(), picture_size=16, **wishes)
+        validate(folder / "phantom.volpkg", folder / "phantom.report", picture_size=16, **wishes)
     assert left(folder) == before
     return caught.value
 
@@ -106,7 +105,7 @@ def test_a_report_that_cannot_be_written_is_told_before_anything_is_drawn(folder
     monkeypatch.setattr(Gl, "draw", None)
     (folder / "file").write_text("")
     with pytest.raises(VolprepError, match="VP6021") as caught:
-        validate(folder / "phantom.volpkg", folder / "file" / "report", Silent())
+        validate(folder / "phantom.volpkg", folder / "file" / "report")
     assert caught.value.status is ExitStatus.OUTPUT
 
 

@@ -43,7 +43,7 @@ def subject_of(package: Package) -> Subject:
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_a_lit_package_is_proved_like_any_other(profile, tmp_path) -> None:
     package = built(tmp_path, profile=profile)
-    report = validate(package.path, tmp_path / "report", Silent(), picture_size=SIZE)
+    report = validate(package.path, tmp_path / "report", picture_size=SIZE)
     assert report.verdict.passed
     (program,) = report.programs
     for view in program.views:
@@ -107,4 +107,4 @@ def test_there_is_no_true_picture_of_lit_labels(tmp_path) -> None:
     scene.write_text(text.replace("200.0", "99.0") + '\n[render]\nlighting = "headlight"\n')
     scene_builds.built(scene, tmp_path / "phantom.volpkg")
     with pytest.raises(VolprepError, match=r"VP6014 .*light labels"):
-        validate(tmp_path / "phantom.volpkg", tmp_path / "report", Silent())
+        validate(tmp_path / "phantom.volpkg", tmp_path / "report")

@@ -10,7 +10,6 @@ from scene_builds import built
 
 from volprep.validation.folder import default_report_path
 from volprep.validation.report_record import Report
-from volprep_formats.progress import Silent
 
 SIZE = 48
 
@@ -30,4 +29,4 @@ def phantom(tmp_path_factory) -> Validated:
     package = folder / "phantom.volpkg"
     built(write_phantom_scene(folder), package)
     place = default_report_path(package)
-    return Validated(package, place, validate(package, place, Silent(), picture_size=SIZE))
+    return Validated(package, place, validate(package, place, picture_size=SIZE))
