@@ -279,15 +279,13 @@ def test_smoothed_borders_follow_from_the_scan_and_their_losses_are_said(folder)
     ],
 )
 def test_wishes_that_cannot_be_are_refused(folder, change, code):
-    with pytest.raises(VolprepError) as raised:
+    with pytest.raises(VolprepError, match=code):
         built(folder, "bad", **change)
-    assert raised.value.code == code
 
 
 @pytest.mark.parametrize("render", [{"compositing": "average"}, {"technique": "view-slices-as-published"}])
 def test_what_segments_do_not_go_with_is_refused(folder, render):
     scene = scene_of(folder, border="mixed")
     scene = scene.model_copy(update={"render": scene.render.model_copy(update=render)})
-    with pytest.raises(VolprepError) as raised:
+    with pytest.raises(VolprepError, match="VP3220"):
         build(Request(scene, load_profile("gles3", folder), None), folder / "bad.volpkg", Silent())
-    assert raised.value.code == "VP3220"
