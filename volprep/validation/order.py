@@ -27,7 +27,7 @@ _LEAST_ORDER = 0.5
 
 
 @dataclass(frozen=True)
-class Drawn:
+class OrderFacts:
     """What a program draws, and how: everything that the order of its error depends on."""
 
     technique: TechniqueName = "ray-casting"
@@ -87,13 +87,13 @@ class Drawn:
 
 
 def convergence(
-    steps_mm: Sequence[float], quadrature_rmse: Sequence[float], target: Target | None, drawn: Drawn
+    steps_mm: Sequence[float], quadrature_rmse: Sequence[float], target: Target | None, facts: OrderFacts
 ) -> Convergence:
     """Fit the order to errors in a float target, coarsest step first; `target` is None without a float target."""
-    limits = drawn.limits
+    limits = facts.limits
     if target is None:
         limits.append("The quadrature error was not measured: it needs a float target.")
-        return Convergence(expected=drawn.order, slopes=(), observed=None, fitted_steps_mm=(), limits=tuple(limits))
+        return Convergence(expected=facts.order, slopes=(), observed=None, fitted_steps_mm=(), limits=tuple(limits))
     fit = fit_order(steps_mm, quadrature_rmse, _NOISE[target], _AGREEMENT)
     order = fit.order
     if order is None:
@@ -102,7 +102,7 @@ def convergence(
         limits.append("The finest steps no longer change the error: it is at the floor of float32 and texture filter.")
         order = None
     return Convergence(
-        expected=drawn.order,
+        expected=facts.order,
         slopes=_slopes(steps_mm, quadrature_rmse),
         observed=order,
         fitted_steps_mm=tuple(steps_mm[fit.first : fit.last + 1]) if order is not None else (),

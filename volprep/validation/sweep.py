@@ -18,7 +18,7 @@ from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.render.turns import CERTAIN_TURNS, turns_of_rays
 from volprep.validation.bench import Bench
-from volprep.validation.order import Drawn, convergence
+from volprep.validation.order import OrderFacts, convergence
 from volprep.validation.precise import finite, most_precise
 from volprep.validation.rays import chords_mm, samples
 from volprep.validation.records import Breakdown, LevelFloor, Sweep, SweepPoint, Target, WayName
@@ -253,7 +253,7 @@ def measure_sweep(
         [point.step_mm for point in points],
         [point.quadrature.rmse for point in points if point.quadrature is not None],
         precise.target if precise else None,
-        Drawn(
+        OrderFacts(
             technique=program.technique,
             compositing=program.compositing,
             classification=program.classification,
