@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tiny_packages import function
 
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import ChannelPart, Level, Quantization, SourceRecord, Statistics
@@ -15,7 +16,6 @@ from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program, Sampler, Uniform
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import GlFormat, MosaicLayout, Texture
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
 from volprep_formats.textures import ktx2
 
@@ -158,13 +158,7 @@ def run_texture(draft: Draft) -> None:
         transfer="bone",
         max_extinction_per_mm=2.0,
     )
-    bone = TransferFunction(
-        name="bone",
-        points=(
-            TransferPoint(value=0.0, colour=(0.0, 0.0, 0.0), extinction_per_mm=0.0),
-            TransferPoint(value=255.0, colour=(1.0, 1.0, 1.0), extinction_per_mm=2.0),
-        ),
-    )
+    bone = function((0.0, (0.0, 0.0, 0.0), 0.0), (255.0, (1.0, 1.0, 1.0), 2.0), name="bone")
     part = ChannelPart(name="scan", levels=levels, transfer_functions=(bone,))
     made = Contribution(channel=part, textures=(*textures, lookup))
     draft.commit(

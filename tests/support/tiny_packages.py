@@ -62,12 +62,10 @@ NORM16 = load_profile("gles3-norm16", Path())
 Point = tuple[float, tuple[float, float, float], float]
 
 
-def function(*points: Point, name: str = "test") -> TransferFunction:
+def function(*points: Point, name: str = "test", **more: float) -> TransferFunction:
     """Transfer function of points (value, linear colour, extinction per millimetre)."""
-    return TransferFunction(
-        name=name,
-        points=tuple(TransferPoint(value=v, colour=c, extinction_per_mm=e) for v, c, e in points),
-    )
+    every = tuple(TransferPoint(value=v, colour=c, extinction_per_mm=e) for v, c, e in points)
+    return TransferFunction(name=name, points=every, **more)
 
 
 def tiny_package(

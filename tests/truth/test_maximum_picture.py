@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tiny_packages import function
 
 from volprep.kernels import _native
 from volprep.scene.points import Measure, TransferWish
@@ -13,19 +14,12 @@ from volprep.truth.camera import standard_views
 from volprep.truth.projection import projected_picture
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 ROUNDING = 1e-14
 
 
 def transfer(*points):
-    return TransferFunction(
-        name="test",
-        points=tuple(
-            TransferPoint(value=value, extinction_per_mm=extinction, colour=colour)
-            for value, extinction, colour in points
-        ),
-    )
+    return function(*((value, colour, extinction) for value, extinction, colour in points))
 
 
 GREY = transfer((0, 9.0, (0, 0, 0)), (200, 9.0, (1, 1, 1)))

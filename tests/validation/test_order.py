@@ -2,24 +2,19 @@
 
 import numpy as np
 import pytest
+from tiny_packages import function
 
 from volprep.validation.order import OrderFacts, convergence
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.package.transfer_function import TransferFunction
 
 STEPS_MM = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
 
 
-def function(*values: float) -> TransferFunction:
-    return TransferFunction(
-        name="f",
-        points=tuple(
-            TransferPoint(value=value, colour=(1.0, 1.0, 1.0), extinction_per_mm=float(i))
-            for i, value in enumerate(values)
-        ),
-    )
+def rising(*values: float) -> TransferFunction:
+    return function(*((value, (1.0, 1.0, 1.0), float(i)) for i, value in enumerate(values)))
 
 
-SMOOTH = OrderFacts(functions=[function(0.0, 1.0)])
+SMOOTH = OrderFacts(functions=[rising(0.0, 1.0)])
 
 
 def of_order(order: float) -> list[float]:
@@ -62,7 +57,7 @@ def test_an_erratic_error_has_no_order() -> None:
 
 
 def test_a_jump_of_the_transfer_function_is_named_as_what_may_lower_the_order() -> None:
-    found = convergence(STEPS_MM, of_order(2.0), "rgba32f", OrderFacts(functions=[function(0.0, 0.5, 0.5, 1.0)]))
+    found = convergence(STEPS_MM, of_order(2.0), "rgba32f", OrderFacts(functions=[rising(0.0, 0.5, 0.5, 1.0)]))
     assert "jump" in found.limits[0]
 
 
@@ -79,6 +74,6 @@ def test_equal_pictures_have_no_slope() -> None:
 
 @pytest.mark.parametrize(("classification", "says"), [("preintegrated", "its entries"), ("palette", "has steps")])
 def test_what_a_classification_does_to_the_order_is_said(classification, says) -> None:
-    jump = function(0.0, 0.5, 0.5, 1.0)
+    jump = rising(0.0, 0.5, 0.5, 1.0)
     (limit,) = OrderFacts(functions=[jump], classification=classification).limits
     assert says in limit
