@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tiny_packages import function
+from tiny_packages import function, lossless
 
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import ChannelPart, Level, Quantization, SourceRecord, Statistics
+from volprep_formats.package.channel import ChannelPart, Level, SourceRecord, Statistics
 from volprep_formats.package.manifest import Contribution, Heading, PlanItem, RenderSettings, StageRecord
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program, Sampler, Uniform
@@ -119,16 +119,7 @@ def _program(*, mosaic: bool) -> Program:
 def run_import(draft: Draft, seed: int = 0) -> None:
     voxels = np.random.default_rng(seed).integers(0, 256, GRID.shape_zyx, np.uint8)
     draft.write("work/level0-scan.raw", "work", voxels.tobytes())
-    quantization = Quantization(
-        bits=8,
-        window=(0.0, 255.0),
-        slope=1.0,
-        intercept=0.0,
-        rmse=0.0,
-        max_error=0.0,
-        clipped_below=0,
-        clipped_above=0,
-    )
+    quantization = lossless()
     part = ChannelPart(
         name="scan",
         source=SourceRecord(info=SourceInfo(format="raw", grid=GRID, stored_type="uint8"), sha256=key("scan")),

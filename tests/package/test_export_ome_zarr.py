@@ -14,12 +14,11 @@ from command_line import volprep
 from every_kind import write_segments
 from npm_package import npm_package
 from scene_builds import built
-from tiny_packages import ES2, ES3, function, tiny_package
+from tiny_packages import ES2, ES3, function, lossless, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import Quantization
 from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -34,16 +33,7 @@ TURNED = ((0.0, 0.6, -0.8), (1.0, 0.0, 0.0), (0.0, -0.8, -0.6))
 CODES = np.random.default_rng(7).integers(0, 256, (37, 5, 71)).astype(np.uint8)
 LEVELS = [CODES, CODES[::2, ::2, ::2]]
 RAMP = function((-90.0, (1.0, 0.5, 0.0), 0.0), (-50.0, (1.0, 0.5, 0.0), 0.2), (20.0, (1.0, 0.5, 0.0), 0.0))
-QUANTIZED = Quantization(
-    bits=8,
-    window=(-100.0, 27.5),
-    slope=0.5,
-    intercept=-100.0,
-    rmse=0.0,
-    max_error=0.0,
-    clipped_below=0,
-    clipped_above=0,
-)
+QUANTIZED = lossless(0.5, -100.0)
 
 
 def grid(direction=STRAIGHT):

@@ -8,7 +8,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 from scene_builds import drawn, view_of
-from tiny_packages import ES2, ES3, function, tiny_package
+from tiny_packages import ES2, ES3, function, lossless, tiny_package
 
 from volprep.parts.mosaic.montage import write_montage
 from volprep.parts.mosaic.packing import Packing, Room
@@ -19,7 +19,6 @@ from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import Quantization
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
 
@@ -160,9 +159,7 @@ def test_a_palette_draws_the_steps_that_it_stands_for(tmp_path, entries):
 
 
 def table_function_of(package):
-    quantization = Quantization(
-        bits=8, window=(0.0, 255.0), slope=1.0, intercept=0.0, rmse=0.0, max_error=0.0, clipped_below=0, clipped_above=0
-    )
+    quantization = lossless()
     (channel,) = package.manifest.channels
     told = channel.model_copy(update={"quantization": quantization})
     package = type(package)(package.path, package.manifest.model_copy(update={"channels": (told,)}))

@@ -153,6 +153,11 @@ def tiny_package(
     return Package.open(folder, allow_draft=True)
 
 
+def lossless(slope: float = 1.0, intercept: float = 0.0, bits: Literal[8, 16] = 8) -> Quantization:
+    """Codes that give each value back."""
+    return _quantization(QuantizePlan(bits=bits, window=(intercept, intercept + slope * (2**bits - 1))))
+
+
 def _quantization(plan: QuantizePlan) -> Quantization:
     low, high = plan.window
     nothing = {"rmse": 0.0, "max_error": 0.0, "clipped_below": 0, "clipped_above": 0}
