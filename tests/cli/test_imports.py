@@ -1,11 +1,11 @@
 """Each verb loads only what it uses: no renderer to plan, no library of reports to build."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from command_line import ended
 from phantom_scene import with_filter, write_phantom_scene
 
 from volprep_cli.main import _VERBS
@@ -103,15 +103,7 @@ for arguments in chain:
 
 def probed(folder: Path, chain: list[list[str]], others: list[list[str]]) -> list[tuple[list[str], set[str], str]]:
     """Run verbs; give what is loaded after each, and how it failed."""
-    done = subprocess.run(
-        [sys.executable, "-c", PROBE],
-        input=json.dumps([chain, others, WATCHED]),
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    done = ended([sys.executable, "-c", PROBE], input=json.dumps([chain, others, WATCHED]), cwd=folder)
     assert done.returncode == 0, done.stderr
     rows = [json.loads(line) for line in done.stdout.splitlines() if line.strip()]
     return [(arguments, set(names), error) for arguments, names, error in rows]

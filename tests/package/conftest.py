@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tiny_packages import function, lossless
 
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import ChannelPart, Level, SourceRecord, Statistics
+from volprep_formats.package.channel import ChannelPart, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.manifest import Contribution, Heading, PlanItem, RenderSettings, StageRecord
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program, Sampler, Uniform
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import GlFormat, MosaicLayout, Texture
+from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
 from volprep_formats.textures import ktx2
 
@@ -119,7 +119,16 @@ def _program(*, mosaic: bool) -> Program:
 def run_import(draft: Draft, seed: int = 0) -> None:
     voxels = np.random.default_rng(seed).integers(0, 256, GRID.shape_zyx, np.uint8)
     draft.write("work/level0-scan.raw", "work", voxels.tobytes())
-    quantization = lossless()
+    quantization = Quantization(
+        bits=8,
+        window=(0.0, 255.0),
+        slope=1.0,
+        intercept=0.0,
+        rmse=0.0,
+        max_error=0.0,
+        clipped_below=0,
+        clipped_above=0,
+    )
     part = ChannelPart(
         name="scan",
         source=SourceRecord(info=SourceInfo(format="raw", grid=GRID, stored_type="uint8"), sha256=key("scan")),
@@ -149,7 +158,13 @@ def run_texture(draft: Draft) -> None:
         transfer="bone",
         max_extinction_per_mm=2.0,
     )
-    bone = function((0.0, (0.0, 0.0, 0.0), 0.0), (255.0, (1.0, 1.0, 1.0), 2.0), name="bone")
+    bone = TransferFunction(
+        name="bone",
+        points=(
+            TransferPoint(value=0.0, colour=(0.0, 0.0, 0.0), extinction_per_mm=0.0),
+            TransferPoint(value=255.0, colour=(1.0, 1.0, 1.0), extinction_per_mm=2.0),
+        ),
+    )
     part = ChannelPart(name="scan", levels=levels, transfer_functions=(bone,))
     made = Contribution(channel=part, textures=(*textures, lookup))
     draft.commit(

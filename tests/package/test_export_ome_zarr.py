@@ -3,14 +3,13 @@
 import errno
 import json
 import math
-import subprocess
 import tracemalloc
 
 import numpy as np
 import pytest
 import zarr
 from channel_scene import write_channel_scene
-from command_line import volprep
+from command_line import ended, volprep
 from every_kind import write_segments
 from npm_package import npm_package
 from scene_builds import built
@@ -132,7 +131,7 @@ for (const { path } of root.attrs.ome.multiscales[0].datasets) {
 }
 """
     )
-    done = subprocess.run(["node", script, store], capture_output=True, text=True, check=False, timeout=60)
+    done = ended(["node", script, store], timeout=60)
     assert done.returncode == 0, done.stderr
     for line, codes in zip(done.stdout.splitlines(), LEVELS, strict=True):
         physical = codes.ravel() * 0.5 - 100

@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import types
 from collections.abc import Callable
 from functools import partial
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import ended
 from every_kind import write_segments, write_together
 from phantom_scene import write_phantom_scene
 from scene_builds import built
@@ -121,7 +121,7 @@ def run_javascript(tmp_path: Path, body: str) -> list[list[object]]:
         const gl = new Proxy({{}}, {{ get: (_, name) => /^[A-Z]/.test(name) ? name : call(name) }});
         {body}"""
     )
-    done = subprocess.run(["node", str(script)], capture_output=True, text=True, check=False)
+    done = ended(["node", str(script)])
     assert done.returncode == 0, done.stderr
     return [json.loads(line) for line in done.stdout.splitlines()]
 
