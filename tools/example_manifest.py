@@ -3,11 +3,11 @@
 Sizes and digests of files are zeros, because they would change with each word of a shader. The plan has one item.
 """
 
-import json
 import tempfile
 from pathlib import Path
 
 import numpy as np
+from json_lines import WIDTH, json_lines
 
 from volprep.pipeline.build import build
 from volprep.scene.request import load_request
@@ -31,7 +31,6 @@ points = [
 [skip]
 kind = "none"
 """
-_WIDTH = 116
 _COMMENTS = {
     "compression": "compressed forms that were considered",
     "costs": "what an app uploads for each level and transfer function, and the memory that it takes",
@@ -74,7 +73,7 @@ def example() -> str:
     record["channels"][0]["source"]["sha256"] = "0" * 64
     record["plan"] = [item for item in record["plan"] if not item["kept"]][:1]
     left = dict(_COMMENTS)
-    return "\n".join(_commented(line, left) for line in _lines(record)) + "\n"
+    return "\n".join(_commented(line, left) for line in json_lines(record)) + "\n"
 
 
 def _built(folder: Path) -> Manifest:
@@ -88,32 +87,12 @@ def _built(folder: Path) -> Manifest:
     return Manifest.model_validate_json((package / "manifest.json").read_bytes())
 
 
-def _lines(value: object, indent: int = 0, prefix: str = "") -> list[str]:
-    """JSON in lines: a value that fits into one line has one line."""
-    flat = json.dumps(value, ensure_ascii=False, sort_keys=True)
-    start = " " * indent + prefix
-    if indent and len(start + flat) < _WIDTH:
-        return [start + flat]
-    if isinstance(value, dict):
-        inner = [(json.dumps(key) + ": ", value[key]) for key in sorted(value)]
-        ends = "{}"
-    elif isinstance(value, list):
-        inner, ends = [("", each) for each in value], "[]"
-    else:
-        return [start + flat]
-    lines = [start + ends[0]]
-    for at, (name, each) in enumerate(inner):
-        lines += _lines(each, indent + 2, name)
-        lines[-1] += "," if at < len(inner) - 1 else ""
-    return [*lines, " " * indent + ends[1]]
-
-
 def _commented(line: str, left: dict[str, str]) -> str:
     """Add the comment of the line's key when it comes for the first time: behind it, or above it if it is long."""
     key = line.split('"')[1] if line.lstrip().startswith('"') else ""
     if key not in left:
         return line
     comment = f"// {left.pop(key)}"
-    if len(line) + len(comment) + 2 <= _WIDTH:
+    if len(line) + len(comment) + 2 <= WIDTH:
         return f"{line}  {comment}"
     return f"{line[: len(line) - len(line.lstrip())]}{comment}\n{line}"

@@ -3,9 +3,9 @@
 python tools/make_schemas.py
 """
 
-import json
 from pathlib import Path
 
+from json_lines import json_lines
 from pydantic import BaseModel
 
 from volprep.pipeline.walk import WalkReport
@@ -42,12 +42,14 @@ _OPEN: tuple[type[BaseModel], ...] = (Manifest, SubvolumeGrid)
 
 
 def schema_text(model: type[BaseModel]) -> str:
-    """JSON Schema (2020-12) of what a reader accepts, keys sorted."""
+    """JSON Schema (2020-12) of what a reader accepts, keys sorted, without titles that repeat the names of fields."""
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **model.model_json_schema()}
-    if model in _OPEN:
-        for record in (schema, *schema.get("$defs", {}).values()):
+    for record in (schema, *schema.get("$defs", {}).values()):
+        for field in record.get("properties", {}).values():
+            field.pop("title", None)
+        if model in _OPEN:
             record["properties"] |= _OTHERS
-    return json.dumps(schema, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
+    return "\n".join(json_lines(schema)) + "\n"
 
 
 def main() -> None:

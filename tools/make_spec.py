@@ -28,6 +28,8 @@ DOCUMENTS: dict[Path, tuple[type[BaseModel], ...]] = {
 """Each text with tables, and the models whose fields they list, with every record in them."""
 _TABLE = re.compile(r"(<!-- fields of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _EXAMPLE = re.compile(r"(<!-- example manifest -->\n).*?(<!-- end -->)", re.DOTALL)
+_BASES = {"ChannelSpec": "SourceSpec"}
+"""Records that have all fields of another one: their tables list the others."""
 _PATTERNS = {"^[0-9a-f]{64}$": "64 hexadecimal digits", "^[a-z0-9_-]+(": "[path](#31-paths)"}
 
 Schema = dict[str, object]
@@ -50,11 +52,17 @@ def records_of(path: Path) -> dict[str, Schema]:
     return records
 
 
+def own_fields(name: str, records: dict[str, Schema]) -> dict[str, Schema]:
+    """Fields of a record, but for those that the table of its base lists."""
+    base = records[_BASES[name]]["properties"] if name in _BASES else {}
+    return {key: field for key, field in records[name]["properties"].items() if key not in base}
+
+
 def field_table(name: str, records: dict[str, Schema]) -> str:
     record = records[name]
     required = record.get("required", [])
     lines = ["| field | type | if absent | meaning |", "|---|---|---|---|"]
-    for key, field in record["properties"].items():
+    for key, field in own_fields(name, records).items():
         absent = "not allowed" if key in required else _absent(field)
         # A description that is also that of the field's record stands only there.
         described = field if "description" in field else records[field["$ref"].removeprefix("#/$defs/")]

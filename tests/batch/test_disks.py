@@ -3,11 +3,10 @@
 import json
 import resource
 import shutil
-import subprocess
 
 import pytest
 from batch_scans import records, start, wait_until, write_scans
-from command_line import COMMAND
+from command_line import COMMAND, ended
 
 
 @pytest.mark.long
@@ -17,13 +16,9 @@ def test_a_scan_for_which_there_is_no_room_is_recorded_and_others_go_on(tmp_path
     out = tmp_path / "out"
     # A limit on the size of files is told by the same calls as a full disk, and needs no disk of its own.
     limit = 30_000
-    done = subprocess.run(
+    done = ended(
         [*COMMAND, "batch", str(tmp_path / "in"), "-o", str(out), "--shard", "1/1"],
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
     )
     assert done.returncode == 6
     assert "Traceback" not in done.stdout + done.stderr

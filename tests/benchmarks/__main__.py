@@ -1,15 +1,17 @@
 """`make bench`: prints what every room's benchmarks found, and writes it to bench.json.
 
 Each room has a file bench_*.py here. Kernels give contests (contest.py) and appear in the table of rows below. What is
-measured in another unit, such as the memory of a build, gets a section of its own in bench.json.
+measured in another unit, such as the memory of a build, is a section of its own, below and in bench.json.
 """
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.table import Table
 
 from volprep.kernels import _native
@@ -17,12 +19,12 @@ from volprep.kernels import _native
 from .bench_channels import channels_table, measure_channels
 from .bench_classified import classified_table, measure_classified
 from .bench_compressed import compressed_table, measure_compressed
-from .bench_decode import DecodeRow, measure_decode
-from .bench_import import ImportRow, measure_import
+from .bench_decode import decode_table, measure_decode
+from .bench_import import import_table, measure_import
 from .bench_kernels import contests
 from .bench_leaving_out import leaving_out_table, measure_leaving_out
 from .bench_levels import levels_table, measure_levels
-from .bench_memory import MemoryRow, measure_memory
+from .bench_memory import measure_memory, memory_table
 from .bench_mosaics import contests as mosaic_contests
 from .bench_mosaics import fetch_table, measure_fetch
 from .bench_normals import measure_normals, normals_tables
@@ -43,9 +45,32 @@ RESULT = Path("bench.json")
 TABLE_WIDTH = 160
 """Columns of the table: a narrower terminal wraps its lines, which is better than half of their words."""
 
+SECTIONS: dict[str, tuple[Callable[[Console], Any], Callable[[Any], RenderableType]]] = {
+    "import": (measure_import, import_table),
+    "decode": (measure_decode, decode_table),
+    "mosaics": (measure_fetch, fetch_table),
+    "channels": (measure_channels, channels_table),
+    "compressed": (measure_compressed, compressed_table),
+    "pyramid": (measure_pyramid, pyramid_table),
+    "levels": (measure_levels, levels_table),
+    "classified": (measure_classified, classified_table),
+    "normals": (measure_normals, normals_tables),
+    "skipping": (measure_skip, skip_rows_table),
+    "leaving out": (measure_leaving_out, leaving_out_table),
+    "proxy": (measure_proxy, proxy_rows_table),
+    "slices": (measure_slices, slices_table),
+    "segments": (measure_segments, segments_table),
+    "hiding segments": (measure_hiding, hiding_table),
+    "vtk": (measure_vtk, vtk_table),
+    "transport": (measure_transport, transport_table),
+    "page": (measure_page, page_table),
+    "memory": (measure_memory, memory_table),
+}
+"""What measures each section of bench.json, and its table for people."""
+
 
 def main() -> None:
-    """Hold all contests, print the table, write the file."""
+    """Hold all contests, measure all sections, print the tables, write the file."""
     console = Console()
     console.width = max(console.width, TABLE_WIDTH)
     outcomes = []
@@ -62,66 +87,11 @@ def main() -> None:
     console.print(
         "Memory on {threads} threads: read {read_gb_per_s:.1f}, copy {copy_gb_per_s:.1f} GB/s.".format(**machine)
     )
-    imports = measure_import(console)
-    console.print(_import_table(imports))
-    decodes = measure_decode(console)
-    console.print(_decode_table(decodes))
-    fetches = measure_fetch(console)
-    console.print(fetch_table(fetches))
-    channels = measure_channels(console)
-    console.print(channels_table(channels))
-    compressed = measure_compressed(console)
-    console.print(compressed_table(compressed))
-    pyramid = measure_pyramid(console)
-    console.print(pyramid_table(pyramid))
-    levels = measure_levels(console)
-    console.print(levels_table(levels))
-    classified = measure_classified(console)
-    console.print(classified_table(classified))
-    normals = measure_normals(console)
-    for table in normals_tables(normals):
-        console.print(table)
-    skipping = measure_skip(console)
-    console.print(skip_rows_table(skipping))
-    leaving_out = measure_leaving_out(console)
-    console.print(leaving_out_table(leaving_out))
-    meshes = measure_proxy(console)
-    console.print(proxy_rows_table(meshes))
-    slices = measure_slices(console)
-    console.print(slices_table(slices))
-    segments, hiding = measure_segments(console), measure_hiding(console)
-    console.print(segments_table(segments), hiding_table(hiding))
-    others = measure_vtk(console)
-    console.print(vtk_table(others))
-    transports = measure_transport(console)
-    console.print(transport_table(transports))
-    pages = measure_page(console)
-    console.print(page_table(pages))
-    memory = measure_memory(console)
-    console.print(_memory_table(memory))
-    found = {
-        "machine": machine,
-        "rows": [asdict(row) for row in rows],
-        "import": [asdict(row) for row in imports],
-        "decode": [asdict(row) for row in decodes],
-        "skipping": [asdict(row) for row in skipping],
-        "leaving out": [asdict(row) for row in leaving_out],
-        "proxy": [asdict(row) for row in meshes],
-        "slices": [asdict(row) for row in slices],
-        "memory": [asdict(row) for row in memory],
-        "mosaics": [asdict(row) for row in fetches],
-        "channels": [asdict(row) for row in channels],
-        "compressed": [asdict(row) for row in compressed],
-        "pyramid": [asdict(row) for row in pyramid],
-        "levels": [asdict(row) for row in levels],
-        "classified": [asdict(row) for row in classified],
-        "normals": asdict(normals),
-        "segments": [asdict(row) for row in segments],
-        "hiding segments": [asdict(row) for row in hiding],
-        "vtk": [asdict(row) for row in others],
-        "transport": [asdict(row) for row in transports],
-        "page": [asdict(row) for row in pages],
-    }
+    found = {"machine": machine, "rows": [asdict(row) for row in rows]}
+    for name, (measure, table) in SECTIONS.items():
+        measured = measure(console)
+        console.print(table(measured))
+        found[name] = [asdict(row) for row in measured] if isinstance(measured, list) else asdict(measured)
     RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     console.print(f"Written to {RESULT.resolve()}.")
 
@@ -142,42 +112,6 @@ def _table(rows: list[Row]) -> Table:
             f"{row.peer_ms:.1f}",
             f"{row.ratio:.1f} ×",
             f"{row.share_of_bandwidth:.0%}",
-        )
-    return table
-
-
-def _decode_table(rows: list[DecodeRow]) -> Table:
-    table = Table("60 slices of 512×512", "one by one s", "in workers s", "with their start s", "times faster")
-    for column in table.columns[1:]:
-        column.justify = "right"
-    for row in rows:
-        times = (row.serial_s, row.workers_s, row.first_s)
-        table.add_row(row.syntax, *(f"{seconds:.2f}" for seconds in times), f"{row.ratio:.2f} ×")
-    return table
-
-
-def _memory_table(rows: list[MemoryRow]) -> Table:
-    table = Table("work", "s", "largest memory MB", "read, digest, write s", "ratio")
-    for column in table.columns[1:]:
-        column.justify = "right"
-    for row in rows:
-        bare = ("", "")
-        if row.bare_seconds is not None:
-            bare = (f"{row.bare_seconds:.0f}", f"{row.seconds / row.bare_seconds:.1f}")
-        table.add_row(row.work, f"{row.seconds:.0f}", f"{row.peak_mb:.0f}", *bare)
-    return table
-
-
-def _import_table(rows: list[ImportRow]) -> Table:
-    table = Table("import of DICOM", "how", "ours s", "peer", "peer s", "ours ÷ peer")
-    for row in rows:
-        table.add_row(
-            row.series,
-            row.how,
-            f"{row.ours_s:.2f}",
-            row.peer,
-            f"{row.peer_s:.2f}",
-            f"{row.ratio:.2f}",
         )
     return table
 

@@ -24,6 +24,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
+from rich.table import Table
 
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Silent
@@ -139,6 +140,21 @@ def measure_import(console: Console) -> list[ImportRow]:
             console.print(f"measuring import of {size}", style="dim")
             rows += _contest(size, series, folder / "out")
     return rows
+
+
+def import_table(rows: list[ImportRow]) -> Table:
+    """Table for people."""
+    table = Table("import of DICOM", "how", "ours s", "peer", "peer s", "ours ÷ peer")
+    for row in rows:
+        table.add_row(
+            row.series,
+            row.how,
+            f"{row.ours_s:.2f}",
+            row.peer,
+            f"{row.peer_s:.2f}",
+            f"{row.ratio:.2f}",
+        )
+    return table
 
 
 def _contest(size: str, series: Path, out: Path) -> list[ImportRow]:

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
+from rich.table import Table
 
 _SLICE_YX = (1000, 1000)
 _DEPTHS = (1000, 10_000)
@@ -85,6 +86,19 @@ def measure_memory(console: Console) -> list[MemoryRow]:
             console.print(f"measuring a build of {size / 1e9:g} GB", style="dim")
             rows.append(measure_build(Path(name), depth))
     return rows
+
+
+def memory_table(rows: list[MemoryRow]) -> Table:
+    """Table for people."""
+    table = Table("work", "s", "largest memory MB", "read, digest, write s", "ratio")
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for row in rows:
+        bare = ("", "")
+        if row.bare_seconds is not None:
+            bare = (f"{row.bare_seconds:.0f}", f"{row.seconds / row.bare_seconds:.1f}")
+        table.add_row(row.work, f"{row.seconds:.0f}", f"{row.peak_mb:.0f}", *bare)
+    return table
 
 
 def measure_build(folder: Path, depth: int) -> MemoryRow:

@@ -21,7 +21,7 @@ from typing import get_args
 import numpy as np
 import scipy.ndimage
 from numpy.typing import NDArray
-from rich.console import Console
+from rich.console import Console, Group
 from rich.table import Table
 
 from volprep.kernels import _native
@@ -100,7 +100,7 @@ def measure_normals(console: Console) -> NormalsRows:
     return NormalsRows(copy_gb_per_s, speed, (*_waves(), *_code_errors(), *_field_errors()))
 
 
-def normals_tables(rows: NormalsRows) -> tuple[Table, Table]:
+def normals_tables(rows: NormalsRows) -> Group:
     """Tables for people."""
     speed = Table("normals, 224×512×512", "code", "voxels", "ms", "bytes", "bandwidth", "scipy sobel")
     for row in rows.speed:
@@ -110,7 +110,7 @@ def normals_tables(rows: NormalsRows) -> tuple[Table, Table]:
     for error in rows.errors:
         numbers = (f"{error.mean:.3f}", f"{error.p99:.3f}", f"{error.largest:.3f}")
         errors.add_row(error.field, f"{error.noise:.0%}", error.kernel, error.code, *numbers)
-    return speed, errors
+    return Group(speed, errors)
 
 
 def _speed() -> tuple[float, tuple[NormalsSpeed, ...]]:

@@ -1,12 +1,10 @@
-"""Old and new verdict of the sample scenes, side by side, as the table of docs/MEASURED.md.
+"""Verdict of the sample scenes, as the table of docs/MEASURED.md.
 
     python -m tests.benchmarks.sample_verdicts [SCENE ...]
 
 Builds and validates each scene of `sample_specs` whose scan lies in VOLPREP_TEST_DATA or was made by `make demo`. There
-are no scans for `cells`, `cryosections` and `tissues`. Until volprep judged what is seen, a package was within if no
-view was off by more than 0.02 in the mean over all pixels, or by 0.25 in one. Now errors count over seen pixels, with
-FLIP, and each thin thing must keep its light. The numbers are those of the worst of nine views at the finest level; all
-coarse levels are judged, too.
+are no scans for `cells`, `cryosections` and `tissues`. The numbers are those of the worst of nine views at the finest
+level; all coarse levels are judged, too.
 """
 
 import json
@@ -17,7 +15,6 @@ import tempfile
 from pathlib import Path
 
 from volprep.validation.report_record import Report
-from volprep_formats.package.manifest import Tolerance
 
 SAMPLES = Path(__file__).parents[2] / "sample_specs"
 _ENGINE, _HEAD = "engine_pair/data/*.raw.gz", "mr_t1_studyforrest/dicoms"
@@ -37,12 +34,7 @@ SCANS = {
 }
 """The scan of each scene, below the folder of real scans."""
 SEGMENTS = {"head-segments": "segments/aparc.a2009s+aseg.mgz"}
-OLD = Tolerance(rmse=0.02, maximum=0.25)
-"""Limits of the old verdict, over all pixels."""
-HEAD = (
-    "| scene | RMSE, all pixels | largest | old verdict | RMSE, seen | FLIP | kept light | new verdict | previews |\n"
-    "|---|---|---|---|---|---|---|---|---|"
-)
+HEAD = "| scene | RMSE, seen | largest | FLIP | kept light | verdict | previews |\n|---|---|---|---|---|---|---|"
 
 
 def main(names: list[str]) -> None:
@@ -73,17 +65,11 @@ def report_of(name: str, scans: Path, folder: Path) -> Report:
 def row(name: str, report: Report) -> str:
     """Return the row of a scene."""
     views = [view for program in report.programs for view in program.views]
-    rmse, largest = max(view.total.rmse for view in views), max(view.total.maximum for view in views)
-    others = [other for program in report.programs for other in program.others if not other.preview_only]
-    of_others = [view.rmse for other in others for view in other.views]
-    old = max(rmse, *of_others, 0.0) <= OLD.rmse and largest <= OLD.maximum
     kept = [view.seen.kept_light for view in views if view.seen.thin_things]
     cells = (
         f"`{name}`",
-        f"{rmse:.4f}",
-        f"{largest:.3f}",
-        "within" if old else "beyond",
         f"{max(view.seen.rmse for view in views):.4f}",
+        f"{max(view.total.maximum for view in views):.3f}",
         f"{max(view.seen.flip for view in views):.3f}",
         f"{min(kept):.2f}" if kept else "–",
         report.verdict.code,

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 from judged import validate
-
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
-from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
+from scene_builds import built, drawn, write_raw_scene
 
 SHAPE_ZYX = (14, 30, 26)
 WINDOW = """
@@ -25,13 +19,8 @@ PROFILES = {"gles3": "", "gles2-2048": "", "gles3-bricks": "[bricks]\nsize = 8\n
 
 
 def package_of(folder, name, voxels):
-    voxels.astype("<i2").tofile(folder / "chest.raw")
-    (folder / "chest.toml").write_text(f"""name = "chest"
-profile = "{name.removesuffix("-bricks").removesuffix("-grid")}"
-[source]
-path = "chest.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
-[pyramid]
+    profile = name.removesuffix("-bricks").removesuffix("-grid")
+    tables = f"""[pyramid]
 coarsest_longest_axis = 15
 [skip]
 kind = "distance"
@@ -39,9 +28,8 @@ kind = "distance"
 [render]
 compositing = "average"
 picture_size = 64
-{WINDOW}""")
-    build(load_request(folder / "chest.toml"), folder / "chest.volpkg", Silent())
-    return Package.open(folder / "chest.volpkg")
+{WINDOW}"""
+    return built(write_raw_scene(folder, voxels.astype("<i2"), tables, profile=profile, top=""))
 
 
 def ribs():
@@ -54,12 +42,6 @@ def ribs():
 @pytest.fixture(scope="module", params=PROFILES)
 def package(request, tmp_path_factory):
     return package_of(tmp_path_factory.mktemp(request.param), request.param, ribs())
-
-
-def drawn(package, view, **choices):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package, **choices) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (64, 64))
 
 
 def test_the_reversed_view_is_the_same_picture(package) -> None:
@@ -80,7 +62,7 @@ def test_nothing_is_cropped_or_skipped_and_levels_hold_means(package) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("package", ["gles3", "gles2-2048"], indirect=True)
 def test_it_is_within_the_tolerance_and_the_error_falls_with_the_step(package) -> None:
-    report = validate(package.path, package.path.with_name("chest.report"), Silent())
+    report = validate(package)
     assert report.verdict.failed == 0
     assert report.verdict.differing == ()
     (program, *_) = report.programs

@@ -1,17 +1,14 @@
 """Compositing back to front gives the picture of emission and absorption, but for rounding."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
+from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
-from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (17, 22, 25)
 GLASS = """
@@ -29,14 +26,8 @@ points = [
 def package_of(folder, compositing, profile, more="", *, render="", shape=SHAPE_ZYX):
     z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in shape), indexing="ij")
     noise = np.random.default_rng(4).uniform(0, 30, shape)
-    (np.clip(210 - 190 * (x**2 + y**2 + z**2), 0, 220) + noise).astype(np.uint8).tofile(folder / "ball.raw")
-    (folder / "ball.toml").write_text(f"""name = "ball"
-profile = "{profile}"
-crop = "none"
-[source]
-path = "ball.raw"
-raw = {{ shape_zyx = {list(shape)}, dtype = "uint8", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
-[skip]
+    ball = (np.clip(210 - 190 * (x**2 + y**2 + z**2), 0, 220) + noise).astype(np.uint8)
+    tables = f"""[skip]
 kind = "distance"
 block = 4
 {more}
@@ -45,16 +36,11 @@ compositing = "{compositing}"
 opacity_cutoff = 1.0
 picture_size = 32
 {render}
-{GLASS}""")
-    build(load_request(folder / "ball.toml"), folder / f"{compositing}.volpkg", Silent())
-    return Package.open(folder / f"{compositing}.volpkg")
+{GLASS}"""
+    return built(write_raw_scene(folder, ball, tables, profile=profile), folder / f"{compositing}.volpkg")
 
 
-def drawn(package, view, target="rgba32f"):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package, target=target) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (64, 64))
-
+drawn = partial(scene_builds.drawn, target="rgba32f")
 
 CASES = {
     "texture3d": ("gles3", "", ""),
@@ -73,7 +59,7 @@ def test_the_picture_is_that_of_emission_and_absorption(tmp_path, profile, more,
     )
     target = "rgba8" if profile.startswith("gles2") else "rgba32f"
     for view in ("anterior", "posterior-left"):
-        one, other = drawn(forth, view, target), drawn(back, view, target)
+        one, other = (drawn(each, view, target=target) for each in (forth, back))
         assert one[..., 3].max() > 0.5
         assert np.ptp(one[..., :3]) > 0.2
         # Samples lie in the same places up to float32's rounding, and a palette has steps.
@@ -84,16 +70,13 @@ def test_the_picture_is_that_of_emission_and_absorption(tmp_path, profile, more,
 @pytest.mark.long
 def test_skipping_changes_no_pixel(tmp_path) -> None:
     package = package_of(tmp_path, "back-to-front", "gles3", shape=(50, 66, 66))
-    plain = unskipped(package, package.manifest.programs[0], package.manifest.render)
-    assert plain is not package
-    for view in standard_views(package.manifest.levels[0].grid):
-        assert np.array_equal(drawn(package, view), drawn(plain, view))
+    assert_skipping_changes_no_pixel(package)
 
 
 @pytest.mark.long
 def test_it_is_within_the_tolerance(tmp_path) -> None:
     package = package_of(tmp_path, "back-to-front", "gles3")
-    report = validate(package.path, tmp_path / "report", Silent())
+    report = validate(package.path, tmp_path / "report")
     assert report.verdict.failed == 0
     assert report.verdict.differing == ()
     assert report.programs[0].sweep.convergence.expected == 2.0

@@ -4,17 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scene_builds
 from channel_scene import write_channel_scene
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import planned, view_of
 
-from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.validation.uncut import uncut
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
@@ -29,14 +29,12 @@ def scene_with(folder: Path, table: str, profile: str = "gles3", *, crop: str = 
     folder.mkdir(exist_ok=True)
     scene = write_phantom_scene(folder, profile)
     text = scene.read_text(encoding="utf-8").replace('name = "phantom"', f'name = "phantom"\ncrop = "{crop}"')
-    text = text.replace("coarsest_longest_axis = 16", 'coarsest_longest_axis = 16\nfilter = "box"')
     scene.write_text(f"{text}\n[quantize]\nbits = {bits}\n{table}", encoding="utf-8")
     return scene
 
 
 def built(folder: Path, table: str, profile: str = "gles3", **wishes) -> Package:
-    build(load_request(scene_with(folder, table, profile, **wishes)), folder / "phantom.volpkg", Silent())
-    return Package.open(folder / "phantom.volpkg")
+    return scene_builds.built(scene_with(folder, table, profile, **wishes), folder / "phantom.volpkg")
 
 
 def levels_of(package: Package) -> list[int]:
@@ -57,7 +55,7 @@ def test_a_package_of_bricks_is_sound_and_draws_what_textures_do(tmp_path, profi
     named = [path for item in bricks.manifest.plan if item.kept for path in item.files]
     assert sorted(named) == [record.path for record in bricks.manifest.files]
     grid = bricks.manifest.grid
-    box_from_clip = standard_views(grid, "perspective")["left"].box_from_clip(grid, 1.0)
+    box_from_clip = view_of(grid, "left", "perspective")
     assert len(layouts(bricks)) == len(bricks.manifest.levels)
     for program in bricks.manifest.programs:
         (level,) = program.levels
@@ -80,8 +78,7 @@ def test_bricks_that_show_nothing_are_left_out(tmp_path) -> None:
     # The core alone is small, and with its surroundings is what is left.
     start, stop = text.index("[[transfer]]"), text.index("[[transfer]]", text.index("[[transfer]]") + 1)
     (tmp_path / "phantom.toml").write_text(text[:start] + text[stop:], encoding="utf-8")
-    build(load_request(tmp_path / "phantom.toml"), tmp_path / "core.volpkg", Silent())
-    package = Package.open(tmp_path / "core.volpkg")
+    package = scene_builds.built(tmp_path / "phantom.toml", tmp_path / "core.volpkg")
     finest = layouts(package)[0]
     assert 0 < finest.stored < np.prod(finest.bricks_zyx)
     volume = next(texture for texture in package.manifest.textures if texture.bricks is not None)
@@ -114,14 +111,14 @@ def test_the_verb_makes_what_build_makes(tmp_path) -> None:
 )
 def test_what_cannot_be_bricks_is_refused_with_what_to_do(tmp_path, table, profile, says) -> None:
     with pytest.raises(VolprepError, match=says):
-        plan_build(load_request(scene_with(tmp_path, table, profile)), Silent())
+        planned(scene_with(tmp_path, table, profile))
 
 
 def test_a_level_for_which_all_bricks_have_no_room_is_left_out(tmp_path) -> None:
     profile = (Path(__file__).parents[2] / "volprep" / "scene" / "profiles" / "gles3.toml").read_text(encoding="utf-8")
     small = profile.replace('name = "gles3"', 'name = "small"').replace("1024", "24")
     (tmp_path / "small.toml").write_text(small, encoding="utf-8")
-    plan = plan_build(load_request(scene_with(tmp_path, BRICKS, "small.toml")), Silent())
+    plan = planned(scene_with(tmp_path, BRICKS, "small.toml"))
     item = next(item for item in plan.items if item.name == "level 0")
     assert not item.kept
     assert "in bricks of 4³ cells do not fit into 24 texels along an axis" in item.reason
@@ -129,10 +126,9 @@ def test_a_level_for_which_all_bricks_have_no_room_is_left_out(tmp_path) -> None
 
 @pytest.mark.long
 def test_each_of_several_channels_has_bricks_of_its_own(tmp_path) -> None:
-    scene = write_channel_scene(tmp_path, level_filter="box")
-    scene.write_text(scene.read_text(encoding="utf-8") + BRICKS, encoding="utf-8")
-    manifest = build(load_request(scene), tmp_path / "tissues.volpkg", Silent())
+    scene = write_channel_scene(tmp_path, more=BRICKS)
+    manifest = scene_builds.built(scene, tmp_path / "tissues.volpkg").manifest
     assert check(tmp_path / "tissues.volpkg") == []
     held = {(texture.channels, texture.level) for texture in manifest.textures if texture.bricks is not None}
     assert held == {((channel.name,), level.index) for channel in manifest.channels for level in channel.levels}
-    assert validate(tmp_path / "tissues.volpkg", tmp_path / "report", Silent(), picture_size=16).verdict.passed
+    assert validate(tmp_path / "tissues.volpkg", tmp_path / "report", picture_size=16).verdict.passed

@@ -6,17 +6,18 @@ from pathlib import Path
 import nibabel
 import numpy as np
 import pytest
+import scene_builds
 import tifffile
 from channel_scene import channels, write_channel_scene
 from judged import validate
+from scene_builds import built, drawn
 
-from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.build import plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.stages import run_stages
-from volprep.render.renderer import Renderer
 from volprep.scene.channels import ONLY_CHANNEL, drawn_channels, left_out, with_listed_channels
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
@@ -38,13 +39,12 @@ from volprep_formats.source import SourceSpec
 def package(request, tmp_path_factory) -> Package:
     folder = tmp_path_factory.mktemp(request.param)
     target = folder / "tissues.volpkg"
-    build(load_request(write_channel_scene(folder, request.param)), target, Silent())
-    return Package.open(target)
+    return built(write_channel_scene(folder, request.param), target)
 
 
 def refusal(scene) -> VolprepError:
     with pytest.raises(VolprepError) as error:
-        plan_build(load_request(scene), Silent())
+        scene_builds.planned(scene)
     return error.value
 
 
@@ -103,7 +103,7 @@ class TestWhatItHolds:
     @pytest.mark.usefixtures("stages_run_again")
     def test_the_same_scene_gives_the_same_bytes(self, package, tmp_path) -> None:
         again = tmp_path / "again.volpkg"
-        build(load_request(write_channel_scene(tmp_path, package.manifest.profile.name)), again, Silent())
+        built(write_channel_scene(tmp_path, package.manifest.profile.name), again)
         assert (again / "manifest.json").read_bytes() == (package.path / "manifest.json").read_bytes()
 
     def test_a_level_is_exported_of_the_channel_that_is_chosen(self, package) -> None:
@@ -117,15 +117,10 @@ class TestWhatItHolds:
 
 class TestWhatItDraws:
     def test_a_transfer_function_draws_its_channel(self, package) -> None:
-        from volprep.truth.camera import standard_views
 
         pictures = {}
         for transfer in ("red", "white"):
-            with Renderer(package, transfer=transfer) as renderer:
-                grid = renderer.level.grid
-                pictures[transfer] = renderer.render(
-                    standard_views(grid, "orthographic")["anterior"].box_from_clip(grid, 1.0), (32, 32)
-                )
+            pictures[transfer] = drawn(package, "anterior", (32, 32), transfer=transfer)
         # The ball of bone lies to the right of that of skin.
         middle = [
             (picture[..., 3].sum(axis=0) @ np.arange(32)) / picture[..., 3].sum() for picture in pictures.values()
@@ -135,14 +130,14 @@ class TestWhatItDraws:
     @pytest.mark.long
     def test_it_validates_and_with_channels_exchanged_it_does_not(self, tmp_path) -> None:
         scene = write_channel_scene(tmp_path)
-        build(load_request(scene), tmp_path / "a.volpkg", Silent())
-        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+        built(scene, tmp_path / "a.volpkg")
+        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=16)
         assert report.verdict.passed
         assert [program.transfer for program in report.programs] == ["red", "blue", "white"]
         bone = tmp_path / "bone.raw"
         bone.write_bytes((channels()["bone"] // 2).tobytes())
         with pytest.raises(VolprepError, match="VP6013"):
-            validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+            validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=16)
 
     @pytest.mark.long
     @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
@@ -150,13 +145,13 @@ class TestWhatItDraws:
         scene = write_channel_scene(tmp_path, profile)
         wishes = '[skip]\nkind = "distance"\nblock = 4\nranges = true\n'
         scene.write_text(scene.read_text().replace("[pyramid]", f"{wishes}[pyramid]"))
-        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        manifest = built(scene, tmp_path / "a.volpkg").manifest
         tables = {(table.transfer, table.level) for table in manifest.skipping.tables}
         assert {transfer for transfer, _ in tables} == {"red", "white"}
         ranges = {(*texture.channels, texture.level) for texture in manifest.textures if texture.role == "ranges"}
         assert ranges == {(c.name, level.index) for c in manifest.channels for level in c.levels}
         assert len(ranges) == len(manifest.skipping.ranges)
-        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=16)
         assert report.verdict.passed
 
     @pytest.mark.long
@@ -164,7 +159,7 @@ class TestWhatItDraws:
     def test_each_channel_is_lit_by_its_own_normals(self, tmp_path, profile) -> None:
         scene = edited(tmp_path, "[render]", '[render]\nlighting = "headlight"')
         scene.write_text(scene.read_text().replace('"gles3"', f'"{profile}"'))
-        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        manifest = built(scene, tmp_path / "a.volpkg").manifest
         assert manifest.profile.name == profile
         assert check(tmp_path / "a.volpkg") == []
         normals = {(*texture.channels, texture.level) for texture in manifest.textures if texture.role == "normals"}
@@ -183,8 +178,8 @@ class TestOneChannel:
         alone = text[:end].replace(source, f"[source]\n{skin}").replace('channel = "skin"\n', "")
         (tmp_path / "alone.toml").write_text(alone)
         assert begin < end
-        one = build(load_request(tmp_path / "one.toml"), tmp_path / "one.volpkg", Silent())
-        plain = build(load_request(tmp_path / "alone.toml"), tmp_path / "alone.volpkg", Silent())
+        one = built(tmp_path / "one.toml", tmp_path / "one.volpkg").manifest
+        plain = built(tmp_path / "alone.toml", tmp_path / "alone.volpkg").manifest
         assert [channel.name for channel in one.channels] == ["skin"]
         assert [channel.name for channel in plain.channels] == [ONLY_CHANNEL]
         # But for the name of the channel they are the same, and the plan says what was left out.
@@ -220,12 +215,12 @@ class TestRegistration:
         scene = write_channel_scene(tmp_path)
         parts = scene.read_text().split("1.5, 1.0, 0.75")
         scene.write_text("1.5, 1.0, 0.75".join(parts[:2]) + "1.5, 1.0, 0.7501" + "1.5, 1.0, 0.75".join(parts[2:]))
-        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        manifest = built(scene, tmp_path / "a.volpkg").manifest
         assert len({channel.source.info.grid for channel in manifest.channels}) == 1
         found = find_scan(tmp_path / "a.volpkg", scene)
         for name, view in channel_views(manifest).items():
             assert read_scan(view, found.spec_of(name), Silent()).grid == manifest.source.info.grid
-        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=16)
+        report = validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=16)
         assert report.verdict.passed
 
 
@@ -295,12 +290,12 @@ class TestWhatChannelsShare:
         # Most of the one channel hides behind its outside, nothing of the other behind anything.
         dense = text.replace("extinction_per_mm = 0.4 }", "extinction_per_mm = 90.0 }")
         faint.write_text(dense)
-        plan = plan_build(load_request(faint), Silent())
+        plan = scene_builds.planned(faint)
         assert [each.render.opacity_cutoff for each in plan.channels] == [0.998, 0.998]
         for number in ("90.0", "0.2"):
             dense = dense.replace(f"extinction_per_mm = {number} }}", "extinction_per_mm = 0.0002 }")
         faint.write_text(dense)
-        assert [each.render.opacity_cutoff for each in plan_build(load_request(faint), Silent()).channels] == [
+        assert [each.render.opacity_cutoff for each in scene_builds.planned(faint).channels] == [
             None,
             None,
         ]
@@ -375,9 +370,9 @@ class TestChannelsOfOneFile:
     @pytest.mark.long
     def test_all_are_named_as_the_file_names_them(self, tmp_path) -> None:
         scene = self.scene(tmp_path, "dapi")
-        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        manifest = built(scene, tmp_path / "a.volpkg").manifest
         assert [channel.name for channel in manifest.channels] == ["gfp-green", "dapi"]
-        report = validate(tmp_path / "a.volpkg", tmp_path / "r", Silent(), source=scene, picture_size=16)
+        report = validate(tmp_path / "a.volpkg", tmp_path / "r", source=scene, picture_size=16)
         assert report.verdict.passed
 
     def test_a_channel_that_is_not_there_is_refused_with_those_that_are(self, tmp_path) -> None:
@@ -401,7 +396,7 @@ class TestChannelsOfOneFile:
         scene = self.scene(tmp_path, "channel-2")
         text = scene.read_text().replace("a.ome.tif", "a.nii").replace("500.0", "0.5")
         scene.write_text(text)
-        manifest = build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        manifest = built(scene, tmp_path / "a.volpkg").manifest
         assert [channel.name for channel in manifest.channels] == ["channel-1", "channel-2"]
         assert [channel.statistics.maximum for channel in manifest.channels] == [values[..., n].max() for n in (0, 1)]
         scene.write_text(text.replace('channels = "all"', 'channels = "all"\nvolume = 1'))
@@ -410,7 +405,7 @@ class TestChannelsOfOneFile:
     def test_channels_of_a_package_are_channels(self, tmp_path, package) -> None:
         scene = self.scene(tmp_path, "bone")
         scene.write_text(scene.read_text().replace("a.ome.tif", str(package.path)).replace("500.0", "0.5"))
-        plan = plan_build(load_request(scene), Silent())
+        plan = scene_builds.planned(scene)
         assert [each.channel for each in plan.channels] == ["skin", "bone"]
 
     def test_a_format_of_one_channel_is_refused(self, tmp_path) -> None:
@@ -485,10 +480,10 @@ def test_tissue_maps_of_a_head_become_one_package(scans, tmp_path) -> None:
         )
     text = (Path(__file__).parents[2] / "sample_specs" / "tissues.toml").read_text()
     (tmp_path / "tissues.toml").write_text(text.replace("../build/scans/tissues/", ""))
-    manifest = build(load_request(tmp_path / "tissues.toml"), tmp_path / "a.volpkg", Silent())
+    manifest = built(tmp_path / "tissues.toml", tmp_path / "a.volpkg").manifest
     assert [channel.name for channel in manifest.channels] == ["gm", "wm"]
     assert [item.channel for item in manifest.plan if item.name == "channel"] == ["csf"]
-    verdict = validate(tmp_path / "a.volpkg", tmp_path / "a.report", Silent(), picture_size=32).verdict
+    verdict = validate(tmp_path / "a.volpkg", tmp_path / "a.report", picture_size=32).verdict
     assert (verdict.failed, verdict.differing, verdict.unproved) == (0, (), ())
     # Folds of the cortex are finer than voxels of 6 mm, whatever filter makes them, and the verdict says so.
     assert all(item.startswith("level 1 with ") for item in verdict.beyond)

@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from colour_scene import write_colour_scene, write_pictures
 from judged import validate
+from scene_builds import built, planned
 
-from volprep.pipeline.build import build, plan_build
-from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
@@ -42,11 +40,6 @@ def scene_of(folder: Path, compression: str, tables: str, pixels: np.ndarray | N
     return scene
 
 
-def built(scene: Path) -> Package:
-    build(load_request(scene), scene.with_suffix(".volpkg"), Silent())
-    return Package.open(scene.with_suffix(".volpkg"))
-
-
 def said(manifest: Manifest) -> PlanItem:
     (item,) = (each for each in manifest.plan if each.kind == "compression")
     return item
@@ -64,7 +57,7 @@ def test_a_package_in_blocks_is_sound_and_has_the_error_that_the_plan_says(packa
     assert formats == {"COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR"}
     assert check(package.path) == []
     # The files are derived again from the pictures, and the driver draws them.
-    report = validate(package.path, tmp_path / "report", Silent())
+    report = validate(package.path, tmp_path / "report")
     assert report.verdict.passed
     (form,) = manifest.compression
     assert (form.format, form.channel, form.kept, form.pictures) == (FORM, "red", True, 9)
@@ -119,7 +112,7 @@ def test_rays_skip_what_is_clear_and_nothing_else(tmp_path: Path, compression: s
 
 def test_a_plan_without_a_build_says_that_a_build_tries_it(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, "auto", ANY)
-    found = plan_build(load_request(scene), Silent())
+    found = planned(scene)
     (item,) = (each for each in found.items if each.kind == "compression")
     assert (item.kept, item.name) == (False, f"textures as {FORM}")
     assert "a build tries the whole level" in item.reason
@@ -129,9 +122,8 @@ def test_profiles_without_the_extension_refuse_it_where_it_is_named(tmp_path: Pa
     scene = scene_of(tmp_path, "astc-4x4", "")
     named = scene.read_text().replace("gles3-astc", "gles3")
     scene.write_text(named)
-    with pytest.raises(VolprepError) as error:
-        plan_build(load_request(scene), Silent())
-    assert error.value.code == "VP3070"
+    with pytest.raises(VolprepError, match="VP3070"):
+        planned(scene)
     scene.write_text(named.replace('"astc-4x4"', '"auto"'))
-    (item,) = (each for each in plan_build(load_request(scene), Silent()).items if each.kind == "compression")
+    (item,) = (each for each in planned(scene).items if each.kind == "compression")
     assert item.reason == "profile gles3 has no ASTC_4X4, the only form of a volume in colour"

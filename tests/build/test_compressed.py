@@ -7,15 +7,13 @@ import pytest
 from field_samples import blocks_at, extinction_at, field_at
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 from plans import PlanOfOne, plan_of_one
+from scene_builds import built, view_of
 
 from volprep.parts.skip.visible import entry_extinctions
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
-from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
-from volprep.truth.camera import standard_views
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -24,7 +22,6 @@ from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
-from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
@@ -47,7 +44,7 @@ def source() -> np.ndarray:
 def scene_with(folder: Path, wish: str) -> Path:
     path = write_phantom_scene(folder, "gles3-astc")
     source().tofile(folder / "phantom.raw")
-    text = path.read_text().replace("[pyramid]", f'{SKIP}\n[quantize]\nbits = 8\n\n[pyramid]\nfilter = "box"')
+    text = path.read_text().replace("[pyramid]", f"{SKIP}\n[quantize]\nbits = 8\n\n[pyramid]")
     # A ramp: over a jump any error of a voxel is the whole jump, and no form is taken.
     text = text.replace("value = 700.0", "value = 400.0", 1)
     path.write_text(f'crop = "none"\n{text}\n[textures]\ncompression = "{wish}"\n')
@@ -59,8 +56,7 @@ def packages(tmp_path_factory) -> dict[str, Package]:
     found = {}
     for wish in WISHES:
         folder = tmp_path_factory.mktemp(wish)
-        build(load_request(scene_with(folder, wish)), folder / "phantom.volpkg", Silent())
-        found[wish] = Package.open(folder / "phantom.volpkg")
+        found[wish] = built(scene_with(folder, wish), folder / "phantom.volpkg")
     return found
 
 
@@ -98,7 +94,7 @@ def test_levels_decode_to_nearly_what_they_were(packages: dict[str, Package], wi
 def test_the_driver_draws_what_is_decoded(packages: dict[str, Package], wish: str) -> None:
     plain, compressed = packages["none"], packages[wish]
     grid = plain.manifest.grid
-    view = standard_views(grid, "orthographic")["anterior-left"].box_from_clip(grid, 1.0)
+    view = view_of(grid, "anterior-left")
     pictures = []
     for package in (plain, compressed):
         with Renderer(package) as renderer:
@@ -181,7 +177,7 @@ def test_skipping_changes_no_picture_of_what_is_decoded(packages: dict[str, Pack
     for program in package.manifest.programs:
         plain = unskipped(package, program, package.manifest.render)
         for view in ("anterior-left", "superior"):
-            camera = standard_views(grid)[view].box_from_clip(grid, 1.0)
+            camera = view_of(grid, view)
             pictures = []
             for each in (plain, package):
                 with Renderer(each, level=program.levels[0], transfer=program.transfer) as renderer:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scene_builds
 from channel_scene import write_channel_scene
 from judged import validate
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
@@ -11,7 +12,7 @@ from plans import plan_of_one
 
 from volprep.parts.compression import whole
 from volprep.parts.compression.source_level import WholeSource
-from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.build import plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.origin import read_origin
@@ -34,7 +35,7 @@ from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
 SIZE = 32
-QUICK = '[quantize]\nbits = 8\n[pyramid]\nfilter = "box"'
+QUICK = "[quantize]\nbits = 8\n[pyramid]"
 SMALL = f"[render]\npicture_size = {SIZE}\n"
 
 
@@ -56,8 +57,7 @@ def scene_of(folder: Path, voxels: np.ndarray, form: str, extra: str = "") -> Pa
 
 def built(folder: Path, voxels: np.ndarray, form: str, extra: str = "") -> Package:
     target = folder / "phantom.volpkg"
-    build(load_request(scene_of(folder, voxels, form, extra)), target, Silent())
-    return Package.open(target)
+    return scene_builds.built(scene_of(folder, voxels, form, extra), target)
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_what_is_said_of_the_form_is_the_data_error_of_validation(package) -> No
 @pytest.mark.long
 def test_it_validates_and_the_report_has_a_section(package) -> None:
     folder = package.path.with_suffix(".report")
-    report = validate(package.path, folder, Silent(), picture_size=SIZE)
+    report = validate(package.path, folder, picture_size=SIZE)
     assert report.verdict.passed
     assert [form.as_record for form in report.forms] == list(package.manifest.compression)
     kept = report.forms[-1]
@@ -131,7 +131,7 @@ def test_a_form_that_only_the_sample_bears_is_refused(tmp_path) -> None:
 
 
 def test_a_plan_without_a_build_says_that_it_rests_on_a_sample(tmp_path) -> None:
-    plan = plan_build(load_request(scene_of(tmp_path, smooth(), "astc-5x5")), Silent())
+    plan = scene_builds.planned(scene_of(tmp_path, smooth(), "astc-5x5"))
     (item,) = (item for item in plan.items if item.name == "textures as ASTC_5X5")
     assert item.reason.endswith("within half of the tolerance; a build tries the whole level")
 
@@ -196,8 +196,7 @@ def test_channels_are_compressed_each_for_itself(tmp_path) -> None:
     scene = write_channel_scene(tmp_path, "gles3-astc")
     text = scene.read_text().replace("[pyramid]", QUICK)
     scene.write_text(f'{text}\n[textures]\ncompression = "auto"\n[tolerance]\nrmse = 0.2\nmaximum = 0.9\n')
-    build(load_request(scene), tmp_path / "tissues.volpkg", Silent())
-    package = Package.open(tmp_path / "tissues.volpkg")
+    package = scene_builds.built(scene, tmp_path / "tissues.volpkg")
     assert check(package.path) == []
     kept = {form.channel: form for form in package.manifest.compression if form.kept}
     assert set(kept) == set(channel_packages(package))
@@ -217,4 +216,4 @@ def test_a_form_that_the_profile_has_not_is_refused_before_anything_is_tried(tmp
     scene = scene_of(tmp_path, smooth(), "astc-5x5")
     scene.write_text(scene.read_text().replace("gles3-astc", "gles3"))
     with pytest.raises(VolprepError, match="VP3070"):
-        build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+        scene_builds.built(scene, tmp_path / "phantom.volpkg")

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from scene_builds import view_of
 from slice_packages import missing_es11
 from tamper_scenes import write_kind
 
@@ -10,7 +11,6 @@ from volprep.pipeline.build import build
 from volprep.render.choose import renderer_of
 from volprep.scene.profiles import class_names, device_names, load_profile
 from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
@@ -39,5 +39,5 @@ def test_a_package_for_a_device_keeps_its_limits_and_is_drawn(tmp_path, name) ->
         assert cost.upload_bytes <= profile.max_texture_bytes
     grid = package.manifest.levels[0].grid
     with renderer_of(package) as renderer:
-        picture = renderer.render(standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0), (16, 16))
+        picture = renderer.render(view_of(grid, "anterior-left"), (16, 16))
     assert picture[..., 3].max() > 0.5

@@ -5,20 +5,19 @@ import pytest
 from channel_scene import write_channel_scene
 from command_line import volprep
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
+from scene_builds import built, planned
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.parts.levels.stage import FREE_CANDIDATES
-from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.origin import read_origin
 from volprep.plan.products import SkipPlan
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_edit, load_request
+from volprep.scene.request import load_edit
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 PROFILES = ["gles3", "gles2-2048"]
 EDIT = """
@@ -32,9 +31,9 @@ points = [
 """Shows the noise around the blobs, which the scene's own functions leave empty, and hides the core of the larger."""
 
 
-def write_scene(folder, profile="gles3", more="", *, points=None):
+def write_scene(folder, profile="gles3", more="", *, points=None, level_filter="auto"):
     """A phantom of editable transfer functions; `points` replace those of the first."""
-    path = write_phantom_scene(folder, profile)
+    path = write_phantom_scene(folder, profile, level_filter)
     text = path.read_text()
     if points is not None:
         begin, end = text.index("points = ["), text.index('[[transfer]]\nname = "core"')
@@ -47,14 +46,11 @@ def write_scene(folder, profile="gles3", more="", *, points=None):
 def pair(request, tmp_path_factory):
     """The package, and one that was built with the edited function, both with levels of one filter."""
     folder = tmp_path_factory.mktemp(request.param)
-    more = 'pyramid = { coarsest_longest_axis = 16, filter = "least-squares" }'
     packages = []
     for name, points in (("before", None), ("after", EDIT)):
         (folder / name).mkdir()
-        path = write_scene(folder / name, request.param, more, points=points)
-        path.write_text(path.read_text().replace("[pyramid]\ncoarsest_longest_axis = 16\n", ""))
-        build(load_request(path), folder / name / "phantom.volpkg", Silent())
-        packages.append(Package.open(folder / name / "phantom.volpkg"))
+        path = write_scene(folder / name, request.param, points=points, level_filter="least-squares")
+        packages.append(built(path))
     edit = folder / "edit.toml"
     edit.write_text(EDIT)
     return (*packages, edit)
@@ -129,28 +125,25 @@ def test_it_is_sound_and_each_coarser_level_has_a_histogram_and_tables(pair):
 )
 def test_what_rests_on_transfer_functions_is_refused(tmp_path, profile, more, what):
     with pytest.raises(VolprepError, match=f"VP3080 .*{what}"):
-        plan_build(load_request(write_scene(tmp_path, profile, more)), Silent())
+        planned(write_scene(tmp_path, profile, more))
 
 
 def test_a_filter_that_looks_through_transfer_functions_is_refused(tmp_path):
-    path = write_scene(tmp_path)
-    path.write_text(path.read_text().replace("[pyramid]", '[pyramid]\nfilter = "appearance"'))
     with pytest.raises(VolprepError, match="VP3080"):
-        plan_build(load_request(path), Silent())
+        planned(write_scene(tmp_path, level_filter="appearance"))
 
 
 def test_without_skipping_there_are_no_ranges_either(tmp_path):
-    plan = plan_build(load_request(write_scene(tmp_path, more='skip = { kind = "none" }')), Silent())
+    plan = planned(write_scene(tmp_path, more='skip = { kind = "none" }'))
     (channel,) = plan.channels
     assert channel.part(SkipPlan).tables == channel.part(SkipPlan).ranges == ()
 
 
 @pytest.mark.long
 def test_channels_have_histograms_of_their_own_and_filters_that_depend_on_no_function(tmp_path):
-    path = write_channel_scene(tmp_path)
+    path = write_channel_scene(tmp_path, level_filter="auto")
     path.write_text(f"editable = true\n{path.read_text()}")
-    build(load_request(path), tmp_path / "tissues.volpkg", Silent())
-    package = Package.open(tmp_path / "tissues.volpkg")
+    package = built(path, tmp_path / "tissues.volpkg")
     assert check(package.path) == []
     found = {(each.channel, each.level) for each in package.manifest.editing.histograms}
     coarser = {level.index for level in package.manifest.levels} - {0}
@@ -166,8 +159,7 @@ def test_labels_need_no_histogram(tmp_path):
     path = write_scene(tmp_path)
     path.write_text(path.read_text().replace("[source]", "[source]\nlabels = true").replace("uint16", "uint8"))
     (np.arange(np.prod(SHAPE_ZYX)) % 251 // 50 * 60).astype(np.uint8).tofile(tmp_path / "phantom.raw")
-    build(load_request(path), tmp_path / "labels.volpkg", Silent())
-    package = Package.open(tmp_path / "labels.volpkg")
+    package = built(path, tmp_path / "labels.volpkg")
     assert package.manifest.editing.histograms == ()
     assert check(package.path) == []
 

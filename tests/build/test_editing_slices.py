@@ -13,7 +13,6 @@ from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.parts.slices.rules import slices_contradictions
-from volprep_formats.progress import Silent
 from volprep_formats.textures import paletted
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
@@ -88,7 +87,7 @@ def test_the_command_draws_an_edit(pair, tmp_path):
 
 
 def test_validation_judges_edited_palettes(pair, tmp_path):
-    report = validate(pair[0].path, tmp_path / "report", Silent())
+    report = validate(pair[0].path, tmp_path / "report")
     (edited,) = report.programs[0].others
     assert "palettes of an edited ramp" in edited.item
     # Classified before the filter: as far off as the slices themselves.

@@ -5,18 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scene_builds import built
 from scipy.ndimage import minimum_filter
 from tamper_scenes import SCENE, write_kind
 
 from volprep.parts.hidden.runs import _numbered
 from volprep.parts.hidden.texels import flatten
-from volprep.pipeline.build import build
 from volprep.render.choose import ray_caster_of
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 
 SHAPE_ZYX = (40, 44, 48)
@@ -36,7 +34,7 @@ def packages(folder: Path, profile: str, more: str) -> list[Package]:
         given = {"profile": profile, "top": 'crop = "none"', "filter": "box"}
         text = SCENE.format(**given, more=f'[textures]\nflatten = "{wish}"\n{more}')
         (place / "tried.toml").write_text(text.replace("[10, 15, 18]", str([*SHAPE_ZYX])))
-        build(load_request(place / "tried.toml"), place / "p.volpkg", Silent())
+        built(place / "tried.toml", place / "p.volpkg")
         made.append(Package.open(place / "p.volpkg"))
     return made
 
@@ -104,5 +102,5 @@ def test_no_picture_changes_and_textures_compress_better(tmp_path, profile, more
 @pytest.mark.parametrize("kind", ["editable", "classified", "bricks", "mipmaps", "house"])
 def test_voxels_keep_their_values_where_something_else_reads_them(tmp_path, kind) -> None:
     package = tmp_path / "p.volpkg"
-    build(load_request(write_kind(tmp_path, kind)), package, Silent())
+    built(write_kind(tmp_path, kind), package)
     assert not kept(Package.open(package))

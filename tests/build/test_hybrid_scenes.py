@@ -4,7 +4,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from ball_scan import write_ball
+from ball_scan import write_ball_scene
 
 from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.shot import Shot, draw
@@ -16,22 +16,6 @@ from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
-SCENE = """
-name = "ball"
-profile = "{profile}"
-[source]
-path = "ball.raw"
-raw = {{ shape_zyx = [12, 15, 17], dtype = "uint8", spacing_mm_zyx = [1.5, 1.0, 0.9] }}
-[[transfer]]
-name = "veil"
-points = [
-    {{ value = 20.0, colour = "#804020", extinction_per_mm = 0.0 }},
-    {{ value = 200.0, colour = "#a0c0ff", extinction_per_mm = 0.5 }},
-]
-[render]
-technique = "{technique}"
-{tables}
-"""
 HYBRID = "[hybrid]\nlongest_side = 20\n"
 SHAPE_HW = (60, 80)
 PROFILES = [
@@ -43,10 +27,7 @@ PROFILES = [
 
 
 def scene_in(folder, technique="ray-casting", profile="gles3", tables=HYBRID):
-    write_ball(folder)
-    scene = folder / "scene.toml"
-    scene.write_text(SCENE.format(profile=profile, technique=technique, tables=tables))
-    return load_request(scene)
+    return load_request(write_ball_scene(folder, f'technique = "{technique}"', profile, tables))
 
 
 def package_in(folder, *wishes, **more):

@@ -6,11 +6,12 @@ from pathlib import Path
 import nibabel
 import numpy as np
 import pytest
+import scene_builds
 from command_line import volprep
 from judged import validate
 
 from volprep.pipeline.build import build, plan_build
-from volprep.scene.request import load_request, request_for_source
+from volprep.scene.request import request_for_source
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.reader import Package
@@ -63,13 +64,12 @@ def write_scene(folder: Path, volume: np.ndarray, pyramid: str = "", more: str =
 
 
 def built(folder: Path, volume: np.ndarray, pyramid: str = "") -> Package:
-    build(load_request(write_scene(folder, volume, pyramid)), folder / "labels.volpkg", Silent())
-    return Package.open(folder / "labels.volpkg")
+    return scene_builds.built(write_scene(folder, volume, pyramid), folder / "labels.volpkg")
 
 
 def refusal(folder: Path, volume: np.ndarray, pyramid: str = "", more: str = "") -> VolprepError:
     with pytest.raises(VolprepError) as caught:
-        build(load_request(write_scene(folder, volume, pyramid, more)), folder / "labels.volpkg", Silent())
+        scene_builds.built(write_scene(folder, volume, pyramid, more), folder / "labels.volpkg")
     return caught.value
 
 
@@ -120,8 +120,8 @@ def test_the_plan_says_what_shaders_see_between_labels(tmp_path) -> None:
 )
 def test_a_package_of_labels_is_true_to_its_scan(profile, wish, tmp_path) -> None:
     scene = write_scene(tmp_path, labels(), more=f"[render]\npicture_size = 32\n{wish}")
-    build(load_request(scene, profile=profile), tmp_path / "labels.volpkg", Silent())
-    report = validate(tmp_path / "labels.volpkg", tmp_path / "labels.report", Silent())
+    scene_builds.built(scene, tmp_path / "labels.volpkg", profile=profile)
+    report = validate(tmp_path / "labels.volpkg", tmp_path / "labels.report")
     assert (report.verdict.failed, report.verdict.differing, report.verdict.unproved) == (0, (), ())
     # Labels are not mixed: a level of five voxels shows other borders than the scan, and the verdict says so.
     assert all(item.startswith("level ") for item in report.verdict.beyond)
@@ -137,7 +137,7 @@ def step_mm(folder: Path, extinction: str, wish: str = "") -> float:
     folder.mkdir()
     scene = write_scene(folder, labels(), more=f"[render]\n{wish}\n")
     scene.write_text(scene.read_text().replace("extinction_per_mm = 0.5", f"extinction_per_mm = {extinction}"))
-    build(load_request(scene), folder / "labels.volpkg", Silent())
+    scene_builds.built(scene, folder / "labels.volpkg")
     return Package.open(folder / "labels.volpkg").manifest.render.step_mm
 
 
@@ -157,13 +157,12 @@ def test_other_steps_through_a_label_are_nearly_transparent_unless_the_scene_say
 
 def test_sub_volumes_and_slices_of_labels_are_not_mixed_either(tmp_path) -> None:
     scene = write_scene(tmp_path, labels(), more="[grid]\nsize = 8")
-    build(load_request(scene), tmp_path / "labels.volpkg", Silent())
-    package = Package.open(tmp_path / "labels.volpkg")
+    package = scene_builds.built(scene, tmp_path / "labels.volpkg")
     files = package.manifest.subvolumes
     assert decode_grid(package.read_bytes(files.grid), package.path, files.grid).filter == "nearest"
     slices = tmp_path / "slices"
     slices.mkdir()
-    build(load_request(write_scene(slices, labels()), profile="gles1"), slices / "labels.volpkg", Silent())
+    scene_builds.built(write_scene(slices, labels()), slices / "labels.volpkg", profile="gles1")
     textures = Package.open(slices / "labels.volpkg").manifest.textures
     assert {texture.filter for texture in textures} == {"nearest"}
 
@@ -177,7 +176,7 @@ def test_a_classification_that_mixes_labels_is_refused(tmp_path) -> None:
     whole = tmp_path / "whole"
     whole.mkdir()
     scene = write_scene(whole, labels(), more='[render]\nclassification = "palette"\npalette_entries = 256')
-    build(load_request(scene), whole / "labels.volpkg", Silent())
+    scene_builds.built(scene, whole / "labels.volpkg")
     (palette,) = Package.open(whole / "labels.volpkg").manifest.palettes
     assert [index for index, entry in enumerate(palette.entries) if entry.extinction_per_mm] == [7]
 
@@ -211,13 +210,12 @@ def test_labels_above_255_get_codes_and_the_package_says_their_numbers(tmp_path)
     scene = tmp_path / "scene.toml"
     text = SCENE.format(dtype="uint16", pyramid="", more="[render]\npicture_size = 32")
     scene.write_text(text.replace("6.5", "1.5").replace("7.5", "2.5"))
-    build(load_request(scene), tmp_path / "atlas.volpkg", Silent())
-    package = Package.open(tmp_path / "atlas.volpkg")
+    package = scene_builds.built(scene, tmp_path / "atlas.volpkg")
     (channel,) = package.manifest.channels
     assert channel.source.info.label_numbers == (0, 17, 1002, 14175)
     texels = ktx2.decode(package.read_bytes(channel_volume(package)), "v").data.reshape(SHAPE)
     np.testing.assert_array_equal(np.array(channel.source.info.label_numbers)[texels], atlas)
-    verdict = validate(tmp_path / "atlas.volpkg", tmp_path / "report", Silent()).verdict
+    verdict = validate(tmp_path / "atlas.volpkg", tmp_path / "report").verdict
     assert (verdict.failed, verdict.differing, verdict.unproved) == (0, (), ())
 
 
@@ -244,7 +242,7 @@ def test_a_scan_of_more_than_255_labels_has_a_colour_for_each(tmp_path) -> None:
     assert manifest.statistics.maximum == 300
     function = manifest.transfer_functions[0]
     assert len({point.colour for point in function.points}) >= 250
-    assert validate(tmp_path / "atlas.volpkg", tmp_path / "report", Silent()).verdict.passed
+    assert validate(tmp_path / "atlas.volpkg", tmp_path / "report").verdict.passed
 
 
 def test_a_profile_without_16_bits_refuses_more_than_255_labels(tmp_path) -> None:
@@ -283,8 +281,7 @@ def test_a_channel_of_labels_stands_beside_one_of_values(tmp_path) -> None:
         text + '[[transfer]]\nname = "grey"\nchannel = "scan"\npoints = [{ value = 9.0, colour = "#ffffff", '
         "extinction_per_mm = 0.1 }]\n"
     )
-    build(load_request(path), tmp_path / "labels.volpkg", Silent())
-    package = Package.open(tmp_path / "labels.volpkg")
+    package = scene_builds.built(path, tmp_path / "labels.volpkg")
     assert package.manifest.quantization.window == (0.0, 255.0)
     assert np.array_equal(codes(package)[0], labels().reshape(-1))
 

@@ -6,21 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scene_builds
 
 import volprep
 from tests.support.thin_phantom import SPACING_MM_ZYX, thin_things
 from volprep.parts.levels.stage import CANDIDATES
-from volprep.pipeline.build import build
 from volprep.pipeline.origin import read_origin
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
-from volprep_formats.progress import Silent
 
 SCENE = """
 name = "thin"
@@ -51,8 +49,7 @@ def built(folder, profile="gles3", made_by="auto", top="") -> Package:
     scene = folder / "thin.toml"
     shape, spacing = list(thin_things().shape), list(SPACING_MM_ZYX)
     scene.write_text(SCENE.format(profile=profile, shape=shape, spacing=spacing, filter=made_by, top=top))
-    build(load_request(scene), folder / "thin.volpkg", Silent())
-    return Package.open(folder / "thin.volpkg")
+    return scene_builds.built(scene, folder / "thin.volpkg")
 
 
 @pytest.fixture(scope="module", params=["gles3", pytest.param("gles2-2048", marks=pytest.mark.long)])

@@ -2,19 +2,16 @@
 
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
+from scene_builds import built, view_of, write_raw_scene
 
 from volprep.compositing import COMPOSITINGS
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import Medium
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (26, 34, 36)
 SPACING = (1.2, 0.9, 0.8)
@@ -27,14 +24,7 @@ def package_of(folder, lighting, table="", profile="gles3", compositing="emissio
     z, y, x = np.meshgrid(*((np.arange(n) + 0.5) * h for n, h in zip(SHAPE_ZYX, SPACING, strict=True)), indexing="ij")
     far = np.sqrt((x - 14.4) ** 2 + (y - 15.3) ** 2 + (z - 15.6) ** 2)
     voxels = 1000 * np.clip((12 - far) / 6, 0, 1) - 500 * np.clip(5 - np.abs(x - 20), 0, 1)
-    np.rint(voxels).astype("<i2").tofile(folder / "ball.raw")
-    (folder / "ball.toml").write_text(f"""name = "ball"
-profile = "{profile}"
-crop = "none"
-[source]
-path = "ball.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = {list(SPACING)} }}
-[pyramid]
+    tables = f"""[pyramid]
 coarsest_longest_axis = 18
 [skip]
 kind = "distance"
@@ -54,15 +44,13 @@ points = [
     {{ value = 200.0, colour = "#ff8040", opacity = 0.0 }},
     {{ value = 600.0, colour = "#ffc0a0", opacity = 0.95 }},
 ]
-""")
-    build(load_request(folder / "ball.toml"), folder / "ball.volpkg", Silent())
-    return Package.open(folder / "ball.volpkg")
+"""
+    scan = np.rint(voxels).astype("<i2")
+    return built(write_raw_scene(folder, scan, tables, profile=profile, spacing_mm_zyx=SPACING))
 
 
 def drawn(package, view="anterior-left", size=64):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (size, size))
+    return scene_builds.drawn(package, view, (size, size))
 
 
 CASES = {
@@ -102,7 +90,7 @@ def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> N
     medium = Medium(volume.stored, volume.slope, volume.intercept, package.manifest.transfer_functions[0])
     plain = unskipped(package, program, package.manifest.render)
     for view in ("anterior-left", "superior"):
-        matrix = standard_views(volume.grid)[view].box_from_clip(volume.grid, 1.0)
+        matrix = view_of(volume.grid, view)
         oracle = COMPOSITINGS[program.compositing].oracle
         truth = oracle([medium], volume.grid, matrix, (40, 40), nearest=False, normals=volume.normals).rgba
         picture = drawn(package, view, 40)
@@ -117,7 +105,7 @@ def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> N
 @pytest.mark.long
 def test_the_light_of_a_package_is_that_of_its_scan(tmp_path) -> None:
     package = package_of(tmp_path, "phong", PHONG.format("central"))
-    report = validate(package.path, tmp_path / "report", Silent(), picture_size=16)
+    report = validate(package.path, tmp_path / "report", picture_size=16)
     assert report.verdict.failed == 0
     assert report.verdict.differing == ()
 
@@ -194,7 +182,7 @@ def test_each_level_is_lit_by_differences_of_its_own_voxels(tmp_path, level, pro
     package = package_of(tmp_path, "headlight", f'[lighting]\nnormals = "central"\n{more}', profile)
     volume = level_volume(package, level)
     medium = Medium(volume.stored, volume.slope, volume.intercept, table_function(package, "tissue", level))
-    matrix = standard_views(volume.grid)["superior"].box_from_clip(volume.grid, 1.0)
+    matrix = view_of(volume.grid, "superior")
     oracle = COMPOSITINGS["emission-absorption"].oracle
     truth = oracle([medium], volume.grid, matrix, (40, 40), nearest=False, normals=volume.normals).rgba
     with Renderer(package, level=level, target="rgba32f") as renderer:

@@ -7,12 +7,10 @@ import nibabel
 import numpy as np
 import pytest
 from command_line import volprep
+from scene_builds import built
 
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.storage.files import MANIFEST, names_in
-from volprep_formats.progress import Silent
 
 SCENE = """
 name = "head"
@@ -55,7 +53,7 @@ def save(path: Path, voxels: np.ndarray, shift: float = 0.0) -> Path:
 
 def package(folder: Path, path: str, more: str = "", name: str = "a", *, coarsest: int = 8) -> Path:
     (folder / f"{name}.toml").write_text(SCENE.format(path=path, more=more, coarsest=coarsest))
-    build(load_request(folder / f"{name}.toml"), folder / f"{name}.volpkg", Silent())
+    built(folder / f"{name}.toml", folder / f"{name}.volpkg")
     return folder / f"{name}.volpkg"
 
 

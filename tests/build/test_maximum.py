@@ -1,25 +1,21 @@
 """Maximum intensity projection: from the scene to the picture, the verdict and the report."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
+import scene_builds
 from command_line import volprep
 from judged import validate
+from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
 from volprep.parts.editing.inputs import edit_with
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
-from volprep.scene.request import load_edit, load_request
-from volprep.truth.camera import standard_views
-from volprep.validation.uncut import unskipped
+from volprep.scene.request import load_edit
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 PROFILES = ["gles3", "gles2-2048"]
 SHAPE_ZYX = (24, 48, 56)
-SIZE = (96, 96)
 VESSELS = """
 [[transfer]]
 name = "vessels"
@@ -41,26 +37,17 @@ def vessels() -> np.ndarray:
 
 
 def write_scene(folder, profile="gles3", more="", render="", transfer=VESSELS):
-    vessels().tofile(folder / "vessels.raw")
-    scene = folder / "vessels.toml"
-    scene.write_text(f"""name = "vessels"
-profile = "{profile}"
-{more}
-[source]
-path = "vessels.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
-[pyramid]
+    tables = f"""[pyramid]
 coarsest_longest_axis = 16
 [render]
 compositing = "maximum"
 {render}
-{transfer}""")
-    return scene
+{transfer}"""
+    return write_raw_scene(folder, vessels(), tables, profile=profile, top=more)
 
 
 def package_of(folder, *args, **kwargs):
-    build(load_request(write_scene(folder, *args, **kwargs)), folder / "vessels.volpkg", Silent())
-    return Package.open(folder / "vessels.volpkg")
+    return built(write_scene(folder, *args, **kwargs))
 
 
 @pytest.fixture(scope="module", params=PROFILES)
@@ -71,14 +58,10 @@ def package(request, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def report(package):
-    return validate(package.path, package.path.with_name("vessels.report"), Silent(), picture_size=96)
+    return validate(package, picture_size=96)
 
 
-def drawn(package, view="anterior", **choices):
-    grid = package.manifest.levels[0].grid
-    camera = standard_views(grid)[view]
-    with Renderer(package, **choices) as renderer:
-        return renderer.render(camera.box_from_clip(grid, 1.0), SIZE)
+drawn = partial(scene_builds.drawn, shape_hw=(96, 96))
 
 
 def test_every_program_says_so_and_goes_from_voxel_to_voxel(package) -> None:
@@ -96,11 +79,7 @@ def test_the_reversed_view_is_the_same_picture(package) -> None:
 
 
 def test_skipping_changes_no_pixel(package) -> None:
-    program = package.manifest.programs[0]
-    plain = unskipped(package, program, package.manifest.render)
-    assert plain is not package
-    for view in standard_views(package.manifest.levels[0].grid):
-        assert np.array_equal(drawn(package, view), drawn(plain, view))
+    assert_skipping_changes_no_pixel(package, (96, 96))
 
 
 def test_the_block_of_noise_alone_is_empty_and_the_border_of_noise_is_cut(package) -> None:
@@ -165,10 +144,10 @@ def test_what_a_maximum_does_not_go_with_is_refused_before_the_scan_is_measured(
 
 def test_labels_have_no_maximum(tmp_path) -> None:
     scene = write_scene(tmp_path)
-    np.minimum(vessels(), 200).tofile(tmp_path / "vessels.raw")
+    np.minimum(vessels(), 200).tofile(tmp_path / "scan.raw")
     scene.write_text(scene.read_text().replace("[source]", "[source]\nlabels = true"))
     with pytest.raises(VolprepError, match="labels") as found:
-        build(load_request(scene), tmp_path / "a.volpkg", Silent())
+        built(scene, tmp_path / "a.volpkg")
     assert found.value.code == "VP3045"
 
 

@@ -1,20 +1,16 @@
 """Minimum intensity projection: from the scene to the picture and the verdict."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
+from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
 from volprep.report.page import page
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
-from volprep.validation.uncut import unskipped
-from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (20, 44, 48)
-SIZE = (96, 96)
 AIR = """
 [[transfer]]
 name = "airways"
@@ -41,14 +37,8 @@ PROFILES = {"gles3": "", "gles2-2048": "", "gles3-bricks": "[bricks]\nsize = 8\n
 @pytest.fixture(scope="module", params=PROFILES)
 def package(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp(request.param)
-    airways().tofile(folder / "lung.raw")
     profile = request.param.removesuffix("-bricks").removesuffix("-grid")
-    (folder / "lung.toml").write_text(f"""name = "lung"
-profile = "{profile}"
-[source]
-path = "lung.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = [1.0, 0.8, 0.8] }}
-[pyramid]
+    tables = f"""[pyramid]
 coarsest_longest_axis = 24
 [skip]
 kind = "distance"
@@ -57,15 +47,11 @@ block = 4
 [render]
 compositing = "minimum"
 picture_size = 64
-{AIR}""")
-    build(load_request(folder / "lung.toml"), folder / "lung.volpkg", Silent())
-    return Package.open(folder / "lung.volpkg")
+{AIR}"""
+    return built(write_raw_scene(folder, airways(), tables, profile=profile, top=""))
 
 
-def drawn(package, view="anterior", **choices):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package, **choices) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), SIZE)
+drawn = partial(scene_builds.drawn, shape_hw=(96, 96))
 
 
 @pytest.mark.long(keep=1)
@@ -78,11 +64,7 @@ def test_the_reversed_view_is_the_same_picture(package) -> None:
 
 @pytest.mark.long(keep=1)
 def test_skipping_changes_no_pixel_and_tissue_is_empty(package) -> None:
-    program = package.manifest.programs[0]
-    plain = unskipped(package, program, package.manifest.render)
-    assert plain is not package
-    for view in standard_views(package.manifest.levels[0].grid):
-        assert np.array_equal(drawn(package, view), drawn(plain, view))
+    assert_skipping_changes_no_pixel(package, (96, 96))
     assert package.manifest.grid.shape_zyx[1] < SHAPE_ZYX[1]
 
 
@@ -95,7 +77,7 @@ def test_each_coarse_level_was_made_of_means_and_of_the_least_of_its_voxels(pack
 @pytest.mark.long
 @pytest.mark.parametrize("package", ["gles3", "gles2-2048"], indirect=True)
 def test_it_is_within_the_tolerance_and_comes_near_the_scan(package) -> None:
-    report = validate(package.path, package.path.with_name("lung.report"), Silent())
+    report = validate(package)
     assert report.verdict.code == "within", report.verdict.worse
     assert max(view.total.rmse for program in report.programs for view in program.views) < 0.012
     text = page(report)

@@ -2,20 +2,18 @@
 
 import numpy as np
 import pytest
+import scene_builds
 from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
+from scene_builds import view_of
 
 from volprep.parts.subvolumes.cut import cut
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.validation.uncut import uncut
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 GRID = '\n[grid]\nsize = 12\nlayout = "single"\n'
 COLOURS = '\n[render]\nclassification = "preclassified"\n'
@@ -26,13 +24,11 @@ def built(folder, profile: str, bits: int, mipmaps: str, table: str = GRID) -> P
     scene = write_phantom_scene(folder, profile)
     # Voxels that are cubes: every level halves all axes, with mipmaps or without.
     text = scene.read_text(encoding="utf-8").replace("[2.5, 0.75, 1.0]", "[1.0, 1.0, 1.0]")
-    text = text.replace("coarsest_longest_axis = 16", 'coarsest_longest_axis = 16\nfilter = "box"')
     if table == COLOURS:
         text = text[: text.rindex("[[transfer]]")]
     tables = f"{table}\n[quantize]\nbits = {bits}\n\n[textures]\nmipmaps = {mipmaps}\n"
     scene.write_text(text + tables, encoding="utf-8")
-    build(load_request(scene), folder / "phantom.volpkg", Silent())
-    return Package.open(folder / "phantom.volpkg")
+    return scene_builds.built(scene, folder / "phantom.volpkg")
 
 
 @pytest.mark.long
@@ -45,7 +41,7 @@ def test_mipmaps_hold_and_draw_what_textures_of_their_own_do(tmp_path, profile, 
     assert sorted(named) == [record.path for record in chained.manifest.files]
     assert len(chained.manifest.files) == len(apart.manifest.files) - 2
     grid = chained.manifest.grid
-    box_from_clip = standard_views(grid, "perspective")["left"].box_from_clip(grid, 1.0)
+    box_from_clip = view_of(grid, "left", "perspective")
     for level in (0, 1, 2):
         np.testing.assert_array_equal(level_texels(chained, level), level_texels(apart, level))
         with Renderer(apart, level=level) as one, Renderer(chained, level=level) as other:
@@ -66,7 +62,7 @@ def test_voxels_that_are_colours_have_mipmaps_too(tmp_path) -> None:
     assert check(chained.path) == []
     volumes = [texture for texture in chained.manifest.textures if texture.role == "volume"]
     assert {texture.gl.internal_format for texture in volumes} == {"RGBA8"}
-    box_from_clip = standard_views(chained.manifest.grid)["left"].box_from_clip(chained.manifest.grid, 1.0)
+    box_from_clip = view_of(chained.manifest.grid, "left")
     for level in (0, 2):
         np.testing.assert_array_equal(level_texels(chained, level), level_texels(apart, level))
         with Renderer(apart, level=level) as one, Renderer(chained, level=level) as other:
@@ -81,8 +77,7 @@ def test_channels_have_mipmaps_of_their_own_or_together(tmp_path, together) -> N
     scene = write_channel_scene(tmp_path)
     wishes = f'[textures]\nchannels = "{together}"\nmipmaps = true\n\n[render]'
     scene.write_text(scene.read_text(encoding="utf-8").replace("[render]", wishes), encoding="utf-8")
-    build(load_request(scene), tmp_path / "a.volpkg", Silent())
-    package = Package.open(tmp_path / "a.volpkg")
+    package = scene_builds.built(scene, tmp_path / "a.volpkg")
     assert check(package.path) == []
     volumes = [texture for texture in package.manifest.textures if texture.role == "volume"]
     assert len({texture.file for texture in volumes}) == (1 if together == "packed" else 2)
@@ -92,5 +87,5 @@ def test_channels_have_mipmaps_of_their_own_or_together(tmp_path, together) -> N
             assert level_texels(channel, level.index).shape == level.grid.shape_zyx
             with Renderer(channel, level=level.index) as renderer:
                 grid = level.grid
-                box_from_clip = standard_views(grid, "perspective")["left"].box_from_clip(grid, 1.0)
+                box_from_clip = view_of(grid, "left", "perspective")
                 assert renderer.render(box_from_clip, (16, 16))[..., 3].max() > 0.1, name

@@ -6,26 +6,24 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 import pytest
+import scene_builds
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import view_of
 from tiny_packages import function, tiny_package
 
 from volprep.parts.mosaic.montage import write_montage
 from volprep.parts.normals.gradient import gradients
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scan import slabs
 from volprep.scene import profiles
-from volprep.scene.request import load_request
 from volprep.scene.scene import NormalSettings
-from volprep.truth.camera import standard_views
 from volprep.truth.normal_codes import decoded
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 
 FOG = function((0.0, (0.2, 0.4, 0.8), 0.1), (255.0, (0.2, 0.4, 0.8), 0.1))
@@ -34,9 +32,9 @@ OBLIQUE = ((0.0, -0.6, 0.8), (1.0, 0.0, 0.0), (0.0, 0.8, 0.6))
 
 def built(folder: Path, tables: str, profile: str = "gles3") -> Path:
     scene = write_phantom_scene(folder, profile)
-    text = scene.read_text(encoding="utf-8").replace("[pyramid]", f'{tables}\n[pyramid]\nfilter = "box"')
+    text = scene.read_text(encoding="utf-8").replace("[pyramid]", f"{tables}\n[pyramid]")
     scene.write_text(text, encoding="utf-8")
-    build(load_request(scene), folder / "p.volpkg", Silent())
+    scene_builds.built(scene, folder / "p.volpkg")
     return folder / "p.volpkg"
 
 
@@ -86,7 +84,7 @@ def test_normals_can_be_data_for_an_app_with_a_light_of_its_own(tmp_path):
     assert texture.normals.space == "patient"
     assert "no shader reads them" in item(package, "normals").reason
     assert all(program.lighting == "none" for program in package.manifest.programs)
-    validate(package.path, tmp_path / "report", Silent(), picture_size=16)
+    validate(package.path, tmp_path / "report", picture_size=16)
 
 
 def test_a_profile_without_3d_textures_has_mosaics_of_normals(tmp_path):
@@ -104,7 +102,7 @@ def test_a_profile_without_3d_textures_has_mosaics_of_normals(tmp_path):
     assert "as a mosaic of" in item(package, "normals").reason
     for level in manifest.levels:
         with Renderer(package, level=level.index) as renderer:
-            view = standard_views(manifest.grid)["anterior"].box_from_clip(manifest.grid, 1.0)
+            view = view_of(manifest.grid, "anterior")
             assert renderer.render(view, (32, 32)).max() > 0
 
 

@@ -4,17 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scene_builds
 from channel_scene import channels, write_channel_scene
 from judged import validate
+from scene_builds import view_of
 
-from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.validation.uncut import uncut
 from volprep_formats.package.channel_packages import channel_packages
@@ -65,8 +65,7 @@ def scene_of(folder: Path, profile: str = "gles3", count: int = 2, wish: str = "
 
 
 def built(folder: Path, *arguments, **named) -> Package:
-    build(load_request(scene_of(folder, *arguments, **named)), folder / "a.volpkg", Silent())
-    return Package.open(folder / "a.volpkg")
+    return scene_builds.built(scene_of(folder, *arguments, **named), folder / "a.volpkg")
 
 
 @pytest.fixture(scope="module", params=FORMATS, ids=lambda each: f"{each[0]}-{each[1]}")
@@ -103,7 +102,7 @@ def assert_same_pictures(package: Package, other: Package, *, exactly: bool = Fa
         for each in (package, other):
             with Renderer(each, transfer=transfer.name, target="rgba32f") as renderer:
                 grid = renderer.level.grid
-                view = standard_views(grid, "orthographic")["anterior-left"].box_from_clip(grid, 1.0)
+                view = view_of(grid, "anterior-left")
                 pictures.append(renderer.render(view, (24, 24)))
         # Other layouts round the place of a texel otherwise.
         np.testing.assert_allclose(*pictures, atol=0 if exactly else 1e-4)
@@ -170,7 +169,7 @@ class TestWhatItDraws:
     @pytest.mark.long
     def test_it_validates_with_what_termination_costs_told_apart(self, tmp_path) -> None:
         package = built(tmp_path)
-        report = validate(package.path, tmp_path / "r", Silent(), picture_size=16)
+        report = validate(package.path, tmp_path / "r", picture_size=16)
         assert report.verdict.passed
         for part in channel_packages(package).values():
             for program in part.manifest.programs:
@@ -198,7 +197,7 @@ class TestWhatItDraws:
 
 class TestWhen:
     def item(self, scene: Path):
-        plan = plan_build(load_request(scene), Silent())
+        plan = scene_builds.planned(scene)
         (found,) = [item for item in plan.items if item.name == "packed channels"]
         return found
 

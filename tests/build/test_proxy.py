@@ -6,11 +6,12 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+import scene_builds
 from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
+from scene_builds import view_of
 
 from volprep.parts.proxy.files import chosen_files
-from volprep.pipeline.build import build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
@@ -21,7 +22,6 @@ from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.scene.scene import changed
-from volprep.truth.camera import standard_views
 from volprep.validation.counted import samples_per_pixel
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
@@ -36,15 +36,14 @@ PROXY = "\n[proxy]\nblock = 3\n"
 
 def scene_with(folder, profile, text):
     path = write_phantom_scene(folder, profile)
-    whole = path.read_text().replace("[pyramid]", f'{text}\n[quantize]\nbits = 8\n\n[pyramid]\nfilter = "box"')
+    whole = path.read_text().replace("[pyramid]", f"{text}\n[quantize]\nbits = 8\n\n[pyramid]")
     path.write_text(f'crop = "none"\n{whole}')
     return path
 
 
 def built(folder, profile, text):
     target = folder / "phantom.volpkg"
-    build(load_request(scene_with(folder, profile, text)), target, Silent())
-    return Package.open(target)
+    return scene_builds.built(scene_with(folder, profile, text), target)
 
 
 @pytest.fixture(scope="module", params=PROFILES)
@@ -63,7 +62,7 @@ def test_the_package_is_sound_and_each_file_belongs_to_one_item(package):
 
 def test_every_level_is_drawn_as_without_with_fewer_samples(package):
     grid = package.manifest.grid
-    camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+    camera = view_of(grid, "anterior-left")
     for program in package.manifest.proxy.programs:
         for level in program.levels:
             both, taken = [], []
@@ -129,9 +128,9 @@ def test_what_saves_no_samples_is_left_out_with_its_reason(tmp_path):
 
 def test_channels_have_meshes_each_of_its_own(tmp_path):
     scene = write_channel_scene(tmp_path)
-    scene.write_text(scene.read_text().replace("[pyramid]", '[proxy]\nblock = 2\n[pyramid]\nfilter = "box"'))
+    scene.write_text(scene.read_text().replace("[pyramid]", "[proxy]\nblock = 2\n[pyramid]"))
     with patch("volprep.parts.proxy.stage.chosen_files", wraps=chosen_files) as chosen:
-        build(load_request(scene), tmp_path / "tissues.volpkg", Silent())
+        scene_builds.built(scene, tmp_path / "tissues.volpkg")
     package = Package.open(tmp_path / "tissues.volpkg")
     assert check(package.path) == []
     # A decoder counts once for the package: compression is decided for the files of both channels together.
@@ -140,7 +139,7 @@ def test_channels_have_meshes_each_of_its_own(tmp_path):
     with_mesh = {mesh.transfer for mesh in package.manifest.proxy.meshes}
     channels = {name for name, view in channel_views(package.manifest).items() if view.proxy.meshes}
     assert len(channels) == 2
-    camera = standard_views(package.manifest.grid)["anterior-left"].box_from_clip(package.manifest.grid, 1.0)
+    camera = view_of(package.manifest.grid, "anterior-left")
     for transfer in with_mesh:
         both = []
         for kind in (Renderer, ProxyRenderer):
@@ -179,12 +178,11 @@ def test_a_transfer_function_that_shows_nothing_gives_a_package_that_draws_nothi
     )
     path.write_text(path.read_text() + nothing)
     target = tmp_path / "phantom.volpkg"
-    build(load_request(path), target, Silent())
-    package = Package.open(target)
+    package = scene_builds.built(path, target)
     assert check(target) == []
     assert {mesh.file for mesh in package.manifest.proxy.meshes if mesh.transfer == "nothing"} == {None}
     (item,) = (item for item in package.manifest.plan if item.name == "proxy geometry nothing")
     assert (item.kept, item.reason) == (True, "the transfer function shows nothing, so meshes and pictures are empty")
     grid = package.manifest.grid
     with ProxyRenderer(package, transfer="nothing") as renderer:
-        assert not renderer.render(standard_views(grid)["left"].box_from_clip(grid, 1.0), (20, 20)).any()
+        assert not renderer.render(view_of(grid, "left"), (20, 20)).any()

@@ -2,20 +2,18 @@
 
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
+from scene_builds import planned, view_of
 
 from volprep.compositing import COMPOSITINGS
-from volprep.pipeline.build import build, plan_build
 from volprep.render.light_view import light_from_box
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.truth.oracle import Medium
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (20, 14, 24)
 SPACING = (1.0, 1.2, 0.8)
@@ -77,8 +75,7 @@ def scene_of(  # noqa: PLR0917 - keys of a scene
 
 
 def built(folder, *scene, **wishes):
-    build(load_request(scene_of(folder, *scene, **wishes)), folder / "shadows.volpkg", Silent())
-    return Package.open(folder / "shadows.volpkg")
+    return scene_builds.built(scene_of(folder, *scene, **wishes), folder / "shadows.volpkg")
 
 
 def drawn(package, matrix, step_mm=None):
@@ -95,7 +92,7 @@ def truth_of(package, matrix):
 
 def camera(package, view="anterior-left", projection="orthographic"):
     grid = package.manifest.levels[0].grid
-    return standard_views(grid, projection)[view].box_from_clip(grid, 1.0)
+    return view_of(grid, view, projection)
 
 
 def rmse(picture, truth):
@@ -227,10 +224,9 @@ def test_a_package_with_shadows_is_validated(tmp_path, shadows, render):
     if "isosurface" in render:
         # The edge of the shadow takes or leaves a whole pixel of the few: two or three of all in nine views.
         scene.write_text(scene.read_text().replace("maximum = 1.0", "maximum = 1.0\nrmse = 0.04\nflip = 0.12"))
-    build(load_request(scene), tmp_path / "shadows.volpkg", Silent())
-    package = Package.open(tmp_path / "shadows.volpkg")
+    package = scene_builds.built(scene, tmp_path / "shadows.volpkg")
     assert check(package.path) == []
-    report = validate(package.path, tmp_path / "report", Silent(), picture_size=16)
+    report = validate(package.path, tmp_path / "report", picture_size=16)
     assert report.verdict.failed == 0, report.verdict
     assert report.verdict.differing == ()
 
@@ -273,7 +269,7 @@ def test_steps_that_take_more_turns_than_the_driver_makes_are_refused_and_slabs_
 )
 def test_shadows_that_cannot_be_are_refused(tmp_path, wishes, code, what):
     with pytest.raises(VolprepError, match=what) as found:
-        plan_build(load_request(scene_of(tmp_path, **wishes)), Silent())
+        planned(scene_of(tmp_path, **wishes))
     assert found.value.code == code
 
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
+from scene_builds import built, view_of
 
 from volprep.parts.skip.occupancy import occupied_blocks
 from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import entry_extinctions
-from volprep.pipeline.build import build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft, scene_of
 from volprep.pipeline.plan_draft import plan_draft
@@ -19,7 +19,6 @@ from volprep.render.renderer import Renderer
 from volprep.scan.block_ranges import BlockRanges
 from volprep.scene.request import load_request
 from volprep.scene.scene import SkipSettings, changed
-from volprep.truth.camera import standard_views
 from volprep.validation.counted import samples_per_pixel
 from volprep.validation.uncut import uncut
 from volprep_formats.package.check import check
@@ -34,7 +33,7 @@ SKIP = '\n[skip]\nkind = "distance"\nblock = 3\nranges = true\n'
 
 def scene_with(folder, profile, skip):
     path = write_phantom_scene(folder, profile)
-    text = path.read_text().replace("[pyramid]", f'{skip}\n[quantize]\nbits = 8\n\n[pyramid]\nfilter = "box"')
+    text = path.read_text().replace("[pyramid]", f"{skip}\n[quantize]\nbits = 8\n\n[pyramid]")
     path.write_text(f'crop = "none"\n{text}')
     return path
 
@@ -46,7 +45,7 @@ def packages(request, tmp_path_factory):
     for name, skip in (("plain", ""), ("skipping", SKIP)):
         folder = tmp_path_factory.mktemp(name)
         target = folder / "phantom.volpkg"
-        build(load_request(scene_with(folder, request.param, skip)), target, Silent())
+        built(scene_with(folder, request.param, skip), target)
         found.append(Package.open(target))
     return found
 
@@ -74,7 +73,7 @@ def test_pictures_are_the_same_with_fewer_samples(packages):
     grid = plain.manifest.grid
     for program in (each for each in skipping.manifest.programs if each.transfer == "core"):
         level = program.levels[0]
-        camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+        camera = view_of(grid, "anterior-left")
         pictures, taken = [], []
         for package in (plain, skipping):
             with Renderer(package, level=level, transfer=program.transfer) as renderer:

@@ -5,9 +5,10 @@ import pytest
 from channel_scene import write_channel_scene
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import built, planned
 from slice_packages import missing_es11, slice_package, stack_of
 
-from volprep.pipeline.build import build, plan_build
+from volprep.pipeline.build import plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
@@ -33,12 +34,12 @@ def scene_with(folder, table="", profile="gles1"):
 
 
 def plan_of(folder, table="", profile="gles1"):
-    return plan_build(load_request(scene_with(folder, table, profile)), Silent())
+    return planned(scene_with(folder, table, profile))
 
 
 @needs_es11
 def test_a_scene_becomes_a_package_of_slices_without_shaders(tmp_path):
-    build(load_request(scene_with(tmp_path)), tmp_path / "p.volpkg", Silent())
+    built(scene_with(tmp_path), tmp_path / "p.volpkg")
     assert check(tmp_path / "p.volpkg") == []
     manifest = Package.open(tmp_path / "p.volpkg").manifest
     assert manifest.programs == ()
@@ -53,7 +54,7 @@ def test_a_scene_becomes_a_package_of_slices_without_shaders(tmp_path):
 @pytest.mark.usefixtures("stages_run_again")
 def test_the_same_scene_gives_the_same_bytes(tmp_path):
     for name in ("a", "b"):
-        build(load_request(scene_with(tmp_path, "\n[slices]\npalette_entries = 30\n")), tmp_path / name, Silent())
+        built(scene_with(tmp_path, "\n[slices]\npalette_entries = 30\n"), tmp_path / name)
     files = [{f.relative_to(tmp_path / n): f.read_bytes() for f in (tmp_path / n).rglob("*.*")} for n in ("a", "b")]
     assert files[0] == files[1]
 
@@ -86,7 +87,7 @@ def test_a_package_of_slices_is_validated(tmp_path):
     flip = "[tolerance]\nflip = 0.07\n"
     codes = 200 * np.exp(-(x**2 + y**2 + z**2) / 20)
     package = slice_package(tmp_path, codes, slices='form = "palette"', extra=flip)
-    report = validate(package.path, tmp_path / "report", Silent(), picture_size=32)
+    report = validate(package.path, tmp_path / "report", picture_size=32)
     (program,) = report.programs
     assert (program.technique, len(program.views), len(program.sweep.points)) == ("slices", 9, 1)
     assert report.verdict.passed
@@ -104,8 +105,8 @@ def test_a_package_of_slices_is_validated(tmp_path):
 @needs_es11
 def test_a_package_that_is_too_far_off_fails(tmp_path):
     scene = scene_with(tmp_path, "\n[tolerance]\nrmse = 0.001\nmaximum = 0.01\n")
-    build(load_request(scene), tmp_path / "p.volpkg", Silent())
-    report = validate(tmp_path / "p.volpkg", tmp_path / "report", Silent(), picture_size=24)
+    built(scene, tmp_path / "p.volpkg")
+    report = validate(tmp_path / "p.volpkg", tmp_path / "report", picture_size=24)
     assert not report.verdict.passed
 
 
@@ -181,4 +182,4 @@ def test_a_profile_without_palettes_needs_the_other_form(tmp_path):
 
 def test_several_channels_have_no_slices(tmp_path):
     with pytest.raises(VolprepError, match=r"VP1244 .*stacks of slices"):
-        plan_build(load_request(write_channel_scene(tmp_path, "gles1")), Silent())
+        planned(write_channel_scene(tmp_path, "gles1"))

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scene_builds
 from phantom_scene import write_phantom_scene
+from scene_builds import drawn, view_of
 
 import volprep
 from volprep.parts.subvolumes.cut import cut
@@ -19,7 +21,6 @@ from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request, request_for_source
-from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check
@@ -36,11 +37,9 @@ from volprep_formats.textures import ktx2
 
 def built(folder: Path, table: str, profile: str = "gles3", bits: int = 8) -> Package:
     scene = write_phantom_scene(folder, profile)
-    quantized = f'[quantize]\nbits = {bits}\n[pyramid]\nfilter = "box"'
-    text = scene.read_text(encoding="utf-8").replace("[pyramid]", quantized) + table
+    text = scene.read_text(encoding="utf-8") + f"\n[quantize]\nbits = {bits}\n{table}"
     scene.write_text(text.replace('name = "phantom"', 'name = "phantom"\ncrop = "none"'), encoding="utf-8")
-    build(load_request(scene), folder / "phantom.volpkg", Silent())
-    return Package.open(folder / "phantom.volpkg")
+    return scene_builds.built(scene, folder / "phantom.volpkg")
 
 
 def texels(package: Package, path: str) -> np.ndarray:
@@ -96,7 +95,7 @@ def test_pieces_have_a_table_where_each_coarser_level_has_its_own(tmp_path) -> N
     assert 0 not in coarser
     assert any(all((name, level) in own for level in coarser) for name in names)
     middle = len(grid_of(package).points) // 2
-    view = standard_views(grid)["left"].box_from_clip(grid, 1.0)
+    view = view_of(grid, "left")
     pictures = []
     for name in names:
         with Renderer(package, point=middle, transfer=name) as renderer:
@@ -109,8 +108,7 @@ def test_pieces_that_nobody_sees_are_not_stored(tmp_path) -> None:
     scene = write_phantom_scene(tmp_path)
     text = scene.read_text(encoding="utf-8").replace("value = 200.0", "value = 550.0")
     scene.write_text(text + "\n[grid]\nsize = 6\n", encoding="utf-8")
-    build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
-    package = Package.open(tmp_path / "phantom.volpkg")
+    package = scene_builds.built(scene, tmp_path / "phantom.volpkg")
     assert check(package.path) == []
     quantization = package.manifest.quantization
     low, high = quantization.window
@@ -314,10 +312,7 @@ def test_a_cut_out_of_mosaics_is_that_box_of_level_0(tmp_path) -> None:
     box = tuple(slice(a, b) for a, b in zip(start, stop, strict=True))
     np.testing.assert_array_equal(found.texels, level_texels(package, 0)[box])
     # Twice a piece, less the shared layer, is what its program draws along an axis.
-    with Renderer(package, point=0, edit=inputs_of_cut(cut(package, (20.0, 16.0, 10.0), 15))) as renderer:
-        assert renderer.render(
-            standard_views(package.manifest.grid)["left"].box_from_clip(package.manifest.grid, 1.0), (8, 8)
-        ).any()
+    assert drawn(package, "left", (8, 8), point=0, edit=inputs_of_cut(cut(package, (20.0, 16.0, 10.0), 15))).any()
     with pytest.raises(VolprepError, match=r"VP4052.*16×16×16 voxels.*9×8×8"):
         Renderer(package, point=0, edit=inputs_of_cut(cut(package, (20.0, 16.0, 10.0), 16)))
 
@@ -333,10 +328,9 @@ def test_a_cut_out_of_mosaics_is_that_box_of_level_0(tmp_path) -> None:
 def test_a_profile_that_cannot_hold_pieces_says_why(tmp_path, tables, profile, reason) -> None:
     text = (Path(volprep.__file__).parent / "scene" / "profiles" / "gles2-2048.toml").read_text(encoding="utf-8")
     (tmp_path / "small.toml").write_text(text.replace("max_texture_size = 2048", "max_texture_size = 64"))
-    scene = write_phantom_scene(tmp_path, profile)
-    scene.write_text(scene.read_text(encoding="utf-8") + f"\n{tables}\n", encoding="utf-8")
+    scene = write_phantom_scene(tmp_path, profile, more=f"\n{tables}\n")
     with pytest.raises(VolprepError, match=f"VP3.*{reason}"):
-        build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+        scene_builds.built(scene, tmp_path / "phantom.volpkg")
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,17 @@
 """Isosurface and first hit: from the scene to the picture, the verdict, and what is refused."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
+from scene_builds import assert_skipping_changes_no_pixel, built, view_of, write_raw_scene
 
 from volprep.compositing import COMPOSITINGS
-from volprep.pipeline.build import build
-from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.truth.oracle import Medium
-from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 SHAPE_ZYX = (40, 56, 60)
 SPACING = (1.0, 0.8, 0.8)
@@ -51,14 +48,7 @@ def package_of(folder, compositing, layout="texture3d", transfer=SKIN, voxels=No
     profile, more, render = LAYOUTS[layout]
     # OpenGL ES 2.0 has codes of 8 bits only: they move the silhouette by a pixel or two of the few.
     rounded = "rmse = 0.05\nflip = 0.05" if profile == "gles2-2048" else ""
-    (blobs() if voxels is None else voxels).astype("<i2").tofile(folder / "blobs.raw")
-    (folder / "blobs.toml").write_text(f"""name = "blobs"
-profile = "{profile}"
-crop = "none"
-[source]
-path = "blobs.raw"
-raw = {{ shape_zyx = {list(SHAPE_ZYX)}, dtype = "int16", spacing_mm_zyx = {list(SPACING)} }}
-[tolerance]
+    tables = f"""[tolerance]
 maximum = 1.0
 {rounded}
 [pyramid]
@@ -71,9 +61,9 @@ block = 4
 compositing = "{compositing}"
 picture_size = 64
 {render}
-{transfer}""")
-    build(load_request(folder / "blobs.toml"), folder / "blobs.volpkg", Silent())
-    return Package.open(folder / "blobs.volpkg")
+{transfer}"""
+    voxels = (blobs() if voxels is None else voxels).astype("<i2")
+    return built(write_raw_scene(folder, voxels, tables, profile=profile, spacing_mm_zyx=SPACING))
 
 
 @pytest.fixture(scope="module", params=[*LAYOUTS, "solid-texture3d", "solid-mosaic-lit"])
@@ -82,25 +72,18 @@ def package(request, tmp_path_factory):
     return package_of(tmp_path_factory.mktemp(request.param), compositing, request.param.removeprefix("solid-"))
 
 
-def drawn(package, view="anterior", **choices):
-    grid = package.manifest.levels[0].grid
-    with Renderer(package, **choices) as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (96, 96))
+drawn = partial(scene_builds.drawn, shape_hw=(96, 96))
 
 
 @pytest.mark.long(keep=2)
 def test_skipping_changes_no_pixel(package) -> None:
-    program = package.manifest.programs[0]
-    plain = unskipped(package, program, package.manifest.render)
-    assert plain is not package
-    for view in standard_views(package.manifest.levels[0].grid):
-        assert np.array_equal(drawn(package, view), drawn(plain, view))
+    assert_skipping_changes_no_pixel(package, (96, 96))
 
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("package", ["texture3d-lit", "mosaic-lit", "solid-texture3d"], indirect=True)
 def test_it_is_within_the_tolerance(package) -> None:
-    report = validate(package.path, package.path.with_name("blobs.report"), Silent())
+    report = validate(package)
     # A ray that only just touches the surface of the scan may miss that of the codes: a whole pixel, not a grade of it.
     assert report.verdict.failed == 0
     assert report.verdict.differing == ()
@@ -147,7 +130,7 @@ def test_surfaces_that_a_ray_just_touches_are_found_between_two_samples(tmp_path
     package = package_of(tmp_path, compositing, layout, voxels=voxels)
     volume = level_volume(package, 0)
     medium = Medium(volume.stored, volume.slope, volume.intercept, package.manifest.transfer_functions[0])
-    matrix = standard_views(volume.grid)["posterior-left"].box_from_clip(volume.grid, 1.0)
+    matrix = view_of(volume.grid, "posterior-left")
     oracle = COMPOSITINGS[compositing].oracle
     truth = oracle([medium], volume.grid, matrix, (96, 96), nearest=False, normals=volume.normals).rgba
     wrong = np.abs(drawn(package, "posterior-left") - truth).max(axis=-1) > 0.1

@@ -4,47 +4,22 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from ball_scan import write_ball
+import scene_builds
+from ball_scan import write_ball_scene
+from scene_builds import planned, view_of
 
-from volprep.pipeline.build import build, plan_build
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.techniques import TECHNIQUES
-from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.validation.folder import ReportFolder
 from volprep.validation.run import measure_package
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
-from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 CONVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is None and name != "ray-casting"]
 DIVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is not None]
-
-
-SCENE = """
-name = "ball"
-profile = "{profile}"
-
-[source]
-path = "ball.raw"
-raw = {{ shape_zyx = [12, 15, 17], dtype = "uint8", spacing_mm_zyx = [1.5, 1.0, 0.9] }}
-
-[[transfer]]
-name = "veil"
-points = [
-    {{ value = 20.0, colour = "#804020", extinction_per_mm = 0.0 }},
-    {{ value = 120.0, colour = "#ffc080", extinction_per_mm = 0.2 }},
-    {{ value = 200.0, colour = "#a0c0ff", extinction_per_mm = 0.5 }},
-]
-
-[render]
-picture_size = 32
-{render}
-
-{tables}
-"""
 
 
 PROFILE = """
@@ -65,16 +40,8 @@ EMPTY = """crop = "none"
 [source]"""
 
 
-def scene_with(folder, render, profile="gles3", tables=""):
-    write_ball(folder)
-    scene = folder / "ball.toml"
-    scene.write_text(SCENE.format(profile=profile, render=render, tables=tables), encoding="utf-8")
-    return scene
-
-
 def built(folder, render, profile="gles3", tables=""):
-    build(load_request(scene_with(folder, render, profile, tables)), folder / "p.volpkg", Silent())
-    return Package.open(folder / "p.volpkg")
+    return scene_builds.built(write_ball_scene(folder, render, profile, tables), folder / "p.volpkg")
 
 
 def measured(package, folder):
@@ -125,7 +92,7 @@ def test_control_points_leave_the_eighth_unit_to_the_volume(tmp_path):
     packages = {}
     for name in ("control-points", "lookup"):
         (tmp_path / name).mkdir()
-        scene = scene_with(tmp_path / name, render.format(name), "../eight.toml", '[skip]\nkind = "none"')
+        scene = write_ball_scene(tmp_path / name, render.format(name), "../eight.toml", '[skip]\nkind = "none"')
         text = (
             scene.read_text(encoding="utf-8")
             .replace("[12, 15, 17]", "[370, 15, 17]")
@@ -135,7 +102,7 @@ def test_control_points_leave_the_eighth_unit_to_the_volume(tmp_path):
         scene.write_text(text, encoding="utf-8")
         ball = np.fromfile(tmp_path / name / "ball.raw", np.uint8).reshape(12, 15, 17)
         np.repeat(ball, 31, axis=0)[:370].tofile(tmp_path / name / "ball.raw")
-        packages[name] = plan_build(load_request(scene), Silent()).channels[0]
+        packages[name] = planned(scene).channels[0]
     assert len(packages["control-points"].volumes[0].names) == 8
     assert packages["control-points"].levels[0].index == 0
     assert packages["lookup"].levels[0].index > 0
@@ -152,20 +119,21 @@ def test_a_volume_that_needs_all_eight_units_is_drawn_by_control_points_as_well_
         folder.mkdir()
         (tmp_path / f"{name}.toml").write_text(EIGHT.format(units), encoding="utf-8")
         render = f'classification = "{name}"\nopacity_cutoff = 1.0\nstep_voxels = 0.25'
-        scene = scene_with(folder, render, f"../{name}.toml", '[skip]\nkind = "none"\n[mosaic]\norder = "interleaved"')
+        scene = write_ball_scene(
+            folder, render, f"../{name}.toml", '[skip]\nkind = "none"\n[mosaic]\norder = "interleaved"'
+        )
         text = scene.read_text(encoding="utf-8").replace("[12, 15, 17]", "[128, 32, 32]").replace("[1.5,", "[0.25,")
         text = text.replace("[source]", EMPTY, 1)
         scene.write_text(text, encoding="utf-8")
         values.tofile(folder / "ball.raw")
-        build(load_request(scene), folder / "p.volpkg", Silent())
-        package = Package.open(folder / "p.volpkg")
+        package = scene_builds.built(scene, folder / "p.volpkg")
         volumes = [texture for texture in package.manifest.textures if texture.role == "volume"]
         assert [texture.shape_zyx for texture in volumes] == [(1, 64, 64)] * 8
         assert {texture.level for texture in volumes} == {0}
         assert len(package.manifest.programs[0].samplers) == units
         grid = package.manifest.grid
         function = package.manifest.transfer_functions[0]
-        view = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+        view = view_of(grid, "anterior-left")
         truth = oracle_picture(values, grid, 1.0, 0.0, function, view, (48, 48)).rgba
         with Renderer(package) as renderer:
             drawn = renderer.render(view, (48, 48))
@@ -190,13 +158,13 @@ def test_a_package_of_what_is_published_with_an_error_is_drawn_and_judged(tmp_pa
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("technique", TECHNIQUES)
 def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_early_end(tmp_path, technique):
-    scene = scene_with(tmp_path, f'technique = "{technique}"\nopacity_cutoff = 0.998')
+    scene = write_ball_scene(tmp_path, f'technique = "{technique}"\nopacity_cutoff = 0.998')
     text = scene.read_text(encoding="utf-8").replace("[12, 15, 17]", "[64, 64, 64]").replace("[source]", EMPTY, 1)
     scene.write_text(text, encoding="utf-8")
     codes = np.zeros((64, 64, 64), np.uint8)
     codes[:12, :12, :12] = 200
     codes.tofile(tmp_path / "ball.raw")
-    plan = plan_build(load_request(scene), Silent())
+    plan = planned(scene)
     loops = TECHNIQUES[technique].loops
     assert ("skip" in plan.stages) == loops
     assert (plan.shared.render.opacity_cutoff is not None) == loops
@@ -216,23 +184,23 @@ def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_e
 )
 def test_a_technique_with_what_it_cannot_do_is_refused(tmp_path, render, tables, what):
     with pytest.raises(VolprepError, match=f"VP3130 .*{what}"):
-        plan_build(load_request(scene_with(tmp_path, render, tables=tables)), Silent())
+        planned(write_ball_scene(tmp_path, render, tables=tables))
 
 
 @pytest.mark.parametrize("technique", [name for name in TECHNIQUES if "mosaic" not in TECHNIQUES[name].samplings])
 def test_a_technique_that_the_device_class_cannot_do_is_refused(tmp_path, technique):
     with pytest.raises(VolprepError, match=r"VP3164 .*gles2-2048"):
-        plan_build(load_request(scene_with(tmp_path, f'technique = "{technique}"', "gles2-2048")), Silent())
+        planned(write_ball_scene(tmp_path, f'technique = "{technique}"', "gles2-2048"))
     compressed = '[textures]\ncompression = "eac"'
     with pytest.raises(VolprepError, match=r"VP3130 .*compression eac"):
-        plan_build(load_request(scene_with(tmp_path, f'technique = "{technique}"', "gles3", compressed)), Silent())
+        planned(write_ball_scene(tmp_path, f'technique = "{technique}"', "gles3", compressed))
 
 
 def test_an_unknown_technique_is_refused(tmp_path):
     with pytest.raises(VolprepError, match=r"VP3003 .*technique"):
-        load_request(scene_with(tmp_path, 'technique = "splatting"'))
+        load_request(write_ball_scene(tmp_path, 'technique = "splatting"'))
 
 
 def test_a_device_without_shaders_has_no_technique_to_choose(tmp_path):
     with pytest.raises(VolprepError, match=r"VP3060 .*technique view-slices"):
-        plan_build(load_request(scene_with(tmp_path, 'technique = "view-slices"', "gles1")), Silent())
+        planned(write_ball_scene(tmp_path, 'technique = "view-slices"', "gles1"))

@@ -7,17 +7,15 @@ import numpy as np
 import pytest
 from channel_scene import channels, write_channel_scene
 from judged import validate
+from scene_builds import built, drawn, planned
 
-from volprep.pipeline.build import build, plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.preview import preview_png
-from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
-from volprep.truth.camera import standard_views
 from volprep.validation.subject import DRAFT_TOLERANCE
 from volprep.validation.uncut import uncut, unskipped
 from volprep_formats.diagnostics import VolprepError
@@ -42,11 +40,6 @@ def scene_of(folder: Path, profile: str = "gles3", wish: str = "auto", extra: st
     return scene
 
 
-def built(scene: Path) -> Package:
-    build(load_request(scene), scene.with_suffix(".volpkg"), Silent())
-    return Package.open(scene.with_suffix(".volpkg"))
-
-
 def changed(scene: Path, *changes: tuple[str, str]) -> Path:
     text = scene.read_text()
     for old, new in changes:
@@ -57,9 +50,7 @@ def changed(scene: Path, *changes: tuple[str, str]) -> Path:
 
 
 def picture(package: Package, transfer: str | None = None) -> np.ndarray:
-    with Renderer(package, transfer=transfer, target="rgba32f") as renderer:
-        grid = renderer.level.grid
-        return renderer.render(standard_views(grid, "orthographic")["anterior-left"].box_from_clip(grid, 1.0), (24, 24))
+    return drawn(package, "anterior-left", (24, 24), transfer=transfer, target="rgba32f")
 
 
 @pytest.fixture(scope="module", params=WAYS.values(), ids=WAYS)
@@ -185,7 +176,7 @@ class TestWhatItDraws:
 
     @pytest.mark.long
     def test_it_validates_against_the_sum_of_all_channels(self, packed, tmp_path) -> None:
-        report = validate(packed.path, tmp_path / "r", Silent(), picture_size=16)
+        report = validate(packed.path, tmp_path / "r", picture_size=16)
         first = report.programs[0]
         assert report.verdict.passed
         assert [program.transfer for program in report.programs] == ["body", "red", "blue", "white"]
@@ -244,7 +235,7 @@ class TestWhatIsLeftOut:
         (tmp_path / "few.toml").write_text(few.replace("texture_units = 16", "texture_units = 3"))
         scene = changed(scene_of(tmp_path), *changes)
         with pytest.raises(VolprepError, match="VP1245") as error:
-            plan_build(load_request(scene), Silent())
+            planned(scene)
         assert says in str(error.value)
 
     def test_labels_are_not_drawn_together(self, tmp_path) -> None:
@@ -254,7 +245,7 @@ class TestWhatIsLeftOut:
         scene = changed(scene, ('filter = "box"\n', ""))
         scene.write_text(scene.read_text().replace('path = "bone.raw"', 'path = "bone.raw"\nlabels = true', 1))
         with pytest.raises(VolprepError, match=r"VP1245.*bone holds labels"):
-            plan_build(load_request(scene), Silent())
+            planned(scene)
 
     @pytest.mark.parametrize(
         ("old", "new", "says"),

@@ -4,10 +4,10 @@ import random
 from pathlib import Path
 
 import pytest
+import scene_builds
 from tamper_scenes import write_kind
 
 from volprep.pipeline.begin import begin_draft
-from volprep.pipeline.build import build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import scene_of
 from volprep.pipeline.plan_draft import plan_draft
@@ -88,7 +88,7 @@ def test_any_order_with_wishes_that_come_and_go_ends_in_the_package_of_build(tmp
     assert scene_of(Draft.open(draft)) == scene
     finish(draft, chance)
     built = tmp_path / "built.volpkg"
-    build(load_request(tmp_path / "tried.toml"), built, Silent())
+    scene_builds.built(tmp_path / "tried.toml", built)
     assert contents(draft) == contents(built)
 
 

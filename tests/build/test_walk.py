@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 import pytest
+import scene_builds
 from command_line import volprep
 from phantom_scene import write_phantom_scene
 
 from volprep.parts.subvolumes.cut import cut
-from volprep.pipeline.build import build
 from volprep.pipeline.walk import walk
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
@@ -67,8 +66,7 @@ def built(  # noqa: PLR0917 - what a scene says
     text = text.replace("value = 200.0", f"value = {shown_from}")
     text += f"\n[render]\nopacity_cutoff = 1.0\nstep_voxels = 0.25\n{render}\n[grid]\nsize = {size}\n"
     scene.write_text(text, encoding="utf-8")
-    build(load_request(scene), folder / "phantom.volpkg", Silent())
-    return Package.open(folder / "phantom.volpkg")
+    return scene_builds.built(scene, folder / "phantom.volpkg")
 
 
 def walked(package: Package, folder: Path, steps: str = STEPS):
@@ -134,7 +132,7 @@ def test_a_walker_chooses_which_values_are_shown_and_how_opaque(tmp_path) -> Non
 
 def test_values_of_a_package_that_cannot_be_edited_are_refused(tmp_path) -> None:
     with pytest.raises(VolprepError, match="VP5023"):
-        walked(built(tmp_path, level_filter="box"), tmp_path, "[[step]]\nminimum = 300.0\n")
+        walked(built(tmp_path), tmp_path, "[[step]]\nminimum = 300.0\n")
 
 
 @pytest.mark.long
@@ -215,8 +213,7 @@ def test_the_verb_prints_the_walk_and_ends_with_1_beyond_the_tolerance(tmp_path)
 def test_a_package_may_name_the_step_of_its_pieces_and_no_other_of_a_level_that_it_does_not_hold(tmp_path) -> None:
     scene = built(tmp_path).path.parent / "phantom.toml"
     scene.write_text(scene.read_text().replace("step_voxels = 0.25\n", ""), encoding="utf-8")
-    build(load_request(scene), tmp_path / "auto.volpkg", Silent())
-    package = Package.open(tmp_path / "auto.volpkg")
+    package = scene_builds.built(scene, tmp_path / "auto.volpkg")
     steps = {each.level: each.step_mm for each in package.manifest.render.level_steps}
     assert 0 in steps
     assert steps[0] < package.manifest.render.step_mm
@@ -230,7 +227,7 @@ def test_a_package_may_name_the_step_of_its_pieces_and_no_other_of_a_level_that_
 
 def test_a_box_that_was_not_cut_is_not_shown(tmp_path) -> None:
     with pytest.raises(VolprepError, match=r"VP3181 step 1 .*none was cut"):
-        walked(built(tmp_path, level_filter="box"), tmp_path, "[[step]]\nshow = 'place'\n")
+        walked(built(tmp_path), tmp_path, "[[step]]\nshow = 'place'\n")
 
 
 def test_a_package_without_sub_volumes_has_no_walk(built_package, tmp_path) -> None:

@@ -5,6 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from command_line import ended
 from compiled_c import SANITIZERS, compiled
 from every_kind import write_every_kind
 
@@ -49,7 +50,7 @@ def example_program(tmp_path_factory) -> Path:
 
 def told(program: Path, *arguments: Path | str) -> tuple[int, str]:
     """Run a program; give its exit status and all that it says."""
-    done = subprocess.run([program, *arguments], check=False, capture_output=True, text=True)
+    done = ended([program, *arguments])
     return done.returncode, done.stdout + done.stderr
 
 

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scene_builds
 from compiled_c import SANITIZERS, compiled
 
-from volprep.render.renderer import Renderer
-from volprep.truth.camera import standard_views
 from volprep_formats.package.reader import Package
 
 from .conftest import output
@@ -25,9 +24,7 @@ def clip_program(tmp_path_factory) -> Path:
 
 
 def drawn(package: Package, view: str) -> np.ndarray:
-    grid = package.manifest.levels[0].grid
-    with Renderer(package) as renderer:
-        return renderer.render(standard_views(grid, "orthographic")[view].box_from_clip(grid, 1.0), (SIDE, SIDE))
+    return scene_builds.drawn(package, view, (SIDE, SIDE))
 
 
 def cut(program: Path, package: Path, low: float, high: float, monkeypatch: pytest.MonkeyPatch) -> Package:

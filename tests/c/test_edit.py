@@ -6,19 +6,17 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+import scene_builds
 from every_kind import single_file
 from slice_packages import slice_package
 from tamper_scenes import write_kind
 
 from volprep.parts.editing.inputs import edited_inputs
 from volprep.parts.light import decision, solve
-from volprep.pipeline.build import build
 from volprep.render.inputs import level_inputs
-from volprep.scene.request import load_request
 from volprep.transfer.preclassified import code_colours, largest_opacity
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 
 from .conftest import SANITIZERS, compiled, output, told
@@ -59,7 +57,7 @@ def built(folder: Path, *changes: tuple[str, str]) -> Editable:
         text = text.replace(before, after)
     scene.write_text(text)
     with patch.object(solve, "BATCH", 1 << 13), patch.object(decision, "_LEAST_SAMPLES", 1 << 13):
-        build(load_request(scene), folder / "p.volpkg", Silent())
+        scene_builds.built(scene, folder / "p.volpkg")
     return Editable(Package.open(folder / "p.volpkg"), single_file(folder / "p.volpkg"))
 
 

@@ -9,21 +9,19 @@ import numpy as np
 import OpenImageIO
 import pytest
 from every_kind import single_file
+from scene_builds import built
 from slice_packages import missing_es11, slice_package
 from tamper_scenes import write_kind
 
-from volprep.pipeline.build import build
 from volprep.pipeline.shot import Shot, take
 from volprep.render.hybrid import HybridWish
 from volprep.render.inputs import Inputs
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.truth.camera import STANDARD_VIEWS, standard_views
 from volprep.truth.picture import encoded
 from volprep_formats.package.parts.segments.record import looks
 from volprep_formats.package.parts.segments.texels import look_texels
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 from .conftest import EXAMPLE, told
 
@@ -143,7 +141,7 @@ def test_slices_that_are_not_there_are_refused_with_what_there_is(example_progra
 def test_pictures_of_several_draws_look_as_the_renderer_draws_them(name, drawn, tmp_path: Path):
     scene = write_kind(tmp_path, "plain")
     scene.write_text(f"{scene.read_text()}\n[render]\n{DRAWS[name]}\n")
-    build(load_request(scene), tmp_path / "p.volpkg", Silent())
+    built(scene, tmp_path / "p.volpkg")
     found, expected, _ = drawn(single_file(tmp_path / "p.volpkg"), "posterior-left")
     assert_agree(found, expected, name)
 

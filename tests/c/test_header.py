@@ -12,10 +12,9 @@ import pytest
 from compiled_c import WARNINGS
 from every_kind import single_file
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 from web_scenes import build_scene
 
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.manifest import VERSION
@@ -316,10 +315,10 @@ def test_an_app_turns_the_light_around_the_volume(tmp_path: Path):
 
 @pytest.mark.long
 def test_an_app_moves_the_light(tmp_path: Path):
-    scene = write_phantom_scene(tmp_path, level_filter="box")
+    scene = write_phantom_scene(tmp_path)
     lit = '[render]\nlighting = "phong"\n[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nnormals = "central"\n'
     scene.write_text(f"{scene.read_text()}\n{lit}")
-    build(load_request(scene), tmp_path / "p.volpkg", Silent())
+    built(scene, tmp_path / "p.volpkg")
     text = moved(tmp_path, tmp_path / "p.volpkg")
     grid = Package.open(tmp_path / "p.volpkg").manifest.grid
     for line, place in zip(text.splitlines(), ((20.0, -30.0, 40.0), (7.0, -8.0, 9.0)), strict=True):

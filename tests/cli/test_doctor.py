@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from command_line import ended
 
 RUN = "from volprep_cli.main import main; main()"
 NO_DRIVER = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere"}
@@ -13,13 +14,8 @@ NO_DRIVER = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere"}
 
 def doctor(*arguments: str, hidden_module: str = "", **environment: str) -> subprocess.CompletedProcess[str]:
     hide = f"import sys; sys.modules[{hidden_module!r}] = None; " if hidden_module else ""
-    return subprocess.run(
-        [sys.executable, "-c", hide + RUN, "doctor", *arguments],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
+    return ended(
+        [sys.executable, "-c", hide + RUN, "doctor", *arguments], env={**os.environ, **environment}, timeout=60
     )
 
 

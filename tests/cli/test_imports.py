@@ -1,11 +1,11 @@
 """Each verb loads only what it uses: no renderer to plan, no library of reports to build."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from command_line import ended
 from phantom_scene import with_filter, write_phantom_scene
 
 from volprep_cli.main import _VERBS
@@ -103,15 +103,7 @@ for arguments in chain:
 
 def probed(folder: Path, chain: list[list[str]], others: list[list[str]]) -> list[tuple[list[str], set[str], str]]:
     """Run verbs; give what is loaded after each, and how it failed."""
-    done = subprocess.run(
-        [sys.executable, "-c", PROBE],
-        input=json.dumps([chain, others, WATCHED]),
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    done = ended([sys.executable, "-c", PROBE], input=json.dumps([chain, others, WATCHED]), cwd=folder)
     assert done.returncode == 0, done.stderr
     rows = [json.loads(line) for line in done.stdout.splitlines() if line.strip()]
     return [(arguments, set(names), error) for arguments, names, error in rows]
@@ -119,8 +111,7 @@ def probed(folder: Path, chain: list[list[str]], others: list[list[str]]) -> lis
 
 @pytest.mark.long
 def test_each_verb_loads_only_what_it_uses(tmp_path) -> None:
-    scene = write_phantom_scene(tmp_path)
-    scene.write_text(f"{scene.read_text()}\n[grid]\nsize = 16\n")
+    scene = write_phantom_scene(tmp_path, more="\n[grid]\nsize = 16\n")
     # The verb pyramid chooses a filter: build need not do it again.
     (tmp_path / "box.toml").write_text(with_filter(scene.read_text(), "box"))
     (tmp_path / "walk.toml").write_text("size = 16\n[[step]]\nzoom = 1.0\n")

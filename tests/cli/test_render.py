@@ -6,9 +6,9 @@ import numpy as np
 import OpenImageIO
 import pytest
 from command_line import volprep
-from tiny_packages import ES2, function, tiny_package
+from tiny_packages import ES2, function, lossless, tiny_package
 
-from volprep_formats.package.channel import ChannelPart, Quantization
+from volprep_formats.package.channel import ChannelPart
 from volprep_formats.package.manifest import Contribution, StageRecord
 from volprep_formats.package.storage.draft import Draft
 
@@ -18,9 +18,7 @@ RED = function((0.0, (1.0, 0.0, 0.0), 5.0), name="red")
 def sealed(folder, transfer_function):
     """Sealed package of a box of one value, 4 × 6 × 12 mm along the body."""
     tiny_package(folder, np.full((12, 6, 4), 9, np.uint8), transfer_function, ES2)
-    stored = Quantization(
-        bits=8, window=(0.0, 255.0), slope=1.0, intercept=0.0, rmse=0.0, max_error=0.0, clipped_below=0, clipped_above=0
-    )
+    stored = lossless()
     part = ChannelPart(name="scan", stored_type="uint8", quantization=stored)
     record = StageRecord(name="seal", key="0" * 64, made=(Contribution(channel=part),))
     Draft.open(folder).commit(record, seal=True)

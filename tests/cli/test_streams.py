@@ -10,7 +10,7 @@ from pathlib import Path
 import nibabel
 import numpy as np
 import pytest
-from command_line import COMMAND, volprep
+from command_line import COMMAND, ended, volprep
 from phantom_scene import phantom, write_phantom_scene
 
 from volprep_formats.diagnostics import ExitStatus
@@ -31,15 +31,7 @@ def place(tmp_path_factory) -> Path:
 def shell(text: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run a line of sh, in which volprep is the command."""
     script = f'volprep() {{ "{COMMAND[0]}" -c "{COMMAND[2]}" "$@"; }}\n{text}'
-    return subprocess.run(
-        ["sh", "-c", script],
-        cwd=folder,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    return ended(["sh", "-c", script], cwd=folder, env={**os.environ, **environment})
 
 
 @pytest.mark.long(keep=1)
@@ -118,7 +110,7 @@ for folder in ({str(tmp_path)!r}, *{[str(each) for each in tmp_path.parents][:-1
 os.setresgid({NOBODY}, {NOBODY}, {NOBODY}); os.setresuid({NOBODY}, {NOBODY}, {NOBODY})
 {COMMAND[2]}
 """
-    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
+    done = ended([sys.executable, "-c", code, *words])
     assert done.returncode in statuses, done.stdout + done.stderr
     assert len(re.findall(r"^volprep: VP\d{4} ", done.stderr, re.MULTILINE)) == 1
     assert "VP9001" not in done.stderr

@@ -3,7 +3,6 @@
 import importlib.util
 import json
 import os
-import subprocess
 import sys
 import tomllib
 from importlib.metadata import packages_distributions
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import ended
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from phantom_scene import write_phantom_scene
@@ -95,22 +95,18 @@ def test_all_is_every_extra_that_users_need() -> None:
 
 @pytest.mark.long
 def test_a_scan_becomes_a_package_and_each_missing_extra_is_named(tmp_path: Path, blocked: list[str]) -> None:
-    scene = write_phantom_scene(tmp_path, level_filter="box")
+    scene = write_phantom_scene(tmp_path)
     (tmp_path / "convex.toml").write_text(f'{scene.read_text()}\n[proxy]\nform = "convex"\n')
     _write_zarr(tmp_path / "scan.zarr")
     _write_nifti(tmp_path / "phantom.nii")
     (tmp_path / "scans").mkdir()
     (tmp_path / "without").mkdir()
     (tmp_path / "without" / "sitecustomize.py").write_text(BLOCK)
-    done = subprocess.run(
+    done = ended(
         [sys.executable, "-c", RUN],
         input=json.dumps([*WORKS, *(arguments for arguments, _ in NEEDS)]),
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": str(tmp_path / "without"), "BLOCKED_MODULES": ",".join(blocked)},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
     )
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)

@@ -5,11 +5,11 @@ Syntax is compared by esbuild, and the language's objects by the compiler of typ
 """
 
 import re
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import ended
 from npm_package import npm_package
 from web_pictures import TWO_STEPS, box_from_clip_of, drawn_by_reference, rmse
 
@@ -38,7 +38,7 @@ def test_no_module_needs_a_newer_language(tmp_path) -> None:
         # Chrome 90 has optional chaining, but for a call with a spread argument, which nothing here has.
         options = [f"--target={target}", "--supported:optional-chain=true", f"--outdir={out}", "--log-level=error"]
         command = [esbuild, *sorted(tmp_path.glob("*.js")), *options]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+        done = ended(command, timeout=60)
         assert done.returncode == 0, done.stderr
         made[target] = {path.name: path.read_text() for path in out.glob("*.js")}
     old, new = made.values()

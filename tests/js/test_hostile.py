@@ -3,13 +3,13 @@
 import json
 import os
 import shutil
-import subprocess
 import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from browser import Browser, PageError
+from command_line import ended
 from web_pictures import box_from_clip_of, drawn_in_page
 from web_server import WebServer
 
@@ -65,7 +65,7 @@ def code_of(browser: Browser, server: WebServer, path: Path, script: str = READ_
 
 def test_damaged_zips_end_in_a_code_and_soon(zipped) -> None:
     command = ["node", str(HERE / "hostile.mjs"), str(zipped), "5", "400"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    done = ended(command)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     assert set(said["found"]) <= {

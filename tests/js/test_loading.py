@@ -1,10 +1,10 @@
 """Levels come the coarsest first, a later request replaces an earlier one, moving pictures keep their time."""
 
 import json
-import subprocess
 from pathlib import Path
 
 import pytest
+from command_line import ended
 from web_pictures import box_from_clip_of
 from web_server import WebServer
 
@@ -134,8 +134,6 @@ def test_the_quality_follows_the_time_that_pictures_take() -> None:
     }}
     console.log(JSON.stringify(found));
     """
-    done = subprocess.run(
-        ["node", "--input-type=module", "-e", script], capture_output=True, text=True, check=False, timeout=60
-    )
+    done = ended(["node", "--input-type=module", "-e", script], timeout=60)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == [[1, 1], [2, 0.8], [4, 0.35], [1, 1]]

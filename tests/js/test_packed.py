@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from command_line import ended
 from npm_package import npm_package
 from web_server import WebServer
 
@@ -94,9 +95,7 @@ class App:
         """Run a tool of node in the folder."""
         settings = {**os.environ, **environment}
         words = ["node", *map(str, command)]
-        done = subprocess.run(
-            words, cwd=self.folder, capture_output=True, text=True, check=False, timeout=120, env=settings
-        )
+        done = ended(words, cwd=self.folder, env=settings)
         assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -210,9 +209,7 @@ def test_react_three_fiber_draws_it(browser, app, package) -> None:
         '--define:process.env.NODE_ENV="production"',
     )
     environment = {**os.environ, "NODE_PATH": str(modules)}
-    done = subprocess.run(
-        [esbuild, "fiber.js", *options], cwd=app.folder, env=environment, capture_output=True, text=True, check=False
-    )
+    done = ended([esbuild, "fiber.js", *options], cwd=app.folder, env=environment)
     assert done.returncode == 0, done.stderr
     (out / "index.html").write_text(f'{HEAD}<body><script type="module" src="./fiber.js"></script>')
     assert shown(browser, package, out) == {"level": 0, "seen": True}

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from command_line import ended
 from npm_package import npm_package
 
 from volprep.view.site import page_modules
@@ -114,7 +115,7 @@ def test_a_stripped_module_is_the_same_program(tmp_path) -> None:
     for form in ("written", "stripped"):
         files = sorted((tmp_path / form).glob("*/*.js"))
         options = ("--minify-whitespace", "--minify-syntax", f"--outdir={tmp_path}/{form}-parsed")
-        done = subprocess.run([esbuild, *files, *options], capture_output=True, text=True, check=False)
+        done = ended([esbuild, *files, *options])
         assert done.returncode == 0, done.stderr
     found = sorted((tmp_path / "written-parsed").rglob("*.js"))
     assert len(found) == len(runtime_modules()) + len(page_modules())

@@ -2,10 +2,10 @@
 
 import json
 import re
-import subprocess
 from pathlib import Path
 
 import pytest
+from command_line import ended
 from npm_package import npm_package
 
 from volprep_formats.diagnostics import CATALOGUE
@@ -14,9 +14,7 @@ JS = Path(__file__).parents[2] / "formats" / "js"
 
 
 def node(script: str) -> str:
-    done = subprocess.run(
-        ["node", "--input-type=module", "-e", script], capture_output=True, text=True, check=False, timeout=60
-    )
+    done = ended(["node", "--input-type=module", "-e", script], timeout=60)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -51,6 +49,6 @@ def test_types_hold_and_declarations_can_be_made(typescript, tmp_path) -> None:
     settings = {"extends": str(JS / "tsconfig.json"), "compilerOptions": options, "include": [f"{JS}/*.js"]}
     (tmp_path / "tsconfig.json").write_text(json.dumps(settings))
     command = ["node", typescript, "-p", str(tmp_path / "tsconfig.json")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    done = ended(command)
     assert done.returncode == 0, done.stdout
     assert "openPackage" in (tmp_path / "types" / "package.d.ts").read_text()

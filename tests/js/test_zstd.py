@@ -3,12 +3,12 @@
 import base64
 import hashlib
 import json
-import subprocess
 from pathlib import Path
 
 import imagecodecs
 import numpy as np
 import pytest
+from command_line import ended
 from npm_package import npm_package
 from web_pictures import TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse
 from web_scenes import EDIT
@@ -29,7 +29,7 @@ def unpacked(rows: list[tuple[int, bytes]]) -> list[tuple[str, float]]:
     """What formats/js says of frames that must hold so many bytes: digest or code; and the milliseconds it took."""
     lines = "".join(f"{size} {base64.b64encode(frames).decode()}\n" for size, frames in rows)
     command = ["node", str(HERE / "unpack.mjs")]
-    done = subprocess.run(command, input=lines, capture_output=True, text=True, check=False, timeout=240)
+    done = ended(command, input=lines, timeout=240)
     assert done.returncode == 0, done.stderr
     return [tuple(json.loads(line)) for line in done.stdout.splitlines()]
 

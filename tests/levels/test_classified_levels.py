@@ -111,7 +111,7 @@ def test_the_chosen_one_has_the_least_error(tmp_path, function, shape_zyx) -> No
 
 
 def write_scene(folder, more=""):
-    path = write_phantom_scene(folder)
+    path = write_phantom_scene(folder, level_filter="auto")
     text = path.read_text()
     text = text[: text.index('[[transfer]]\nname = "core"')]
     path.write_text(f'crop = "none"\nrender = {{ classification = "preclassified" }}\n{more}\n{text}')
@@ -171,7 +171,9 @@ def test_what_needs_the_other_kind_of_voxels_is_refused(tmp_path, more, code) ->
 def test_coarse_stacks_of_slices_are_made_by_box(tmp_path) -> None:
     text = (Path(volprep.__file__).parent / "scene" / "profiles" / "gles1.toml").read_text()
     (tmp_path / "small.toml").write_text(text.replace("max_texture_bytes = 16_777_216", "max_texture_bytes = 60_000"))
-    (channel,) = plan_build(load_request(write_phantom_scene(tmp_path, "small.toml")), Silent()).channels
+    (channel,) = plan_build(
+        load_request(write_phantom_scene(tmp_path, "small.toml", level_filter="auto")), Silent()
+    ).channels
     (level,) = channel.levels
     assert level.index > 0
     assert level.filter == "box"

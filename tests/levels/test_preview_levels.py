@@ -197,7 +197,7 @@ def test_labels_are_sampled_where_the_sample_lies_and_never_mixed(monkeypatch, t
 
 
 def built(folder, more: str = "") -> Manifest:
-    scene = write_phantom_scene(folder)
+    scene = write_phantom_scene(folder, level_filter="auto")
     text = scene.read_text(encoding="utf-8").replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 4")
     scene.write_text(text + more, encoding="utf-8")
     return build(load_request(scene), folder / "phantom.volpkg", Silent())

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from judged import validate
 from light_scene import scene_of
+from scene_builds import built, view_of
 from tiny_packages import function
 
 from volprep.parts.light import solve
 from volprep.parts.light.lit import views_of_a_cut
 from volprep.parts.light.trial import choice_for_a_cut
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import baked_fields, level_volume
 from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_picture, traced_places
 from volprep.truth.refined import refined_picture
@@ -23,7 +21,6 @@ from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.parts.light.planes import ClipPlane, plane_numbers, planes_in_box
 from volprep_formats.package.reader import Package
 from volprep_formats.package.sampled import sampled_textures
-from volprep_formats.progress import Silent
 
 CUT = "clip_aware = true\nclip_planes = [{ normal = [0.0, 2.0, 0.0], constant_mm = -12.0 }]"
 WHITE = (1.0, 1.0, 1.0)
@@ -40,7 +37,7 @@ def cube(**wishes) -> LitVolume:
 @pytest.mark.parametrize("oracle", ["refined", "traced"])
 def test_rays_end_at_planes(oracle) -> None:
     lit = cube(planes=OBLIQUE)
-    camera = standard_views(lit.grid)["left"].box_from_clip(lit.grid, 1.0)
+    camera = view_of(lit.grid, "left")
     shape = (24, 24)
     if oracle == "traced":
         drawn, allowed = traced_picture(lit, camera, shape, 256).rgba, 0.13
@@ -59,7 +56,7 @@ def test_rays_end_at_planes(oracle) -> None:
 def test_a_cut_through_a_white_furnace_loses_no_light() -> None:
     """Albedo 1 under a sky of 1: what is cut away neither lights nor darkens the rest."""
     lit = cube(planes=OBLIQUE)
-    camera = standard_views(lit.grid)["anterior-left"].box_from_clip(lit.grid, 1.0)
+    camera = view_of(lit.grid, "anterior-left")
     traced = traced_picture(lit, camera, (16, 16), 64)
     np.testing.assert_allclose(traced.rgba[..., :3], traced.rgba[..., 3:] * np.ones(3), atol=1e-9)
 
@@ -107,8 +104,8 @@ def bowl(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(solve, "BATCH", 1 << 15)
         folder = tmp_path_factory.mktemp("bowl")
-        build(load_request(scene_of(folder, lighting=CUT)), folder / "ball.volpkg", Silent())
-        report = validate(folder / "ball.volpkg", folder / "report", Silent(), picture_size=32)
+        built(scene_of(folder, lighting=CUT), folder / "ball.volpkg")
+        report = validate(folder / "ball.volpkg", folder / "report", picture_size=32)
         yield Package.open(folder / "ball.volpkg"), report
 
 
@@ -157,5 +154,5 @@ def test_the_picture_of_a_cut_is_nearer_to_its_truth_with_its_own_light(bowl) ->
 
 def test_light_of_a_cut_needs_planes(tmp_path) -> None:
     with pytest.raises(VolprepError) as refused:
-        build(load_request(scene_of(tmp_path, lighting="clip_aware = true")), tmp_path / "ball.volpkg", Silent())
+        built(scene_of(tmp_path, lighting="clip_aware = true"), tmp_path / "ball.volpkg")
     assert refused.value.code == "VP3243"

@@ -4,14 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scene_builds import built, view_of
 from web_scenes import SCENES
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.parts.light import solve
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep.validation.clock import Clock
 from volprep.validation.edits_and_cuts import judge_edit
 from volprep.validation.scan import find_scan, read_scan
@@ -24,7 +22,7 @@ POINTS = ((250.0, (0.2, 0.9, 0.3), 0.0), (500.0, (1.0, 0.5, 0.2), 0.6))
 
 
 def drawn(package: Package, function: TransferFunction | None) -> np.ndarray:
-    camera = standard_views(package.manifest.grid)["anterior-left"].box_from_clip(package.manifest.grid, 1.0)
+    camera = view_of(package.manifest.grid, "anterior-left")
     with Renderer(package, edit=None if function is None else edit_with(function), target="rgba32f") as renderer:
         return np.array(renderer.render(camera, (24, 24)))
 
@@ -45,7 +43,7 @@ def test_an_edited_function_is_drawn_without_the_light_of_another(tmp_path, monk
         (tmp_path / name).mkdir()
         scene = SCENES["editable, baked light"](tmp_path / name)
         scene.write_text(scene.read_text().replace('baked = "shadow"', light))
-        build(load_request(scene), tmp_path / name / "p.volpkg", Silent())
+        built(scene, tmp_path / name / "p.volpkg")
         packages.append(Package.open(tmp_path / name / "p.volpkg"))
     lit, unlit = packages
     points = tuple(TransferPoint(value=v, colour=c, extinction_per_mm=e) for v, c, e in POINTS)

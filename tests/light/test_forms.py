@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scene_builds
 from light_scene import scene_of
+from scene_builds import view_of
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.parts.light import decision, solve
 from volprep.parts.light.turnable import solve_turnable
-from volprep.pipeline.build import build
 from volprep.render.inputs import Inputs, turned_by
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import baked_fields
 from volprep.truth.path_traced import LitVolume, traced_places
@@ -47,8 +47,7 @@ def built(tmp_path_factory):
     def build_once(name: str, **wishes: str) -> Package:
         if name not in made:
             folder = tmp_path_factory.mktemp(name.replace(" ", "-"))
-            build(load_request(scene_of(folder, **wishes)), folder / "ball.volpkg", Silent())
-            made[name] = Package.open(folder / "ball.volpkg")
+            made[name] = scene_builds.built(scene_of(folder, **wishes), folder / "ball.volpkg")
         return made[name]
 
     with pytest.MonkeyPatch.context() as patch:
@@ -60,7 +59,7 @@ def built(tmp_path_factory):
 
 def drawn(package: Package, view: str = "anterior-left", step_mm: float | None = None, **how) -> np.ndarray:
     grid = package.manifest.grid
-    camera = standard_views(grid)[view].box_from_clip(grid, 1.0)
+    camera = view_of(grid, view)
     with Renderer(package, **how) as renderer:
         return np.array(renderer.render(camera, PIXELS, step_mm), np.float64)
 

@@ -6,17 +6,14 @@ import numpy as np
 import pytest
 from judged import validate
 from light_scene import scene_of
+from scene_builds import built, view_of
 
 from volprep.parts.light import decision, solve
 from volprep.parts.light.trial import choice
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 
 @pytest.fixture(scope="module")
@@ -24,8 +21,8 @@ def bowl(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(solve, "BATCH", 1 << 15)
         folder = tmp_path_factory.mktemp("bowl")
-        build(load_request(scene_of(folder)), folder / "ball.volpkg", Silent())
-        report = validate(folder / "ball.volpkg", folder / "report", Silent(), picture_size=32)
+        built(scene_of(folder), folder / "ball.volpkg")
+        report = validate(folder / "ball.volpkg", folder / "report", picture_size=32)
         yield Package.open(folder / "ball.volpkg"), report
 
 
@@ -46,7 +43,7 @@ def test_a_package_with_baked_light_is_proved_against_path_tracing(bowl) -> None
 def test_what_the_package_draws_is_darker_than_without_the_light(bowl) -> None:
     package, _ = bowl
     grid = package.manifest.grid
-    camera = standard_views(grid)["superior"].box_from_clip(grid, 1.0)
+    camera = view_of(grid, "superior")
     with Renderer(package) as renderer:
         picture = renderer.render(camera, (32, 32))
     assert "baked_light" in package.read_bytes(package.manifest.programs[0].fragment).decode()
@@ -98,7 +95,7 @@ def test_a_thin_veil_has_no_light_and_the_plan_says_so(tmp_path) -> None:
         patch.setattr(solve, "BATCH", 1 << 12)
         path = scene_of(tmp_path)
         path.write_text(path.read_text().replace("1.2 },", "0.001 },"))
-        manifest = build(load_request(path), tmp_path / "ball.volpkg", Silent())
+        manifest = built(path, tmp_path / "ball.volpkg").manifest
     item = next(each for each in manifest.plan if each.name == "baked light")
     assert not item.kept
     assert "hardly change" in item.reason
@@ -117,9 +114,8 @@ def test_bricks_and_meshes_have_the_same_light(tmp_path, monkeypatch, more) -> N
     for name, each in (("plain", ""), ("other", more)):
         (tmp_path / name).mkdir()
         path = scene_of(tmp_path / name, baked="shadow", lighting=lighting, more=each)
-        build(load_request(path), path.parent / "p.volpkg", Silent())
-        package = Package.open(path.parent / "p.volpkg")
-        camera = standard_views(package.manifest.grid)["superior"].box_from_clip(package.manifest.grid, 1.0)
+        package = built(path, path.parent / "p.volpkg")
+        camera = view_of(package.manifest.grid, "superior")
         with Renderer(package) as renderer:
             pictures.append(np.array(renderer.render(camera, (32, 32)), np.float64))
     assert pictures[0][..., :3].max() > 0.3
@@ -149,5 +145,5 @@ def test_bricks_and_meshes_have_the_same_light(tmp_path, monkeypatch, more) -> N
 )
 def test_what_baked_light_does_not_go_with_is_refused(wishes, code, tmp_path) -> None:
     with pytest.raises(VolprepError) as refused:
-        build(load_request(scene_of(tmp_path, **wishes)), tmp_path / "ball.volpkg", Silent())
+        built(scene_of(tmp_path, **wishes), tmp_path / "ball.volpkg")
     assert refused.value.code == code

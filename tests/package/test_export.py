@@ -6,7 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from command_line import volprep
-from tiny_packages import ES2, ES3, function, tiny_package
+from tiny_packages import ES2, ES3, function, lossless, tiny_package
 
 from volprep.parts.mosaic.packing import Packing, Room
 from volprep.pipeline.import_draft import import_draft
@@ -14,7 +14,6 @@ from volprep.pipeline.prepare import prepare
 from volprep.scene.request import load_request
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import Quantization
 from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
@@ -40,16 +39,7 @@ KINDS = {
 def package(request, tmp_path):
     profile, packing, size = KINDS[request.param]
     ramp = function((0.0, (1.0, 1.0, 1.0), 0.0), (255.0, (1.0, 1.0, 1.0), 0.1))
-    quantized = Quantization(
-        bits=8,
-        window=(-100.0, 27.5),
-        slope=0.5,
-        intercept=-100.0,
-        rmse=0.0,
-        max_error=0.0,
-        clipped_below=0,
-        clipped_above=0,
-    )
+    quantized = lossless(0.5, -100.0)
     folder = tmp_path / "tiny.volpkg"
     tiny_package(
         folder,
@@ -268,16 +258,7 @@ def test_sixteen_bits_come_back_as_half_floats_hold_them(tmp_path, ending) -> No
     codes = np.random.default_rng(9).integers(0, 65536, CODES.shape).astype(np.uint16)
     folder = tmp_path / "deep.volpkg"
     ramp = function((0.0, (1.0, 1.0, 1.0), 0.0), (65535.0, (1.0, 1.0, 1.0), 0.1))
-    told = Quantization(
-        bits=16,
-        window=(-1000.0, -1000.0 + 65535 / 8),
-        slope=0.125,
-        intercept=-1000.0,
-        rmse=0.0,
-        max_error=0.0,
-        clipped_below=0,
-        clipped_above=0,
-    )
+    told = lossless(0.125, -1000.0, bits=16)
     tiny_package(folder, codes, ramp, ES3, grid=GRID, window=(0.0, 65535.0), quantization=told)
     halves = (codes / 65535).astype(np.float16).astype(np.float64)
     for values, expected in (("stored", halves), ("physical", halves * (65535 * 0.125) - 1000)):

@@ -3,24 +3,21 @@
 import errno
 import json
 import math
-import subprocess
 import tracemalloc
 
 import numpy as np
 import pytest
 import zarr
 from channel_scene import write_channel_scene
-from command_line import volprep
+from command_line import ended, volprep
 from every_kind import write_segments
 from npm_package import npm_package
-from tiny_packages import ES2, ES3, function, tiny_package
+from scene_builds import built
+from tiny_packages import ES2, ES3, function, lossless, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import Quantization
 from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -35,16 +32,7 @@ TURNED = ((0.0, 0.6, -0.8), (1.0, 0.0, 0.0), (0.0, -0.8, -0.6))
 CODES = np.random.default_rng(7).integers(0, 256, (37, 5, 71)).astype(np.uint8)
 LEVELS = [CODES, CODES[::2, ::2, ::2]]
 RAMP = function((-90.0, (1.0, 0.5, 0.0), 0.0), (-50.0, (1.0, 0.5, 0.0), 0.2), (20.0, (1.0, 0.5, 0.0), 0.0))
-QUANTIZED = Quantization(
-    bits=8,
-    window=(-100.0, 27.5),
-    slope=0.5,
-    intercept=-100.0,
-    rmse=0.0,
-    max_error=0.0,
-    clipped_below=0,
-    clipped_above=0,
-)
+QUANTIZED = lossless(0.5, -100.0)
 
 
 def grid(direction=STRAIGHT):
@@ -143,7 +131,7 @@ for (const { path } of root.attrs.ome.multiscales[0].datasets) {
 }
 """
     )
-    done = subprocess.run(["node", script, store], capture_output=True, text=True, check=False, timeout=60)
+    done = ended(["node", script, store], timeout=60)
     assert done.returncode == 0, done.stderr
     for line, codes in zip(done.stdout.splitlines(), LEVELS, strict=True):
         physical = codes.ravel() * 0.5 - 100
@@ -223,7 +211,7 @@ def test_memory_does_not_grow_with_slices_and_a_failure_leaves_nothing(tmp_path)
 def tissues(tmp_path_factory):
     """A package of two channels, and its store."""
     folder = tmp_path_factory.mktemp("tissues")
-    build(load_request(write_channel_scene(folder)), folder / "p.volpkg", Silent())
+    built(write_channel_scene(folder), folder / "p.volpkg")
     done = volprep("export", folder / "p.volpkg", folder / "a.ome.zarr", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["channels"] == ["skin", "bone"]
@@ -266,7 +254,7 @@ def segmented(tmp_path_factory):
     """A package of a scan with two segments that overlap, and its store."""
     folder = tmp_path_factory.mktemp("segmented")
     made = folder / "p.volpkg"
-    build(load_request(write_segments(folder)), made, Silent())
+    built(write_segments(folder), made)
     done = volprep("export", made, folder / "a.ome.zarr", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["labels"] == ["segments"]

@@ -2,14 +2,13 @@
 
 import json
 import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from command_line import volprep
+from command_line import ended, volprep
 from phantom_scene import write_phantom_scene
 
 CRASH = Path(__file__).with_name("crash.py")
@@ -25,13 +24,7 @@ def room() -> Iterator[Path]:
 
 def crash(work: str, *places: Path, script: Path = CRASH) -> list[dict[str, object]]:
     # A child that was forked has none of the threads that its parent's kernels would wait for.
-    done = subprocess.run(
-        [sys.executable, script, work, *places],
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = ended([sys.executable, script, work, *places], env={**os.environ, "OMP_NUM_THREADS": "1"})
     assert done.returncode == 0, done.stdout + done.stderr
     runs = [json.loads(line) for line in done.stdout.splitlines()]
     assert not [run for run in runs if "failed" in run]
@@ -88,7 +81,7 @@ def test_builds_killed_at_thirty_random_moments_never_leave_a_broken_package(tmp
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory) -> Path:
     """A scene with sub-volumes, and its package phantom.volpkg beside it."""
-    scene = write_phantom_scene(tmp_path_factory.mktemp("scene"), level_filter="box")
+    scene = write_phantom_scene(tmp_path_factory.mktemp("scene"))
     with scene.open("a", encoding="utf-8") as file:
         file.write("\n[grid]\nsize = 24\n")
     done = volprep("build", scene, "-o", scene.with_name("phantom.volpkg"))

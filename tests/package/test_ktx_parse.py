@@ -2,11 +2,11 @@
 
 import hashlib
 import json
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import ended
 from npm_package import npm_package
 
 from volprep_formats.package.reader import Package
@@ -45,7 +45,7 @@ def ktx_parse() -> Path:
 
 def read(ktx_parse: Path, files: list[Path]) -> list[dict]:
     command = ["node", str(READ), str(ktx_parse), *map(str, files)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = ended(command)
     assert done.returncode == 0, done.stderr
     return [json.loads(line) for line in done.stdout.splitlines()]
 

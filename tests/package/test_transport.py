@@ -9,17 +9,15 @@ from pathlib import Path
 import imagecodecs
 import numpy as np
 import pytest
+import scene_builds
 from command_line import volprep
 from phantom_scene import write_phantom_scene
 
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.manifest_json import encode_manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.zstd_frames import FRAME_BYTES, FrameError, compress, decompress, frames
 
@@ -28,9 +26,8 @@ from volprep_formats.textures.zstd_frames import FRAME_BYTES, FrameError, compre
 def built(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("transport")
     target = folder / "p.volpkg"
-    scene = write_phantom_scene(folder, "gles3")
-    scene.write_text(f'{scene.read_text()}\n[grid]\nsize = 12\nlayout = "both"\n')
-    build(load_request(scene), target, Silent())
+    scene = write_phantom_scene(folder, "gles3", more='\n[grid]\nsize = 12\nlayout = "both"\n')
+    scene_builds.built(scene, target)
     return target
 
 

@@ -1,11 +1,11 @@
 """three.js reads our meshes, plain and compressed with Draco, with the decoder that it ships."""
 
 import json
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import ended
 from npm_package import npm_package
 
 from volprep.parts.proxy.mesh import block_planes, proxy_mesh
@@ -23,9 +23,7 @@ def three() -> Path:
 
 
 def read(three: Path, files: list[Path]) -> list[dict]:
-    done = subprocess.run(
-        ["node", str(READ), str(three), *map(str, files)], capture_output=True, text=True, check=False
-    )
+    done = ended(["node", str(READ), str(three), *map(str, files)])
     assert done.returncode == 0, done.stderr
     return [json.loads(line) for line in done.stdout.splitlines()]
 

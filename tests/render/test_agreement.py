@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing, Room
@@ -46,7 +47,7 @@ def draw(package, grid, view, step_mm=None, projection="orthographic", **setting
 
 
 def oracle(codes, grid, transfer_function, view, projection="orthographic"):
-    box_from_clip = standard_views(grid, projection)[view].box_from_clip(grid, 1.0)
+    box_from_clip = view_of(grid, view, projection)
     return oracle_picture(codes, grid, 1.0, 0.0, transfer_function, box_from_clip, SHAPE_HW, tolerance=1e-8).rgba
 
 
@@ -144,7 +145,7 @@ def test_what_a_stopped_ray_misses_is_at_most_what_the_cutoff_leaves(tmp_path, c
 @pytest.mark.parametrize(("target", "error"), [("rgba8", 0.5 / 255), ("rgba16f", 2.0**-11), ("rgba32f", 0.0)])
 def test_a_target_rounds_the_picture_to_its_precision(tmp_path, target, error):
     package = tiny_package(tmp_path / "p", CODES, BENT, grid=GRID)
-    box_from_clip = standard_views(GRID)["anterior-left"].box_from_clip(GRID, 1.0)
+    box_from_clip = view_of(GRID, "anterior-left")
     exact = draw(package, GRID, "anterior-left")
     with Renderer(package, target=target) as renderer:
         picture = renderer.render(box_from_clip, SHAPE_HW)

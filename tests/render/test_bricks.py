@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from fetch import Fetch, trilinear
+from scene_builds import drawn
 from tiny_packages import ES2, ES3, NORM16, function, tiny_package
 
 from volprep.render.renderer import Renderer
@@ -139,6 +140,4 @@ def test_a_level_of_which_nothing_is_seen_is_one_brick_and_an_empty_picture(tmp_
     package = tiny_package(tmp_path / "p", blob() // 8, BAND, ES3, bricks=BrickSettings(size=4))
     layout = next(texture.bricks for texture in package.manifest.textures if texture.bricks is not None)
     assert layout.stored == 1
-    grid = package.manifest.grid
-    with Renderer(package) as renderer:
-        assert renderer.render(standard_views(grid)["left"].box_from_clip(grid, 1.0), (16, 16)).max() == 0.0
+    assert drawn(package, "left", (16, 16)).max() == 0.0

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from tiny_packages import ES3, function, tiny_package
 
 from volprep.render.progressive import frames
 from volprep.render.renderer import Renderer
 from volprep.techniques import TECHNIQUES
-from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 
@@ -35,7 +35,7 @@ def package(request, tmp_path):
 
 def camera(package):
     grid = package.manifest.levels[0].grid
-    return standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+    return view_of(grid, "anterior-left")
 
 
 def sorts(program, path):

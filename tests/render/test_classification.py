@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 import OpenImageIO
 import pytest
-from tiny_packages import ES2, ES3, function, tiny_package
+from scene_builds import drawn, view_of
+from tiny_packages import ES2, ES3, function, lossless, tiny_package
 
 from volprep.parts.mosaic.montage import write_montage
 from volprep.parts.mosaic.packing import Packing, Room
@@ -18,7 +19,6 @@ from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.channel import Quantization
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
 
@@ -57,7 +57,7 @@ def draw(package, view, step_mm=None):
 
 
 def oracle(transfer_function, view):
-    box_from_clip = standard_views(GRID)[view].box_from_clip(GRID, 1.0)
+    box_from_clip = view_of(GRID, view)
     return oracle_picture(CODES, GRID, 1.0, 0.0, transfer_function, box_from_clip, SHAPE_HW, tolerance=1e-7).rgba
 
 
@@ -136,9 +136,7 @@ def test_the_last_segment_of_a_ray_ends_where_the_box_ends(tmp_path):
     constant = np.full((4, 4, 4), 128, np.uint8)
     grey = function((0.0, WHITE, 0.1), (255.0, WHITE, 0.1))
     package = tiny_package(tmp_path / "p", constant, grey, classification="preintegrated", step_mm=3.0)
-    grid = Grid.of((4, 4, 4), (1.0, 1.0, 1.0))
-    with Renderer(package, target="rgba32f") as renderer:
-        picture = renderer.render(standard_views(grid)["superior"].box_from_clip(grid, 1.0), (8, 8))
+    picture = drawn(package, "superior", (8, 8), target="rgba32f")
     assert picture[4, 4, 3] == pytest.approx(1 - np.exp(-0.4), abs=2.0**-12)
 
 
@@ -146,8 +144,7 @@ def test_stopped_rays_and_levels_go_with_every_classification(tmp_path):
     coarse = CODES[::2, ::2, ::2].copy()
     for name in ("preintegrated", "palette"):
         package = tiny_package(tmp_path / name, [CODES, coarse], STEEP, grid=GRID, cutoff=0.9, classification=name)
-        with Renderer(package, level=1, target="rgba32f") as renderer:
-            picture = renderer.render(standard_views(GRID)["left"].box_from_clip(GRID, 1.0), SHAPE_HW)
+        picture = drawn(package, "left", SHAPE_HW, level=1, target="rgba32f")
         assert 0.9 <= picture[..., 3].max() <= 1.0
         assert "0.1 * pow(" in package.read_text(package.manifest.programs[0].fragment)
 
@@ -162,9 +159,7 @@ def test_a_palette_draws_the_steps_that_it_stands_for(tmp_path, entries):
 
 
 def table_function_of(package):
-    quantization = Quantization(
-        bits=8, window=(0.0, 255.0), slope=1.0, intercept=0.0, rmse=0.0, max_error=0.0, clipped_below=0, clipped_above=0
-    )
+    quantization = lossless()
     (channel,) = package.manifest.channels
     told = channel.model_copy(update={"quantization": quantization})
     package = type(package)(package.path, package.manifest.model_copy(update={"channels": (told,)}))
@@ -187,9 +182,7 @@ def test_classified_voxels_are_mixed_with_their_opacity(tmp_path):
     codes = np.zeros((1, 1, 8), np.uint8)
     codes[..., 4:] = 255
     package = tiny_package(tmp_path / "p", codes, step, classification="preclassified", step_mm=0.25)
-    grid = Grid.of(codes.shape, (1.0, 1.0, 1.0))
-    with Renderer(package, target="rgba32f") as renderer:
-        picture = renderer.render(standard_views(grid)["anterior"].box_from_clip(grid, 1.0), (64, 64))
+    picture = drawn(package, "anterior", (64, 64), target="rgba32f")
     seen = picture[32][picture[32, :, 3] > 0.01]
     # Bytes of a colour times an opacity of 0.26: half a step of 255 is 1 % of them.
     np.testing.assert_allclose(seen[:, :3] / seen[:, 3:], np.broadcast_to(RED, (len(seen), 3)), atol=0.02)
@@ -203,9 +196,7 @@ def test_classified_voxels_have_the_opacity_of_any_step(tmp_path, step_mm):
     constant = np.full((6, 6, 6), 200, np.uint8)
     grey = function((0.0, WHITE, 0.05), (255.0, WHITE, 0.05))
     package = tiny_package(tmp_path / "p", constant, grey, classification="preclassified", step_mm=0.4)
-    grid = Grid.of(constant.shape, (1.0, 1.0, 1.0))
-    with Renderer(package, target="rgba32f") as renderer:
-        picture = renderer.render(standard_views(grid)["superior"].box_from_clip(grid, 1.0), (8, 8), step_mm)
+    picture = drawn(package, "superior", (8, 8), step_mm, target="rgba32f")
     # A byte of the opacity of 2.4 mm, 0.113: half a step is 1.7 % of the extinction.
     assert picture[4, 4, 3] == pytest.approx(1 - np.exp(-0.3), rel=0.02)
     assert package.manifest.textures[0].reference_mm == pytest.approx(2.4)
@@ -312,7 +303,7 @@ def test_at_a_jump_control_points_take_the_side_above(tmp_path):
     for code, colour, extinction in ((99, RED, 0.1), (100, GREEN, 0.5), (255, GREEN, 0.5), (0, RED, 0.1)):
         codes = np.full((4, 4, 4), code, np.uint8)
         package = tiny_package(tmp_path / f"{code}", codes, jump, classification="control-points")
-        camera = standard_views(package.manifest.grid)["superior"].box_from_clip(package.manifest.grid, 1.0)
+        camera = view_of(package.manifest.grid, "superior")
         with Renderer(package, target="rgba32f") as renderer:
             pixel = renderer.render(camera, (1, 1))[0, 0]
         opacity = -np.expm1(-extinction * 4)
@@ -342,7 +333,7 @@ def test_eight_textures_hold_512_slices_on_a_device_with_eight_units(tmp_path):
     assert len(package.manifest.programs[0].samplers) == 8
     truth = tiny_package(tmp_path / "3d", codes, BENT, spacing_mm_zyx=(0.05, 1.0, 1.0), classification="control-points")
     grid = package.manifest.grid
-    camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+    camera = view_of(grid, "anterior-left")
     pictures = []
     for each in (package, truth):
         with Renderer(each, target="rgba32f") as renderer:
@@ -360,7 +351,7 @@ def test_a_wall_behind_haze_has_no_dots_of_haze(tmp_path):
     wall = function((0.0, blue, 1e9), (72.0, blue, 1e9), (72.0, amber, 0.02), (255.0, amber, 0.02))
     grid = Grid.of(ball.shape, (1.0, 1.0, 1.0))
     package = tiny_package(tmp_path / "p", ball, wall, grid=grid, classification="preintegrated", step_mm=1.0)
-    view = standard_views(grid)["anterior"].box_from_clip(grid, 1.0)
+    view = view_of(grid, "anterior")
     truth = oracle_picture(ball, grid, 1.0, 0.0, wall, view, (64, 64)).rgba
     with Renderer(package, target="rgba32f") as renderer:
         for step_mm in (1.0, 0.25):

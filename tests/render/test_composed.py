@@ -3,13 +3,13 @@
 import hashlib
 import re
 import shutil
-import subprocess
 from collections import Counter
 from contextlib import ExitStack
 from itertools import product
 
 import numpy as np
 import pytest
+from command_line import ended
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.compositing import COMPOSITINGS
@@ -249,7 +249,7 @@ def test_the_validator_of_khronos_takes_every_shader(composed, numbers, tmp_path
     for number, (ending, text) in enumerate(sorted(texts)):
         files.append(tmp_path / f"{number}.{ending}")
         files[-1].write_text(text, encoding="ascii")
-    done = subprocess.run(["glslangValidator", *files], capture_output=True, text=True, check=False)
+    done = ended(["glslangValidator", *files])
     assert done.returncode == 0, done.stdout
 
 

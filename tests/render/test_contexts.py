@@ -7,13 +7,13 @@ import sys
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.render import egl
 from volprep.render.bindings import GLES3
 from volprep.render.gl import Gl, ShaderText
 from volprep.render.renderer import Renderer
-from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package import api as api_records
 from volprep_formats.package.api import GraphicsApi
@@ -43,7 +43,7 @@ def test_two_renderers_can_be_open_at_once_and_used_in_turn(tmp_path):
     codes = np.zeros((4, 4, 4), np.uint8)
     packages = [tiny_package(tmp_path / "a", codes, white, ES2), tiny_package(tmp_path / "b", codes, black, ES3)]
     grid = packages[0].manifest.levels[0].grid
-    box_from_clip = standard_views(grid)["left"].box_from_clip(grid, 1.0)
+    box_from_clip = view_of(grid, "left")
     with Renderer(packages[0]) as one, Renderer(packages[1]) as other:
         for _ in range(2):
             assert one.render(box_from_clip, (9, 9))[4, 4, 0] > 0.9

@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.render.renderer import Renderer
-from volprep.truth.camera import standard_views
 from volprep.truth.metrics import over
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.phantoms import distance, marschner_lobb, sampled
@@ -37,7 +37,7 @@ def codes_of(name):
 
 
 def pictures(package, target):
-    box_from_clip = standard_views(GRID)[VIEW].box_from_clip(GRID, 1.0)
+    box_from_clip = view_of(GRID, VIEW)
     with Renderer(package, target=target) as renderer:
         return [renderer.render(box_from_clip, SHAPE_HW, ratio * STEP_MM).astype(np.float64) for ratio in RATIOS]
 
@@ -47,7 +47,7 @@ def errors_of(package, target, truth):
 
 
 def truth_of(codes):
-    box_from_clip = standard_views(GRID)[VIEW].box_from_clip(GRID, 1.0)
+    box_from_clip = view_of(GRID, VIEW)
     return oracle_picture(codes, GRID, 1.0, 0.0, OPAQUE, box_from_clip, SHAPE_HW, tolerance=1e-7).rgba
 
 

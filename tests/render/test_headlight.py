@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+import scene_builds
 from normal_fields import angles
 from tiny_packages import function, tiny_package
 
 from volprep.parts.normals.gradient import gradients
-from volprep.render.renderer import Renderer
 from volprep.scene.scene import NormalSettings
-from volprep.truth.camera import standard_views
 from volprep_formats.grid import Grid
 
 RADIUS_MM = 16.0
@@ -30,9 +29,8 @@ def ball(spacing, direction=STRAIGHT):
     return grid, at, np.minimum(np.rint(distance / 32 * 65535), 65535).astype(np.uint16)
 
 
-def picture(package, grid, view, size=128):
-    with Renderer(package, target="rgba32f") as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (size, size)).astype(np.float64)
+def picture(package, view, size=128):
+    return scene_builds.drawn(package, view, (size, size), target="rgba32f").astype(np.float64)
 
 
 def cosines(grid, size=128):
@@ -70,7 +68,7 @@ def test_a_lit_sphere_is_as_bright_as_the_cosine(tmp_path, view, code, spacing, 
         normals=NormalSettings(code=code),
         lighting="headlight",
     )
-    drawn = picture(package, grid, view)
+    drawn = picture(package, view)
     cosine, passes = cosines(grid)
     inside = passes < 0.95
     assert drawn[..., 3][inside].min() > 0.999
@@ -94,8 +92,7 @@ def test_what_has_no_normal_keeps_its_colour(tmp_path):
     codes = np.full((6, 7, 8), 90, np.uint8)
     lit = tiny_package(tmp_path / "lit", codes, fog, normals=NormalSettings(), lighting="headlight")
     plain = tiny_package(tmp_path / "plain", codes, fog)
-    grid = lit.manifest.levels[0].grid
-    np.testing.assert_array_equal(picture(lit, grid, "anterior-left"), picture(plain, grid, "anterior-left"))
+    np.testing.assert_array_equal(picture(lit, "anterior-left"), picture(plain, "anterior-left"))
 
 
 def test_normals_as_data_only_are_in_no_shader(tmp_path):
@@ -130,7 +127,7 @@ def test_every_way_of_classifying_and_skipping_can_be_lit(tmp_path, classificati
         normals=NormalSettings(),
         lighting="headlight",
     )
-    drawn = picture(package, grid, "anterior")
+    drawn = picture(package, "anterior")
     cosine, passes = cosines(grid)
     middle = passes < 0.8
     # Eight-bit distances of an eighth of a millimetre, and a layer of 2 mm that is seen into: two degrees and a tenth

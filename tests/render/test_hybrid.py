@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from slice_packages import missing_es11, slice_package
 
 from volprep.render.box_lines import box_lines
 from volprep.render.hybrid import small_picture
 from volprep.render.slices import SliceRenderer
-from volprep.truth.camera import standard_views
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
 
@@ -26,7 +26,7 @@ def package_of(folder, **wishes):
 
 def camera(package, view="anterior-left"):
     grid = package.manifest.levels[0].grid
-    return standard_views(grid)[view].box_from_clip(grid, 1.0)
+    return view_of(grid, view)
 
 
 @pytest.fixture(scope="module")

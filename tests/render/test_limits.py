@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.render.bindings import GLES3, GLError
 from volprep.render.renderer import Renderer
-from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 
@@ -42,7 +42,7 @@ def es3(tmp_path):
 
 def camera_of(package):
     grid = package.manifest.source.info.grid
-    return standard_views(grid)["left"].box_from_clip(grid, 1.0)
+    return view_of(grid, "left")
 
 
 def drawn(package, **settings):
@@ -268,7 +268,7 @@ def test_an_impossible_size_is_refused(package, shape_hw):
 
 def test_a_renderer_draws_on_after_a_refusal_and_in_other_sizes(package):
     grid = package.manifest.levels[0].grid
-    box_from_clip = standard_views(grid)["left"].box_from_clip(grid, 1.0)
+    box_from_clip = view_of(grid, "left")
     with Renderer(package) as renderer:
         first = renderer.render(box_from_clip, (8, 8))
         with pytest.raises(VolprepError):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from tiny_packages import function
 
 from volprep.transfer.lookup import lookup_table, lookup_texels
-from volprep.transfer.texel_forms import decoded_texels, opaque_per_mm
+from volprep.transfer.texel_forms import opaque_per_mm
 from volprep_formats.package.function_table import Table
 
 RAMP = function((-10.0, (0.0, 0.2, 1.0), 0.0), (30.0, (1.0, 0.4, 0.5), 2.0), (40.0, (0.0, 0.0, 0.0), 0.5))
@@ -89,7 +89,9 @@ def test_a_wall_takes_nothing_from_the_fog_in_front_of_it(form):
     white = (1.0, 1.0, 1.0)
     fog_and_wall = function((0.0, white, 0.02), (0.5, white, 0.02), (0.5, white, 1e9), (1.0, white, 1e9))
     table = lookup_texels(lookup_table(fog_and_wall, (0.0, 1.0), 256), form, opaque_per_mm(0.5))
-    extinction = decoded_texels(table)[1][0]
+    extinction = table.texels[0, ..., 3].astype(float)
+    if table.max_extinction_per_mm is not None:
+        extinction = table.max_extinction_per_mm * (extinction / 255) ** 2
     assert extinction[0, 0] == pytest.approx(0.02, rel=0.15)
     assert -np.expm1(-0.125 * extinction[-1, -1]) == pytest.approx(1 - 2**-16, abs=2**-17)
 

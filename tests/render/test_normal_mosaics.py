@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scene_builds
 from fetch import trilinear
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -12,9 +13,7 @@ from tiny_packages import ES2, ES3, function, tiny_package
 from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic
 from volprep.render.egl import Context
 from volprep.render.gl import Gl
-from volprep.render.renderer import Renderer
 from volprep.scene.scene import NormalSettings
-from volprep.truth.camera import standard_views
 from volprep.truth.normal_codes import decoded
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES
@@ -142,8 +141,7 @@ def test_a_sphere_is_lit_as_by_3d_textures(tmp_path, code, view, size):
         )
         if profile is not flat:
             assert len(held(package)[0]) == {2048: 1, 192: 2}[size]
-        with Renderer(package, target="rgba32f") as renderer:
-            drawn[profile.api] = renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (128, 128))
+        drawn[profile.api] = scene_builds.drawn(package, view, (128, 128), target="rgba32f")
     lit, twin = drawn["es2.0"], drawn["es3.0"]
     assert twin[..., 0].max() > 0.9
     error = np.abs(lit - twin).max(axis=-1)
@@ -177,8 +175,7 @@ def test_every_way_of_classifying_and_skipping_is_lit(tmp_path, classification, 
             normals=NormalSettings(),
             lighting="headlight",
         )
-        with Renderer(package, target="rgba32f") as renderer:
-            pictures.append(renderer.render(standard_views(grid)["anterior"].box_from_clip(grid, 1.0), (96, 96)))
+        pictures.append(scene_builds.drawn(package, "anterior", (96, 96), target="rgba32f"))
     assert pictures[1][..., 0].max() > 0.9
     assert np.abs(pictures[0] - pictures[1]).max() <= EQUAL
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scene_builds import drawn, view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
@@ -125,8 +126,7 @@ def test_faint_segments_add_up(tmp_path):
     """A depth of 1e-8 in each of 6400 segments: as 1 - exp(-1e-8) in float32, each would be nothing."""
     grid = Grid.of((4, 4, 4), (16.0, 16.0, 16.0))
     package = homogeneous(tmp_path / "p", grid, 2.0**-20)
-    with Renderer(package, target="rgba32f") as renderer:
-        picture = renderer.render(standard_views(grid)["left"].box_from_clip(grid, 1.0), (5, 5), step_mm=0.01)
+    picture = drawn(package, "left", (5, 5), step_mm=0.01, target="rgba32f")
     opacity = 1 - np.exp(-(2.0**-20) * 64)
     # The exponential and the subtraction from 1 round by 2^-24 each.
     assert picture[2, 2, 3] == pytest.approx(opacity, abs=2 * 2.0**-24)
@@ -136,8 +136,7 @@ def test_faint_segments_add_up(tmp_path):
 def test_opacity_stays_between_0_and_1_whatever_the_extinction(tmp_path, extinction_per_mm):
     grid = Grid.of((3, 3, 3), (10.0, 10.0, 10.0))
     package = homogeneous(tmp_path / "p", grid, extinction_per_mm)
-    with Renderer(package, target="rgba32f") as renderer:
-        picture = renderer.render(standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0), (17, 17), step_mm=3.0)
+    picture = drawn(package, "anterior-left", (17, 17), step_mm=3.0, target="rgba32f")
     assert np.isfinite(picture).all()
     assert picture.min() >= 0.0
     assert picture.max() <= 1.0 + 2.0**-22
@@ -149,8 +148,7 @@ def test_opacity_stays_between_0_and_1_whatever_the_extinction(tmp_path, extinct
 def test_a_ray_that_misses_gives_exactly_nothing(tmp_path, profile, channels):
     grid = Grid.of((4, 4, 4), (1.0, 1.0, 1.0))
     package = homogeneous(tmp_path / "p", grid, 1.0, profile, channels)
-    with Renderer(package) as renderer:
-        picture = renderer.render(standard_views(grid)["anterior"].box_from_clip(grid, 1.0), (32, 32))
+    picture = drawn(package, "anterior", (32, 32))
     # 4 of 6.93 mm, in 32 pixels.
     inside = np.abs(np.arange(32) - 15.5) < 0.5 * 32 * 4 / np.sqrt(48)
     assert (picture[..., 3] > 0).tolist() == np.outer(inside, inside).tolist()
@@ -201,7 +199,7 @@ def test_an_eye_in_front_sees_what_the_anterior_view_shows(tmp_path):
     centre = grid.corner_mm_xyz + np.array(grid.extent_mm_zyx[::-1]) / 2
     eye = tuple((centre - [0.0, 400.0, 0.0]).tolist())
     with Renderer(package) as renderer:
-        named = renderer.render(standard_views(grid)["anterior"].box_from_clip(grid, 1.0), (16, 16))
+        named = renderer.render(view_of(grid, "anterior"), (16, 16))
         free = renderer.render(view_from(grid, eye).box_from_clip(grid, 1.0), (16, 16))
     np.testing.assert_allclose(free, named, atol=1 / 255)
 

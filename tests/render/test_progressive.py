@@ -5,6 +5,7 @@ from itertools import count, pairwise
 import numpy as np
 import pytest
 from blobs import SHELLS, blobs
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, tiny_package
 
 from volprep.render.choose import ray_caster_of
@@ -12,7 +13,6 @@ from volprep.render.progressive import REFINEMENTS, frames, low_resolution, pixe
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
 from volprep.scene.scene import ProxySettings
-from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 
 HW = (45, 61)
@@ -31,7 +31,7 @@ def package_of(folder, technique="tiles", profile=ES3, **wishes):
 
 def camera(package, view="anterior-left"):
     grid = package.manifest.grid
-    return standard_views(grid)[view].box_from_clip(grid, 1.0)
+    return view_of(grid, view)
 
 
 @pytest.mark.long(keep=2)

@@ -4,15 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scene_builds import built, view_of
 
 from tests.papers.progress import dssim
-from volprep.pipeline.build import build
 from volprep.render.progressive import coarse_level, frames, low_resolution
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
-from volprep.truth.camera import standard_views
-from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 HW = (120, 120)
 ENGINE = 'raw = { shape_zyx = [128, 256, 256], dtype = "uint8" }'
@@ -35,8 +31,7 @@ def package(request, scans, tmp_path_factory):
         f'name = "scan"\n[render]\ntechnique = "slabs"\n[pyramid]\nfilter = "box"\n'
         f'[source]\n{source.format(data=scans, raw=ENGINE)}\n[[transfer]]\nname = "a"\npreset = "{preset}"\n'
     )
-    build(load_request(folder / "scan.toml"), folder / "scan.volpkg", Silent())
-    return Package.open(folder / "scan.volpkg")
+    return built(folder / "scan.toml", folder / "scan.volpkg")
 
 
 @pytest.mark.long
@@ -47,7 +42,7 @@ def test_no_frame_is_worse_than_the_one_before_it(package):
     with Renderer(package) as fine, Renderer(package, level=level) as coarse:
         step_mm = package.manifest.render.step_of(0)
         for view in ("anterior-left", "superior"):
-            matrix = standard_views(grid)[view].box_from_clip(grid, 1.0)
+            matrix = view_of(grid, view)
             shown = [*frames(fine, "slabs", matrix, HW, step_mm, budget_s=0.0, coarse=coarse)]
             assert np.array_equal(shown[0].picture, low_resolution(coarse, matrix, HW, step_mm))
             assert np.array_equal(shown[-1].picture, fine.render(matrix, HW, step_mm))

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from blobs import DIRECTIONS, SHELLS, blobs, check_same
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.render.proxy_renderer import ProxyRenderer
@@ -84,7 +85,7 @@ def test_rays_end_behind_the_mesh(tmp_path, profile):
     grid = package.manifest.grid
     (program,) = package.manifest.proxy.programs
     for view in ("anterior", "posterior"):
-        camera = standard_views(grid)[view].box_from_clip(grid, 1.0)
+        camera = view_of(grid, view)
         taken, _ = samples_per_pixel(package, program, 0, camera, (48, 48), kind=ProxyRenderer)
         # 4 voxels between two blocks of 4 and their margins, in steps of half a voxel; the box is 80 steps deep.
         assert 0 < taken.max() <= 30
@@ -93,7 +94,7 @@ def test_rays_end_behind_the_mesh(tmp_path, profile):
 def test_a_far_plane_in_the_volume_draws_without_the_mesh(tmp_path):
     package = tiny_package(tmp_path / "p", blobs(16, (40, 40, 40)), SHELLS, proxy=MERGED)
     grid = package.manifest.grid
-    whole = standard_views(grid)["anterior"].box_from_clip(grid, 1.0)
+    whole = view_of(grid, "anterior")
     near_half = whole @ np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0.5, -0.5], [0, 0, 0, 1]])
     drawn = []
     for kind in (Renderer, ProxyRenderer):
@@ -125,7 +126,7 @@ def test_rays_take_fewer_samples_and_with_a_skip_table_as_few_as_that_alone_leav
     for name, skip in (("plain", None), ("skipping", ("distance", 4))):
         package = tiny_package(tmp_path / name, codes, SHELLS, profile, skip=skip, proxy=MERGED)
         grid = package.manifest.grid
-        camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+        camera = view_of(grid, "anterior-left")
         for program, kind in (
             (package.manifest.programs[0], Renderer),
             (package.manifest.proxy.programs[0], ProxyRenderer),

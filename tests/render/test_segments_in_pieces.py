@@ -11,6 +11,7 @@ import nibabel
 import numpy as np
 import pytest
 from judged import validate
+from scene_builds import view_of
 from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, scene_of, truth, write_segments
 
 from volprep.parts.subvolumes.cut import cut
@@ -22,7 +23,6 @@ from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep.shading import program
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
 from volprep.validation import edits_and_cuts
 from volprep.validation.clock import Clock
@@ -92,7 +92,7 @@ def grid_of(package: Package) -> SubvolumeGrid:
 def blocks(package: Package, view: str) -> Iterator[np.ndarray]:
     """Draw all blocks around every second point with parallel rays, from front to back."""
     counts, grid = grid_of(package).counts_zyx, package.manifest.grid
-    camera = standard_views(grid, "orthographic")[view].box_from_clip(grid, 1.0)
+    camera = view_of(grid, view)
     ahead = (camera @ [0.0, 0.0, 1.0, 0.0])[:3][::-1]
     places = sorted(
         product(*(range(1, count + 1, 2) for count in counts)),
@@ -230,7 +230,7 @@ def test_a_plan_says_why_pieces_are_unlit(folder) -> None:
 @pytest.mark.parametrize(("lighting", "labelled"), [("none", True), ("headlight", False)])
 def test_pieces_of_one_value_are_validated(folder, lighting, labelled) -> None:
     package = of_one_value(folder, f"validated-{lighting}", "gles3", "first-hit", lighting, labelled=labelled)
-    report = validate(package.path, folder / f"report-{lighting}", Silent(), witness=False)
+    report = validate(package.path, folder / f"report-{lighting}", witness=False)
     assert report.verdict.passed
     items = [other.item for program in report.programs for other in program.others]
     assert any(item.startswith("pieces around points 1") for item in items)
@@ -288,7 +288,7 @@ def test_a_cut_of_all_voxels_is_the_picture_of_the_whole(folder, profile) -> Non
     )
     found = cut(package, (10.0, 8.0, 6.0), max(SHAPE_XYZ))
     grid = package.manifest.grid
-    camera = standard_views(grid, "orthographic")[VIEW].box_from_clip(grid, 1.0)
+    camera = view_of(grid, VIEW)
     with Renderer(package, point=0, target="rgba32f", edit=inputs_of_cut(found)) as renderer:
         picture = renderer.render(camera, (48, 48))
     assert np.abs(picture - drawn(package)).max() < (1e-4 if profile == "gles3" else 0.01)
@@ -356,7 +356,7 @@ def test_a_cut_of_pieces_with_labels_is_judged_by_the_scan_and_its_labels(reques
 
 @pytest.mark.long
 def test_pieces_with_labels_are_validated(folder, mixed) -> None:
-    report = validate(mixed.path, folder / "report", Silent(), witness=False)
+    report = validate(mixed.path, folder / "report", witness=False)
     assert report.verdict.passed
     items = [other.item for program in report.programs for other in program.others]
     assert any(item.startswith("pieces around points 1") for item in items)

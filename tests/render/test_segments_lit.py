@@ -10,7 +10,6 @@ from segment_scan import AFFINE, TINTS, built, drawn, truth, write_segments
 
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 FINE = {"step_voxels": 0.25, "opacity_cutoff": 1.0, "picture_size": 48}
 LIT = {"render": {**FINE, "lighting": "headlight"}}
@@ -121,7 +120,7 @@ def test_other_ways_to_draw_light_segments_alike(folder, lit, change):
 @pytest.mark.long
 def test_a_lit_package_is_validated(folder, lit):
     assert check(lit.path) == []
-    report = validate(lit.path, folder / "lit.report", Silent(), witness=False)
+    report = validate(lit.path, folder / "lit.report", witness=False)
     assert report.verdict.passed
     assert report.verdict.worst_rmse < 0.003
 
@@ -173,4 +172,4 @@ def test_hidden_segments_cast_no_shadow(folder):
 def test_a_package_with_shadows_is_validated(folder):
     small = {**SHADED, "render": {**SHADED["render"], "picture_size": 24}}
     package = built(folder, "shadows", change=small, border="mixed", outside_opacity=0.3)
-    assert validate(package.path, folder / "shadows.report", Silent(), witness=False).verdict.passed
+    assert validate(package.path, folder / "shadows.report", witness=False).verdict.passed

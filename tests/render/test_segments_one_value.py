@@ -14,7 +14,6 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 SLOW = pytest.mark.long
 SOFT = [
@@ -132,7 +131,7 @@ def test_what_is_hidden_does_not_hide_smaller_values(folder):
 @pytest.mark.parametrize(("compositing", "lighting"), [("maximum", "none"), ("first-hit", "headlight")])
 def test_a_package_of_one_value_is_validated(folder, compositing, lighting):
     package = one_value(folder, f"valid-{compositing}", change(compositing, lighting=lighting))
-    report = validate(package.path, folder / f"{compositing}.report", Silent(), witness=False)
+    report = validate(package.path, folder / f"{compositing}.report", witness=False)
     assert report.verdict.passed
     assert not report.derivation.findings
 

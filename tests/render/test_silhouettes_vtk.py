@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scene_builds import built
 
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume
 from volprep.validation.witness.vtk_views import draw_views
@@ -54,7 +53,7 @@ def pictures(scans, tmp_path_factory) -> dict[str, tuple[np.ndarray, np.ndarray]
     folder = tmp_path_factory.mktemp("head")
     scene = folder / "head.toml"
     scene.write_text(SCENE.format(path=source))
-    build(load_request(scene), folder / "head.volpkg", Silent())
+    built(scene, folder / "head.volpkg")
     with open_source(SourceSpec(path=str(source)), Path("/"), Silent()) as head:
         grid = head.info.grid
         scan = Volume(head.read_slab(0, grid.shape_zyx[0]), grid, head.info.slope, head.info.intercept)

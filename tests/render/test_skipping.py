@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from blobs import DIRECTIONS, SHELLS, blobs, check_same
+from scene_builds import drawn
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
@@ -133,9 +134,7 @@ def test_an_eye_inside_the_volume_skips_from_where_it_is(tmp_path, profile):
 def test_a_transfer_function_that_shows_nothing_gives_an_empty_picture(tmp_path, profile):
     nothing = function((0.0, (1.0, 1.0, 1.0), 0.0))
     package = tiny_package(tmp_path / "p", blobs(17, (20, 21, 22)), nothing, profile, skip=("distance", 4))
-    grid = package.manifest.levels[0].grid
-    with Renderer(package) as renderer:
-        assert not renderer.render(standard_views(grid)["left"].box_from_clip(grid, 1.0), (20, 20)).any()
+    assert not drawn(package, "left", (20, 20)).any()
 
 
 def test_one_voxel_and_one_slice_can_be_skipped_too(tmp_path):

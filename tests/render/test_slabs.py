@@ -5,12 +5,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from blobs import SHELLS, blobs
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
 from volprep.render.renderer import Renderer
 from volprep.shading.slabs import SLAB_SAMPLES
-from volprep.truth.camera import standard_views
 
 HW = (32, 32)
 CODES = blobs(5, (30, 34, 28))
@@ -27,7 +27,7 @@ def drawn(folder, technique, profile=ES3, **wishes):
     package = tiny_package(folder, CODES, SHELLS, profile, technique=technique, **wishes)
     grid = package.manifest.grid
     with Renderer(package, target="rgba32f") as renderer:
-        camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+        camera = view_of(grid, "anterior-left")
         if technique != "slabs":
             return [renderer.render(camera, HW, 0.19)]
         shown = [(finished, renderer.drawn(HW)) for finished in renderer.draw_slabs(camera, HW, 0.19)]

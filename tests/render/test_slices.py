@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from slice_packages import expected_picture, missing_es11, slice_package, stack_of
 
 import volprep.scene.profiles
@@ -36,7 +37,7 @@ def noise(tmp_path_factory):
 
 def matrix(package, view):
     grid = package.manifest.levels[0].grid
-    return standard_views(grid)[view].box_from_clip(grid, 1.0)
+    return view_of(grid, view)
 
 
 @pytest.mark.parametrize("view", SIX)

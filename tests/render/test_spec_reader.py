@@ -2,27 +2,25 @@
 
 import json
 import re
-import subprocess
 import types
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from channel_scene import write_channel_scene
-from every_kind import write_segments
+from command_line import ended
+from every_kind import write_segments, write_together
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 from webgl import WebGl
 
-from volprep.pipeline.build import build
 from volprep.render.bindings import GLES3
 from volprep.render.egl import context
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 
 SPEC = (Path(__file__).parents[2] / "formats" / "SPEC.md").read_text(encoding="utf-8")
@@ -52,18 +50,7 @@ def reader() -> types.ModuleType:
 
 
 def phantom(extra: str) -> Callable[[Path], Path]:
-    def write(folder: Path) -> Path:
-        scene = write_phantom_scene(folder, level_filter="box")
-        scene.write_text(f"{scene.read_text()}\n{extra}")
-        return scene
-
-    return write
-
-
-def together(folder: Path) -> Path:
-    scene = write_channel_scene(folder, level_filter="box")
-    scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n')
-    return scene
+    return partial(write_phantom_scene, more=f"\n{extra}")
 
 
 SCENES = {
@@ -71,7 +58,7 @@ SCENES = {
     "lit, skipping": phantom('[render]\nlighting = "headlight"\n[skip]\nkind = "distance"\n'),
     "mipmaps": phantom("[textures]\nmipmaps = true\n"),
     "pre-integrated": phantom('[render]\nclassification = "preintegrated"\n'),
-    "several channels": together,
+    "several channels": write_together,
     "segments": write_segments,
 }
 
@@ -80,8 +67,7 @@ SCENES = {
 def package(request, tmp_path_factory) -> Package:
     folder = tmp_path_factory.mktemp("spec")
     scene = request.param(folder)
-    build(load_request(scene), folder / "p.volpkg", Silent())
-    return Package.open(folder / "p.volpkg")
+    return built(scene, folder / "p.volpkg")
 
 
 def float_target() -> None:
@@ -119,8 +105,7 @@ def test_the_reader_of_the_text_draws_every_level_as_volprep_does(package, reade
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory) -> Package:
     folder = tmp_path_factory.mktemp("javascript")
-    build(load_request(phantom("")(folder)), folder / "p.volpkg", Silent())
-    return Package.open(folder / "p.volpkg")
+    return built(phantom("")(folder), folder / "p.volpkg")
 
 
 def run_javascript(tmp_path: Path, body: str) -> list[list[object]]:
@@ -136,7 +121,7 @@ def run_javascript(tmp_path: Path, body: str) -> list[list[object]]:
         const gl = new Proxy({{}}, {{ get: (_, name) => /^[A-Z]/.test(name) ? name : call(name) }});
         {body}"""
     )
-    done = subprocess.run(["node", str(script)], capture_output=True, text=True, check=False)
+    done = ended(["node", str(script)])
     assert done.returncode == 0, done.stderr
     return [json.loads(line) for line in done.stdout.splitlines()]
 

@@ -4,15 +4,13 @@ from itertools import product
 
 import numpy as np
 import pytest
+import scene_builds
 from phantom_scene import write_phantom_scene
 
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 SHAPE_HW = (48, 56)
 ASPECT = 56 / 48
@@ -24,8 +22,7 @@ def built(folder, size: int, bits: int = 8, profile: str = "gles3", order: str =
     # Rays run to their end: one that a block ends early would go on in the picture of the whole.
     tables = f"\n[render]\nopacity_cutoff = 1.0\n\n[quantize]\nbits = {bits}\n\n[grid]\nsize = {size}\n"
     scene.write_text(text + tables + f'\n[mosaic]\norder = "{order}"\n', encoding="utf-8")
-    build(load_request(scene), folder / "phantom.volpkg", Silent())
-    return Package.open(folder / "phantom.volpkg")
+    return scene_builds.built(scene, folder / "phantom.volpkg")
 
 
 def point_of(package: Package, i: int, j: int, k: int, counts_zyx: tuple[int, int, int]) -> int:

@@ -5,12 +5,12 @@ Orders are in tests/truth/test_every_order.py.
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
 from volprep.render.renderer import Renderer
 from volprep.techniques import TECHNIQUES
-from volprep.truth.camera import standard_views
 from volprep.truth.convergence import fit_order
 from volprep.truth.oracle import Medium, oracle_picture
 from volprep_formats.diagnostics import VolprepError
@@ -30,7 +30,7 @@ DIVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is
 
 
 def camera(view, projection="orthographic"):
-    return standard_views(GRID, projection)[view].box_from_clip(GRID, 1.0)
+    return view_of(GRID, view, projection)
 
 
 def truth_of(transfer_function, box_from_clip, shape_hw=HW):

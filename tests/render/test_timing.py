@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from tiny_packages import ES3, function, tiny_package
 
 from volprep.render.gpu_clock import EXTENSION, gpu_clock
 from volprep.render.renderer import Renderer
 from volprep.render.timing import Spread, gpu_times
-from volprep.truth.camera import standard_views
 
 
 class Interrupted:
@@ -33,7 +33,7 @@ def test_interrupted_pictures_do_not_count() -> None:
 def test_the_clock_of_the_driver_runs_longer_for_more_samples(tmp_path) -> None:
     grey = function((0.0, (1.0, 1.0, 1.0), 0.0), (255.0, (1.0, 1.0, 1.0), 0.01))
     package = tiny_package(tmp_path / "p", np.full((32, 32, 32), 99, np.uint8), grey, ES3)
-    box_from_clip = standard_views(package.manifest.grid)["left"].box_from_clip(package.manifest.grid, 1.0)
+    box_from_clip = view_of(package.manifest.grid, "left")
     with Renderer(package) as renderer:
         if gpu_clock(renderer.driver) is None:
             pytest.skip(f"the driver has no {EXTENSION}")

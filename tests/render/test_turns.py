@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from blobs import blobs
+from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.pipeline.preview import preview_png
@@ -12,7 +13,6 @@ from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
 from volprep.render.turns import CERTAIN_TURNS, counted_turns, step_mm_of_turns, turns_of_rays
 from volprep.scene.scene import ProxySettings
-from volprep.truth.camera import standard_views
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
@@ -37,7 +37,7 @@ def made():
 def picture(package, step_mm, kind=Renderer, view="superior"):
     grid = package.manifest.grid
     with kind(package, target="rgba32f") as renderer:
-        return renderer.render(standard_views(grid)[view].box_from_clip(grid, 1.0), (8, 8), step_mm)
+        return renderer.render(view_of(grid, view), (8, 8), step_mm)
 
 
 def with_step(package, step_mm, step_mm_min=None):

@@ -30,10 +30,9 @@ from pydicom.uid import (
     RLELossless,
 )
 from segment_files import seg, seg_nrrd, structure_set
-from tiny_packages import function, tiny_package
+from tiny_packages import function, lossless, tiny_package
 from zarr_stores import multiscales, write_store, zipped
 
-from volprep_formats.package.channel import Quantization
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST, names_in
@@ -263,16 +262,7 @@ def _package(folder: Path) -> bytes:
     transfer = function((0.0, (1.0, 0.0, 0.0), 0.0), (200.0, (1.0, 1.0, 1.0), 2.0))
     package = folder / "sound.volpkg"
     tiny_package(package, _noise().astype(np.uint8), transfer)
-    told = Quantization(
-        bits=8,
-        window=(0.0, 510.0),
-        slope=2.0,
-        intercept=0.0,
-        rmse=0.0,
-        max_error=0.0,
-        clipped_below=0,
-        clipped_above=0,
-    )
+    told = lossless(2.0)
     manifest = decode_manifest((package / MANIFEST).read_bytes(), package)
     (channel,) = manifest.channels
     manifest = manifest.model_copy(update={"channels": (channel.model_copy(update={"quantization": told}),)})

@@ -54,9 +54,8 @@ BAD = {
 @pytest.mark.parametrize("data", BAD.values(), ids=BAD)
 def test_what_no_primitive_has_is_refused_at_once(data) -> None:
     began = time.process_time()
-    with pytest.raises(VolprepError) as error:
+    with pytest.raises(VolprepError, match="VP4039"):
         decode_draco(data, "mesh.glb")
-    assert error.value.code == "VP4039"
     assert time.process_time() - began < 10.0  # numbers that are believed take a minute
 
 

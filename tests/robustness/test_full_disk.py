@@ -46,7 +46,7 @@ FOLDERS = {
 def place(tmp_path_factory) -> Path:
     """A folder with a scene and a package with sub-volumes; small files of it take more than the limit."""
     folder = tmp_path_factory.mktemp("place")
-    scene = write_phantom_scene(folder, level_filter="box")
+    scene = write_phantom_scene(folder)
     scene.write_text(
         scene.read_text(encoding="utf-8") + "\n[quantize]\nbits = 16\n[grid]\nsize = 24\n", encoding="utf-8"
     )

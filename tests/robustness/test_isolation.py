@@ -10,6 +10,7 @@ from pathlib import Path
 import decoders
 import numpy as np
 import pytest
+from command_line import ended
 
 from volprep_formats import isolation
 from volprep_formats.diagnostics import VolprepError
@@ -267,9 +268,7 @@ except VolprepError as error:
 def test_limits_hold_below_the_limits_of_a_scheduler(what, hard, function, argument, said) -> None:
     script = UNDER_LIMITS.format(path=sys.path)
     command = [sys.executable, "-c", script, what, str(hard), function, str(argument)]
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=False, env=os.environ | {"MALLOC_ARENA_MAX": "1"}
-    )
+    done = ended(command, env=os.environ | {"MALLOC_ARENA_MAX": "1"})
     assert done.stdout.startswith(said), done.stdout + done.stderr
 
 

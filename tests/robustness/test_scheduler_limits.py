@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import COMMAND
+from command_line import COMMAND, ended
 from dicom_files import compressed, save_all, stack
 from limits import require_addresses
 from pydicom.uid import JPEG2000Lossless
@@ -32,16 +32,7 @@ def limited(place: Path, limits: dict[int, int], *words: str) -> subprocess.Comp
         for what, most in limits.items():
             resource.setrlimit(what, (most, most))
 
-    return subprocess.run(
-        [*COMMAND, *words],
-        cwd=place,
-        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
-        preexec_fn=limit,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    return ended([*COMMAND, *words], cwd=place, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}, preexec_fn=limit)
 
 
 @pytest.mark.long

@@ -73,14 +73,15 @@ def channels() -> dict[str, NDArray[np.generic]]:
     }
 
 
-def write_channel_scene(folder: Path, profile: str = "gles3", level_filter: str = "auto") -> Path:
+def write_channel_scene(folder: Path, profile: str = "gles3", level_filter: str = "box", more: str = "") -> Path:
     """Write the scene and its files; give the path of the scene.
 
-    To choose the filter of levels, `auto`, takes most of a build: tests that ask nothing of levels take `box`.
+    To choose the filter of levels, `auto`, takes most of a build: only tests of levels and of verdicts ask for it.
+    `more` is added to the scene.
     """
     for name, values in channels().items():
         (folder / f"{name}.raw").write_bytes(values.tobytes())
     scene = folder / "tissues.toml"
     layouts = {"bone": LAYOUT.format(dtype="int16"), "skin": LAYOUT.format(dtype="float32")}
-    scene.write_text(with_filter(SCENE.format(profile=profile, **layouts), level_filter))
+    scene.write_text(with_filter(SCENE.format(profile=profile, **layouts), level_filter) + more)
     return scene

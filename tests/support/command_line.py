@@ -3,8 +3,10 @@
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from forked_commands import Forked
 
@@ -36,18 +38,16 @@ def started(*arguments: str | Path, cwd: Path | None = None, **environment: str)
     return _ended(COMMAND, arguments, cwd, environment)
 
 
+def ended(words: Sequence[str | Path], *, timeout: float = 300, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, whatever its status; options are those of `subprocess.run`."""
+    return subprocess.run(words, capture_output=True, text=True, check=False, timeout=timeout, **options)
+
+
 def _ended(
     command: list[str], arguments: tuple[str | Path, ...], cwd: Path | None, environment: dict[str, str]
 ) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*command, *(str(argument) for argument in arguments)],
-        cwd=cwd,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=_TIMEOUT_S,
-    )
+    words = [*command, *(str(argument) for argument in arguments)]
+    return ended(words, cwd=cwd, env={**os.environ, **environment}, timeout=_TIMEOUT_S)
 
 
 @cache

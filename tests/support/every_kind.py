@@ -14,10 +14,9 @@ import numpy as np
 from channel_scene import write_channel_scene
 from colour_scene import write_colour_blocks, write_colour_scene
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 from tamper_scenes import KINDS, SHAPE_ZYX, write_kind
 
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep_formats.package.storage.files import names_in
 from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.progress import Silent
@@ -42,10 +41,8 @@ def single_file(package: Path, target: Path | None = None) -> Path:
     return target
 
 
-def _together(folder: Path) -> Path:
-    scene = write_channel_scene(folder, level_filter="box")
-    scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n')
-    return scene
+def write_together(folder: Path) -> Path:
+    return write_channel_scene(folder, more='\n[together]\nname = "body"\n')
 
 
 def _several_units(folder: Path) -> Path:
@@ -59,9 +56,9 @@ def _several_units(folder: Path) -> Path:
 
 
 def _hybrid(folder: Path) -> Path:
-    scene = write_phantom_scene(folder, "gles3", "box")
-    scene.write_text(f'{scene.read_text()}\n[render]\ntechnique = "tiles"\n[hybrid]\nlongest_side = 32\n')
-    return scene
+    return write_phantom_scene(
+        folder, "gles3", "box", more='\n[render]\ntechnique = "tiles"\n[hybrid]\nlongest_side = 32\n'
+    )
 
 
 def write_segments(folder: Path, *, even_piece: bool = False) -> Path:
@@ -140,7 +137,7 @@ def _kind(kind: str) -> Callable[[Path], Path]:
 
 SCENES: dict[str, Callable[[Path], Path]] = {
     **{kind: _kind(kind) for kind in KINDS},
-    "together": _together,
+    "together": write_together,
     "several-units": _several_units,
     "colour": write_colour_scene,
     "colour-blocks": write_colour_blocks,
@@ -159,7 +156,7 @@ def write_every_kind(folder: Path, only: Collection[str] = ()) -> dict[str, Path
         for kind, write in ((kind, write) for kind, write in SCENES.items() if not only or kind in only):
             package = folder / f"{kind}.volpkg"
             with TemporaryDirectory() as place:
-                build(load_request(write(Path(place))), package, Silent())
+                built(write(Path(place)), package)
             made[kind] = single_file(package)
     return made
 

@@ -14,13 +14,17 @@ from matplotlib.figure import Figure
 
 from volprep.report import validate as complete
 from volprep.validation.report_record import Report
-from volprep_formats.progress import Progress
+from volprep_formats.package.reader import Package
+from volprep_formats.progress import Progress, Silent
 
 
-def validate(path: Path, report_path: Path, progress: Progress, **options: Any) -> Report:
-    """Validate a package as `volprep.report.validate` does."""
+def validate(
+    package: Package | Path, report_path: Path | None = None, progress: Progress | None = None, **options: Any
+) -> Report:
+    """Validate a package as `volprep.report.validate` does; without a path the report lies beside it."""
+    path = package.path if isinstance(package, Package) else package
     with patch("volprep.report.plots._svg", _drawn):
-        return complete.validate(path, report_path, progress, **options)
+        return complete.validate(path, report_path or path.with_suffix(".report"), progress or Silent(), **options)
 
 
 def _drawn(draw: Callable[[Axes], None], *, name: str, **_size: object) -> str:

@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from command_line import ended
 
 _FOLDER = Path(__file__).parents[2] / "build" / "node"
 
@@ -24,7 +25,7 @@ def npm_package(name: str, version: str) -> Path:
             (folder / "package.json").write_text('{"private": true}')
             command = [npm, "install", "--no-audit", "--no-fund", "--ignore-scripts", f"{name}@{version}"]
             try:
-                done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
+                done = ended(command, cwd=folder)
             except subprocess.TimeoutExpired:
                 pytest.skip(f"{name}: npm has not installed it in two minutes")
             if done.returncode != 0:

@@ -16,7 +16,7 @@ from volprep.truth.averaged import averaged
 from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import Medium
 from volprep.truth.phantoms import sampled
-from volprep.validation.order import expected_order
+from volprep.validation.order import OrderFacts
 from volprep.validation.ways import Way, in_way
 from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.program import Program
@@ -202,7 +202,7 @@ class Bench:
 
 def expected_by_step(way: Way) -> float:
     """Order that the records of a way say."""
-    return expected_order(way.technique, way.compositing, way.classification)
+    return OrderFacts(way.technique, way.compositing, way.classification).order
 
 
 def is_exact(way: Way, falling: Falling) -> bool:

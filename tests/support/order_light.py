@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 from order_bench import Falling, rmse
 from order_scans import EXTENT_MM_ZYX, field, grid_of, transfer
+from scene_builds import view_of
 
 from volprep.parts.light import solve
 from volprep.parts.light.solve import LightField
 from volprep.parts.light.trial import baked_field
-from volprep.truth.camera import standard_views
 from volprep.truth.phantoms import sampled
 from volprep.truth.refined import refined_picture
 from volprep_formats.arrays import Float64Array
@@ -71,7 +71,7 @@ def _fitted(grid: Grid, cell: int, samples: solve._Samples) -> LightField:
 
 
 def _drawn(volume: np.ndarray, grid: Grid, baked: LightField) -> Float64Array:
-    camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+    camera = view_of(grid, "anterior-left")
     function = transfer().resolved()
     return refined_picture(
         volume, grid, 1.0, 0.0, function, camera, (PIXELS, PIXELS), 1e-5, baked=baked_field(baked, grid)

@@ -5,11 +5,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import scene_builds
 from channel_scene import write_channel_scene
 from colour_scene import waves, write_colour_scene, write_pictures
 from order_bench import BYTES_STEPS_MM, PIXELS, STEPS_MM, Falling, rmse
 from order_light import by_cell
 from order_scans import TRANSFER, built, camera, field, grid_of
+from scene_builds import view_of
 from slice_packages import slice_package
 from web_scenes import segments_scene
 
@@ -110,8 +112,7 @@ def _together(profile: str, channels: str) -> Callable[[Path], Falling]:
             "[render]", f'[textures]\nchannels = "{channels}"\n[render]\nstep_voxels = 0.1\nopacity_cutoff = 1.0'
         )
         path.write_text(text + '\n[skip]\nkind = "none"\n[together]\nname = "body"\ntransfers = ["white", "red"]\n')
-        build(load_request(path), folder / "tissues.volpkg", Silent())
-        package = Package.open(folder / "tissues.volpkg")
+        package = scene_builds.built(path, folder / "tissues.volpkg")
         # A table of bytes has a kink at each entry, and two have two: coarse steps see none of them.
         steps_mm = STEPS_MM[:3] if profile.startswith("gles2") else STEPS_MM
         return _by_step(package, ["white", "red"], "body", steps_mm)
@@ -145,8 +146,7 @@ def _segments(border: str, lighting: str = "none", compositing: str = "", light:
             text = path.read_text().replace("[render]", f'[render]\ncompositing = "{compositing}"')
             surface = "isovalue = 150.0\npoints" if compositing == "first-hit" else "points"
             path.write_text(text.replace("points", surface).replace("[render]", f"{_ONE_HIDDEN}[render]"))
-        build(load_request(path), folder / "segments.volpkg", Silent())
-        package = Package.open(folder / "segments.volpkg")
+        package = scene_builds.built(path, folder / "segments.volpkg")
         labels = held_labels(package.manifest.textures, 0, package.read_bytes)
         subject = LabelledSubject(package, level_volume(package, 0), PIXELS, labels, package.manifest.segments)
         subject.cameras = standard_views(package.manifest.levels[0].grid, "perspective")
@@ -173,7 +173,7 @@ def _stacks(view: str, layers: int = 1) -> Callable[[Path], Falling]:
     def falling(folder: Path) -> Falling:
         shapes = [(2, 5, 6), (4, 10, 12), (6, 15, 18)]
         fine = grid_of((96, 112, 128))
-        box_from_clip = standard_views(fine)[view].box_from_clip(fine, 1.0)
+        box_from_clip = view_of(fine, view)
         shape_hw = (PIXELS, PIXELS)
         errors = []
         for shape_zyx in shapes:

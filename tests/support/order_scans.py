@@ -5,6 +5,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+from scene_builds import view_of
 
 from volprep.pipeline.build import build
 from volprep.scene.profiles import load_profile
@@ -20,7 +21,6 @@ from volprep.scene.scene import (
     SkipSettings,
 )
 from volprep.scene.transfer import SceneTransfer
-from volprep.truth.camera import standard_views
 from volprep.truth.phantoms import Field, sampled
 from volprep.validation.ways import Way
 from volprep_formats.grid import Grid
@@ -120,4 +120,4 @@ def camera(package: Package, view: str = "anterior-left", zoom: float = 1.0) -> 
     In perspective: where all rays are parallel, all of them meet the kinks of the field alike.
     """
     grid = package.manifest.levels[0].grid
-    return standard_views(grid, "perspective")[view].box_from_clip(grid, 1.0) @ np.diag([1 / zoom, 1 / zoom, 1.0, 1.0])
+    return view_of(grid, view, "perspective") @ np.diag([1 / zoom, 1 / zoom, 1.0, 1.0])

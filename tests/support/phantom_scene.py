@@ -65,12 +65,13 @@ def seen_phantom(manifest: Manifest) -> np.ndarray:
     return phantom()[tuple(slice(k, k + n) for k, n in zip(start_zyx, grid.shape_zyx, strict=True))]
 
 
-def write_phantom_scene(folder: Path, profile: str = "gles3", level_filter: str = "auto") -> Path:
+def write_phantom_scene(folder: Path, profile: str = "gles3", level_filter: str = "box", more: str = "") -> Path:
     """Write the raw file and its scene to a folder; gives the path of the scene.
 
-    To choose the filter of levels, `auto`, takes most of a build: tests that ask nothing of levels take `box`.
+    To choose the filter of levels, `auto`, takes most of a build: only tests of levels and of verdicts ask for it.
+    `more` is added to the scene.
     """
     phantom().tofile(folder / "phantom.raw")
     scene = folder / "phantom.toml"
-    scene.write_text(with_filter(SCENE.format(profile=profile), level_filter), encoding="utf-8")
+    scene.write_text(with_filter(SCENE.format(profile=profile), level_filter) + more, encoding="utf-8")
     return scene

@@ -1,6 +1,7 @@
 """A report with every part in it, without a scan, a package or a driver."""
 
 import numpy as np
+from tiny_packages import function
 
 from volprep.plan.form_trial import FormTrial
 from volprep.validation.records import (
@@ -37,7 +38,6 @@ from volprep_formats.package.parts.proxy.record import Proxy, ProxyMeshFile
 from volprep_formats.package.parts.skip.record import Skipping, SkipTable
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import GlFormat, Texture
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
 
 CHANNEL = "scan"
@@ -282,13 +282,8 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
                 ),
                 levels=levels,
                 transfer_functions=(
-                    TransferFunction(
-                        name="skin",
-                        points=(
-                            TransferPoint(value=20, colour=(0.9, 0.5, 0.3), extinction_per_mm=0.0),
-                            TransferPoint(value=60, colour=(0.9, 0.6, 0.4), extinction_per_mm=0.2),
-                            TransferPoint(value=200, colour=(1.0, 1.0, 0.9), extinction_per_mm=1.5),
-                        ),
+                    function(
+                        (20, (0.9, 0.5, 0.3), 0.0), (60, (0.9, 0.6, 0.4), 0.2), (200, (1.0, 1.0, 0.9), 1.5), name="skin"
                     ),
                 ),
             ),

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import nibabel
 import numpy as np
+from scene_builds import view_of
 
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
-from volprep.truth.camera import standard_views
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.labelled import Labelled, labelled_picture, tinted
 from volprep_formats.package.parts.segments.record import looks
@@ -74,7 +74,7 @@ def drawn(
 ) -> np.ndarray:
     with Renderer(package, transfer=transfer, target=target) as renderer:
         grid = renderer.level.grid
-        return renderer.render(standard_views(grid, "orthographic")[view].box_from_clip(grid, 1.0), (48, 48))
+        return renderer.render(view_of(grid, view), (48, 48))
 
 
 def truth(folder: Path, package: Package, view: str = "anterior-left") -> np.ndarray:
@@ -90,6 +90,6 @@ def truth(folder: Path, package: Package, view: str = "anterior-left") -> np.nda
         labels[numbers == (by_name[label.segments[0]] if label.segments else 0)] = place
     shown = zip(segments.labels, looks(segments), strict=True)
     every = tuple(tinted(functions[label.transfer], look[:3], look[3]) if look[3] else None for label, look in shown)
-    camera = standard_views(grid, "orthographic")[view].box_from_clip(grid, 1.0)
+    camera = view_of(grid, view)
     labelled, normals = Labelled(labels, every, segments.border), light_of_scan(manifest)
     return labelled_picture(scan.astype(np.uint8), grid, 1.0, 0.0, labelled, camera, (48, 48), normals=normals).rgba

@@ -3,14 +3,12 @@
 from pathlib import Path
 
 import numpy as np
+from scene_builds import built
 
-from volprep.pipeline.build import build
 from volprep.render.egl import context
-from volprep.scene.request import load_request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2, paletted
 
 RAMP = (
@@ -85,8 +83,7 @@ def slice_package(
     if labels:
         text = text.replace("[quantize]\nbits = 8\nwindow = [0.0, 255.0]\n", "")
     (folder / "tiny.toml").write_text(text, encoding="utf-8")
-    build(load_request(folder / "tiny.toml"), folder / "tiny.volpkg", Silent())
-    return Package.open(folder / "tiny.volpkg")
+    return built(folder / "tiny.toml", folder / "tiny.volpkg")
 
 
 def colours_of(package: Package, texture: Texture) -> np.ndarray:

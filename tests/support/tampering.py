@@ -8,10 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import scene_builds
 
-from volprep.pipeline.build import build
 from volprep.pipeline.origin import origin_path
-from volprep.scene.request import load_request
 from volprep.validation.exact.derive import derive
 from volprep.validation.preview import preview_findings
 from volprep.validation.scan import find_scan
@@ -79,7 +78,7 @@ class Damaged:
 
 def built(folder: Path, scene: Path) -> Path:
     """Build the package of a scene in `folder`; give its path."""
-    build(load_request(scene), folder / "tried.volpkg", Silent())
+    scene_builds.built(scene, folder / "tried.volpkg")
     return folder / "tried.volpkg"
 
 

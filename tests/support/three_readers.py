@@ -1,9 +1,9 @@
 """The three readers of packages, Python, JavaScript and C, as programs that tell what they make of a file."""
 
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
+from command_line import ended
 from compiled_c import SANITIZERS, compiled
 
 from volprep_formats.package.check import check
@@ -28,7 +28,7 @@ class Readers:
     def c(self, paths: Sequence[Path]) -> list[str]:
         """Code with which the C header refuses each file, or READ."""
         command = [self._c, "--try", *(path.resolve() for path in paths)]
-        done = subprocess.run(command, cwd=self._folder, capture_output=True, text=True, check=False)
+        done = ended(command, cwd=self._folder)
         assert done.returncode == 0, done.stderr
         words = [line.split()[0] for line in done.stdout.splitlines()]
         return [READ if word == "0" else f"VP{word}" for word in words]
@@ -37,7 +37,7 @@ class Readers:
         """Code with which the modules of formats/js refuse each file, or READ."""
         script = _ROOT / "tests" / "readers" / "read_packages.mjs"
         listed = "".join(f"{path}\n" for path in paths)
-        done = subprocess.run(["node", script], input=listed, capture_output=True, text=True, check=False)
+        done = ended(["node", script], input=listed)
         assert done.returncode == 0, done.stderr
         return done.stdout.splitlines()
 

@@ -62,12 +62,10 @@ NORM16 = load_profile("gles3-norm16", Path())
 Point = tuple[float, tuple[float, float, float], float]
 
 
-def function(*points: Point, name: str = "test") -> TransferFunction:
+def function(*points: Point, name: str = "test", **more: float) -> TransferFunction:
     """Transfer function of points (value, linear colour, extinction per millimetre)."""
-    return TransferFunction(
-        name=name,
-        points=tuple(TransferPoint(value=v, colour=c, extinction_per_mm=e) for v, c, e in points),
-    )
+    every = tuple(TransferPoint(value=v, colour=c, extinction_per_mm=e) for v, c, e in points)
+    return TransferFunction(name=name, points=every, **more)
 
 
 def tiny_package(
@@ -153,6 +151,11 @@ def tiny_package(
             made = work.run(draft, planned, Silent())
             draft.commit(StageRecord(name=stage.name, key=KEY, made=(made,)))
     return Package.open(folder, allow_draft=True)
+
+
+def lossless(slope: float = 1.0, intercept: float = 0.0, bits: Literal[8, 16] = 8) -> Quantization:
+    """Codes that give each value back."""
+    return _quantization(QuantizePlan(bits=bits, window=(intercept, intercept + slope * (2**bits - 1))))
 
 
 def _quantization(plan: QuantizePlan) -> Quantization:

@@ -15,12 +15,10 @@ import numpy as np
 from channel_scene import write_channel_scene
 from colour_scene import write_colour_blocks, write_colour_scene
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
+from scene_builds import built
 
 from volprep.parts.light import decision, solve
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 
 _SMALL = """name = "small"
 api = "es2.0"
@@ -149,9 +147,9 @@ def _surface(tables: str = "[render]\n") -> Callable[[Path], Path]:
 
 def _together(profile: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
-        scene = write_channel_scene(folder, profile, "box")
-        scene.write_text(f'{scene.read_text()}\n[together]\nname = "body"\n[skip]\nkind = "distance"\nblock = 4\n')
-        return scene
+        return write_channel_scene(
+            folder, profile, "box", more='\n[together]\nname = "body"\n[skip]\nkind = "distance"\nblock = 4\n'
+        )
 
     return write
 
@@ -311,5 +309,5 @@ def build_scene(name: str, folder: Path) -> Package:
     target = folder / "p.volpkg"
     # Readers draw light as it is: few samples do.
     with patch.object(solve, "BATCH", 1 << 13), patch.object(decision, "_LEAST_SAMPLES", 1 << 13):
-        build(load_request(scene), target, Silent())
+        built(scene, target)
     return Package.open(target)

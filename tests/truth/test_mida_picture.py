@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from tiny_packages import function
 
-from volprep.truth.mida import mida_picture
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.refined import refined_picture
 from volprep_formats.grid import Grid
 
 UNIT = (1.0, 1.0, 1.0)
@@ -27,6 +27,10 @@ def accumulated(values, function, step_mm):
         gain = (1.0 - kept * result[3]) * alpha
         result = kept * result + gain * np.append(colour, 1.0)
     return result
+
+
+def mida_picture(volume, grid, slope, intercept, shown, *view):
+    return refined_picture(volume, grid, slope, intercept, shown, *view, intensities=shown.intensity_range)
 
 
 def against_samples(oracle, seed, shown):

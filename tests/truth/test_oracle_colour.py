@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from scipy.ndimage import map_coordinates
 
 from volprep.compositing import COMPOSITINGS
 from volprep.scene.colour import PARTS, transfer_of
 from volprep.scene.transfer import SceneTransfer
-from volprep.truth.camera import standard_views
 from volprep.truth.colour import media_of_colour
 from volprep.truth.oracle import Medium
 from volprep_formats.grid import Grid
@@ -19,7 +19,7 @@ SAMPLES = 20_000
 
 
 def camera(view: str = "anterior-left") -> np.ndarray:
-    return standard_views(GRID, "orthographic")[view].box_from_clip(GRID, 1.0)
+    return view_of(GRID, view)
 
 
 def volumes(seed: int = 4) -> np.ndarray:

@@ -2,26 +2,20 @@
 
 import numpy as np
 import pytest
+from tiny_packages import function
 
 from volprep.truth import phantoms
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 GRID = Grid.of((5, 6, 7), (2.0, 1.5, 0.75), (-3.0, 40.0, 7.0), ((0.0, 0.8, 0.6), (1.0, 0.0, 0.0), (0.0, 0.6, -0.8)))
 ROUNDING = 1e-12
 
 
 def transfer(*points):
-    return TransferFunction(
-        name="test",
-        points=tuple(
-            TransferPoint(value=value, extinction_per_mm=extinction, colour=colour)
-            for value, extinction, colour in points
-        ),
-    )
+    return function(*((value, colour, extinction) for value, extinction, colour in points))
 
 
 SOFT = transfer((20, 0.0, (1, 0, 0)), (90, 0.4, (0, 1, 0)), (160, 0.1, (0, 0, 1)), (255, 0.9, (1, 1, 1)))

@@ -2,18 +2,12 @@
 
 import nibabel
 import numpy as np
+from tiny_packages import function
 
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
-SKIN = TransferFunction(
-    name="skin",
-    points=tuple(
-        TransferPoint(value=value, extinction_per_mm=extinction, colour=(0.8, 0.5, 0.4))
-        for value, extinction in [(35, 0.0), (36, 0.25), (255, 0.6)]
-    ),
-)
+SKIN = function(*((value, (0.8, 0.5, 0.4), extinction) for value, extinction in [(35, 0.0), (36, 0.25), (255, 0.6)]))
 
 
 def test_the_silhouette_of_a_head_is_where_voxels_are_above_the_threshold(scans):

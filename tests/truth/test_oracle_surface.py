@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scene_builds import view_of
 from tiny_packages import function
 
-from volprep.truth.camera import standard_views
 from volprep.truth.surface import directions, surface_hits, surface_picture
 from volprep_formats.grid import Grid
 
@@ -66,7 +66,7 @@ def test_a_sphere_is_where_it_is_within_the_bound_of_its_interpolation(radius) -
     extent = np.array(grid.extent_mm_zyx[::-1])
     z, y, x = np.meshgrid(*((np.arange(n) + 0.5) * h for n, h in zip(shape, spacing[::-1], strict=True)), indexing="ij")
     distance = np.linalg.norm(np.stack([x, y, z], axis=-1) - extent / 2, axis=-1).astype(np.float32)
-    matrix = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+    matrix = view_of(grid, "anterior-left")
     found = surface_hits(distance, grid, 1.0, 0.0, radius, matrix, (40, 40), solid=False)
     met = np.isfinite(found.t_mm)
     assert met.sum() > 80
@@ -108,7 +108,7 @@ def test_blocks_that_are_left_out_hide_no_surface(oracle, shape) -> None:
     volume = np.zeros(shape, np.int16)
     volume[tuple(rng.integers(0, shape))] = 100
     grid = Grid.of(shape, UNIT)
-    matrix = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+    matrix = view_of(grid, "anterior-left")
     found = surface_hits(volume, grid, 1.0, 0.0, 40.0, matrix, (32, 32), solid=True)
     step, count = 0.01, 12_000
     along = directions(matrix, (32, 32))
@@ -131,7 +131,7 @@ def test_a_lit_sphere_is_as_bright_as_the_cosine_of_its_normals() -> None:
     distance = np.sqrt(x**2 + y**2 + z**2).astype(np.float32)
     normals = np.ascontiguousarray(np.stack([x, y, z], axis=-1) / distance[..., None], np.float32)
     white = function((0.0, (1.0, 1.0, 1.0), 5.0), (40.0, (1.0, 1.0, 1.0), 5.0)).model_copy(update={"isovalue": 15.0})
-    matrix = standard_views(grid)["anterior"].box_from_clip(grid, 1.0)
+    matrix = view_of(grid, "anterior")
     picture = surface_picture(distance, grid, 1.0, 0.0, white, matrix, (60, 60), solid=False, normals=normals)
     at = ((np.arange(60) + 0.5) / 60 - 0.5) * np.linalg.norm(grid.extent_mm_zyx) / 15.0
     passes = np.hypot(at[:, None], at)

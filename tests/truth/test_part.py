@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tiny_packages import function
 
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import standard_views, view_from
@@ -11,18 +12,11 @@ from volprep.truth.oracle import Medium, OraclePicture
 from volprep.truth.part import picture_of_part
 from volprep.truth.projection import projected_values
 from volprep_formats.grid import Grid
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 HW = (20, 26)
 GRID = Grid.of((7, 9, 11), (1.7, 1.0, 0.8))
 CODES = np.random.default_rng(4).integers(0, 256, GRID.shape_zyx).astype(np.uint8)
-FUNCTION = TransferFunction(
-    name="ramp",
-    points=(
-        TransferPoint(value=60.0, colour=(0.9, 0.1, 0.0), extinction_per_mm=0.0),
-        TransferPoint(value=255.0, colour=(0.1, 0.8, 1.0), extinction_per_mm=0.6),
-    ),
-)
+FUNCTION = function((60.0, (0.9, 0.1, 0.0), 0.0), (255.0, (0.1, 0.8, 1.0), 0.6), name="ramp")
 EXTENT = np.array(GRID.extent_mm_zyx[::-1])
 CUTS = [(0.0, 2.6, 5.2, EXTENT[0]), (0.0, 3.5, 4.0, EXTENT[1]), (0.0, 4.1, EXTENT[2])]
 CAMERAS = {

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 from scipy.integrate import quad
 from scipy.special import expn
 from tiny_packages import function
 
 from volprep.kernels import _native
-from volprep.truth.camera import standard_views
 from volprep.truth.path_traced import LitVolume, bernstein_interval, traced_picture, traced_places
 from volprep.truth.phantoms import distance, sampled
 from volprep_formats.grid import Grid
@@ -58,7 +58,7 @@ def scan_in(volume, model, top=0.9, colour=WHITE):
 @pytest.mark.parametrize("top", [0.3, 30.0, 1e6], ids=["thin", "dense", "opaque"])
 def test_in_a_white_furnace_every_pixel_has_the_brightness_of_its_opacity(scan, top) -> None:
     lit = scan_in(scan, LightModel(kind="scattering"), top)
-    matrix = standard_views(lit.grid)["anterior-left"].box_from_clip(lit.grid, 1.0)
+    matrix = view_of(lit.grid, "anterior-left")
     picture = traced_picture(lit, matrix, (6, 5), 8 if top > 100 else 64)
     assert picture.rgba[..., 3].max() > 0.4
     assert np.abs(picture.rgba[..., :3] - picture.rgba[..., 3:]).max() <= picture.missed + 1e-12

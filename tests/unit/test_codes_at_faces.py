@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from scene_builds import view_of
 
 from volprep.parts.values.decision import choose_values
 from volprep.plan.probe import Quantizer, difference
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
-from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid
 from volprep_formats.source import SourceInfo
@@ -38,7 +38,7 @@ def test_the_plan_sees_what_clipped_values_do_to_opaque_faces(tissue, tmp_path):
     coded = quantizer.decoded(quantizer.texels(tissue.astype(np.float64)))
     found = []
     for view in ("anterior", "superior", "posterior-left"):
-        camera = standard_views(GRID)[view].box_from_clip(GRID, 1.0)
+        camera = view_of(GRID, view)
         pictures = [
             oracle_picture(each.astype(np.float32), GRID, 1.0, 0.0, functions[0], camera, (48, 48)).rgba
             for each in (coded, tissue)

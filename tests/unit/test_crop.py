@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tiny_packages import function
 
 from volprep.plan.crop import choose_crop
 from volprep.scan.block_ranges import blocks_with
@@ -13,18 +14,14 @@ from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import RawLayout, SourceSpec
 
 
 def transfer(*points: tuple[float, float]) -> TransferFunction:
-    white = (1.0, 0.5, 0.25)
-    return TransferFunction(
-        name="test",
-        points=tuple(TransferPoint(value=v, colour=white, extinction_per_mm=tau) for v, tau in points),
-    )
+    return function(*((value, (1.0, 0.5, 0.25), extinction) for value, extinction in points))
 
 
 ABOVE_10 = transfer((10.0, 0.0), (20.0, 1.0))

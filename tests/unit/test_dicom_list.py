@@ -72,9 +72,8 @@ def test_endings_are_as_long_as_it_takes_to_tell_series_apart(tmp_path) -> None:
 
 
 def test_a_folder_without_dicom_is_refused(tmp_path) -> None:
-    with pytest.raises(VolprepError) as error:
+    with pytest.raises(VolprepError, match="VP1030"):
         listed(tmp_path)
-    assert error.value.code == "VP1030"
 
 
 @pytest.mark.long

@@ -1,17 +1,14 @@
 """What lies behind the place where rays end, of several transfer functions."""
 
 import numpy as np
+from tiny_packages import function
 
 from volprep.parts.programs.early_end import behind_cutoff
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.package.transfer_function import TransferFunction
 
 
 def opaque(name: str, *points: tuple[float, float]) -> TransferFunction:
-    white = (1.0, 1.0, 1.0)
-    return TransferFunction(
-        name=name,
-        points=tuple(TransferPoint(value=v, colour=white, extinction_per_mm=tau) for v, tau in points),
-    )
+    return function(*((value, (1.0, 1.0, 1.0), extinction) for value, extinction in points), name=name)
 
 
 def test_the_greatest_of_each_number_counts_whichever_function_has_it() -> None:

@@ -229,9 +229,8 @@ def test_a_folder_with_dicom_stays_one_of_dicom(tmp_path) -> None:
     save_all(stack(), tmp_path / "dicom")
     write(tmp_path / "preview1.png", voxels()[0])
     assert read(tmp_path)[1].format == "dicom"
-    with pytest.raises(VolprepError) as error:
+    with pytest.raises(VolprepError, match="VP1160"):
         open_source(SourceSpec(path=str(tmp_path / "dicom"), format="stack"), Path(), Silent())
-    assert error.value.code == "VP1160"
 
 
 def test_several_pages_in_several_files_are_refused(tmp_path) -> None:

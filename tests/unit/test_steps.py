@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plans import PlanOfOne, plan_of_one
+from scene_builds import view_of
 from tiny_packages import ES3, function, tiny_package
 
 from volprep.parts.programs.patch_rays import FINE, PatchRays, patch_rays
@@ -17,7 +18,6 @@ from volprep.render.renderer import Renderer
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
-from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.phantoms import distance, marschner_lobb, sampled
 from volprep_formats.grid import Grid
@@ -65,7 +65,7 @@ def test_the_step_that_is_chosen_is_as_exact_as_the_plan_says_in_a_picture_of_an
     package = tiny_package(tmp_path / "p", codes, transfer, ES3, grid=GRID, step_mm=step_mm)
     errors = {1: [], 4: []}
     for view in ("anterior-left", "left"):
-        box_from_clip = standard_views(GRID)[view].box_from_clip(GRID, 1.0)
+        box_from_clip = view_of(GRID, view)
         truth = oracle_picture(codes, GRID, 1.0, 0.0, transfer, box_from_clip, (64, 64), tolerance=1e-7).rgba
         seen = truth[..., 3] > 1 / 510
         with Renderer(package, target="rgba32f") as renderer:
@@ -206,7 +206,7 @@ def test_a_level_is_drawn_with_its_own_step(tmp_path) -> None:
     )
     render = package.manifest.render.model_copy(update={"level_steps": (LevelStep(level=1, step_mm=1.7),)})
     package = type(package)(package.path, package.manifest.model_copy(update={"render": render}))
-    box_from_clip = standard_views(GRID)["left"].box_from_clip(GRID, 1.0)
+    box_from_clip = view_of(GRID, "left")
     for level, step_mm in ((0, 0.5), (1, 1.7)):
         with Renderer(package, level=level, target="rgba32f") as renderer:
             own, same, other = (renderer.render(box_from_clip, (16, 16), each) for each in (None, step_mm, 1.1))

@@ -5,12 +5,11 @@ import json
 import pytest
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 
 from volprep.pipeline import make_plan
-from volprep.pipeline.build import build
 from volprep.plan.crop import choose_crop
 from volprep.report.ablation_page import ablation_page
-from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
 from volprep.validation.ablation import gauge, judge, measure
 from volprep.validation.ablation.items import ITEMS
@@ -43,12 +42,7 @@ LOOSE = "[tolerance]\nrmse = 0.04\nmaximum = 1.0\nflip = 0.3\nkept_light = 0.0\n
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("ablation")
-    target = folder / "phantom.volpkg"
-    scene = write_phantom_scene(folder, "gles3")
-    scene.write_text(scene.read_text() + LOOSE, encoding="utf-8")
-    build(load_request(scene), target, Silent())
-    return target
+    return built(write_phantom_scene(tmp_path_factory.mktemp("ablation"), more=LOOSE)).path
 
 
 @pytest.fixture(scope="module")
@@ -125,12 +119,12 @@ def test_a_border_that_light_reads_is_told_from_the_place_of_samples(reach, tmp_
     monkeypatch.setattr(gauge, "_LEAST_TURNS", 2)
     monkeypatch.setattr(gauge, "_SECONDS", 0.0)
     monkeypatch.setattr(judge, "_CLEARLY_FASTER", 0.0)
-    scene = write_phantom_scene(tmp_path, level_filter="box")
+    scene = write_phantom_scene(tmp_path)
     text = scene.read_text(encoding="utf-8").replace("value = 200.0", "value = 400.0")
     text = text.replace("value = 600.0", "value = 410.0").replace("extinction_per_mm = 0.2", "extinction_per_mm = 5.0")
     text = text[: text.rindex("[[transfer]]")] + '[render]\nlighting = "headlight"\n'
     scene.write_text(text, encoding="utf-8")
-    build(load_request(scene), tmp_path / "lit.volpkg", Silent())
+    built(scene, tmp_path / "lit.volpkg")
     judged_by = find_scan(tmp_path / "lit.volpkg", None)
     (tmp_path / "scratch").mkdir()
     measured = measure_ablation(
@@ -353,7 +347,7 @@ def test_validate_writes_the_page_and_the_report_holds_the_numbers(found, packag
     monkeypatch.setattr("volprep.report.validate.measure_ablation", lambda *_: found)
     monkeypatch.setattr("volprep.report.validate.page", lambda report, **_: str(report.ablation == found))
     for _ in range(2):
-        validate(package, tmp_path / "phantom.report", Silent(), picture_size=32, ablate=True)
+        validate(package, tmp_path / "phantom.report", picture_size=32, ablate=True)
     names = sorted(path.name for path in (tmp_path / "phantom.report").iterdir())
     assert names == ["ablation.html", "index.html", "pictures", "report.json"]
     assert (tmp_path / "phantom.report" / "index.html").read_text() == "True"

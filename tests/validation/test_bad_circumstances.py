@@ -4,23 +4,22 @@ import shutil
 
 import numpy as np
 import pytest
+import scene_builds
 from command_line import volprep
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import planned
 
-from volprep.pipeline.build import build, plan_build
 from volprep.render.bindings import GLError
 from volprep.render.gl import Gl
-from volprep.scene.request import load_request
 from volprep.validation.folder import DATA_FILE
 from volprep_formats.diagnostics import ExitStatus, VolprepError
-from volprep_formats.progress import Silent
 
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     folder = tmp_path_factory.mktemp("phantom")
-    build(load_request(write_phantom_scene(folder, level_filter="box")), folder / "phantom.volpkg", Silent())
+    scene_builds.built(write_phantom_scene(folder), folder / "phantom.volpkg")
     return folder
 
 
@@ -46,7 +45,7 @@ def left(folder) -> set[str]:
 def refused(folder, **wishes) -> VolprepError:
     before = left(folder)
     with pytest.raises(VolprepError) as caught:
-        validate(folder / "phantom.volpkg", folder / "phantom.report", Silent(), picture_size=16, **wishes)
+        validate(folder / "phantom.volpkg", folder / "phantom.report", picture_size=16, **wishes)
     assert left(folder) == before
     return caught.value
 
@@ -106,7 +105,7 @@ def test_a_report_that_cannot_be_written_is_told_before_anything_is_drawn(folder
     monkeypatch.setattr(Gl, "draw", None)
     (folder / "file").write_text("")
     with pytest.raises(VolprepError, match="VP6021") as caught:
-        validate(folder / "phantom.volpkg", folder / "file" / "report", Silent())
+        validate(folder / "phantom.volpkg", folder / "file" / "report")
     assert caught.value.status is ExitStatus.OUTPUT
 
 
@@ -114,7 +113,7 @@ def test_a_report_that_cannot_be_written_is_told_before_anything_is_drawn(folder
 def test_a_tolerance_that_nothing_can_meet_still_gives_a_plan_and_a_verdict(folder) -> None:
     scene = folder / "phantom.toml"
     scene.write_text(f"{scene.read_text()}\n[tolerance]\nrmse = 0.0\nmaximum = 0.0\n")
-    plan = plan_build(load_request(scene), Silent())
+    plan = planned(scene)
     assert plan.channels[0].quantize.bits == 16
     step = next(item for item in plan.items if item.name == "step of level 0")
     assert "0.125 voxels" in step.reason

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 
-from volprep.pipeline.build import build
 from volprep.report.curves_page import curves_page
 from volprep.report.validate import validate
-from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
 from volprep.validation.curves import measure, scan
 from volprep.validation.curves.choices import CHOICES, Choice, Variant
@@ -56,12 +55,7 @@ def few_choices():
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("curves")
-    target = folder / "phantom.volpkg"
-    scene = write_phantom_scene(folder, "gles3")
-    scene.write_text(scene.read_text() + LOOSE, encoding="utf-8")
-    build(load_request(scene), target, Silent())
-    return target
+    return built(write_phantom_scene(tmp_path_factory.mktemp("curves"), more=LOOSE)).path
 
 
 @pytest.fixture(scope="module")

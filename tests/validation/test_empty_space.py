@@ -8,18 +8,16 @@ import pytest
 from command_line import volprep
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 
-from volprep.pipeline.build import build
 from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.validation.rays import settled
 from volprep.validation.records import EmptySpace
 from volprep.validation.report_record import Report
 from volprep_formats.diagnostics import ExitStatus
 from volprep_formats.package.reader import Package
-from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 
 BOTH = '[proxy]\nblock = 3\n[skip]\nkind = "distance"\nblock = 3\n'
@@ -32,7 +30,7 @@ def package_of(folder: Path, profile: str, wishes: str) -> Path:
     head, _, core = scene.read_text().replace("longest_axis = 16", "longest_axis = 64").split("[[transfer]]")
     head = head.replace("[pyramid]", f"{wishes}\n[pyramid]")
     scene.write_text(f'crop = "none"\n{head}[[transfer]]{core}')
-    build(load_request(scene), folder / "phantom.volpkg", Silent())
+    built(scene, folder / "phantom.volpkg")
     return folder / "phantom.volpkg"
 
 
@@ -43,7 +41,7 @@ def package(request, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def report(package) -> Report:
-    return validate(package, package.parent / "phantom.report", Silent(), picture_size=SIZE)
+    return validate(package, package.parent / "phantom.report", picture_size=SIZE)
 
 
 def found_in(report: Report) -> list[EmptySpace]:
@@ -106,7 +104,7 @@ def test_the_page_has_a_section_for_it(report, package) -> None:
 @pytest.mark.long
 def test_without_table_and_mesh_nothing_is_said(tmp_path) -> None:
     package = package_of(tmp_path, "gles3", '[skip]\nkind = "none"\n')
-    report = validate(package, tmp_path / "phantom.report", Silent(), picture_size=16)
+    report = validate(package, tmp_path / "phantom.report", picture_size=16)
     assert found_in(report) == []
     assert 'id="empty"' not in (tmp_path / "phantom.report" / "index.html").read_text(encoding="utf-8")
     assert type(renderer_of(Package.open(package))) is Renderer
@@ -154,7 +152,7 @@ def test_what_rounding_does_on_a_driver_is_no_fault_of_a_mesh(package, tmp_path,
         return picture + np.float32(0.02) * chance.integers(0, 2, picture.shape, dtype=np.int8)
 
     monkeypatch.setattr(Renderer, "render", render)
-    (found,) = found_in(validate(package, tmp_path / "phantom.report", Silent(), picture_size=SIZE))
+    (found,) = found_in(validate(package, tmp_path / "phantom.report", picture_size=SIZE))
     # Two steps of 8 bits may come on top: a ray has hundreds of samples, and one that moves changes its rounding.
     assert max(way.difference for way in found.ways) == pytest.approx(0.02, abs=0.008)
     assert found.rounding == pytest.approx(0.02 if of_all else 0.0, abs=0.008)

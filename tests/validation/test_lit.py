@@ -4,16 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scene_builds
 from blobs import blobs
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import view_of
 from tiny_packages import ES3, function, tiny_package
 
-from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
-from volprep.scene.request import load_request
 from volprep.scene.scene import NormalSettings
-from volprep.truth.camera import standard_views
 from volprep.truth.normal_codes import decoded, interpolated
 from volprep.truth.oracle import oracle_picture
 from volprep.validation.scan import find_scan, read_scan
@@ -32,8 +31,7 @@ def built(folder: Path, code: str = "biased8", profile: str = "gles3") -> Packag
     text, _, _ = scene.read_text().rpartition("[[transfer]]")
     more = f'[render]\nlighting = "headlight"\n[normals]\ncode = "{code}"\n[quantize]\nwindow = [0, 1500]\n'
     scene.write_text(text + more)
-    build(load_request(scene), folder / "phantom.volpkg", Silent())
-    return Package.open(folder / "phantom.volpkg")
+    return scene_builds.built(scene, folder / "phantom.volpkg")
 
 
 def subject_of(package: Package) -> Subject:
@@ -45,7 +43,7 @@ def subject_of(package: Package) -> Subject:
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
 def test_a_lit_package_is_proved_like_any_other(profile, tmp_path) -> None:
     package = built(tmp_path, profile=profile)
-    report = validate(package.path, tmp_path / "report", Silent(), picture_size=SIZE)
+    report = validate(package.path, tmp_path / "report", picture_size=SIZE)
     assert report.verdict.passed
     (program,) = report.programs
     for view in program.views:
@@ -66,7 +64,7 @@ def test_the_error_of_steps_falls_with_order_2_where_they_are_lit(code, tmp_path
     package = tiny_package(tmp_path / "p", codes, glow, ES3, normals=settings, lighting="headlight")
     grid = package.manifest.levels[0].grid
     normals = interpolated(level_texels(package, 0, "normals"), code)
-    camera = standard_views(grid)["anterior-left"].box_from_clip(grid, 1.0)
+    camera = view_of(grid, "anterior-left")
     truth = oracle_picture(codes, grid, 1.0, 0.0, glow, camera, (SIZE, SIZE), normals=normals).rgba
     with Renderer(package, target="rgba32f") as renderer:
         pictures = [renderer.render(camera, (SIZE, SIZE), step_mm) for step_mm in (0.5, 0.25, 0.125)]
@@ -101,12 +99,12 @@ def test_vectors_between_which_a_filter_mixes_point_where_codes_do(code) -> None
 
 
 def test_there_is_no_true_picture_of_lit_labels(tmp_path) -> None:
-    scene = write_phantom_scene(tmp_path, "gles3")
+    scene = write_phantom_scene(tmp_path, level_filter="auto")
     labels = np.zeros((21, 34, 45), "<u2")
     labels[5:15, 9:20, 8:30] = 200
     labels.tofile(tmp_path / "phantom.raw")
     text = scene.read_text().replace("[source.raw]", "labels = true\n\n[source.raw]").replace("600.0", "199.5")
     scene.write_text(text.replace("200.0", "99.0") + '\n[render]\nlighting = "headlight"\n')
-    build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+    scene_builds.built(scene, tmp_path / "phantom.volpkg")
     with pytest.raises(VolprepError, match=r"VP6014 .*light labels"):
-        validate(tmp_path / "phantom.volpkg", tmp_path / "report", Silent())
+        validate(tmp_path / "phantom.volpkg", tmp_path / "report")

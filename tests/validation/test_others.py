@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scene_builds
 from judged import validate
 from phantom_scene import write_phantom_scene
 from sample_report import seen
@@ -11,9 +12,7 @@ from tamper_scenes import write_kind
 from tampering import built
 
 from volprep.parts.levels import preview
-from volprep.pipeline.build import build
 from volprep.report.page import page
-from volprep.scene.request import load_request
 from volprep.validation import others
 from volprep.validation.clock import Clock
 from volprep.validation.folder import ReportFolder
@@ -33,7 +32,7 @@ def report(tmp_path_factory) -> Report:
     """A scene of three levels, a mesh for each, light, and pieces of 8 voxels."""
     folder = tmp_path_factory.mktemp("house")
     scene = write_kind(folder, "house")
-    return validate(built(folder, scene), folder / "report", Silent(), picture_size=SIZE)
+    return validate(built(folder, scene), folder / "report", picture_size=SIZE)
 
 
 @pytest.mark.long
@@ -75,7 +74,7 @@ def test_pieces_of_a_scene_with_a_placed_light_are_lit_by_it(tmp_path) -> None:
     light = 'crop = "none"\nlighting = { light_mm = [20.0, -30.0, 40.0], normals = "forward" }'
     scene.write_text(text.replace('crop = "none"', light), encoding="utf-8")
     package = built(tmp_path, scene)
-    report = validate(package, tmp_path / "report", Silent(), picture_size=SIZE)
+    report = validate(package, tmp_path / "report", picture_size=SIZE)
     pieces = [other for other in report.programs[0].others if other.program == "subvolumes-shell"]
     assert len(pieces) == 2
     assert not any("," in other.item.split(" with ")[1] for other in pieces)
@@ -124,7 +123,7 @@ def test_a_level_that_is_not_for_previews_is_named_beyond_the_tolerance_and_fail
 ) -> None:
     """As if the build had found levels to be good enough, both when it ran and when validation derives them."""
     monkeypatch.setattr(preview, "_allowed", lambda _: 1e6)
-    report = validate(built(tmp_path, write_kind(tmp_path, "house")), tmp_path / "report", Silent(), picture_size=SIZE)
+    report = validate(built(tmp_path, write_kind(tmp_path, "house")), tmp_path / "report", picture_size=SIZE)
     assert set(report.verdict.beyond) == {"level 1 with shell", "level 2 with shell"}
     assert report.verdict.previews == ()
     assert not report.verdict.passed
@@ -140,7 +139,7 @@ def test_the_mark_that_excuses_a_level_follows_from_the_scan_and_not_from_the_pa
     monkeypatch.setattr(preview, "_allowed", lambda _: 0.0)
     package = built(tmp_path, text)
     monkeypatch.undo()
-    verdict = validate(package, tmp_path / "report", Silent(), picture_size=SIZE).verdict
+    verdict = validate(package, tmp_path / "report", picture_size=SIZE).verdict
     assert verdict.previews == ()
     assert verdict.differing == ("manifest.json",)
 
@@ -175,7 +174,7 @@ def test_pieces_of_a_projection_are_compared_one_by_one_because_pictures_of_it_d
     scene.write_text(
         text + '[render]\ncompositing = "maximum"\npicture_size = 24\n[grid]\nsize = 10\n', encoding="utf-8"
     )
-    build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+    scene_builds.built(scene, tmp_path / "phantom.volpkg")
     found = {}
     for name in ("apart", "laid over"):
         if name == "laid over":

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tiny_packages import function
 
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import Volume
@@ -11,7 +12,6 @@ from volprep.truth.lit import Lit, ShaderSlopes
 from volprep.validation.same_field import camera_of_every, camera_of_pixels, changed_voxels, part_of, pixels_around
 from volprep_formats.grid import Grid
 from volprep_formats.package.program import Light
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 GRID = Grid(
     shape_zyx=(5, 6, 7),
@@ -20,13 +20,7 @@ GRID = Grid(
     origin_mm_xyz=(4.0, -2.0, 1.0),
     direction=((0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)),
 )
-FUNCTION = TransferFunction(
-    name="walls",
-    points=(
-        TransferPoint(value=10.0, colour=(1.0, 1.0, 1.0), extinction_per_mm=0.0),
-        TransferPoint(value=20.0, colour=(1.0, 1.0, 1.0), extinction_per_mm=1.0),
-    ),
-)
+FUNCTION = function((10.0, (1.0, 1.0, 1.0), 0.0), (20.0, (1.0, 1.0, 1.0), 1.0), name="walls")
 
 
 @pytest.fixture

@@ -12,10 +12,9 @@ import pytest
 from command_line import volprep
 from judged import validate
 from phantom_scene import SHAPE_ZYX, SPACING_MM_ZYX, phantom, write_phantom_scene
+from scene_builds import built
 
-from volprep.pipeline.build import build
 from volprep.pipeline.origin import origin_path
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
@@ -126,7 +125,7 @@ def test_the_parts_of_the_error_agree_with_the_whole(report) -> None:
 @pytest.mark.parametrize(("sure", "drafted"), [(1.0, 8), (0.0, 0)])
 def test_a_truth_is_sharp_where_a_draft_could_decide(tmp_path, built_package, sure, drafted) -> None:
     with patch.object(views, "_SURE", sure):
-        report = validate(built_package, tmp_path / "r", Silent(), picture_size=64)
+        report = validate(built_package, tmp_path / "r", picture_size=64)
     (shell,) = (each for each in report.programs if each.transfer == "shell")
     assert sum(view.truth_bound > report.oracle_tolerance for view in shell.views) == drafted
 
@@ -134,8 +133,8 @@ def test_a_truth_is_sharp_where_a_draft_could_decide(tmp_path, built_package, su
 @pytest.mark.long
 def test_the_truth_of_a_level_near_its_limit_is_sharp(tmp_path, built_package) -> None:
     with patch.object(others, "_unsure", lambda viewed, *_: [*viewed.truths]):
-        sharp = validate(built_package, tmp_path / "sharp", Silent(), picture_size=64)
-    drafted = validate(built_package, tmp_path / "drafted", Silent(), picture_size=64)
+        sharp = validate(built_package, tmp_path / "sharp", picture_size=64)
+    drafted = validate(built_package, tmp_path / "drafted", picture_size=64)
     for one, other in zip(sharp.programs, drafted.programs, strict=True):
         for levels in zip(one.others, other.others, strict=True):
             for first, second in zip(*(level.views for level in levels), strict=True):
@@ -231,12 +230,12 @@ def test_the_report_lies_beside_the_package_unless_told_otherwise(tmp_path) -> N
 def beyond(tmp_path_factory) -> Path:
     """A package of one transfer function and one level that its scene's tolerance does not let pass."""
     folder = tmp_path_factory.mktemp("beyond")
-    scene = write_phantom_scene(folder, level_filter="box")
+    scene = write_phantom_scene(folder)
     text = scene.read_text()
     text = text[: text.rindex("[[transfer]]")].replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 64")
     scene.write_text(text + "[quantize]\nbits = 8\n[tolerance]\nrmse = 0.0001\nmaximum = 1.0\n")
     package = folder / "phantom.volpkg"
-    build(load_request(scene), package, Silent())
+    built(scene, package)
     return package
 
 
@@ -268,7 +267,7 @@ def test_a_package_that_lacks_full_resolution_is_judged_by_its_finest_level_and_
     )
     scene = write_phantom_scene(tmp_path, "small.toml", "box")
     scene.write_text(scene.read_text()[: scene.read_text().rindex("[[transfer]]")])
-    build(load_request(scene), tmp_path / "phantom.volpkg", Silent())
+    built(scene, tmp_path / "phantom.volpkg")
     done = volprep("validate", tmp_path / "phantom.volpkg", "--size", "16", "--json")
     report = Report.model_validate_json(done.stdout)
     assert report.programs[0].level == 1
@@ -301,7 +300,7 @@ def test_one_flipped_bit_in_a_texture_is_found(package, quick) -> None:
 
 def test_a_folder_that_is_no_package_is_said_to_be_none(tmp_path) -> None:
     with pytest.raises(VolprepError, match="VP4001"):
-        validate(tmp_path / "nothing.volpkg", tmp_path / "report", Silent())
+        validate(tmp_path / "nothing.volpkg", tmp_path / "report")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -310,7 +309,7 @@ def test_another_scan_is_refused(package, tmp_path) -> None:
     other[3, 5, 7] += 1
     other.tofile(tmp_path / "other.raw")
     with pytest.raises(VolprepError, match="VP6013") as caught:
-        validate(package, tmp_path / "report", Silent(), source=tmp_path / "other.raw")
+        validate(package, tmp_path / "report", source=tmp_path / "other.raw")
     assert caught.value.status == ExitStatus.SOURCE
     assert not (tmp_path / "report").exists()
 
@@ -319,20 +318,19 @@ def test_the_same_voxels_at_another_spacing_are_another_scan(package, tmp_path) 
     scene = write_phantom_scene(tmp_path)
     scene.write_text(scene.read_text().replace("2.5, 0.75, 1.0", "2.5, 1.0, 0.75"))
     with pytest.raises(VolprepError, match="VP6013"):
-        validate(package, tmp_path / "report", Silent(), source=scene)
+        validate(package, tmp_path / "report", source=scene)
 
 
 def test_without_an_origin_the_scan_must_be_named(package, tmp_path) -> None:
     origin_path(package).unlink()
     with pytest.raises(VolprepError, match="VP6012"):
-        validate(package, tmp_path / "report", Silent())
+        validate(package, tmp_path / "report")
 
 
 def test_a_scene_tells_the_scan_and_the_size_of_the_pictures(package, tmp_path) -> None:
     origin_path(package).unlink()
     (tmp_path / "moved").mkdir()
-    scene = write_phantom_scene(tmp_path / "moved")
-    scene.write_text(scene.read_text() + "\n[render]\npicture_size = 24\n")
+    scene = write_phantom_scene(tmp_path / "moved", more="\n[render]\npicture_size = 24\n")
     found = find_scan(package, scene)
     assert found.picture_size == 24
     scan = read_scan(Package.open(package).manifest, found.spec_of(""), Silent())

@@ -32,7 +32,6 @@ from volprep.vtk.process import run_script
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
-from volprep_formats.progress import Silent
 
 SIZE = 48
 TOLERANCE = 0.002
@@ -135,7 +134,7 @@ def test_a_package_whose_picture_is_beyond_the_tolerance_is_not_agreed_with() ->
 def report(tmp_path_factory) -> Report:
     folder = tmp_path_factory.mktemp("witnessed")
     scene = write_kind(folder, "classified")
-    return validate(built(folder, scene), folder / "report", Silent(), picture_size=32, witness=True)
+    return validate(built(folder, scene), folder / "report", picture_size=32, witness=True)
 
 
 @pytest.mark.long

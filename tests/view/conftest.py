@@ -6,12 +6,10 @@ from pathlib import Path
 import pytest
 from judged import validate
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
 from volprep.validation.folder import default_report_path
 from volprep.validation.report_record import Report
-from volprep_formats.progress import Silent
 
 SIZE = 48
 
@@ -29,6 +27,6 @@ class Validated:
 def phantom(tmp_path_factory) -> Validated:
     folder = tmp_path_factory.mktemp("viewed")
     package = folder / "phantom.volpkg"
-    build(load_request(write_phantom_scene(folder, level_filter="box")), package, Silent())
+    built(write_phantom_scene(folder), package)
     place = default_report_path(package)
-    return Validated(package, place, validate(package, place, Silent(), picture_size=SIZE))
+    return Validated(package, place, validate(package, place, picture_size=SIZE))

@@ -3,13 +3,12 @@
 import base64
 import re
 import shutil
-import subprocess
 import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import volprep
+from command_line import ended, volprep
 from slice_packages import slice_package
 from view_page import opened, picture, text_of
 from web_server import WebServer
@@ -159,9 +158,7 @@ def test_all_modules_that_ship_become_one_and_none_is_forgotten() -> None:
 
 
 def run(text: str) -> str:
-    done = subprocess.run(
-        ["node", "--input-type=module", "-e", text], capture_output=True, text=True, check=False, timeout=20
-    )
+    done = ended(["node", "--input-type=module", "-e", text], timeout=20)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

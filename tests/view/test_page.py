@@ -7,12 +7,11 @@ import shutil
 import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
+from scene_builds import built
 from view_page import drag, opened, picture, press, served, text_of
 from web_scenes import build_scene
 
-from volprep.pipeline.build import build
 from volprep.plan.device_files import read_devices
-from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
 from volprep_formats.grid import Grid
 from volprep_formats.package.storage.files import MANIFEST
@@ -379,7 +378,7 @@ def test_levels_for_previews_are_told_where_levels_are_listed(browser, tmp_path)
     scene = write_phantom_scene(tmp_path)
     text = scene.read_text(encoding="utf-8").replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 4")
     scene.write_text(text, encoding="utf-8")
-    levels = build(load_request(scene), tmp_path / "p.volpkg", Silent()).levels
+    levels = built(scene, tmp_path / "p.volpkg").manifest.levels
     marked = [level.index for level in levels if level.preview_only]
     assert 0 < len(marked) < len(levels)
     with served(tmp_path / "p.volpkg") as server:

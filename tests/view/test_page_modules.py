@@ -3,11 +3,11 @@
 import json
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import ended
 from npm_package import npm_package
 
 from volprep import view as view_room
@@ -28,9 +28,7 @@ FIREFOX = "Mozilla/5.0 (X11; Linux x86_64; rv:150.0) Gecko/20100101 Firefox/150.
 def node(script: str) -> str:
     """What a script prints; `PAGE` in it is the folder of the modules."""
     text = script.replace("PAGE", PAGE.as_uri())
-    done = subprocess.run(
-        ["node", "--input-type=module", "-e", text], capture_output=True, text=True, check=False, timeout=60
-    )
+    done = ended(["node", "--input-type=module", "-e", text], timeout=60)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -128,9 +126,7 @@ def test_types_of_the_page_hold(tmp_path) -> None:
     libraries = {"lib": ["es2023", "dom", "dom.iterable", "dom.asynciterable"]}
     config = {"compilerOptions": {**options, **target, **libraries}, "files": ["page/main.js"]}
     (tmp_path / "tsconfig.json").write_text(json.dumps(config), encoding="utf-8")
-    done = subprocess.run(
-        ["node", str(tsc), "-p", str(tmp_path)], capture_output=True, text=True, check=False, timeout=120
-    )
+    done = ended(["node", str(tsc), "-p", str(tmp_path)])
     assert done.returncode == 0, done.stdout
 
 

@@ -4,12 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scene_builds import built
 from view_page import opened, picture, served
 from web_scenes import OTHERS
-
-from volprep.pipeline.build import build
-from volprep.scene.request import load_request
-from volprep_formats.progress import Silent
 
 WALK = """
 const { renderer } = window.volprep.stage;
@@ -21,7 +18,7 @@ return [sampling, document.querySelector("volume-viewer").shadowRoot.textContent
 
 @pytest.mark.long
 def test_a_walk_through_pieces_in_mosaics_draws_each_block_and_says_nothing(browser, tmp_path) -> None:
-    build(load_request(OTHERS["pieces in mosaics"](tmp_path)), tmp_path / "p.volpkg", Silent())
+    built(OTHERS["pieces in mosaics"](tmp_path), tmp_path / "p.volpkg")
     with served(tmp_path / "p.volpkg") as server:
         assert opened(browser, server.url) == "ready"
         whole = picture(browser)

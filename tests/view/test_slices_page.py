@@ -3,20 +3,14 @@
 import numpy as np
 import pytest
 from slice_packages import missing_es11, slice_package
+from tiny_packages import function
 from view_page import opened, picture, served
 
 from volprep.parts.editing.renderer import edited_renderer
 from volprep.render.slices import SliceRenderer
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
-EDIT = TransferFunction(
-    name="ramp",
-    points=(
-        TransferPoint(value=20.0, colour=(0.1, 0.9, 0.3), extinction_per_mm=0.0),
-        TransferPoint(value=255.0, colour=(1.0, 0.8, 0.1), extinction_per_mm=0.5),
-    ),
-)
+EDIT = function((20.0, (0.1, 0.9, 0.3), 0.0), (255.0, (1.0, 0.8, 0.1), 0.5), name="ramp")
 
 
 @pytest.fixture(scope="module", params=[1, 3], ids=["one layer", "three layers"])

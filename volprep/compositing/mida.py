@@ -18,8 +18,8 @@ from volprep.compositing.maximum import MAXIMUM
 from volprep.compositing.record import Compositing
 from volprep.transfer.rays import Spacing, segments
 from volprep.truth.lit import Normals
-from volprep.truth.mida import mida_picture
 from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
+from volprep.truth.refined import refined_picture
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
@@ -52,9 +52,18 @@ def _oracle(
     normals: Normals,  # noqa: ARG001 - nothing is lit
     tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
 ) -> OraclePicture:
+    # With fine steps this tends to an integral, which has no closed form where the transfer function is not constant.
     (medium,) = media
-    return mida_picture(
-        medium.volume, grid, medium.slope, medium.intercept, medium.transfer_function, box_from_clip, shape_hw
+    function = medium.transfer_function
+    return refined_picture(
+        medium.volume,
+        grid,
+        medium.slope,
+        medium.intercept,
+        function,
+        box_from_clip,
+        shape_hw,
+        intensities=function.intensity_range,
     )
 
 

@@ -90,7 +90,7 @@ def classified_reader(draft: Draft, plan: ChannelPlan, volume: VolumePlan) -> Ca
 def voxels_of(plan: ChannelPlan) -> Voxels:
     """Return how codes become voxels, where they are classified."""
     volume = plan.volumes[0]
-    function = next(each for each in plan.transfer_functions if each.name == volume.transfer)
+    function = plan.function(volume.transfer)
     assert volume.reference_mm is not None  # noqa: S101 - as every level with a transfer function
     return Voxels(function, plan.quantize.window, volume.reference_mm)
 

@@ -219,7 +219,7 @@ def _edited(scene: WalkScene, values: ShownValues, inputs: Inputs) -> tuple[Edit
         return None, {name: _drawn_function(package, inputs, name) for name in names}
     if segments is not None:
         raise VolprepError("VP4053", path=package.path)
-    function = next(each for each in package.manifest.transfer_functions if each.name == transfer)
+    function = package.manifest.function(transfer)
     wanted = values.of(function)
     texels = edited_inputs(package, inputs, wanted).texels
     return edit_with(wanted), {transfer: table_function(package, transfer, level, texels)}
@@ -228,7 +228,7 @@ def _edited(scene: WalkScene, values: ShownValues, inputs: Inputs) -> tuple[Edit
 def _drawn_function(package: Package, inputs: Inputs, name: str) -> TransferFunction:
     """Return the transfer function as the program reads it, from its table or from the control points."""
     if inputs.program.classification == "control-points":
-        return next(each for each in package.manifest.transfer_functions if each.name == name)
+        return package.manifest.function(name)
     return table_function(package, name, inputs.level.index)
 
 

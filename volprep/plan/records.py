@@ -260,6 +260,10 @@ class ChannelPlan(Record):
         """Return the level of this number."""
         return next(level for level in self.levels if level.index == index)
 
+    def function(self, name: str | None) -> TransferFunction:
+        """Return the transfer function of this name."""
+        return next(function for function in self.transfer_functions if function.name == name)
+
 
 class Plan(Record):
     """All that the stages of a package need to know, and the reasons."""

@@ -57,12 +57,3 @@ def medium_texels(
     root = np.sqrt(extinction_per_mm / maximum)
     byte = np.rint(np.concatenate([colour, root[..., None]], axis=-1) * 255).astype(np.uint8)
     return MediumTexels(byte, maximum)
-
-
-def decoded_texels(medium: MediumTexels) -> tuple[Float64Array, Float64Array]:
-    """Return the colours and extinctions that texels encode."""
-    if medium.max_extinction_per_mm is None:
-        values = medium.texels.astype(np.float64)
-        return values[..., :3], values[..., 3]
-    values = medium.texels.astype(np.float64) / 255
-    return values[..., :3], medium.max_extinction_per_mm * values[..., 3] ** 2

@@ -107,7 +107,7 @@ def level_volume(package: Package, level: int) -> Volume:
     manifest = package.manifest
     texels = level_texels(package, level)
     quantization = _quantization(package)
-    grid = next(item.grid for item in manifest.levels if item.index == level)
+    grid = manifest.level(level).grid
     # Half floats hold normalised stored values; integers hold the stored values themselves.
     scale = _largest_code(quantization) if texels.dtype.kind == "f" else 1.0
     stored = texels.astype(np.float32) if texels.dtype.kind == "f" else texels
@@ -125,7 +125,7 @@ def _light_of_level(package: Package, level: int) -> Normals:
     """Return the lighting of a level: its own normals, or the scan's lighting if the shader computes normals."""
     scan = light_of_scan(package.manifest)
     if scan is None or (isinstance(scan, Lit) and isinstance(scan.normals, ShaderSlopes)):
-        factors_zyx = next(each.factors_zyx for each in package.manifest.levels if each.index == level)
+        factors_zyx = package.manifest.level(level).factors_zyx
         return light_at_level(package.manifest, scan, factors_zyx)
     held = _level_normals(package, level)
     return replace(scan, normals=held) if isinstance(scan, Lit) else held
@@ -204,7 +204,7 @@ def table_function(
     into straight pieces that miss it by at most a millionth of the largest extinction.
     """
     manifest = package.manifest
-    function = next(function for function in manifest.transfer_functions if function.name == transfer)
+    function = manifest.function(transfer)
     palette = next((item for item in manifest.palettes if item.transfer == transfer), None)
     if palette is not None:
         return _palette_function(palette, _quantization(package).window, function)

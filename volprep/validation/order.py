@@ -1,6 +1,7 @@
 """Measure the order of the quadrature error, and name possible reasons why it differs from theory."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -25,75 +26,74 @@ _LEAST_ORDER = 0.5
 """A slope below this is no order but a floor."""
 
 
-def expected_order(
-    technique: TechniqueName,
-    compositing: CompositingName,
-    classification: ClassificationName,
-    *,
-    lighting: Lighting = "none",
-    labels: bool = False,
-    borders: bool = False,
-) -> float:
-    """Return the expected order of the error under step refinement, from everything that it depends on.
+@dataclass(frozen=True)
+class OrderFacts:
+    """What a program draws, and how: everything that the order of its error depends on."""
 
-    With `borders` the look of a scan with its segments jumps where labels meet.
-    """
-    of_technique = TECHNIQUES[technique].order
-    if of_technique is not None:
-        return of_technique
-    has_steps = labels or borders or classification == "palette" or lighting in _TURNING
-    return min(_OF_STEPS, COMPOSITINGS[compositing].order) if has_steps else COMPOSITINGS[compositing].order
+    technique: TechniqueName = "ray-casting"
+    compositing: CompositingName = "emission-absorption"
+    classification: ClassificationName = "lookup"
+    lighting: Lighting = "none"
+    labels: bool = False
+    """Whether voxels hold labels."""
+    borders: bool = False
+    """Whether the look of a scan with its segments jumps where labels meet."""
+    functions: Sequence[TransferFunction] = ()
+    """Transfer functions."""
+
+    @property
+    def order(self) -> float:
+        """Expected order of the error under step refinement."""
+        of_technique = TECHNIQUES[self.technique].order
+        if of_technique is not None:
+            return of_technique
+        of_compositing = COMPOSITINGS[self.compositing].order
+        has_steps = self.labels or self.borders or self.classification == "palette" or self.lighting in _TURNING
+        return min(_OF_STEPS, of_compositing) if has_steps else of_compositing
+
+    @property
+    def limits(self) -> list[str]:
+        """Possible reasons why the order is lower than theory has it, for people."""
+        limits = [COMPOSITINGS[self.compositing].order_limit, TECHNIQUES[self.technique].order_limit]
+        jumps = any(lower.value == upper.value for each in self.functions for lower, upper in pairwise(each.points))
+        if self.classification == "preintegrated":
+            limits.append(
+                "Between two entries of the pre-integrated table the function counts as constant: no step is better "
+                "than its entries."
+            )
+        elif self.labels:
+            limits.append(
+                "Labels are constant in each voxel: segments of up to a voxel are split at its faces, which is exact; "
+                "longer ones see a face between two labels late or early, with order 1."
+            )
+        elif self.classification == "palette":
+            limits.append("A palette has steps: whatever does not resolve them sees them late or early, with order 1.")
+        elif jumps:
+            limits.append(
+                "The transfer function has a jump, in the lookup table a steep ramp: steps that do not resolve it see "
+                "it late or early, with order 1."
+            )
+        if self.lighting in _TURNING:
+            limits.append(
+                "A light with a place lights the side of a surface that faces the viewer: where a surface turns away "
+                "its colour jumps, and steps see it late or early, with order 1."
+            )
+        if self.borders:
+            limits.append(
+                "Crisp borders of segments, and normals of lit ones, jump where labels meet: steps see that late or "
+                "early, with order 1."
+            )
+        return [limit for limit in limits if limit is not None]
 
 
 def convergence(
-    steps_mm: Sequence[float],
-    quadrature_rmse: Sequence[float],
-    target: Target | None,
-    functions: Sequence[TransferFunction],
-    classification: ClassificationName = "lookup",
-    *,
-    compositing: CompositingName = "emission-absorption",
-    technique: TechniqueName = "ray-casting",
-    lighting: Lighting = "none",
-    labels: bool = False,
-    borders: bool = False,
+    steps_mm: Sequence[float], quadrature_rmse: Sequence[float], target: Target | None, facts: OrderFacts
 ) -> Convergence:
     """Fit the order to errors in a float target, coarsest step first; `target` is None without a float target."""
-    record = COMPOSITINGS[compositing]
-    walk = TECHNIQUES[technique]
-    expected = expected_order(technique, compositing, classification, lighting=lighting, labels=labels, borders=borders)
-    jumps = any(lower.value == upper.value for each in functions for lower, upper in pairwise(each.points))
-    limits = [each.order_limit for each in (record, walk) if each.order_limit is not None]
-    if classification == "preintegrated":
-        limits.append(
-            "Between two entries of the pre-integrated table the function counts as constant: no step is better than "
-            "its entries."
-        )
-    elif labels:
-        limits.append(
-            "Labels are constant in each voxel: segments of up to a voxel are split at its faces, which is exact; "
-            "longer ones see a face between two labels late or early, with order 1."
-        )
-    elif classification == "palette":
-        limits.append("A palette has steps: whatever does not resolve them sees them late or early, with order 1.")
-    elif jumps:
-        limits.append(
-            "The transfer function has a jump, in the lookup table a steep ramp: steps that do not resolve it see it "
-            "late or early, with order 1."
-        )
-    if lighting in _TURNING:
-        limits.append(
-            "A light with a place lights the side of a surface that faces the viewer: where a surface turns away its "
-            "colour jumps, and steps see it late or early, with order 1."
-        )
-    if borders:
-        limits.append(
-            "Crisp borders of segments, and normals of lit ones, jump where labels meet: steps see that late or early, "
-            "with order 1."
-        )
+    limits = facts.limits
     if target is None:
         limits.append("The quadrature error was not measured: it needs a float target.")
-        return Convergence(expected=expected, slopes=(), observed=None, fitted_steps_mm=(), limits=tuple(limits))
+        return Convergence(expected=facts.order, slopes=(), observed=None, fitted_steps_mm=(), limits=tuple(limits))
     fit = fit_order(steps_mm, quadrature_rmse, _NOISE[target], _AGREEMENT)
     order = fit.order
     if order is None:
@@ -102,7 +102,7 @@ def convergence(
         limits.append("The finest steps no longer change the error: it is at the floor of float32 and texture filter.")
         order = None
     return Convergence(
-        expected=expected,
+        expected=facts.order,
         slopes=_slopes(steps_mm, quadrature_rmse),
         observed=order,
         fitted_steps_mm=tuple(steps_mm[fit.first : fit.last + 1]) if order is not None else (),

@@ -31,7 +31,7 @@ from volprep.validation.preview import preview_findings
 from volprep.validation.records import Derivation, ProgramResult
 from volprep.validation.references import References, draw_references
 from volprep.validation.report_record import Cost, PackageFacts, Report
-from volprep.validation.scan import find_scan
+from volprep.validation.scan import Judge, find_scan
 from volprep.validation.seen_records import KeptLight
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
@@ -81,15 +81,8 @@ def measure_package(
             _require_no_lit_labels(package)
         found = find_scan(path, source)
         size = picture_size or found.picture_size
-        with clock.part("deriving"):
-            derived = derive(package, found, scratch, progress)
-            derivation = _with_preview(derived.record, package)
-        if not derivation.findings and (found.scene.fidelity or package.manifest.fidelity):
-            with clock.part("fidelity"):
-                stated = fidelity_findings(package, derived.scans, wanted=found.scene.fidelity)
-                derivation = derivation.with_findings(stated)
-        if {each.name for each in package.manifest.channels} != derived.scans.keys():
-            raise error_of(derivation.findings, path)
+        derived = _derived(package, found, scratch, clock, progress)
+        derivation = derived.record
         package = _judged(package, derived.manifest, found.scene.tolerance)
         channels = {name: Subject(part, derived.scans[name], size) for name, part in channel_packages(package).items()}
         subjects = [*_together(package, channels), *_labelled(package, derived, size), *channels.values()]
@@ -136,6 +129,20 @@ def measure_package(
                 source_bytes=sum(each.scan.stored.nbytes for each in channels.values()),
             ),
         )
+
+
+def _derived(package: Package, found: Judge, scratch: Path, clock: Clock, progress: Progress) -> Derived:
+    """Make the package again from its scan; findings about its preview and its error statements are in the record."""
+    with clock.part("deriving"):
+        derived = derive(package, found, scratch, progress)
+        derivation = _with_preview(derived.record, package)
+    if not derivation.findings and (found.scene.fidelity or package.manifest.fidelity):
+        with clock.part("fidelity"):
+            stated = fidelity_findings(package, derived.scans, wanted=found.scene.fidelity)
+            derivation = derivation.with_findings(stated)
+    if {each.name for each in package.manifest.channels} != derived.scans.keys():
+        raise error_of(derivation.findings, package.path)
+    return replace(derived, record=derivation)
 
 
 def _with_preview(derivation: Derivation, package: Package) -> Derivation:

@@ -285,7 +285,7 @@ class Subject:
 
     def function(self, transfer: str) -> TransferFunction:
         """Return the transfer function of this name."""
-        return next(function for function in self.package.manifest.transfer_functions if function.name == transfer)
+        return self.package.manifest.function(transfer)
 
     def _parts(self, transfer: str) -> Sequence[tuple[str, "Subject"]]:
         """Return the transfer functions of a picture, each with the subject that has its channel."""

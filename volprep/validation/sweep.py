@@ -18,7 +18,7 @@ from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.render.turns import CERTAIN_TURNS, turns_of_rays
 from volprep.validation.bench import Bench
-from volprep.validation.order import convergence
+from volprep.validation.order import OrderFacts, convergence
 from volprep.validation.precise import finite, most_precise
 from volprep.validation.rays import chords_mm, samples
 from volprep.validation.records import Breakdown, LevelFloor, Sweep, SweepPoint, Target, WayName
@@ -209,7 +209,7 @@ class _Sweeper:
         sizes = {record.path: record.size_bytes for record in manifest.files}
         return LevelFloor(
             level=level,
-            shape_zyx=next(each.grid.shape_zyx for each in manifest.levels if each.index == level),
+            shape_zyx=manifest.level(level).grid.shape_zyx,
             texture_bytes=sum(sizes[texture.file] for texture in manifest.textures if texture.level == level),
             data=errors(on_data, truth),
         )
@@ -254,13 +254,15 @@ def measure_sweep(
         [point.step_mm for point in points],
         [point.quadrature.rmse for point in points if point.quadrature is not None],
         precise.target if precise else None,
-        subject.functions(program.transfer),
-        program.classification,
-        compositing=program.compositing,
-        technique=program.technique,
-        lighting=program.lighting,
-        labels=subject.scan.nearest,
-        borders=subject.has_jumps_at_borders,
+        OrderFacts(
+            technique=program.technique,
+            compositing=program.compositing,
+            classification=program.classification,
+            lighting=program.lighting,
+            labels=subject.scan.nearest,
+            borders=subject.has_jumps_at_borders,
+            functions=subject.functions(program.transfer),
+        ),
     )
     small_truth = small.of_its_rays(viewed.truth.rgba)
     for level in coarser:

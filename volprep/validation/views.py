@@ -107,7 +107,7 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
     kept: dict[str, tuple[OraclePicture, OraclePicture]] = {}
     truths: dict[str, Float32Array] = {}
     pictures: dict[str, Float32Array] = {}
-    grid = next(each.grid for each in subject.package.manifest.levels if each.index == level)
+    grid = subject.package.manifest.level(level).grid
     width = width_pixels(subject.cameras.values(), grid, subject.shape_hw[0])
 
     def compare(name: str, asked: Subject) -> Future[_Compared]:

@@ -124,7 +124,7 @@ def _bricks(package: Package) -> Iterator[tuple[str, list[Shape]]]:
     layout = pool.bricks
     if layout is None:
         return
-    grid = next(level.grid for level in package.manifest.levels if level.index == pool.level)
+    grid = package.manifest.level(pool.level).grid
     entries = index_entries(ktx2.decode(package.read_bytes(places.file), places.file).data, places.mosaic)
     stored = np.argwhere(entries[..., 3] == STORED)
     cells = np.array(layout.cells_zyx)
@@ -193,7 +193,7 @@ def _slices(package: Package) -> Iterator[tuple[str, list[Shape]]]:
     for axis, texture in sorted(layouts.items()):
         if texture.transfer is None or texture.level is None:
             continue
-        grid = next(level.grid for level in package.manifest.levels if level.index == texture.level)
+        grid = package.manifest.level(texture.level).grid
         texels = slice_texels(package, texture.transfer, axis)
         every = -(-len(texels) // _SLICES)
         shown = range(every // 2, len(texels), every)

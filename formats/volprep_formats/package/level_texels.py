@@ -86,13 +86,9 @@ def stored_texels(package: Package, level: int) -> StoredTexels | None:
     return StoredTexels(package, texture.file, head.levels_at[0], head.dtype, head.shape_zyx)
 
 
-def _shape(package: Package, level: int | None) -> tuple[int, int, int]:
-    return next(each.grid.shape_zyx for each in package.manifest.levels if each.index == level)
-
-
 def _from_mipmap(package: Package, texture: Texture, file: ktx2.Ktx2Image) -> NDArray[np.generic]:
     """Return the voxels of a mipmap level without the repeated padding."""
-    mipmap, shape_zyx = texture.mipmap or 0, _shape(package, texture.level)
+    mipmap, shape_zyx = texture.mipmap or 0, package.manifest.level(texture.level).grid.shape_zyx
     if mipmap >= len(file.levels) or any(n > m for n, m in zip(shape_zyx, file.levels[mipmap].shape, strict=False)):
         problem = f"{texture.file} does not hold {shape_zyx} voxels as its mipmap {mipmap}"
         raise VolprepError("VP4011", path=package.path, problem=problem)
@@ -110,7 +106,7 @@ def _from_bricks(
         file = ktx2.decode(package.read_bytes(places.file), places.file)
         entries = index_entries(file.data, places.mosaic)
         problem = misplaced(entries, layout) if file.format == "RGBA8" else "is not RGBA8"
-        shape_zyx = _shape(package, pool.level)
+        shape_zyx = package.manifest.level(pool.level).grid.shape_zyx
         counts = tuple(blocks_along(n, cells) for n, cells in zip(shape_zyx, layout.cells_zyx, strict=True))
         if problem is None and (texels.shape, counts) == (layout.pool_texels_zyx, layout.bricks_zyx):
             return voxels_of_bricks(texels, entries, layout, shape_zyx)

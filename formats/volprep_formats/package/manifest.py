@@ -284,6 +284,14 @@ class Manifest(Heading, PartRecords):
             by_index[index] = by_index[index].model_copy(update={"preview_only": True})
         return tuple(by_index[index] for index in sorted(by_index))
 
+    def level(self, index: int | None) -> Level:
+        """Return the level of this number."""
+        return next(level for level in self.levels if level.index == index)
+
+    def function(self, name: str | None) -> TransferFunction:
+        """Return the transfer function of this name."""
+        return next(function for function in self.transfer_functions if function.name == name)
+
     @property
     def source(self) -> SourceRecord:
         """Scan of the first channel, whose grid all have."""

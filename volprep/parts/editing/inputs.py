@@ -47,7 +47,7 @@ def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) 
         raise VolprepError("VP5023", path=package.path)
     compositing = COMPOSITINGS[inputs.program.compositing]
     if compositing.fixed_path:
-        replaced = next(each for each in package.manifest.transfer_functions if each.name == inputs.program.transfer)
+        replaced = package.manifest.function(inputs.program.transfer)
         function = _of_path(function, replaced)
     table = next(texture for texture in inputs.textures if texture.role == "transfer")
     texels = {table.name: _table_texels(package, table, inputs.level.index, function)}

@@ -34,7 +34,7 @@ def hidden_runs(draft: Draft, plan: ChannelPlan, level: int) -> Runs:
 def _of_function(
     draft: Draft, plan: ChannelPlan, transfer: str, level: int, codes: Float64Array
 ) -> list[NDArray[np.intp]]:
-    function = next(each for each in plan.transfer_functions if each.name == transfer)
+    function = plan.function(transfer)
     visible = COMPOSITINGS[plan.shared.compositing].visible_table
     found = [_numbered(visible(Table.exact(function)), codes, plan.value_slack)]
     own = own_tables(draft, plan, transfer).get(level)

@@ -108,7 +108,7 @@ def _file(texels: UInt8Array, light: LightPlan) -> Iterator[bytes | memoryview]:
 
 def _lit(draft: Draft, plan: ChannelPlan, light: LightPlan, transfer: str) -> LitVolume:
     info, source = source_info(draft.manifest, plan.channel), source_volume(draft, plan.channel)
-    function = next(each for each in plan.transfer_functions if each.name == transfer)
+    function = plan.function(transfer)
     return lit_volume(source, info, plan.crop, plan.grid, function, light.model)
 
 

@@ -25,7 +25,7 @@ def visible_extinction(draft: Draft, plan: ChannelPlan, transfer: str, level: in
     Of a pre-integrated table an entry is the greatest mean between any two columns that are nearest to it: a segment
     shows something only if one between two columns inside it does.
     """
-    function = next(each for each in plan.transfer_functions if each.name == transfer)
+    function = plan.function(transfer)
     visible = COMPOSITINGS[plan.shared.compositing].visible
     return visible(entry_table(_extinctions(draft, plan, transfer, level), plan.quantize.window, function))
 
@@ -50,7 +50,7 @@ def _extinctions(draft: Draft, plan: ChannelPlan, transfer: str, level: int) -> 
 
 def _between_points(plan: ChannelPlan, transfer: str) -> Extinctions:
     """Return the largest extinction at each entry and beside it, for a function that is evaluated exactly."""
-    table = Table.exact(next(each for each in plan.transfer_functions if each.name == transfer))
+    table = Table.exact(plan.function(transfer))
     low, high = plan.quantize.window
     entries: Extinctions = np.interp(np.linspace(low, high, _ENTRIES), table.values, table.extinction_per_mm)
     # Between two entries it is greater than at both only at a control point.

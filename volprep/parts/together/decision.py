@@ -23,7 +23,6 @@ from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import size_bytes
 
 KIND = "together"
@@ -57,7 +56,7 @@ def choose_together(plans: Sequence[ChannelPlan], measured: Sequence[Measured], 
         plan, found = next((plan, each) for plan, each in pairs if name in plan.transfers)
         if plan.channel in seen:
             _refuse(scene, f"{seen[plan.channel]} and {name} both draw channel {plan.channel}")
-        function = _function(plan, name)
+        function = plan.function(name)
         low, high = found.statistics.minimum, found.statistics.maximum
         if scene.colour is not None or Table.exact(function).largest_extinction(low, high) > 0:
             seen[plan.channel] = name
@@ -128,7 +127,7 @@ def _skipping(
 ) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
     """Decide whether rays skip the space that is empty in all channels."""
     name = scene.together.name if scene.together else ""
-    media = [(_function(plan, drawn.transfers[plan.channel]), founds[plan.channel]) for plan in group]
+    media = [(plan.function(drawn.transfers[plan.channel]), founds[plan.channel]) for plan in group]
     if scene.colour is not None:
         # Opacity, the last channel, scales light, too.
         media = media[-1:]
@@ -146,10 +145,6 @@ def _skipping(
         size_bytes=size,
     )
     return tables, item
-
-
-def _function(plan: ChannelPlan, name: str) -> TransferFunction:
-    return next(function for function in plan.transfer_functions if function.name == name)
 
 
 def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> SkipInputs:

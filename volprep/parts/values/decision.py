@@ -97,6 +97,67 @@ class _Trial(NamedTuple):
         return self.rays if self.lit is None else worst([self.rays, self.lit])
 
 
+class _Trials:
+    """Codes that are tried on the sample of rays, for one scene."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        profile: DeviceProfile,
+        info: SourceInfo,
+        measured: Measured,
+        functions: tuple[TransferFunction, ...],
+    ) -> None:
+        self._scene, self._profile, self._info, self._measured = scene, profile, info, measured
+        self._compositing = COMPOSITINGS[scene.render.compositing]
+        self._settings = _settings(scene, profile, measured)
+        between: SampleFilter = "nearest" if scene.source.labels else "linear"
+        self.bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between, self._compositing)
+        self._lit = _lit_bench(scene, info, measured, functions)
+        self.lengths = [n for n in _ENTRIES if n <= profile.max_texture_size] or [profile.max_texture_size]
+        """Possible lengths of lookup tables."""
+        # An edited function may show any value.
+        self._shown = () if scene.editable or self._compositing.every_value else functions
+
+    def made(self) -> list[_Trial]:
+        """Try codes, fewest bits first, until some suffice; the last ones are to be taken."""
+        # A thin stack shows single cells, and few of them lie beside clipped voxels: the sample misses them. A window
+        # around soft tissue was wrong by 0.63 where a circle of padding cut a body. None is clipped if codes suffice.
+        whole_ranges = (True, False) if self._info.grid.is_thin_stack else (False,)
+        trials: list[_Trial] = []
+        for whole, bits in product(whole_ranges, _possible_bits(self._settings, self._profile)):
+            trials.append(self._best_window(bits, whole=whole))
+            if self._suffices(trials[-1]):
+                break
+        return trials
+
+    def is_exact(self, quantizer: Quantizer) -> bool:
+        """Return whether every stored value has a code of its own."""
+        return is_exact(quantizer.bits, quantizer.window, self._info, self._measured.statistics)
+
+    def _best_window(self, bits: Literal[8, 16], *, whole: bool) -> _Trial:
+        tried = _windows(self._settings, bits, self._info, self._measured, self._shown)[: 1 if whole else None]
+        quantizers = [Quantizer(bits, window, not has_exact_16_bits(self._profile)) for window in tried]
+        trials = [_Trial(each, self.bench.error(each, self.lengths[-1]), self._lit_error(each)) for each in quantizers]
+        # min keeps the first of equal ones: the widest.
+        return min(trials, key=lambda trial: trial.error.rmse)
+
+    def _lit_error(self, quantizer: Quantizer) -> PictureDifference | None:
+        if self._lit is None or self.is_exact(quantizer):
+            return None
+        # Stored normals are made from whole codes.
+        shaders = self._scene.lighting.normals != "volume"
+        return self._lit.error(replace(quantizer, half_floats=quantizer.half_floats and shaders))
+
+    def _suffices(self, trial: _Trial) -> bool:
+        # At a silhouette the smallest error of a value decides whether a ray hits: all of a pixel, not a grade of it.
+        # Too few of the sampled rays graze a surface to measure that.
+        if self._scene.editable or self._compositing.isovalue:
+            return self.is_exact(trial.quantizer)
+        tolerance = self._scene.tolerance
+        return within_share(trial.error, tolerance) and trial.rays.rmse <= most_of_flip(tolerance)
+
+
 def choose_values(
     scene: Scene,
     profile: DeviceProfile,
@@ -113,53 +174,11 @@ def choose_values(
     scene asks for bits that the profile does not have, VP3021 for a window without width, VP3025 and VP3026 for labels
     that have no code.
     """
-    settings = scene.quantize
-    if scene.source.labels:
-        settings = _label_settings(scene.quantize, measured, profile)
-    elif scene.colour is not None:
-        # sRGB texels of light come from codes of 16 bits; without them light is linear and has 8.
-        settings = QuantizeSettings(bits=16 if SRGB in profile.texture_formats else 8, window=(0.0, 1.0))
-    between: SampleFilter = "nearest" if scene.source.labels else "linear"
-    compositing = COMPOSITINGS[scene.render.compositing]
-    bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between, compositing)
-    lit = _lit_bench(scene, info, measured, functions)
-    half_floats = not has_exact_16_bits(profile)
-    lengths = [entries for entries in _ENTRIES if entries <= profile.max_texture_size] or [profile.max_texture_size]
-
-    # An edited function may show any value.
-    shown = () if scene.editable or compositing.every_value else functions
-
-    def best_window(bits: Literal[8, 16], *, whole: bool) -> _Trial:
-        tried = _windows(settings, bits, info, measured, shown)[: 1 if whole else None]
-        quantizers = [Quantizer(bits, window, half_floats) for window in tried]
-        trials = [_Trial(each, bench.error(each, lengths[-1]), lit_error(each)) for each in quantizers]
-        # min keeps the first of equal ones: the widest.
-        return min(trials, key=lambda trial: trial.error.rmse)
-
-    def lit_error(quantizer: Quantizer) -> PictureDifference | None:
-        if lit is None or is_exact(quantizer.bits, quantizer.window, info, measured.statistics):
-            return None
-        # Stored normals are made from whole codes.
-        shaders = scene.lighting.normals != "volume"
-        return lit.error(replace(quantizer, half_floats=quantizer.half_floats and shaders))
-
-    def enough(trial: _Trial) -> bool:
-        # At a silhouette the smallest error of a value decides whether a ray hits: all of a pixel, not a grade of it.
-        # Too few of the sampled rays graze a surface to measure that.
-        if scene.editable or compositing.isovalue:
-            return is_exact(trial.quantizer.bits, trial.quantizer.window, info, measured.statistics)
-        return within_share(trial.error, scene.tolerance) and trial.rays.rmse <= most_of_flip(scene.tolerance)
-
-    # A thin stack shows single cells, and few of them lie beside clipped voxels: the sample misses them. A window
-    # around soft tissue was wrong by 0.63 where a circle of padding cut a body. So none is clipped if codes suffice.
-    whole_ranges = (True, False) if info.grid.is_thin_stack else (False,)
-    trials: list[_Trial] = []
-    for whole, bits in product(whole_ranges, _possible_bits(settings, profile)):
-        trials.append(best_window(bits, whole=whole))
-        if enough(trials[-1]):
-            break
-    quantizer, error, of_light = trials[-1]
-    narrow_error = trials[0].error if trials[0].quantizer.bits < quantizer.bits else None
+    trials = _Trials(scene, profile, info, measured, functions)
+    bench, lengths = trials.bench, trials.lengths
+    made = trials.made()
+    first, last = made[0], made[-1]
+    quantizer = last.quantizer
     if scene.source.labels and quantizer.bits == 16:
         entries = _ENTRIES[-1]
         error = bench.error(quantizer, entries)
@@ -167,16 +186,27 @@ def choose_values(
         entries = min(_EDITABLE_ENTRIES[quantizer.bits], lengths[-1])
         error = bench.error(quantizer, entries)
     else:
-        entries, error = _shortest_table(bench, quantizer, lengths, error.rmse + TABLE_SHARE * scene.tolerance.rmse)
+        largest_rmse = last.rays.rmse + TABLE_SHARE * scene.tolerance.rmse
+        entries, error = _shortest_table(bench, quantizer, lengths, largest_rmse)
     return ValueChoice(
         quantize=QuantizePlan(bits=quantizer.bits, window=quantizer.window, labels=bool(scene.source.labels)),
         quantizer=quantizer,
         entries=entries,
         error=error,
-        lit_error=of_light,
-        narrow_error=narrow_error,
-        exact=bool(scene.source.labels) or is_exact(quantizer.bits, quantizer.window, info, measured.statistics),
+        lit_error=last.lit,
+        narrow_error=first.error if first.quantizer.bits < quantizer.bits else None,
+        exact=bool(scene.source.labels) or trials.is_exact(quantizer),
     )
+
+
+def _settings(scene: Scene, profile: DeviceProfile, measured: Measured) -> QuantizeSettings:
+    """Return the scene's settings, or those that its labels or colours need."""
+    if scene.source.labels:
+        return _label_settings(scene.quantize, measured, profile)
+    if scene.colour is not None:
+        # sRGB texels of light come from codes of 16 bits; without them light is linear and has 8.
+        return QuantizeSettings(bits=16 if SRGB in profile.texture_formats else 8, window=(0.0, 1.0))
+    return scene.quantize
 
 
 def _lit_bench(

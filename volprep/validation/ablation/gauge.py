@@ -119,7 +119,7 @@ class PackageGauge:
 
         A table is fitted to light from all directions, so single views may be worse with it.
         """
-        found = next(each for each in package.manifest.levels if each.index == level)
+        found = package.manifest.level(level)
         pixels = pixels_of(self.subject, found)
         drawn, truth = self._drawn(package, transfer, level), self._truth(package, transfer)
         squares = [
