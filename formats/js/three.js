@@ -11,6 +11,7 @@ import { createRenderer, openPackage } from "./volpkg.js";
 /** @typedef {import("./renderer.js").RendererOptions} RendererOptions */
 /** @typedef {import("./renderer.js").Renderer} Renderer */
 /** @typedef {import("./types.js").Grid} Grid */
+/** @typedef {THREE.Object3DEventMap & {change: {}}} VolumeEvents */
 /** State shared by clones. @typedef {{renderer: Renderer | null, picker: Picker | null, users: number}} Shared */
 /**
  * A cached picture, and its state.
@@ -33,6 +34,7 @@ const OPACITY = 0.5;
  *
  * Light is mixed as light, in the canvas too. A picture is drawn when something has changed, coarser while the camera
  * moves. The event "change" says that another frame would look different: a finer level has come, or motion has ended.
+ * @extends {THREE.Mesh<THREE.BufferGeometry, THREE.Material, VolumeEvents>}
  */
 export class Volume extends THREE.Mesh {
   #three;
@@ -46,6 +48,12 @@ export class Volume extends THREE.Mesh {
   #shownSize = "";
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #rest;
+  /** Forgets what a lost context took along: three.js and the renderer restore only their own objects. */
+  #lost = () => {
+    this.#shown.sourceTexture = null;
+    this.#shownSize = "";
+    freeBackdrops(this.#three);
+  };
   /** Unsupported settings of the scene or the device, each once. @type {string[]} */
   notes = [];
 
@@ -75,6 +83,7 @@ export class Volume extends THREE.Mesh {
     this.rotation.x = -Math.PI / 2;
     /** @param {THREE.WebGLRenderer} by @param {THREE.Object3D} scene @param {THREE.Camera} camera */
     this.onBeforeRender = (by, scene, camera) => this.#before(by, scene, camera);
+    three.domElement.addEventListener("webglcontextlost", this.#lost);
   }
 
   get #material() {
@@ -90,7 +99,10 @@ export class Volume extends THREE.Mesh {
   async start(pack, options) {
     const three = this.#three;
     const around = (/** @type {() => void} */ work) => this.#around(work);
-    const renderer = await createRenderer(three.getContext(), pack, { ...options, depth: true, around });
+    const renderer = await createRenderer(three.getContext(), pack, { ...options, depth: true, around }).catch((error) => {
+      this.dispose();
+      throw error;
+    });
     this.#shared.renderer = renderer;
     this.#shared.picker = new Picker(renderer);
     renderer.onchange = () => this.#changed();
@@ -100,10 +112,10 @@ export class Volume extends THREE.Mesh {
   /**
    * Another object that draws the same package: GPU resources, level, function and clip are shared.
    * @param {boolean} [recursive]
+   * @returns {this}
    */
-  // @ts-expect-error - three.js says that a clone is what `this` is
   clone(recursive) {
-    return new Volume(this.#three, this.#grid, this.#shared).copy(this, recursive);
+    return /** @type {this} */ (new Volume(this.#three, this.#grid, this.#shared).copy(this, recursive));
   }
 
   /** @param {any} source @param {boolean} [recursive] */
@@ -120,6 +132,7 @@ export class Volume extends THREE.Mesh {
   dispose() {
     const { renderer } = this.#shared;
     clearTimeout(this.#rest);
+    this.#three.domElement.removeEventListener("webglcontextlost", this.#lost);
     for (const view of this.#views.values()) renderer?.forget(view);
     this.#views.clear();
     if (this.#shown.sourceTexture)

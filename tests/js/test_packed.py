@@ -238,6 +238,23 @@ await renderer.setWindow({ level: 3 });
 export { mm, same };
 """
 
+IN_A_SCENE = """
+import * as THREE from "three";
+import { Volume, loadVolume } from "volpkg/three";
+
+const renderer = new THREE.WebGLRenderer();
+const [scene, camera] = [new THREE.Scene(), new THREE.PerspectiveCamera()];
+const volume: Volume = await loadVolume(renderer, "head.volpkg");
+volume.addEventListener("change", () => renderer.render(scene, camera));
+volume.material.opacity = 0.5;
+const other: Volume = volume.clone();
+scene.add(volume, other);
+// @ts-expect-error there is no such event
+volume.addEventListener("changed", () => {});
+export {};
+"""
+"""Compiled with the declarations of volpkg checked, too, as the settings of most projects have it."""
+
 
 @pytest.mark.long
 def test_the_examples_of_the_readme_and_typed_apps_compile(app) -> None:
