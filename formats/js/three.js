@@ -99,10 +99,12 @@ export class Volume extends THREE.Mesh {
   async start(pack, options) {
     const three = this.#three;
     const around = (/** @type {() => void} */ work) => this.#around(work);
-    const renderer = await createRenderer(three.getContext(), pack, { ...options, depth: true, around }).catch((error) => {
-      this.dispose();
-      throw error;
-    });
+    const renderer = await createRenderer(three.getContext(), pack, { ...options, depth: true, around }).catch(
+      (error) => {
+        this.dispose();
+        throw error;
+      },
+    );
     this.#shared.renderer = renderer;
     this.#shared.picker = new Picker(renderer);
     renderer.onchange = () => this.#changed();
