@@ -70,7 +70,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7019": Diagnostic(
         ExitStatus.USAGE,
         "the picture cannot be clipped by {what}",
-        "Give box as [[x, y, z], [x, y, z]] in millimetres, and planes of four numbers: at most {limit}, a box being six.",
+        "Give box as [[x, y, z], [x, y, z]] in millimetres, and planes of four numbers: at most {limit}, a box being "
+        "six.",
     ),
     "VP7020": Diagnostic(
         ExitStatus.USAGE,

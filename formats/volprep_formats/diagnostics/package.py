@@ -31,7 +31,9 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.PACKAGE, "{path}: cannot read {file}: {error}", "Copy the package again, or build it again."
     ),
     "VP4008": Diagnostic(
-        ExitStatus.PACKAGE, "{path}: {file} has {size} bytes instead of {expected}", "Copy the package again, or build it again."
+        ExitStatus.PACKAGE,
+        "{path}: {file} has {size} bytes instead of {expected}",
+        "Copy the package again, or build it again.",
     ),
     "VP4009": Diagnostic(
         ExitStatus.PACKAGE,
