@@ -75,6 +75,18 @@ def test_import_loads_nothing_and_takes_no_time() -> None:
     assert float(took) < 0.5  # its table of names alone; with what it names, a second and more
 
 
+@pytest.mark.parametrize("lacks", ["", "anywidget"])
+def test_help_shows_every_function_also_without_the_extra_for_notebooks(lacks) -> None:
+    text = fresh(
+        f"import sys; {lacks and f'sys.modules[{lacks!r}] = None'}\n"
+        "import pydoc, volprep; print(pydoc.plain(pydoc.render_doc(volprep)))\n"
+        "from volprep import *; print(read_scan.__name__, __version__)"
+    )
+    shown = {name for name in FUNCTIONS | IN_NOTEBOOKS if re.search(rf"^    {name}\(", text, re.MULTILINE)}
+    assert shown == (FUNCTIONS if lacks else FUNCTIONS | IN_NOTEBOOKS)
+    assert "import_module" not in text
+
+
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="'volprep' has no attribute 'biuld'"):
         volprep.biuld  # noqa: B018
