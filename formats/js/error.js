@@ -40,7 +40,7 @@ export const WORDS = {
     "The package is damaged: build it again.",
   ],
   VP5018: [
-    "{package}: the package cannot draw level {level} with the transfer function {transfer}. It can draw {known}",
+    "{package}: the package cannot draw {level} with {transfer}. It can draw {known}",
     "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",
   ],
   VP5019: ["a step of {step_mm} mm is not possible here: {reason}", "Choose another step."],
@@ -68,7 +68,7 @@ export const WORDS = {
   VP7016: ["{url}: nothing has arrived for {seconds} s", "Check the connection and try again."],
   VP7017: [
     "a package cannot be opened from {what}",
-    "Give openPackage the address of a folder or of a .volpkg.zip, a File, a Blob or an ArrayBuffer; await it.",
+    "Give openPackage the address of a folder or .volpkg.zip, a File, a Blob or an ArrayBuffer; await it.",
   ],
   VP7018: ["this renderer cannot draw: {problem}", "Make a new renderer, or wait until the context is there again."],
 };

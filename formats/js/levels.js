@@ -54,7 +54,7 @@ export class Levels {
   async start() {
     const { program = this.#pack.programs[0]?.name, level } = this.#options;
     if (this.#options.depth) await this.#changes.setClip(null);
-    if (!program) throw nothing(this.#pack, "any", "any");
+    if (!program) throw nothing(this.#pack, "anything", "any level");
     const fits = this.of(program);
     if (level !== undefined) this.require(program, level);
     else if (!fits.length) this.require(program, Math.max(-1, ...this.#all(program)));
@@ -86,7 +86,7 @@ export class Levels {
    */
   setPicture(picture) {
     const levels = this.of(picture);
-    if (!levels.length) return Promise.reject(nothing(this.#pack, picture, "any"));
+    if (!levels.length) return Promise.reject(nothing(this.#pack, picture, "any level"));
     const level = levels.includes(this.want.level) ? this.want.level : levels[0];
     this.want = { picture, level, point: null };
     return this.climb(false);

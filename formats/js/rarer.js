@@ -57,11 +57,11 @@ Object.assign(WORDS, {
     "the attribute {name} cannot be {value}: {reason}",
     "Give another value; README.md of volpkg lists what the attributes of volume-viewer take.",
   ],
+  VP7082: ["there is no slice {what}: {reason}", "Give a plane, a position from 0 to 1, and a size in pixels."],
   VP7083: [
     "the segment {name} cannot be changed: {problem}",
     "Take names from renderer.segments; a look has visible, tint (three numbers) and opacity, from 0 to 1.",
   ],
-  VP7082: ["there is no slice {what}: {reason}", "Give a plane, a position from 0 to 1, and a size in pixels."],
 });
 
 export { VolpkgError };

@@ -60,7 +60,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7017": Diagnostic(
         ExitStatus.USAGE,
         "a package cannot be opened from {what}",
-        "Give openPackage the address of a folder or of a .volpkg.zip, a File, a Blob or an ArrayBuffer; await it.",
+        "Give openPackage the address of a folder or .volpkg.zip, a File, a Blob or an ArrayBuffer; await it.",
     ),
     "VP7018": Diagnostic(
         ExitStatus.USAGE,

@@ -57,7 +57,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP4021": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: not replaced, because it is not a package: {problem}",
+        "{path}: not replaced: {problem}",
         "Name another output, or move the existing one.",
     ),
     "VP4022": Diagnostic(

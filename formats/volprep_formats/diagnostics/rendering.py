@@ -91,7 +91,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP5018": Diagnostic(
         ExitStatus.PACKAGE,
-        "{package}: the package cannot draw level {level} with the transfer function {transfer}. It can draw {known}",
+        "{package}: the package cannot draw {level} with {transfer}. It can draw {known}",
         "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",
     ),
     "VP5019": Diagnostic(
