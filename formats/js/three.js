@@ -6,7 +6,7 @@ import { backdropOf, freeBackdrops } from "./three_backdrop.js";
 import { sightOf } from "./three_camera.js";
 import { FRAGMENT, MODES, VERTEX } from "./three_shader.js";
 import { pageColour } from "./three_page.js";
-import { createRenderer, openPackage } from "./volpkg.js";
+import { Package, VolpkgError, createRenderer, openPackage } from "./volpkg.js";
 
 /** @typedef {import("./renderer.js").RendererOptions} RendererOptions */
 /** @typedef {import("./renderer.js").Renderer} Renderer */
@@ -371,11 +371,14 @@ function materialOf(side) {
 /**
  * A package as an object that can be added to a scene. Its coarsest level is there when the promise is fulfilled.
  * @param {THREE.WebGLRenderer} renderer
- * @param {Parameters<typeof openPackage>[0]} from as `openPackage` takes it
+ * @param {Parameters<typeof openPackage>[0] | Package} from as `openPackage` takes it, or an open package
  * @param {RendererOptions & Parameters<typeof openPackage>[1]} [options]
  * @returns {Promise<Volume>}
  */
 export async function loadVolume(renderer, from, options = {}) {
-  const pack = await openPackage(from, options);
+  // WebGPURenderer has no context that a package can be drawn in.
+  if (!(/** @type {any} */ (renderer)?.isWebGLRenderer))
+    throw new VolpkgError("VP7018", { problem: "loadVolume needs a THREE.WebGLRenderer" });
+  const pack = from instanceof Package ? from : await openPackage(from, options);
   return new Volume(renderer, pack.manifest.grid).start(pack, options);
 }

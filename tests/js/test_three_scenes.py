@@ -571,3 +571,23 @@ return { off: apart(before, after), seen: Math.max(...before), errors, warned };
 def test_a_context_that_was_lost_comes_back_with_what_is_behind_the_volume(page) -> None:
     found = page.run(SCRIPT_LOST)
     assert found == {"off": 0, "seen": 255, "errors": 0, "warned": []}
+
+
+SCRIPT_GIVEN = """
+const { openPackage } = await import("volpkg");
+const { loadVolume } = await import("volpkg/three");
+const { renderer, volume } = await begin();
+const refused = async (given) => loadVolume(given, "head.volpkg").catch(({ code, message }) => [code, message]);
+const other = await loadVolume(renderer, await openPackage("head.volpkg"));
+const same = other.radius === volume.radius && other.renderer.level >= 0;
+const found = [same, ...(await Promise.all([null, document.createElement("canvas")].map(refused)))];
+for (const each of [volume, other, renderer]) each.dispose();
+return found;
+"""
+
+
+def test_an_open_package_is_drawn_and_other_renderers_are_refused(page) -> None:
+    same, *refused = page.run(SCRIPT_GIVEN)
+    assert same
+    assert [code for code, _ in refused] == ["VP7018", "VP7018"]
+    assert all("loadVolume needs a THREE.WebGLRenderer" in message for _, message in refused)
