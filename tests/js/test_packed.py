@@ -254,6 +254,7 @@ volume.addEventListener("changed", () => {});
 export {};
 """
 
+
 @pytest.mark.long
 def test_the_examples_of_the_readme_and_typed_apps_compile(app) -> None:
     tsc = npm_package("typescript", "7.0.2") / "node_modules" / "typescript" / "bin" / "tsc"
