@@ -1,8 +1,7 @@
 """volprep as a library: scans become validated volume packages.
 
-The functions below are for programs and notebooks. Each loads its modules on first use, so
-that `import volprep` costs nothing. Arrays of voxels are `[z, y, x]`, positions are millimetres in the patient's space
-(LPS).
+The functions below are for programs and notebooks. Each loads its modules on first use, so that `import volprep` costs
+nothing. Arrays of voxels are `[z, y, x]`, positions are millimetres in the patient's space (LPS).
 
 - scans: `read_scan`, `list_series`, `list_channels`
 - packages: `plan_package`, `build_package`, `validate_package`, `check_package`, `open_package`, `read_level`
@@ -14,6 +13,7 @@ that `import volprep` costs nothing. Arrays of voxels are `[z, y, x]`, positions
 
 from importlib import import_module
 from importlib.metadata import version
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -54,6 +54,8 @@ _HOME = {
 def __getattr__(name: str) -> object:
     if name == "__version__":
         return version("volprep")
+    if name == "__all__":
+        return ["__version__", *_offered()]
     if name not in _HOME:
         msg = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(msg)
@@ -63,4 +65,10 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+    return sorted({*globals(), *_offered()})
+
+
+def _offered() -> list[str]:
+    """Return the public names that load here: `help` and `import *` load all of them."""
+    lacks_notebook = find_spec("anywidget") is None
+    return [name for name, home in _HOME.items() if not (lacks_notebook and ".notebook." in home)]

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from volprep_cli.console import bytes_text, print_line
+from volprep_cli.console import bytes_text, print_line, print_note
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.shown import shown
 
@@ -63,6 +63,8 @@ class BatchWatcher:
         self._as_json = as_json
         self._began = time.monotonic()
         self._counts = {"built": 0, "unchanged": 0, "failed": 0, "elsewhere": 0}
+        self._failed_before = 0
+        self._jobs = 0
         self._bytes = 0
         self._task = None if bar is None else bar.add_task("scans", total=None, failed=0, size=bytes_text(0))
 
@@ -73,6 +75,7 @@ class BatchWatcher:
 
     def begin(self, jobs: int) -> None:
         """Take the number of jobs."""
+        self._jobs = jobs
         if self._bar is not None and self._task is not None:
             self._bar.update(self._task, total=jobs)
 
@@ -90,6 +93,7 @@ class BatchWatcher:
             self._counts["elsewhere"] += 1
         else:
             self._counts["failed"] += record.outcome == "failed"
+            self._failed_before += record.outcome == "failed" and not ended.is_new
             self._counts["unchanged" if not ended.is_new else "built"] += record.outcome == "built"
             self._bytes += record.size_bytes
         if self._bar is not None and self._task is not None:
@@ -114,6 +118,10 @@ class BatchWatcher:
             f"{counts['built']} built, {counts['unchanged']} unchanged, {counts['failed']} failed{elsewhere}; "
             f"{seconds:.1f} s; {shown(os.fspath(page))}"
         )
+        if self._failed_before:
+            print_note(f"{self._failed_before} that failed before were not tried again; --retry-failed tries them")
+        if counts["failed"]:
+            print_note("volprep batch --explain NAME -o FOLDER prints the scan of a name, and why it failed")
 
     def _print_json(self, ended: "TaskResult") -> None:
         job = ended.task.job
@@ -122,13 +130,15 @@ class BatchWatcher:
 
     def _print(self, ended: "TaskResult") -> None:
         job, record = ended.task.job, ended.record
-        name = f"{job.name} {job.profile}"
         if record is None:
-            self._line(f"{name}: another batch works on it")
+            end = "another batch works on it"
         elif record.errors:
-            self._line(f"{name}: failed: {record.errors[0].code} {record.errors[0].summary}")
+            end = f"failed: {record.errors[0].code} {record.errors[0].summary}"
         else:
-            self._line(f"{name}: {record.verdict or 'built'}, {record.seconds:.1f} s")
+            end = f"{record.verdict or 'built'}, {record.seconds:.1f} s"
+        # Where no bar shows how far the batch is, each line does.
+        place = "" if self._bar is not None else f" ({sum(self._counts.values())} of {self._jobs})"
+        self._line(f"{job.name} {job.profile}: {end}{place}")
 
     def _line(self, text: str) -> None:
         print_line(text)

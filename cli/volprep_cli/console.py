@@ -84,7 +84,7 @@ def _bars() -> Iterator["Progress"]:
 
 
 class _Lines:
-    """Progress as lines of text."""
+    """Progress as lines of text. A task that starts again at once, as for the next channel, goes on."""
 
     def __init__(self) -> None:
         self._task = ""
@@ -93,6 +93,9 @@ class _Lines:
         self._began = self._told = time.monotonic()
 
     def start(self, task: str, total: int) -> None:
+        if task == self._task:
+            self._total += total
+            return
         self.finish()
         self._task, self._total, self._done = task, total, 0
         self._began = self._told = time.monotonic()
@@ -109,13 +112,20 @@ class _Lines:
 
 
 class _Bars:
-    """Progress as bars, one for each task."""
+    """Progress as bars, one for each task. A task that starts again at once goes on in its bar."""
 
     def __init__(self, bar: "Bar") -> None:
         self._bar = bar
         self._task: TaskID | None = None
+        self._name = ""
+        self._total = 0
 
     def start(self, task: str, total: int) -> None:
+        if self._task is not None and task == self._name:
+            self._total += total
+            self._bar.update(self._task, total=self._total or None)
+            return
+        self._name, self._total = task, total
         self._task = self._bar.add_task(task, total=total or None)
 
     def advance(self, units: int = 1) -> None:

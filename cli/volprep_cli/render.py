@@ -93,7 +93,10 @@ Order = Annotated[
         help="With --progressive: which pixels are finished first; if not given, the order of the package's technique."
     ),
 ]
-Budget = Annotated[float, typer.Option(min=0.0, help="With --progressive: time of a frame.", metavar="MS")]
+Budget = Annotated[
+    float | None,
+    typer.Option(min=0.0, help="With --progressive: time of a frame, 100 if not given.", metavar="MS"),
+]
 
 
 def render(
@@ -115,7 +118,7 @@ def render(
     opacity: Opacity = "alpha",
     progressive: Progressive = None,
     order: Order = None,
-    budget: Budget = 100.0,
+    budget: Budget = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -124,6 +127,11 @@ def render(
     eye_mm_xyz = None if eye is None else _eye(eye)
     width, height = _size(size)
     small_wh = None if small is None else _size(small, "--small")
+    if small_wh is not None and max(small_wh) > max(width, height):
+        raise typer.BadParameter(f"{small} is larger than the picture, {width}x{height}", param_hint="--small")
+    for option, given in {"--order": order, "--budget": budget}.items():
+        if given is not None and progressive is None:
+            raise typer.BadParameter("it is for --progressive, which is not given", param_hint=option)
     require_new(output, force=force)
     if progressive is not None:
         require_new(progressive, force=force)
@@ -149,7 +157,7 @@ def render(
     )
     taken = take(package, shot, output)
     if progressive is not None:
-        _finish(package, shot, progressive, order, budget)
+        _finish(package, shot, progressive, order, 100.0 if budget is None else budget)
     if as_json:
         drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver, "seen": taken.seen}
         print_json({"picture": str(output), "width": width, "height": height, **drawn})

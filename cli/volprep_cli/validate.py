@@ -105,6 +105,11 @@ def validate(
     item also earns its place. 1: one of these is not so. 5: the package is damaged.
     """
     if quick:
+        left_out = {"--source": source, "--report": report, "--size": size, "--devices": devices}
+        flags = {"--witness": witness, "--curves": curves, "--ablate": ablate}
+        for option, given in (left_out | flags).items():
+            if given not in (None, False):
+                raise typer.BadParameter("--quick draws nothing and writes no report: leave it out", param_hint=option)
         _check(package, as_json=as_json)
         return
     from volprep_formats.installation import require_extra

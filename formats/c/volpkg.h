@@ -4525,7 +4525,7 @@ static uint64_t volpkg__frame_end(const unsigned char* data, uint64_t at, uint64
     if (bytes - at < 5 || volpkg__u32(data + at) != 0xFD2FB528u) return 0;
     flags = data[at + 4];
     length = (flags >> 6) == 0 ? (flags >> 5 & 1) : (uint64_t)sizes[flags >> 6];
-    at += 5 + (flags >> 5 & 1 ? 0 : 1);
+    at += flags >> 5 & 1 ? 5 : 6;
     if ((flags & 15) || length == 0 || at + length > bytes) return 0;
     for (*content = 0, i = 0; i < length; ++i) *content |= (uint64_t)data[at + i] << 8 * i;
     if (length == 2) *content += 256;
@@ -5932,7 +5932,7 @@ static volpkg_code volpkg__slices_rules(volpkg__reader* r, const volpkg_package*
         VOLPKG__RULE((s != NULL) != has_shaders, t->name,
                      "it holds slices for a profile with shaders, or none for one without");
         if (s == NULL) continue;
-        place = 2 - s->axis;
+        place = 2 - (int32_t)s->axis;
         all |= 1 << s->axis;
         VOLPKG__RULE(t->shape_zyx[0] == 1 && t->gl.target == 0x0DE1 && (t->shape_zyx[1] & (t->shape_zyx[1] - 1)) == 0 &&
                          (t->shape_zyx[2] & (t->shape_zyx[2] - 1)) == 0,

@@ -34,7 +34,7 @@ export function choose(pack, picture, index) {
   const program = manifest.programs.find((each) => each.transfer === picture && each.levels.includes(index));
   const channel = program && channelOf(manifest, program);
   const level = channel?.levels.find((each) => each.index === index);
-  if (!program || !level) throw nothing(pack, picture, index);
+  if (!program || !level) throw nothing(pack, picture, `level ${index}`);
   const textures = program.samplers.map((sampler) => textureOf(pack, program, sampler, index));
   const table = manifest.skipping?.tables?.find((each) => each.transfer === program.transfer && each.level === index);
   return {
@@ -56,7 +56,7 @@ export function stepOf({ render }, level) {
   return render.level_steps?.find((each) => each.level === level)?.step_mm ?? render.step_mm;
 }
 
-/** @param {Package} pack @param {string} transfer @param {unknown} level */
+/** @param {Package} pack @param {string} transfer @param {string} level for people */
 export function nothing(pack, transfer, level) {
   const known = pack.programs.map(({ name, levels }) => `level ${levels.join(", ")} with ${name}`).join("; ");
   return new VolpkgError("VP5018", { package: pack.name, level, transfer, known: known || "nothing" });

@@ -43,14 +43,16 @@ const OWN_DEPTH = /** @type {const} */ ([-2, 1, 0]);
  * @param {number} more how many planes each picture adds @param {import("./types.js").Manifest} manifest
  * @returns {Clip | null} null if nothing is cut away
  */
-export function clipOf({ box, planes = [], depth = false }, more, manifest) {
+export function clipOf({ box, planes = [], depth = false, ...others }, more, manifest) {
   const side = (/** @type {number} */ axis, /** @type {number} */ sign, /** @type {number} */ at) =>
     [0, 1, 2, 3].map((c) => sign * (c === axis ? 1 : c === 3 ? -at : 0));
+  const isBox = box === undefined || (box.length === 2 && box.every((corner) => corner.length === 3));
   const sides = (box ?? []).flatMap((corner, i) => [0, 1, 2].map((axis) => side(axis, i ? -1 : 1, corner[axis])));
   const own = [...sides, ...planes.map((each) => [...each])];
   const count = own.length + more;
-  if (count > MOST || own.some((each) => each.length !== 4 || !each.every(Number.isFinite))) {
-    throw new VolpkgError("VP7019", { what: JSON.stringify({ box, planes }), limit: MOST - more - sides.length });
+  const isSound = isBox && own.every((each) => each.length === 4 && each.every(Number.isFinite));
+  if (!isSound || count > MOST || Object.keys(others).length) {
+    throw new VolpkgError("VP7019", { what: JSON.stringify({ box, planes, ...others }), limit: MOST - more });
   }
   if (!count && !depth) return null;
   const lit = cutLight(manifest, own, more);

@@ -17,13 +17,15 @@ const CORNERS = new Float32Array([-1, -1, 3, -1, -1, 3]);
 
 /**
  * Throws unless the context is one that the package is for.
- * @param {Gl} gl @param {Package} pack
+ * @param {Gl | null} gl @param {Package} pack
+ * @returns {asserts gl is Gl}
  */
 export function checkContext(gl, pack) {
-  if (gl.isContextLost()) throw new VolpkgError("VP7018", { problem: "the context is lost" });
-  const { api, name: profile } = pack.manifest.profile;
+  const { api } = pack.manifest.profile;
   const refuse = (/** @type {string} */ needed, /** @type {string} */ found) =>
-    new VolpkgError("VP7010", { needed, found, profile });
+    new VolpkgError("VP7010", { needed, found });
+  if (!gl?.getShaderPrecisionFormat) throw refuse("a WebGL context", "none");
+  if (gl.isContextLost()) throw new VolpkgError("VP7018", { problem: "the context is lost" });
   if (api === "es1.1") throw refuse("OpenGL ES 1.1, which draws slices without shaders", "WebGL");
   if (api === "es3.0" && !isWebGl2(gl)) throw refuse("WebGL 2", "WebGL 1");
   const { precision = 0 } = gl.getShaderPrecisionFormat(gl.FRAGMENT_SHADER, gl.HIGH_FLOAT) ?? {};

@@ -10,17 +10,8 @@ export const WORDS = {
     "{path}: not a volume package: {problem}",
     "Name the folder that volprep build wrote, or the file of volprep zip.",
   ],
-  VP4003: [
-    "{path}: the package has version {version} of the format, but this volprep reads {known}",
-    "Use the volprep that wrote the package, or build the package again.",
-  ],
-  VP4004: ["{path}: the manifest breaks the schema: {problems}", "Build the package again."],
-  VP4005: [
-    "{path}: the package is a draft, still under construction",
-    "Run volprep seal on it. That finishes the package, or names the stage that is missing.",
-  ],
-  VP4007: ["{path}: cannot read {file}: {error}", "Build the package again."],
-  VP4008: ["{path}: {file} has {size} bytes instead of {expected}", "Build the package again."],
+  VP4007: ["{path}: cannot read {file}: {error}", "Copy the package again, or build it again."],
+  VP4008: ["{path}: {file} has {size} bytes instead of {expected}", "Copy the package again, or build it again."],
   VP4009: [
     "{path}: {file} is damaged: its SHA-256 is not the one in the manifest",
     "Copy the package again, or build it again.",
@@ -49,13 +40,13 @@ export const WORDS = {
     "The package is damaged: build it again.",
   ],
   VP5018: [
-    "{package}: the package cannot draw level {level} with the transfer function {transfer}. It can draw {known}",
+    "{package}: the package cannot draw {level} with {transfer}. It can draw {known}",
     "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",
   ],
   VP5019: ["a step of {step_mm} mm is not possible here: {reason}", "Choose another step."],
   VP7010: [
     "the package needs {needed}, but this page has {found}",
-    "Use a browser and a device that have it, or build the package for the profile {profile}.",
+    "Use a browser and a device that have it, or build the package for the profile gles2-2048.",
   ],
   VP7011: [
     "texture {name}: {axis} {size} is more than this device takes, {limit}",
@@ -77,7 +68,7 @@ export const WORDS = {
   VP7016: ["{url}: nothing has arrived for {seconds} s", "Check the connection and try again."],
   VP7017: [
     "a package cannot be opened from {what}",
-    "Give the address of a folder or of a .volpkg.zip, a File, a Blob or an ArrayBuffer.",
+    "Give openPackage the address of a folder or .volpkg.zip, a File, a Blob or an ArrayBuffer; await it.",
   ],
   VP7018: ["this renderer cannot draw: {problem}", "Make a new renderer, or wait until the context is there again."],
 };

@@ -2,7 +2,7 @@
 import { check } from "./abort.js";
 import { choose, nothing } from "./choose.js";
 import { climb, filesOf } from "./climb.js";
-import { Device, checkContext, checkFits } from "./device.js";
+import { Device, checkFits } from "./device.js";
 import { VolpkgError } from "./error.js";
 import { load } from "./load.js";
 
@@ -33,6 +33,8 @@ export class Levels {
   want = { picture: "", level: 0, point: null };
   /** Fulfilled when the wanted level is drawn, or another one was asked for. @type {Promise<unknown>} */
   ready = Promise.resolve();
+  /** Whether nothing may be loaded any more. */
+  closed = false;
 
   /**
    * @param {Gl} gl @param {Package} pack @param {RendererOptions} options @param {Changes} changes
@@ -51,9 +53,8 @@ export class Levels {
   /** Resolves when the coarsest available level can be drawn. */
   async start() {
     const { program = this.#pack.programs[0]?.name, level } = this.#options;
-    checkContext(this.#gl, this.#pack);
     if (this.#options.depth) await this.#changes.setClip(null);
-    if (!program) throw nothing(this.#pack, "any", "any");
+    if (!program) throw nothing(this.#pack, "anything", "any level");
     const fits = this.of(program);
     if (level !== undefined) this.require(program, level);
     else if (!fits.length) this.require(program, Math.max(-1, ...this.#all(program)));
@@ -85,7 +86,7 @@ export class Levels {
    */
   setPicture(picture) {
     const levels = this.of(picture);
-    if (!levels.length) return Promise.reject(nothing(this.#pack, picture, "any"));
+    if (!levels.length) return Promise.reject(nothing(this.#pack, picture, "any level"));
     const level = levels.includes(this.want.level) ? this.want.level : levels[0];
     this.want = { picture, level, point: null };
     return this.climb(false);
@@ -97,6 +98,7 @@ export class Levels {
    * @returns {Promise<any>}
    */
   async climb(first) {
+    if (this.closed) return false;
     this.#abort.abort();
     this.#abort = new AbortController();
     const { signal } = this.#abort;

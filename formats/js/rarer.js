@@ -2,6 +2,15 @@
 import { VolpkgError, WORDS } from "./error.js";
 
 Object.assign(WORDS, {
+  VP4003: [
+    "{path}: the package has version {version} of the format, but this volprep reads {known}",
+    "Use the volprep that wrote the package, or build the package again.",
+  ],
+  VP4004: ["{path}: the manifest breaks the schema: {problems}", "Build the package again."],
+  VP4005: [
+    "{path}: the package is a draft, still under construction",
+    "Run volprep seal on it. That finishes the package, or names the stage that is missing.",
+  ],
   VP4032: ["{path}: not a joint histogram: {problem}", "Build the package again."],
   VP4039: ["{name}: not a mesh of the kind that packages hold: {problem}", "Build the package again."],
   VP4061: [
@@ -18,7 +27,7 @@ Object.assign(WORDS, {
   ],
   VP7019: [
     "the picture cannot be clipped by {what}",
-    "Give a box in millimetres, and at most {limit} planes, each four numbers.",
+    "Give box as [[x, y, z], [x, y, z]] in millimetres, and planes of four numbers: at most {limit}, a box being six.",
   ],
   VP7020: [
     "these points are not a transfer function: {problem}",
@@ -49,6 +58,10 @@ Object.assign(WORDS, {
     "Give another value; README.md of volpkg lists what the attributes of volume-viewer take.",
   ],
   VP7082: ["there is no slice {what}: {reason}", "Give a plane, a position from 0 to 1, and a size in pixels."],
+  VP7083: [
+    "the segment {name} cannot be changed: {problem}",
+    "Take names from renderer.segments; a look has visible, tint (three numbers) and opacity, from 0 to 1.",
+  ],
 });
 
 export { VolpkgError };

@@ -1,4 +1,6 @@
 /** Draws a package with WebGL 1 or 2. */
+import { check } from "./abort.js";
+import { checkContext } from "./device.js";
 import { VolpkgError } from "./error.js";
 import { RendererState } from "./renderer_state.js";
 import { paint } from "./paint.js";
@@ -62,10 +64,11 @@ export class Renderer extends RendererState {
     return this.#pace?.slow ?? /slabs|tiles/.test(this._levels.drawn?.choice.program.technique ?? "");
   }
 
-  /** Starts loading; resolves when the coarsest available level can be drawn. */
+  /** Starts loading; resolves when the coarsest available level can be drawn. Rejects if a signal ends it. */
   async start() {
     try {
       await this._levels.start();
+      [this.package, this.#options].map(({ signal }) => check(signal));
     } catch (error) {
       this.dispose();
       throw error;
@@ -222,8 +225,9 @@ export class Renderer extends RendererState {
     return drawn && device && { gl, pack, options, drawn, device, last: this.#last, changed };
   }
 
-  /** Frees everything on the GPU. */
+  /** Frees everything on the GPU. Later requests for a level or a picture load nothing, and return false. */
   dispose() {
+    this._levels.closed = true;
     this.#listeners.abort();
     this.#end();
   }
@@ -275,12 +279,14 @@ export class Renderer extends RendererState {
 
 /**
  * Draws a package in a context. The coarsest level can be drawn when the promise is fulfilled; finer ones follow, and
- * `onchange` is called for each.
- * @param {Gl} gl
+ * `onchange` is called for each. Rejects with a `VolpkgError`, or with an AbortError if a signal ends it before.
+ * @param {Gl | null} gl of `canvas.getContext`, which is null where a page has no WebGL: VP7010
  * @param {Package} pack
  * @param {RendererOptions} [options]
  * @returns {Promise<Renderer>}
  */
-export function createRenderer(gl, pack, options = {}) {
+export async function createRenderer(gl, pack, options = {}) {
+  if (!pack?.manifest) throw new VolpkgError("VP7017", { what: pack });
+  checkContext(gl, pack);
   return new Renderer(gl, pack, options).start();
 }

@@ -1,5 +1,5 @@
 /** Segments of a scan, and their looks: apps switch, tint and fade them. SPEC section 13. */
-import { VolpkgError } from "./error.js";
+import { VolpkgError } from "./rarer.js";
 import { texelsOf } from "./kept_files.js";
 import { skipEntries } from "./skip.js";
 
@@ -38,13 +38,13 @@ export class Segments {
   /** @param {string} name @param {Look | null} look null restores the package's look */
   set(name, look) {
     const before = look ? this.#now.get(name) : this.#record.segments.find((each) => each.name === name);
-    const { visible = true, tint = [1, 1, 1], opacity = 1 } = look ?? {};
-    const sound = typeof visible === "boolean" && tint.length === 3 && tint.every(share) && share(opacity);
-    if (!before || !sound) {
-      const known = before
-        ? "visible, tint of three numbers and opacity, from 0 to 1"
-        : [...this.#now.keys()].join(", ");
-      throw new VolpkgError("VP5018", { package: "segments", level: "any", transfer: name, known });
+    const { visible = true, tint = [1, 1, 1], opacity = 1, ...others } = look ?? {};
+    const isTint = tint?.length === 3 && Array.from(tint).every(share);
+    const isSound = typeof visible === "boolean" && isTint && share(opacity) && !Object.keys(others).length;
+    if (!before || !isSound) {
+      const known = [...this.#now.keys()].join(", ");
+      const problem = before ? `a look cannot be ${JSON.stringify(look)}` : `the package has only ${known}`;
+      throw new VolpkgError("VP7083", { name, problem });
     }
     this.#now.set(name, { ...before, ...look, ...(look?.tint && { tint: /** @type {any} */ ([...look.tint]) }) });
   }

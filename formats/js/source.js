@@ -36,7 +36,7 @@ export async function openSource(from, options) {
     return openZip(url.pathname.split("/").pop() || url.href, await remote(url, options, signal), signal);
   }
   const { openZip, local } = await import("./zip.js");
-  const name = /** @type {File} */ (from).name || "package";
+  const name = /** @type {File | undefined} */ (from)?.name || "package";
   if (from instanceof Blob)
     return openZip(
       name,
@@ -53,7 +53,7 @@ export async function openSource(from, options) {
       signal,
     );
   }
-  throw new VolpkgError("VP7017", { what: Object.prototype.toString.call(from) });
+  throw new VolpkgError("VP7017", { what: from });
 }
 
 /**
@@ -73,9 +73,11 @@ function folder(url, options) {
       const at = new URL(base);
       at.pathname += path;
       const response = await request(at, {}, options, signal);
-      if (response.status === 404 && path === "manifest.json") throw new VolpkgError("VP4001", { path: at.href });
-      if (!response.ok)
-        throw new VolpkgError("VP4007", { path: name, file: path, error: `the server answers ${response.status}` });
+      const { ok, status } = response;
+      if (!ok && path !== "manifest.json")
+        throw new VolpkgError("VP4007", { path: name, file: path, error: `the server answers ${status}` });
+      if (status === 404) throw new VolpkgError("VP4001", { path: at.href });
+      if (!ok) throw new VolpkgError("VP7015", { url: at.href, answer: status });
       const length = response.headers.get("content-length");
       if (length && !response.headers.get("content-encoding")) sizes.set(path, Number(length));
       yield* body(response, at, options);

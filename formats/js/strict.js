@@ -152,8 +152,9 @@ function recordBreach({ grid, channels = [] }) {
  * @returns {Promise<Manifest>}
  */
 export async function decodeManifest(bytes, name) {
-  /** @type {(code: string, fields: Record<string, unknown>) => never} */
-  const refuse = (code, fields) => {
+  /** @type {(code: string, fields: Record<string, unknown>) => Promise<never>} */
+  const refuse = async (code, fields) => {
+    await import("./rarer.js");
     throw new VolpkgError(code, { path: name, ...fields });
   };
   /** @type {any} */
@@ -161,27 +162,26 @@ export async function decodeManifest(bytes, name) {
   try {
     record = parseJson(bytes);
   } catch (error) {
-    refuse("VP4002", { problem: `manifest.json is not JSON: ${/** @type {Error} */ (error).message}` });
+    // Servers of single-page apps answer so for every address that they do not know.
+    const found = bytes[0] === 0x3c ? "the server answers with a web page" : /** @type {Error} */ (error).message;
+    await refuse("VP4002", { problem: `manifest.json is not JSON: ${found}` });
   }
-  if (record?.format !== "volpkg") refuse("VP4002", { problem: 'manifest.json does not say "format": "volpkg"' });
+  if (record?.format !== "volpkg") await refuse("VP4002", { problem: 'manifest.json does not say "format": "volpkg"' });
   const { version, extensions_required: required } = record;
   if (!text(version) || !/^(?!0\d)\d{1,4}\.(?!0\d)\d{1,4}$/.test(version))
-    refuse("VP4002", { problem: "manifest.json has no version of the form major.minor" });
-  if (!version.startsWith("1.")) refuse("VP4003", { version, known: "1.x" });
-  if (Array.isArray(required) && required.length) {
-    await import("./rarer.js");
-    refuse("VP4070", { extensions: required });
-  }
+    await refuse("VP4002", { problem: "manifest.json has no version of the form major.minor" });
+  if (!version.startsWith("1.")) await refuse("VP4003", { version, known: "1.x" });
+  if (Array.isArray(required) && required.length) await refuse("VP4070", { extensions: required });
   const problem = schemaBreach(record, "Manifest", "") ?? recordBreach(record);
-  if (problem) refuse("VP4004", { problems: problem });
-  if (record.state === "draft") refuse("VP4005", {});
+  if (problem) await refuse("VP4004", { problems: problem });
+  if (record.state === "draft") await refuse("VP4005", {});
   const manifest = completed(record);
   if (manifest.textures.some(({ gl }) => gl.format === undefined)) await import("./blocks.js");
   const contradiction =
     contradictions(manifest, usesOf(manifest)).next().value ??
     contradictionOf(manifest) ??
     (await segmentContradiction(manifest));
-  if (contradiction) refuse("VP4011", { problem: contradiction });
+  if (contradiction) await refuse("VP4011", { problem: contradiction });
   return manifest;
 }
 

@@ -122,7 +122,12 @@ export async function chooseBlock(pack, picture, point, textureOf, signal) {
   const { subvolumes, grid: volume } = pack.manifest;
   const program = subvolumes?.programs?.find((each) => each.transfer === picture);
   const refuse = (/** @type {string} */ known) =>
-    new VolpkgError("VP5018", { package: pack.name, level: `around point ${point}`, transfer: picture, known });
+    new VolpkgError("VP5018", {
+      package: pack.name,
+      level: `the pieces around point ${point}`,
+      transfer: picture,
+      known,
+    });
   if (!program) throw refuse("nothing around a point: the package has no sub-volumes for it");
   const grid = await readGrid(pack, signal);
   const counts = grid.cuts_zyx.map((cuts) => cuts.length);

@@ -6,11 +6,12 @@ import { backdropOf, freeBackdrops } from "./three_backdrop.js";
 import { sightOf } from "./three_camera.js";
 import { FRAGMENT, MODES, VERTEX } from "./three_shader.js";
 import { pageColour } from "./three_page.js";
-import { createRenderer, openPackage } from "./volpkg.js";
+import { Package, VolpkgError, createRenderer, openPackage } from "./volpkg.js";
 
 /** @typedef {import("./renderer.js").RendererOptions} RendererOptions */
 /** @typedef {import("./renderer.js").Renderer} Renderer */
 /** @typedef {import("./types.js").Grid} Grid */
+/** @typedef {THREE.Object3DEventMap & {change: {}}} VolumeEvents */
 /** State shared by clones. @typedef {{renderer: Renderer | null, picker: Picker | null, users: number}} Shared */
 /**
  * A cached picture, and its state.
@@ -33,6 +34,7 @@ const OPACITY = 0.5;
  *
  * Light is mixed as light, in the canvas too. A picture is drawn when something has changed, coarser while the camera
  * moves. The event "change" says that another frame would look different: a finer level has come, or motion has ended.
+ * @extends {THREE.Mesh<THREE.BufferGeometry, THREE.Material, VolumeEvents>}
  */
 export class Volume extends THREE.Mesh {
   #three;
@@ -46,6 +48,12 @@ export class Volume extends THREE.Mesh {
   #shownSize = "";
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #rest;
+  /** Forgets what a lost context took along: three.js and the renderer restore only their own objects. */
+  #lost = () => {
+    this.#shown.sourceTexture = null;
+    this.#shownSize = "";
+    freeBackdrops(this.#three);
+  };
   /** Unsupported settings of the scene or the device, each once. @type {string[]} */
   notes = [];
 
@@ -75,6 +83,7 @@ export class Volume extends THREE.Mesh {
     this.rotation.x = -Math.PI / 2;
     /** @param {THREE.WebGLRenderer} by @param {THREE.Object3D} scene @param {THREE.Camera} camera */
     this.onBeforeRender = (by, scene, camera) => this.#before(by, scene, camera);
+    three.domElement.addEventListener("webglcontextlost", this.#lost);
   }
 
   get #material() {
@@ -90,7 +99,12 @@ export class Volume extends THREE.Mesh {
   async start(pack, options) {
     const three = this.#three;
     const around = (/** @type {() => void} */ work) => this.#around(work);
-    const renderer = await createRenderer(three.getContext(), pack, { ...options, depth: true, around });
+    const renderer = await createRenderer(three.getContext(), pack, { ...options, depth: true, around }).catch(
+      (error) => {
+        this.dispose();
+        throw error;
+      },
+    );
     this.#shared.renderer = renderer;
     this.#shared.picker = new Picker(renderer);
     renderer.onchange = () => this.#changed();
@@ -100,10 +114,10 @@ export class Volume extends THREE.Mesh {
   /**
    * Another object that draws the same package: GPU resources, level, function and clip are shared.
    * @param {boolean} [recursive]
+   * @returns {this}
    */
-  // @ts-expect-error - three.js says that a clone is what `this` is
   clone(recursive) {
-    return new Volume(this.#three, this.#grid, this.#shared).copy(this, recursive);
+    return /** @type {this} */ (new Volume(this.#three, this.#grid, this.#shared).copy(this, recursive));
   }
 
   /** @param {any} source @param {boolean} [recursive] */
@@ -120,6 +134,7 @@ export class Volume extends THREE.Mesh {
   dispose() {
     const { renderer } = this.#shared;
     clearTimeout(this.#rest);
+    this.#three.domElement.removeEventListener("webglcontextlost", this.#lost);
     for (const view of this.#views.values()) renderer?.forget(view);
     this.#views.clear();
     if (this.#shown.sourceTexture)
@@ -356,11 +371,14 @@ function materialOf(side) {
 /**
  * A package as an object that can be added to a scene. Its coarsest level is there when the promise is fulfilled.
  * @param {THREE.WebGLRenderer} renderer
- * @param {Parameters<typeof openPackage>[0]} from as `openPackage` takes it
+ * @param {Parameters<typeof openPackage>[0] | Package} from as `openPackage` takes it, or an open package
  * @param {RendererOptions & Parameters<typeof openPackage>[1]} [options]
  * @returns {Promise<Volume>}
  */
 export async function loadVolume(renderer, from, options = {}) {
-  const pack = await openPackage(from, options);
+  // WebGPURenderer has no context that a package can be drawn in.
+  if (!(/** @type {any} */ (renderer)?.isWebGLRenderer))
+    throw new VolpkgError("VP7018", { problem: "loadVolume needs a THREE.WebGLRenderer" });
+  const pack = from instanceof Package ? from : await openPackage(from, options);
   return new Volume(renderer, pack.manifest.grid).start(pack, options);
 }

@@ -43,6 +43,9 @@ def test_failures_are_grouped_by_code_with_what_to_do() -> None:
     assert first < second
     assert "What to do:</b> Wait until the files are complete" in text[second:]
     assert text.index("What to do:</b> Build this scan alone") < second
+    assert "<li>d, gles3: " in text
+    assert "<li>d, gles3: d: " not in text
+    assert "volprep batch --explain NAME" in text[:first]
 
 
 def test_the_page_filters_and_sorts_from_a_file(tmp_path) -> None:

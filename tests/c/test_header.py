@@ -35,9 +35,9 @@ def test_the_header_says_the_version_of_its_format_and_its_licence() -> None:
 
 
 LANGUAGES = {
-    "C by GCC": ("gcc", "-x", "c", "-std=c99"),
+    "C by GCC": ("gcc", "-x", "c", "-std=c99", "-Wconversion"),
     "C by Clang": ("clang", "-x", "c", "-std=c99"),
-    "C++ by GCC": ("g++", "-x", "c++", "-std=c++17"),
+    "C++ by GCC": ("g++", "-x", "c++", "-std=c++17", "-Wconversion"),
     "C++ by Clang": ("clang++", "-x", "c++", "-std=c++17"),
     "Objective-C": ("clang", "-x", "objective-c", "-std=c99"),
 }

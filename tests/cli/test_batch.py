@@ -56,7 +56,16 @@ def test_damaged_scans_stop_no_other_and_give_the_status(place, done) -> None:
     assert done.stdout.splitlines()[-2] == "1 file is no scan and is left out: 1 .txt"
     assert done.stdout.splitlines()[-1].startswith("2 built, 0 unchanged, 3 failed; ")
     for record in found:
-        assert re.search(f"^{record['name']} gles3: (built|failed: VP)", done.stdout, re.MULTILINE)
+        assert re.search(f"^{record['name']} gles3: (built|failed: VP).* \\([1-5] of 5\\)$", done.stdout, re.MULTILINE)
+
+
+def test_failures_of_an_earlier_run_are_told_with_what_to_do(place, done) -> None:
+    assert "--explain" in done.stderr
+    assert "--retry-failed" not in done.stderr
+    again = volprep("batch", "in", "-o", "out", *ALONE, cwd=place)
+    assert again.stdout.splitlines()[-1].startswith("0 built, 2 unchanged, 3 failed; ")
+    assert "note: 3 that failed before were not tried again; --retry-failed tries them" in again.stderr
+    assert "--explain" in again.stderr
 
 
 def test_nothing_of_a_person_is_in_names_ledger_pages_packages_or_what_is_printed(place, done) -> None:

@@ -99,6 +99,63 @@ def test_impossible_requests_are_refused_with_a_code(run) -> None:
     assert run(script) == ["VP5018", "VP5018", "VP5019", "VP5018", "VP7019", "VP5009", 0]
 
 
+def test_what_is_no_context_no_package_and_no_clip_is_refused_with_a_code(run) -> None:
+    script = """
+    const refused = async (work) => {
+      try {
+        await work();
+      } catch (error) {
+        return [error.code, error.message];
+      }
+    };
+    const renderer = await createRenderer(gl, pack);
+    const drawing = document.createElement("canvas").getContext("2d");
+    return [
+      await refused(() => createRenderer(null, pack)),
+      await refused(() => createRenderer(drawing, pack)),
+      await refused(() => createRenderer(gl, "/package")),
+      await refused(() => createRenderer(gl, Promise.resolve(pack))),
+      await refused(() => openPackage(undefined)),
+      await refused(() => renderer.setClip({ box: [0, 0, 0, 9, 9, 9] })),
+      await refused(() => renderer.setClip({ low: [0, 0, 0], high: [9, 9, 9] })),
+    ];
+    """
+    found = run(script)
+    codes = ["VP7010", "VP7010", "VP7017", "VP7017", "VP7017", "VP7019", "VP7019"]
+    assert [code for code, _ in found] == codes
+    messages = " ".join(message for _, message in found)
+    assert messages.count("needs a WebGL context, but this page has none") == 2
+    assert messages.count("at most 12, a box being six") == 2
+
+
+def test_a_signal_ends_the_wait_for_the_first_picture(browser, package) -> None:
+    script = """
+    const ends = async (where) => {
+      const stop = new AbortController();
+      const signals = { [where]: { signal: stop.signal } };
+      const pack = await openPackage("/package/p.volpkg", signals.open);
+      const made = createRenderer(gl, pack, signals.create);
+      setTimeout(() => stop.abort(), 100);
+      return made.then(() => "drawn", (error) => error.name);
+    };
+    return [await ends("open"), await ends("create")];
+    """
+    folders = {"js": JS, "package": package.path.parent}
+    with WebServer(folders, stall_after=0, stall_only="volume-scan") as server:
+        browser.open(f"{server.url}/")
+        assert browser.run(BEGIN + script) == ["AbortError", "AbortError"]
+
+
+def test_what_is_disposed_of_loads_nothing_again(run) -> None:
+    script = """
+    const renderer = await createRenderer(gl, pack);
+    await renderer.ready;
+    renderer.dispose();
+    return [await renderer.setLevel(1), await renderer.setProgram("core"), renderer.level, renderer.textureBytes];
+    """
+    assert run(script) == [False, False, -1, 0]
+
+
 @pytest.mark.long
 def test_a_coarser_step_and_fewer_pixels_are_used_only_while_the_camera_moves(run) -> None:
     script = """

@@ -8,6 +8,8 @@ import pytest
 from looked import texels_with_hidden
 from segment_scan import built, write_segments
 
+JS = Path(__file__).parents[2] / "formats" / "js"
+
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
@@ -24,3 +26,33 @@ def test_rays_skip_the_blocks_of_hidden_segments(profile, tmp_path: Path):
         assert found == texels_with_hidden(package, 0, *hidden)
     # Nothing is shown: no block is visited.
     assert all(found["skip-segments-0"])
+
+
+WRONG = """
+const { Segments } = await import("SEGMENTS");
+const record = { segments: [{ name: "liver", transfer: "organs", volume_ml: 1 }], labels: [] };
+const segments = new Segments({ segments: record }, "p.volpkg");
+const looks = [
+  ["lever", { visible: false }], ["liver", { colour: [1, 0, 0] }], ["liver", { tint: "red" }],
+  ["liver", { opacity: 5 }],
+  ["liver", { tint: new Float32Array([1, 0.5, 0]) }],
+];
+console.log(JSON.stringify(looks.map(([name, look]) => {
+  try {
+    segments.set(name, look);
+    return segments.all[0].tint;
+  } catch (error) {
+    return error.message ?? String(error);
+  }
+})));
+"""
+
+
+def test_what_is_no_segment_and_no_look_is_refused_in_its_own_words() -> None:
+    script = WRONG.replace("SEGMENTS", str(JS / "segments.js"))
+    command = ["node", "--input-type=module", "-e", script]
+    *refused, tint = json.loads(subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout)
+    assert [text[:6] for text in refused] == ["VP7083"] * 4
+    assert "lever cannot be changed: the package has only liver" in refused[0]
+    assert all(word in text for word, text in zip(("colour", "red", "5"), refused[1:], strict=True))
+    assert tint == [1, 0.5, 0]

@@ -235,6 +235,22 @@ await renderer.setWindow({ level: 3 });
 export { mm, same };
 """
 
+IN_A_SCENE = """
+import * as THREE from "three";
+import { Volume, loadVolume } from "volpkg/three";
+
+const renderer = new THREE.WebGLRenderer();
+const [scene, camera] = [new THREE.Scene(), new THREE.PerspectiveCamera()];
+const volume: Volume = await loadVolume(renderer, "head.volpkg");
+volume.addEventListener("change", () => renderer.render(scene, camera));
+volume.material.opacity = 0.5;
+const other: Volume = volume.clone();
+scene.add(volume, other);
+// @ts-expect-error there is no such event
+volume.addEventListener("changed", () => {});
+export {};
+"""
+
 
 @pytest.mark.long
 def test_the_examples_of_the_readme_and_typed_apps_compile(app) -> None:
@@ -249,11 +265,13 @@ def test_the_examples_of_the_readme_and_typed_apps_compile(app) -> None:
         given = "declare const gl: any, pack: any, createRenderer: any;\n" if "draco" in text else ""
         (folder / f"readme{i}.ts").write_text(f"{given}{text}\nexport {{}};\n")
     (folder / "app.ts").write_text(TYPED)
+    (folder / "scene.ts").write_text(IN_A_SCENE)
     (folder / "draco3d.d.ts").write_text('declare module "draco3d";\n')
     common = {"target": "es2022", "module": "es2022", "moduleResolution": "bundler", "noEmit": True, "types": []}
     paths = {"three": [str(types / "three")]}
     lib = ["es2022", "dom", "dom.iterable"]
-    for name, strict, files in (("app", True, ["app.ts"]), ("readme", False, ["readme*.ts", "draco3d.d.ts"])):
-        options = {**common, "strict": strict, "skipLibCheck": True, "paths": paths, "lib": lib}
+    for name, files in (("app", ["app.ts", "scene.ts"]), ("readme", ["readme*.ts", "draco3d.d.ts"])):
+        # Declarations are checked too, which is what TypeScript does unless it is told otherwise.
+        options = {**common, "strict": True, "skipLibCheck": False, "paths": paths, "lib": lib}
         (folder / f"{name}.json").write_text(json.dumps({"compilerOptions": options, "include": files}))
         app.run(tsc, "-p", folder / f"{name}.json")

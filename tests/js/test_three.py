@@ -73,9 +73,7 @@ def test_the_lines_of_the_readme_show_the_volume(page, package) -> None:
     lines = next(each for each in LINES if "volpkg/three" in each)
     assert len([line for line in lines.splitlines() if line]) <= 10
     script = """
-    const canvas = document.body.appendChild(document.createElement("canvas"));
-    canvas.width = canvas.height = 60;
-    canvas.style.display = "block";
+    window.innerWidth = window.innerHeight = 60;
     await import(URL.createObjectURL(new Blob([given[0]], { type: "text/javascript" })));
     """
     page.run(script, lines)

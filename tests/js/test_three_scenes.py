@@ -538,3 +538,56 @@ def test_a_raycaster_hits_what_is_seen(page) -> None:
     assert abs(found.pop("value")) < 1.0
     assert found.pop("facing") < 0
     assert found == {"inside": True, "unseen": True, "first": True}
+
+
+SCRIPT_LOST = """
+const { canvas, renderer, volume, plane, gl, raw, apart } = await begin();
+const warned = [];
+const warn = console.warn;
+console.warn = (...words) => warned.push(words.join(" "));
+plane(0, [0.2, 0.4, 0.6]);
+plane(-2 * volume.radius, [0.6, 0.1, 0.1], { transparent: true });
+const before = raw();
+const event = (name) => new Promise((resolve) => canvas.addEventListener(name, resolve, { once: true }));
+const loses = gl.getExtension("WEBGL_lose_context");
+const [lost, restored] = [event("webglcontextlost"), event("webglcontextrestored")];
+loses.loseContext();
+await lost;
+await new Promise((resolve) => setTimeout(resolve, 10));
+const changed = new Promise((resolve) => volume.addEventListener("change", resolve));
+loses.restoreContext();
+await restored;
+await changed;
+await volume.renderer.ready;
+const after = raw();
+console.warn = warn;
+const errors = gl.getError();
+volume.dispose();
+renderer.dispose();
+return { off: apart(before, after), seen: Math.max(...before), errors, warned };
+"""
+
+
+def test_a_context_that_was_lost_comes_back_with_what_is_behind_the_volume(page) -> None:
+    found = page.run(SCRIPT_LOST)
+    assert found == {"off": 0, "seen": 255, "errors": 0, "warned": []}
+
+
+SCRIPT_GIVEN = """
+const { openPackage } = await import("volpkg");
+const { loadVolume } = await import("volpkg/three");
+const { renderer, volume } = await begin();
+const refused = async (given) => loadVolume(given, "head.volpkg").catch(({ code, message }) => [code, message]);
+const other = await loadVolume(renderer, await openPackage("head.volpkg"));
+const same = other.radius === volume.radius && other.renderer.level >= 0;
+const found = [same, ...(await Promise.all([null, document.createElement("canvas")].map(refused)))];
+for (const each of [volume, other, renderer]) each.dispose();
+return found;
+"""
+
+
+def test_an_open_package_is_drawn_and_other_renderers_are_refused(page) -> None:
+    same, *refused = page.run(SCRIPT_GIVEN)
+    assert same
+    assert [code for code, _ in refused] == ["VP7018", "VP7018"]
+    assert all("loadVolume needs a THREE.WebGLRenderer" in message for _, message in refused)

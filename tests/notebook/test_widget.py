@@ -191,7 +191,13 @@ def test_the_words_are_those_of_the_report_beside_a_package(tmp_path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("view", "sideways"), ("clip", [0, 0, 0, 1, 1]), ("points", [{"value": 1}]), ("camera", PARALLEL)],
+    [
+        ("view", "sideways"),
+        ("clip", [0, 0, 0, 1, 1]),
+        ("points", [{"value": 1}]),
+        ("camera", PARALLEL),
+        ("background", "pink"),
+    ],
 )
 def test_wrong_values_are_refused_in_python(widget, name, value) -> None:
     before = getattr(widget, name)

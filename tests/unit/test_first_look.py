@@ -29,6 +29,7 @@ def look(
     *,
     labels: bool = False,
     level_set: bool = False,
+    label_table: str | None = None,
     profile=GLES3,
     spacing_mm: float = 1.0,
 ):
@@ -38,9 +39,8 @@ def look(
     gauge = SlabMeasurer(info)
     gauge.add(voxels)
     points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
-    scene = Scene.model_validate(
-        {"name": "s", "source": {"path": "x", "labels": labels}, "transfer": [{"name": "none", "points": points}]}
-    )
+    source = {"path": "x", "labels": labels, "label_table": label_table}
+    scene = Scene.model_validate({"name": "s", "source": source, "transfer": [{"name": "none", "points": points}]})
     measured = gauge.result("0" * 64)
     return with_first_look(scene, profile, info, measured.statistics, voxels.astype(np.float64).ravel())
 
@@ -48,6 +48,12 @@ def look(
 def named(scene: Scene) -> str:
     (transfer,) = scene.transfer
     return transfer.name
+
+
+def test_a_table_of_labels_for_values_that_are_none_is_refused() -> None:
+    assert named(look([0, 1, 2], labels=True, label_table="freesurfer")) == "labels"
+    with pytest.raises(VolprepError, match=r"VP3027 the table of labels freesurfer .*Give --labels"):
+        look([0, 5, 9], label_table="freesurfer")
 
 
 def test_each_kind_of_values_gets_a_look_of_its_own() -> None:

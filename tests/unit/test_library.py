@@ -75,6 +75,18 @@ def test_import_loads_nothing_and_takes_no_time() -> None:
     assert float(took) < 0.5  # its table of names alone; with what it names, a second and more
 
 
+@pytest.mark.parametrize("lacks", ["", "anywidget"])
+def test_help_shows_every_function_also_without_the_extra_for_notebooks(lacks) -> None:
+    text = fresh(
+        f"import sys; {lacks and f'sys.modules[{lacks!r}] = None'}\n"
+        "import pydoc, volprep; print(pydoc.plain(pydoc.render_doc(volprep)))\n"
+        "from volprep import *; print(read_scan.__name__, __version__)"
+    )
+    shown = {name for name in FUNCTIONS | IN_NOTEBOOKS if re.search(rf"^    {name}\(", text, re.MULTILINE)}
+    assert shown == (FUNCTIONS if lacks else FUNCTIONS | IN_NOTEBOOKS)
+    assert "import_module" not in text
+
+
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="'volprep' has no attribute 'biuld'"):
         volprep.biuld  # noqa: B018
@@ -92,6 +104,21 @@ def test_a_scan_is_read_with_its_grid_and_physical_values(tmp_path, monkeypatch)
     np.testing.assert_array_equal(scan.stored, phantom())
     np.testing.assert_array_equal(scan.physical, phantom().astype(np.float32))
     assert scan.grid.spacing_mm_zyx == SPACING_MM_ZYX
+
+
+def test_a_scan_shows_itself_in_one_line(tmp_path) -> None:
+    nibabel.save(nibabel.Nifti1Image(np.zeros((4, 3, 2), np.int16), np.diag([0.5, 1, 2.5, 1])), tmp_path / "scan.nii")
+    scan = volprep.read_scan(tmp_path / "scan.nii")
+    assert repr(scan) == "<VoxelArray [z, y, x] of 2 × 3 × 4 voxels of 2.5 × 1 × 0.5 mm, int16>"
+
+
+def test_masked_voxels_are_refused(tmp_path) -> None:
+    masked = np.ma.masked_less(phantom().astype(np.float32), 100)
+    assert masked.mask.any()
+    for call in (lambda: volprep.plan_package(masked), lambda: volprep.build_package(masked, tmp_path / "a.volpkg")):
+        with pytest.raises(volprep.VolprepError, match=r"VP1282 .*masked voxels"):
+            call()
+    assert not list(tmp_path.iterdir())
 
 
 def test_physical_values_are_slope_times_stored_plus_intercept(tmp_path) -> None:
@@ -191,6 +218,15 @@ def test_a_package_is_drawn_as_an_array(package) -> None:
     assert picture.max() > 50
     assert volprep.render_package(package, shape_hw=(48, 64), background="transparent").shape == (48, 64, 4)
     assert np.abs(picture.astype(int) - volprep.render_package(package, view="left", shape_hw=(48, 64))).max() > 20
+
+
+def test_an_open_package_stands_for_its_path(package) -> None:
+    opened = volprep.open_package(package)
+    assert repr(opened) == f"Package({str(package)!r})"
+    assert volprep.check_package(opened) == []
+    assert volprep.read_level(opened, 1).grid == opened.manifest.levels[1].grid
+    with pytest.raises(volprep.VolprepError, match=r"VP5025 there is no background pink.* transparent"):
+        volprep.render_package(opened, background="pink")
 
 
 def test_presets_are_listed_with_what_they_show() -> None:

@@ -39,3 +39,9 @@ def test_a_wrong_scene_is_told_with_key_and_problem(tmp_path, text, message) -> 
         path.write_text(text, encoding="utf-8")
     with pytest.raises(VolprepError, match=message):
         load_scene(path)
+
+
+def test_a_byte_order_mark_of_an_editor_is_no_part_of_the_scene(tmp_path) -> None:
+    for name, encoding in (("plain", "utf-8"), ("marked", "utf-8-sig")):
+        (tmp_path / f"{name}.toml").write_text(GOOD, encoding=encoding)
+    assert load_scene(tmp_path / "marked.toml") == load_scene(tmp_path / "plain.toml")

@@ -82,7 +82,8 @@ def build_package(
     Raises
     ------
     VolprepError
-        VP9010 for a choice that a source cannot have, VP1xxx and VP2xxx for the scan, VP30xx for scene, profile and
+        VP9010 for a choice that a source cannot have, VP1282 for an array with masked voxels or without three axes,
+        VP1xxx and VP2xxx for the scan, VP30xx for scene, profile and
         preset, VP402x and VP404x for files that cannot be written.
     """
     target = Path(package)
@@ -155,12 +156,14 @@ def source_file(
 ) -> str | PathLike[str]:
     """Return the path of a scene or scan; an array is written to `file`, and `choices` get its spacing.
 
-    Raises VP9010 for a spacing that belongs to no array.
+    Raises VP9010 for a spacing that belongs to no array, VP1282 for an array with masked voxels.
     """
     if not isinstance(scene, np.ndarray):
         if spacing_mm_zyx is not None:
             raise VolprepError("VP9010", problems="spacing_mm_zyx is for arrays; a file has its own")
         return scene
+    if np.ma.is_masked(scene):
+        raise VolprepError("VP1282", path=file, what="masked voxels, whose mask a file does not keep (array.filled)")
     choices["array"] = {"spacing_mm_zyx": spacing_mm_zyx or (1.0, 1.0, 1.0)}
     with output_errors(file):
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -2,11 +2,13 @@
 
 from os import PathLike
 from pathlib import Path
+from typing import get_args
 
 from volprep.pipeline.shot import Shot, draw
 from volprep.scene.presets import load_preset, preset_names
 from volprep.truth.picture import Background, encoded
 from volprep_formats.arrays import UInt8Array
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
 
 
@@ -62,6 +64,8 @@ def render_package(
     VolprepError
         VP40xx for an unsound package, VP50xx for undrawable views, VP30xx for the file of a transfer function.
     """
+    if background not in get_args(Background):
+        raise VolprepError("VP5025", name=background, known=", ".join(get_args(Background)))
     shot = Shot(
         view=view,
         eye_mm_xyz=eye_mm_xyz,

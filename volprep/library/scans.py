@@ -31,6 +31,12 @@ class VoxelArray:
     info: SourceInfo
     """Grid, type, unit, modality, and the mapping of stored values to physical ones."""
 
+    def __repr__(self) -> str:
+        """Describe the volume on one line: a notebook shows it for each scan that is read."""
+        shape, spacing = self.stored.shape, self.grid.spacing_mm_zyx
+        zyx = " × ".join(map(str, shape)), " × ".join(f"{each:.6g}" for each in spacing)
+        return f"<VoxelArray [z, y, x] of {zyx[0]} voxels of {zyx[1]} mm, {self.stored.dtype}>"
+
     @property
     def grid(self) -> Grid:
         """Position of the voxels in the patient's space, in millimetres."""

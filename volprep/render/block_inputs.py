@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from volprep.render.inputs import Inputs, environment_values, find_textures, light_values
+from volprep.render.inputs import Inputs, environment_values, find_textures, light_values, undrawable
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.subvolumes.places import Side, place_of, sides_of
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, constant_texture, decode_grid
@@ -25,12 +24,12 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
     files, level_grid = package.manifest.subvolumes, package.manifest.grid
     if files is None or level_grid is None or not files.programs:
         known = "nothing around a point: the package has no sub-volumes as files"
-        raise VolprepError("VP5018", package=package.path, level=0, transfer=transfer or "any", known=known)
+        raise undrawable(package, f"the pieces around point {point}", transfer, known)
     program = next((each for each in files.programs if transfer in (None, each.transfer)), None)
     grid = decode_grid(package.read_bytes(files.grid), package.path, files.grid)
     if program is None or not 0 <= point < len(grid.points):
         known = f"points 0 to {len(grid.points) - 1} with {', '.join(each.transfer for each in files.programs)}"
-        raise VolprepError("VP5018", package=package.path, level=0, transfer=transfer or "any", known=known)
+        raise undrawable(package, f"the pieces around point {point}", transfer, known)
     spacing_mm_xyz = np.array(level_grid.spacing_mm_zyx[::-1])
     pieces, texels = _pieces(grid, place_of(grid, point))
     tables = program.model_copy(update={"samplers": [s for s in program.samplers if s.role != "subvolume"]})

@@ -1,9 +1,9 @@
 """Choose the renderer of a package: with shaders, with shaders and proxy geometry, or slices without shaders."""
 
+from volprep.render.inputs import undrawable
 from volprep.render.proxy_renderer import ProxyRenderer, has_mesh
 from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 
 
@@ -20,8 +20,7 @@ def renderer_of(
             return Renderer(package, level=level, transfer=transfer, point=point)
         return ray_caster_of(package, level, transfer)(package, level=level, transfer=transfer)
     if point is not None:
-        fields = {"level": f"around point {point}", "transfer": transfer or "any", "known": "its slices"}
-        raise VolprepError("VP5018", package=package.path, **fields)
+        raise undrawable(package, f"anything around point {point}", transfer, "its slices")
     return SliceRenderer(package, level=level, transfer=transfer)
 
 

@@ -90,9 +90,14 @@ def find_textures(package: Package, program: Program, level: int) -> list[Textur
     """Textures in the order of the program's samplers. Raises VP5018 if one is missing."""
     found = [texture for texture in sampled_textures(package.manifest, program, level) if texture is not None]
     if len(found) < len(program.samplers):
-        fields = {"level": level, "transfer": program.transfer, "known": "nothing: a texture is missing"}
-        raise VolprepError("VP5018", package=package.path, **fields)
+        raise undrawable(package, f"level {level}", program.transfer, "nothing: a texture is missing")
     return found
+
+
+def undrawable(package: Package, wanted: str, transfer: str | None, known: str) -> VolprepError:
+    """Return VP5018: a package that cannot draw what is wanted, with what it can draw."""
+    by = "any transfer function" if transfer is None else f"the transfer function {transfer}"
+    return VolprepError("VP5018", package=package.path, level=wanted, transfer=by, known=known)
 
 
 def _find_program(package: Package, level: int | None, transfer: str | None) -> Program:
@@ -104,16 +109,14 @@ def _find_program(package: Package, level: int | None, transfer: str | None) -> 
         f"level {', '.join(str(each) for each in program.levels)} with {program.transfer}"
         for program in manifest.programs
     )
-    fields = {"level": "any" if level is None else level, "transfer": transfer or "any", "known": known or "nothing"}
-    raise VolprepError("VP5018", package=package.path, **fields)
+    raise undrawable(package, "any level" if level is None else f"level {level}", transfer, known or "nothing")
 
 
 def _find_level(package: Package, program: Program, level: int | None) -> Level:
     index = min(program.levels, default=None) if level is None else level
     found = next((each for each in package.manifest.levels if each.index == index), None)
     if found is None:
-        fields = {"level": index, "transfer": program.transfer, "known": "nothing: the level is missing"}
-        raise VolprepError("VP5018", package=package.path, **fields)
+        raise undrawable(package, f"level {index}", program.transfer, "nothing: the level is missing")
     return found
 
 

@@ -16,6 +16,7 @@ from volprep.scene.scene import LightingSettings, Scene, SceneRender
 from volprep.scene.transfer import SceneTransfer
 from volprep.scene.values import BONE_HU, Values, hounsfield_offset, values_of
 from volprep_formats.arrays import Float64Array
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Statistics
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.source import SourceInfo
@@ -56,7 +57,8 @@ def with_first_look(
 ) -> Scene:
     """Return the scene with a transfer function that shows something of any scan, and the kind that was recognised.
 
-    `sample` holds physical values of the scan. The module docstring describes the look of each kind of scan.
+    `sample` holds physical values of the scan. The module docstring describes the look of each kind of scan. Raises
+    VP3027 for a table of labels where there are none.
     """
     look = _look(scene, profile, info, statistics, sample)
     said = look.scene.recognised or f"recognised as {look.said}; --preset NAME, or a scene, draws it in another way"
@@ -68,6 +70,8 @@ def _look(
 ) -> FirstLook:
     if scene.source.labels:
         return FirstLook("labels", _with_labels(scene, profile, info, statistics))
+    if scene.source.label_table is not None:
+        raise VolprepError("VP3027", table=scene.source.label_table)
     if info.level_set and profile.has_shaders and statistics.minimum < 0.0 < statistics.maximum:
         return FirstLook("a level set, whose surface is drawn", _with_surface(scene, statistics))
     offset = 0.0 if info.unit == "HU" else None

@@ -31,7 +31,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7010": Diagnostic(
         ExitStatus.RENDER,
         "the package needs {needed}, but this page has {found}",
-        "Use a browser and a device that have it, or build the package for the profile {profile}.",
+        "Use a browser and a device that have it, or build the package for the profile gles2-2048.",
     ),
     "VP7011": Diagnostic(
         ExitStatus.RENDER,
@@ -60,7 +60,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7017": Diagnostic(
         ExitStatus.USAGE,
         "a package cannot be opened from {what}",
-        "Give the address of a folder or of a .volpkg.zip, a File, a Blob or an ArrayBuffer.",
+        "Give openPackage the address of a folder or .volpkg.zip, a File, a Blob or an ArrayBuffer; await it.",
     ),
     "VP7018": Diagnostic(
         ExitStatus.USAGE,
@@ -70,7 +70,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7019": Diagnostic(
         ExitStatus.USAGE,
         "the picture cannot be clipped by {what}",
-        "Give a box in millimetres, and at most {limit} planes, each four numbers.",
+        "Give box as [[x, y, z], [x, y, z]] in millimetres, and planes of four numbers: at most {limit}, a box being "
+        "six.",
     ),
     "VP7020": Diagnostic(
         ExitStatus.USAGE,
@@ -227,6 +228,11 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.RENDER,
         "there is no slice {what}: {reason}",
         "Give a plane, a position from 0 to 1, and a size in pixels.",
+    ),
+    "VP7083": Diagnostic(
+        ExitStatus.RENDER,
+        "the segment {name} cannot be changed: {problem}",
+        "Take names from renderer.segments; a look has visible, tint (three numbers) and opacity, from 0 to 1.",
     ),
     "VP7090": Diagnostic(
         ExitStatus.MACHINE,

@@ -27,9 +27,13 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: the package is sealed and cannot change",
         "Build it again with volprep build, or begin a new draft.",
     ),
-    "VP4007": Diagnostic(ExitStatus.PACKAGE, "{path}: cannot read {file}: {error}", "Build the package again."),
+    "VP4007": Diagnostic(
+        ExitStatus.PACKAGE, "{path}: cannot read {file}: {error}", "Copy the package again, or build it again."
+    ),
     "VP4008": Diagnostic(
-        ExitStatus.PACKAGE, "{path}: {file} has {size} bytes instead of {expected}", "Build the package again."
+        ExitStatus.PACKAGE,
+        "{path}: {file} has {size} bytes instead of {expected}",
+        "Copy the package again, or build it again.",
     ),
     "VP4009": Diagnostic(
         ExitStatus.PACKAGE,

@@ -91,7 +91,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP5018": Diagnostic(
         ExitStatus.PACKAGE,
-        "{package}: the package cannot draw level {level} with the transfer function {transfer}. It can draw {known}",
+        "{package}: the package cannot draw {level} with {transfer}. It can draw {known}",
         "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",
     ),
     "VP5019": Diagnostic(
@@ -121,6 +121,7 @@ ENTRIES: dict[str, Diagnostic] = {
         "the voxels behind would be missing",
         "Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.",
     ),
+    "VP5025": Diagnostic(ExitStatus.USAGE, "there is no background {name}", "Name one of: {known}."),
     "VP5040": Diagnostic(
         ExitStatus.RENDER,
         "the light at {light} (box millimetres) is inside the volume: no view of it holds the volume for a shadow map",

@@ -67,6 +67,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "the source has {count} labels, from {low} to {high}; a package {profile} holds {most} of them",
         "{how}",
     ),
+    "VP3027": Diagnostic(
+        ExitStatus.SCENE,
+        "the table of labels {table} would not be used: the values of the scan are not recognised as labels",
+        "Give --labels, or source.labels = true, if they are labels; else leave the table out.",
+    ),
     "VP3030": Diagnostic(
         ExitStatus.SCENE,
         "profile {profile} cannot hold sub-volumes of {size} voxels along an axis: {reason}",

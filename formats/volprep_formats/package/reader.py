@@ -1,6 +1,7 @@
 """Package reader of apps, the renderer and the validation."""
 
 import hashlib
+import os
 from copy import copy
 from pathlib import Path
 from typing import Self
@@ -47,6 +48,13 @@ class Package:
         if manifest.state != "sealed" and not allow_draft:
             raise VolprepError("VP4005", path=path)
         return cls(path, manifest)
+
+    def __fspath__(self) -> str:
+        """Return the path, so that functions that take the path of a package take an open one."""
+        return os.fspath(self._path)
+
+    def __repr__(self) -> str:
+        return f"Package({os.fspath(self._path)!r})"
 
     @property
     def path(self) -> Path:

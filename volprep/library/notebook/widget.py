@@ -4,6 +4,7 @@
 """
 
 import base64
+import re
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -101,6 +102,13 @@ class VolumeWidget(anywidget.AnyWidget):
             return Sight.model_validate(proposal["value"]).model_dump(mode="json")
         except ValidationError as error:
             raise traitlets.TraitError(f"camera: {problems(error)}") from error
+
+    @traitlets.validate("background")
+    def _check_background(self, proposal: dict[str, Any]) -> str:
+        colour: str = proposal["value"]
+        if not re.fullmatch(r"#[0-9A-Fa-f]{6}", colour):
+            raise traitlets.TraitError(f"background: {colour!r} is not of the form #rrggbb")
+        return colour
 
     @traitlets.validate("points")
     def _check_points(self, proposal: dict[str, Any]) -> list[dict[str, Any]] | None:
