@@ -1,8 +1,8 @@
 """A scan with its segments in one picture: labels and their looks beside the values, each style a transfer function.
 
-Labels are read with one fetch where all eight voxels around a place have one label, with eight elsewhere. Steps are
-usually much shorter than voxels, in which labels change as evenly as values, so that labels are read once for two or
-four samples, halfway between them (`groups`), unless borders are crisp.
+Labels are read with one fetch where all eight voxels around a place have one label, with eight elsewhere. Where a
+voxel absorbs little, and steps are shorter than voxels, labels are read once for two or four samples, halfway between
+them (`groups`).
 
 With a maximum or a first hit a ray shows one value. The program then reads the scan without its hidden voxels.
 
@@ -54,6 +54,8 @@ from volprep_formats.package.program import ProgramDesign, Sampler
 
 _PART = "classification/segments"
 _VALUES = "classification/segments_values"
+_SOFT_DEPTH = 0.05
+"""Optical depth of four samples that share labels; two may have twice as much."""
 _BYTES = {False: "({texel}).{low} * 255.0", True: "dot(({texel}).{low}{high}, vec2(255.0, 65280.0))"}
 """A texel as a number, by whether labels have two bytes."""
 
@@ -126,10 +128,12 @@ def drawn_with_segments(
 
 
 def longest_groups_mm(manifest: Manifest, program: ProgramDesign, walk: Walk) -> dict[int, float] | None:
-    """Return for each level how long a ray may go with the labels that it read once; None if it needs its own for each.
+    """Return for each level how long a ray may go with the labels that it read once; None if each sample needs its own.
 
-    Half a voxel: the weights of labels change as evenly as values do. A crisp border is a step, and needs the place of
-    each sample; so does light that casts shadows. Groups of pieces would begin elsewhere than those of the whole.
+    Half a voxel, and where the densest style absorbs little: a head of 188 opaque labels, lit, with steps of 0.35
+    voxels, was 0.0033 off in place of 0.0011 with labels for two samples, and took 0.88 of the time. A crisp border is
+    a step, and needs the place of each sample; so does light that casts shadows. Groups of pieces would begin elsewhere
+    than those of the whole.
     """
     segments = manifest.segments
     if segments is None or program.transfer != segments.name or segments.border == "crisp" or not walk.loops:
@@ -137,8 +141,11 @@ def longest_groups_mm(manifest: Manifest, program: ProgramDesign, walk: Walk) ->
     is_shadowed = program.light is not None and program.light.shadows != "none"
     if program.compositing in OF_ONE_VALUE or program.sampling == "subvolumes" or is_shadowed:
         return None
+    functions = (each for each in manifest.transfer_functions if each.name in segments.transfers)
+    largest_per_mm = max(point.extinction_per_mm for each in functions for point in each.points)
+    soft_mm = _SOFT_DEPTH / max(largest_per_mm, 1e-9)
     levels = (each for each in manifest.levels if each.index in program.levels)
-    return {each.index: 0.5 * min(each.grid.spacing_mm_zyx) for each in levels}
+    return {each.index: min(0.5 * min(each.grid.spacing_mm_zyx), soft_mm) for each in levels}
 
 
 def values_alone(classified: Feature) -> Feature:
