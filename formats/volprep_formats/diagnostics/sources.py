@@ -429,7 +429,7 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.OUTPUT,
         "{path}: a file or folder of this name exists",
         "Choose another name, or replace the file with --force. Of folders, --force replaces only OME-Zarr stores that "
-        "volprep export wrote.",
+        "volprep export wrote and that hold nothing else.",
     ),
     "VP1252": Diagnostic(
         ExitStatus.OUTPUT,

@@ -103,8 +103,14 @@ def check_target(path: Path, *, replaces: bool) -> None:
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):
         return
     document = path / "zarr.json"
-    if not (replaces and path.is_dir() and not path.is_symlink() and document.is_file() and _is_export(document)):
+    is_store = path.is_dir() and not path.is_symlink() and document.is_file() and _is_export(document)
+    if not (replaces and is_store and all(_is_own(each.name) for each in path.iterdir())):
         raise VolprepError("VP1251", path=path)
+
+
+def _is_own(name: str) -> bool:
+    """Return whether `write` makes such a name: the group, its levels, and the labels."""
+    return name in {"zarr.json", "labels"} or name.isdecimal()
 
 
 def _is_export(document: Path) -> bool:
