@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Annotated
 
 import typer
+from typer.models import ParameterInfo
 
 from volprep_cli.console import Json, be_quiet, want_json
 
@@ -31,6 +32,15 @@ def with_common_options(verb: Callable[..., None]) -> Callable[..., None]:
         verb(**given)
 
     parameters = [each.replace(kind=keyword) for each in plain.parameters.values()] + added
+    for each in parameters:
+        _leave_reading_to_the_verb(each)
     with_options.__signature__ = plain.replace(parameters=parameters)  # type: ignore[attr-defined]
     with_options.__annotations__ = {each.name: each.annotation for each in parameters}
     return with_options
+
+
+def _leave_reading_to_the_verb(parameter: inspect.Parameter) -> None:
+    """Do not check whether a path can be read: the verb's own error has a code, and a fitting status."""
+    for each in getattr(parameter.annotation, "__metadata__", ()):
+        if isinstance(each, ParameterInfo):
+            each.readable = False

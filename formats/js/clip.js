@@ -46,7 +46,7 @@ const OWN_DEPTH = /** @type {const} */ ([-2, 1, 0]);
 export function clipOf({ box, planes = [], depth = false, ...others }, more, manifest) {
   const side = (/** @type {number} */ axis, /** @type {number} */ sign, /** @type {number} */ at) =>
     [0, 1, 2, 3].map((c) => sign * (c === axis ? 1 : c === 3 ? -at : 0));
-  const isBox = box === undefined || (box.length === 2 && box.every((corner) => corner.length === 3));
+  const isBox = !box || (box.length === 2 && box.every((corner) => corner.length === 3));
   const sides = (box ?? []).flatMap((corner, i) => [0, 1, 2].map((axis) => side(axis, i ? -1 : 1, corner[axis])));
   const own = [...sides, ...planes.map((each) => [...each])];
   const count = own.length + more;

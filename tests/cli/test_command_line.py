@@ -20,8 +20,8 @@ from phantom_scene import SCENE, phantom, write_phantom_scene
 from pydicom.uid import ExplicitVRLittleEndian
 
 from volprep.scene.profiles import class_names
-from volprep_cli.main import _VERBS, main
-from volprep_formats.diagnostics import ExitStatus
+from volprep_cli.main import _VERBS, command_line, main
+from volprep_formats.diagnostics import ExitStatus, VolprepError
 
 HEAVY = {"numpy", "pydantic", "rich", "pydicom", "nibabel", "OpenGL", "OpenImageIO", "skimage", "matplotlib", "pyvista"}
 GOOD = SCENE.format(profile="gles3")
@@ -121,7 +121,6 @@ CASES = [
     Case("validate good.volpkg --quick", 0),
     Case("validate good.volpkg --quick --curves", 2, stderr=r"--curves: --quick draws nothing"),
     Case("validate good.volpkg --quick --devices elsewhere", 2, stderr=r"--devices: --quick draws nothing"),
-    Case("inspect phantom.raw", 5, stderr=r"VP4002 phantom.raw: .*neither a folder nor a sound zip: it does not begin"),
     Case("validate good.volpkg --report good.volpkg/report", 6, stderr=r"VP6020 good.volpkg/report: .*in the package"),
     # output
     Case("build phantom.toml -o a-file/x.volpkg", 6, stderr=r"VP4020 .*a-file/x.volpkg"),
@@ -382,3 +381,11 @@ def test_ctrl_c_while_a_verb_is_loaded_ends_without_a_traceback() -> None:
     loading = f"import volprep_cli.main as m; m.command_line = lambda arguments: exec({interrupted!r}); m.main()"
     run = subprocess.run([sys.executable, "-c", loading], stderr=subprocess.PIPE, text=True, check=False)
     assert (run.returncode, run.stderr) == (-signal.SIGINT, "volprep: interrupted\n")
+
+
+def test_what_cannot_be_read_is_left_to_the_errors_with_a_code(tmp_path, monkeypatch) -> None:
+    (tmp_path / "empty.nii").touch()
+    # Who runs the tests may be allowed to read everything.
+    monkeypatch.setattr(os, "access", lambda *_asked, **_how: False)
+    with pytest.raises(VolprepError, match=r"VP1002 .*the file is empty"):
+        command_line(["look"])(["look", str(tmp_path / "empty.nii")], standalone_mode=False)

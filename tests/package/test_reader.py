@@ -1,5 +1,6 @@
 """Reading packages that others made: only whole files that the manifest names, and never one outside the package."""
 
+import errno
 import json
 import os
 import re
@@ -255,3 +256,11 @@ def test_every_prefix_of_a_manifest_gives_a_coded_error(sealed: Path) -> None:
     for length in range(0, len(data) - 1, 13):
         (sealed / "manifest.json").write_bytes(data[:length])
         assert refused(sealed).startswith("VP4002")
+
+
+def test_a_folder_that_may_not_be_entered_is_not_called_one_without_a_manifest(sealed, monkeypatch) -> None:
+    def refuse(path: Path) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "lstat", refuse)
+    assert refused(sealed).startswith(f"VP4007 {sealed}: cannot read manifest.json: Permission denied")

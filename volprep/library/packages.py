@@ -83,8 +83,8 @@ def build_package(
     ------
     VolprepError
         VP9010 for a choice that a source cannot have, VP1282 for an array with masked voxels or without three axes,
-        VP1xxx and VP2xxx for the scan, VP30xx for scene, profile and
-        preset, VP402x and VP404x for files that cannot be written.
+        VP1xxx and VP2xxx for the scan, VP30xx for scene, profile and preset, VP402x and VP404x for files that cannot be
+        written.
     """
     target = Path(package)
     array = target.with_name(f"{target.name}.source.npy")

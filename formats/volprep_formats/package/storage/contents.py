@@ -78,8 +78,19 @@ def open_contents(package: Path, name: str) -> Contents:
 
 
 def holds(package: Path, name: str) -> bool:
-    """Return whether a package has a file or link of this name. Raises VP4002 for a zip that is not a package."""
-    return name in single_file.places(package) if package.is_file() else os.path.lexists(package / name)
+    """Return whether a package has a file or link of this name.
+
+    Raises VP4002 for a zip that is not a package, VP4007 for a folder in which the system does not let us look.
+    """
+    if package.is_file():
+        return name in single_file.places(package)
+    try:
+        (package / name).lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except OSError as error:
+        raise VolprepError("VP4007", path=package, file=name, error=error.strerror) from error
+    return True
 
 
 def sizes_of(package: Path) -> dict[str, int | None]:

@@ -119,21 +119,12 @@ def places(package: Path) -> Mapping[str, Extent]:
     return _places(package, status.st_mtime_ns, status.st_size)
 
 
-def _begins_a_zip(package: Path) -> bool:
-    try:
-        with package.open("rb") as file:
-            return file.read(2) == b"PK"
-    except OSError:
-        return True
-
-
 @lru_cache(maxsize=4)
 def _places(package: Path, _mtime_ns: int, size: int) -> Mapping[str, Extent]:
     try:
         with package.open("rb") as file:
             found = read_directory(file, size)
     except (OSError, ValueError) as error:
-        why = error if _begins_a_zip(package) else "it does not begin as one"
-        problem = f"it is neither a folder nor a sound zip: {why}"
+        problem = f"it is neither a folder nor a sound zip: {error}"
         raise VolprepError("VP4002", path=package, problem=problem) from error
     return {name: Extent(start, entry.size_bytes, entry.crc32) for name, (entry, start) in found.items()}
