@@ -27,10 +27,7 @@ needs_es11 = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL E
 
 
 def scene_with(folder, table="", profile="gles1"):
-    scene = write_phantom_scene(folder, profile)
-    text = scene.read_text(encoding="utf-8")
-    scene.write_text(text + table, encoding="utf-8")
-    return scene
+    return write_phantom_scene(folder, profile, more=table)
 
 
 def plan_of(folder, table="", profile="gles1"):

@@ -315,9 +315,8 @@ def test_an_app_turns_the_light_around_the_volume(tmp_path: Path):
 
 @pytest.mark.long
 def test_an_app_moves_the_light(tmp_path: Path):
-    scene = write_phantom_scene(tmp_path)
     lit = '[render]\nlighting = "phong"\n[lighting]\nlight_mm = [20.0, -30.0, 40.0]\nnormals = "central"\n'
-    scene.write_text(f"{scene.read_text()}\n{lit}")
+    scene = write_phantom_scene(tmp_path, more=f"\n{lit}")
     built(scene, tmp_path / "p.volpkg")
     text = moved(tmp_path, tmp_path / "p.volpkg")
     grid = Package.open(tmp_path / "p.volpkg").manifest.grid

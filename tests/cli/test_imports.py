@@ -111,7 +111,7 @@ def probed(folder: Path, chain: list[list[str]], others: list[list[str]]) -> lis
 
 @pytest.mark.long
 def test_each_verb_loads_only_what_it_uses(tmp_path) -> None:
-    scene = write_phantom_scene(tmp_path, more="\n[grid]\nsize = 16\n")
+    scene = write_phantom_scene(tmp_path, level_filter="auto", more="\n[grid]\nsize = 16\n")
     # The verb pyramid chooses a filter: build need not do it again.
     (tmp_path / "box.toml").write_text(with_filter(scene.read_text(), "box"))
     (tmp_path / "walk.toml").write_text("size = 16\n[[step]]\nzoom = 1.0\n")

@@ -8,14 +8,12 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from pydicom.dataset import Dataset
-from pydicom.sequence import Sequence
 from pydicom.uid import ExplicitVRLittleEndian, ImplicitVRLittleEndian, RLELossless
 
 ROOT = Path(__file__).parents[2]
 sys.path.append(str(ROOT / "tests" / "support"))
 
-from dicom_files import compressed, image, save  # noqa: E402 - found by the line above
+from dicom_files import compressed, image, nested, save  # noqa: E402 - found by the line above
 from vdb_files import HandGrid, write_vdb_by_hand  # noqa: E402
 
 EYE = np.eye(4).tolist()
@@ -30,21 +28,11 @@ def dicom_headers(folder: Path) -> None:
             data.add_new(0x00290010, "LO", "SIEMENS CSA HEADER")
             data.add_new(0x00291010, "OB", bytes(40))
             if depth:
-                data.ReferencedImageSequence = _nested(depth)
+                data.ReferencedImageSequence = nested(depth)
                 data["ReferencedImageSequence"].is_undefined_length = syntax != ImplicitVRLittleEndian
             if syntax == RLELossless:
                 data = compressed(data, syntax)
             save(data, folder / f"{syntax.name.split()[0]}-{depth}".lower(), syntax)
-
-
-def _nested(depth: int) -> Sequence:
-    item = Dataset()
-    item.SOPInstanceUID = "1.2.3"
-    item.is_undefined_length_sequence_item = depth != 1
-    if depth > 1:
-        item.ReferencedImageSequence = _nested(depth - 1)
-        item["ReferencedImageSequence"].is_undefined_length = True
-    return Sequence([item, Dataset()])
 
 
 def vdb_files(folder: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dicom_files import compressed, image, save, save_all, stack
+from header_files import refusal_at_open
 from pydicom.uid import (
     DeflatedExplicitVRLittleEndian,
     ExplicitVRBigEndian,
@@ -38,13 +39,6 @@ def read(path: Path) -> np.ndarray:
 def refusal(path: Path) -> VolprepError:
     with pytest.raises(VolprepError) as error:
         read(path)
-    return error.value
-
-
-def refusal_at_open(path: Path) -> VolprepError:
-    """What is known from headers and sizes stops a run before its first slice."""
-    with pytest.raises(VolprepError) as error:
-        open_source(SourceSpec(path=str(path)), Path(), Silent())
     return error.value
 
 

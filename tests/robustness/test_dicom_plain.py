@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pydicom.data
 import pytest
-from dicom_files import compressed, image, save
+from dicom_files import compressed, image, nested, save
 from dicom_walk import walked
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
@@ -34,16 +34,6 @@ from volprep_formats.readers.dicom.plain import plain_headers
 from .mutations import mutation
 
 PLAIN = (ExplicitVRLittleEndian, ImplicitVRLittleEndian, RLELossless)
-
-
-def nested(depth: int) -> Sequence:
-    item = Dataset()
-    item.SOPInstanceUID = "1.2.3"
-    item.is_undefined_length_sequence_item = depth != 1
-    if depth > 1:
-        item.ReferencedImageSequence = nested(depth - 1)
-        item["ReferencedImageSequence"].is_undefined_length = True
-    return Sequence([item, Dataset()])
 
 
 def plain_image(*, depth: int = 2, private_bytes: int = 9000, **attributes) -> Dataset:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from command_line import COMMAND, volprep
+from command_line import COMMAND, ended, volprep
 from phantom_scene import write_phantom_scene
 
 from volprep.scan.slabs import temporary_codes
@@ -69,16 +69,12 @@ def disk(tmp_path) -> Iterator[Path]:
 
 
 def limited(command: str, place: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
+    return ended(
         [*COMMAND, *command.split()],
         cwd=place,
         # Python 3.11 would leave truncated bytecode of modules that it compiles, and later commands would load it.
         env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT_BYTES, LIMIT_BYTES)),
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
     )
 
 

@@ -36,9 +36,7 @@ def test_a_build_killed_at_a_random_moment_leaves_the_old_package_or_none(tmp_pa
     for number, cutoff in enumerate((0.9, 0.8)):
         folder = tmp_path / str(number)
         folder.mkdir()
-        scene = write_phantom_scene(folder)
-        text = scene.read_text(encoding="utf-8")
-        scene.write_text(f"{text}\n[render]\nopacity_cutoff = {cutoff}\n", encoding="utf-8")
+        scene = write_phantom_scene(folder, more=f"\n[render]\nopacity_cutoff = {cutoff}\n")
         durations_s.append(finish(scene, folder / "phantom.volpkg"))
         scenes.append(scene)
         wanted.append(contents(folder / "phantom.volpkg"))

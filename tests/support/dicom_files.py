@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydicom import dcmwrite
 from pydicom.dataset import Dataset, FileMetaDataset
 from pydicom.encaps import encapsulate
+from pydicom.sequence import Sequence
 from pydicom.uid import (
     ExplicitVRBigEndian,
     ExplicitVRLittleEndian,
@@ -126,3 +127,14 @@ def save_all(images: list[Dataset], folder: Path, syntax: str = ExplicitVRLittle
     for k, data in enumerate(images):
         save(data, folder / f"I{k:03d}", syntax)
     return folder
+
+
+def nested(depth: int) -> Sequence:
+    """A sequence whose items hold sequences, `depth` deep."""
+    item = Dataset()
+    item.SOPInstanceUID = "1.2.3"
+    item.is_undefined_length_sequence_item = depth != 1
+    if depth > 1:
+        item.ReferencedImageSequence = nested(depth - 1)
+        item["ReferencedImageSequence"].is_undefined_length = True
+    return Sequence([item, Dataset()])

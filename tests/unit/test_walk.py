@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import tiny_packages
 
 from volprep.parts.subvolumes.cuts import cuts_along, grid_points
 from volprep.parts.subvolumes.walk import Ground, Walker, drawn_level
@@ -20,7 +21,7 @@ from volprep_formats.package.parts.subvolumes.places import (
 )
 from volprep_formats.package.parts.subvolumes.record import Subvolume, SubvolumeGrid, ViewThresholds
 from volprep_formats.package.texture import GlFormat
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
+from volprep_formats.package.transfer_function import TransferFunction
 
 GL = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")
 SHAPE_ZYX = (21, 34, 45)
@@ -163,15 +164,10 @@ def test_a_view_that_is_none_is_refused() -> None:
         walker().after(WalkStep(view="sideways"), 1)
 
 
-FUNCTION = TransferFunction(
-    name="f",
+FUNCTION = tiny_packages.function(
+    *((10.0, (0.0, 0.0, 0.0), 0.0), (20.0, (1.0, 0.5, 0.0), 1.0)),
+    *((20.0, (0.0, 0.5, 0.0), 2.0), (40.0, (0.0, 0.5, 1.0), 4.0)),
     reference_mm=2.0,
-    points=(
-        TransferPoint(value=10.0, colour=(0.0, 0.0, 0.0), extinction_per_mm=0.0),
-        TransferPoint(value=20.0, colour=(1.0, 0.5, 0.0), extinction_per_mm=1.0),
-        TransferPoint(value=20.0, colour=(0.0, 0.5, 0.0), extinction_per_mm=2.0),
-        TransferPoint(value=40.0, colour=(0.0, 0.5, 1.0), extinction_per_mm=4.0),
-    ),
 )
 
 

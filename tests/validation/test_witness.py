@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import tiny_packages
 from judged import validate
 from tamper_scenes import write_kind
 from tampering import built
@@ -31,18 +32,11 @@ from volprep.validation.witness.vtk_views import MOST_VOXELS, draw_views
 from volprep.vtk.process import run_script
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 SIZE = 48
 TOLERANCE = 0.002
-FUNCTION = TransferFunction(
-    name="shell",
-    reference_mm=2.0,
-    points=(
-        TransferPoint(value=20.0, colour=(0.9, 0.2, 0.1), extinction_per_mm=0.0),
-        TransferPoint(value=60.0, colour=(0.3, 0.8, 0.1), extinction_per_mm=0.3),
-        TransferPoint(value=90.0, colour=(0.1, 0.2, 0.9), extinction_per_mm=0.05),
-    ),
+FUNCTION = tiny_packages.function(
+    (20.0, (0.9, 0.2, 0.1), 0.0), (60.0, (0.3, 0.8, 0.1), 0.3), (90.0, (0.1, 0.2, 0.9), 0.05), reference_mm=2.0
 )
 
 
