@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-import command_line
 import pytest
-from command_line import COMMAND, started, volprep
+from command_line import COMMAND, ended, started, volprep
 from dicom_files import save_all, stack
 from phantom_scene import SCENE, phantom, write_phantom_scene
 from pydicom.uid import ExplicitVRLittleEndian
@@ -232,7 +231,7 @@ def test_a_full_disk_is_one_message_and_leaves_nothing(place, tmp_path) -> None:
     scene = write_phantom_scene(tmp_path)
     before = sorted(tmp_path.iterdir())
     # A limit on the size of files stops a write in the middle, as a full disk does.
-    run = command_line.ended(
+    run = ended(
         [*COMMAND, "build", scene, "-o", tmp_path / "x.volpkg"],
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000)),
     )
