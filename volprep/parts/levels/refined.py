@@ -68,9 +68,15 @@ class RefineBudget:
     """So many more for levels that get few rays of their own."""
     rays_per_voxel: int = 24
     """Rays for each voxel that is seen, where there is room for them."""
+    flat_rays_per_voxel: int = 24
+    """The same in a volume of one slice, where a ray meets few voxels and tells more of each."""
+
+    def rays_for(self, grid: Grid) -> int:
+        """Return the rays for each voxel of a level of this grid."""
+        return self.flat_rays_per_voxel if 1 in grid.shape_zyx else self.rays_per_voxel
 
 
-AUTO = RefineBudget(fine=45_000_000, coarse=90_000_000, coarse_for_few=60_000_000)
+AUTO = RefineBudget(fine=45_000_000, coarse=90_000_000, coarse_for_few=60_000_000, flat_rays_per_voxel=8)
 """About 0.4 and 1 second on two cores; few rays take 1 to 2 processor seconds more."""
 THOROUGH = RefineBudget(fine=600_000_000, coarse=3_000_000_000)
 """Minutes."""
@@ -98,26 +104,28 @@ def refine_lines(
     coarser levels, too: their light in level 0 is known.
     """
     shares: list[_Share] = []
+    per_voxel = budget.rays_for(grid)
+    many = min(_MANY_RAYS_PER_VOXEL, per_voxel)
     for factors in sorted(levels, key=math.prod, reverse=True):
         voxels = seen_voxels(blocks, factors)
         probe = aimed_lines(grid, blocks, float(max(factors)), _MEAN_OF, _SEED)
         if not len(probe.lengths_mm):
             continue
         per_ray = int(ray_counts(probe.lengths_mm, grid.spacing_mm_zyx).mean()) + 1
-        usual = _wanted(voxels, budget.rays_per_voxel, _USUAL_RAYS)
+        usual = _wanted(voxels, per_voxel, _USUAL_RAYS)
         for rounds in (_ROUNDS, _FEW_ROUNDS):
             share = _Share(factors, voxels, rounds, per_ray, functions * (per_ray // min(factors) + 1))
             share.grow(usual, budget, shares)
-            if share.rays >= _MANY_RAYS_PER_VOXEL * voxels:
+            if share.rays >= many * voxels:
                 break
-        if share.rays < _MANY_RAYS_PER_VOXEL * voxels:
+        if share.rays < many * voxels:
             share.follow(usual, budget, shares)
         if share.followed >= _FEWEST_RAYS_PER_VOXEL * voxels:
             shares.append(share)
     for share in shares:
         share.lengthen(budget, shares)
-    for share in (each for each in shares if not each.shared):
-        ample = _wanted(share.voxels, max(budget.rays_per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
+    for share in (each for each in shares if not each.shared and per_voxel >= _MANY_RAYS_PER_VOXEL):
+        ample = _wanted(share.voxels, max(per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
         share.grow(ample, budget, shares)
     return {
         share.factors: RefineRays(rays_at(grid, blocks, share.factors, share.rays), share.rounds, share.shared)
