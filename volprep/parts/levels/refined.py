@@ -66,17 +66,13 @@ class RefineBudget:
     """Samples of all levels, in all steps and through all transfer functions."""
     coarse_for_few: int = 0
     """So many more for levels that get few rays of their own."""
+    fine_for_few: int = 0
+    """So many more samples of level 0 for these."""
     rays_per_voxel: int = 24
     """Rays for each voxel that is seen, where there is room for them."""
-    flat_rays_per_voxel: int = 24
-    """The same in a volume of one slice, where a ray meets few voxels and tells more of each."""
-
-    def rays_for(self, grid: Grid) -> int:
-        """Return the rays for each voxel of a level of this grid."""
-        return self.flat_rays_per_voxel if 1 in grid.shape_zyx else self.rays_per_voxel
 
 
-AUTO = RefineBudget(fine=45_000_000, coarse=90_000_000, coarse_for_few=60_000_000, flat_rays_per_voxel=8)
+AUTO = RefineBudget(fine=45_000_000, coarse=90_000_000, coarse_for_few=60_000_000, fine_for_few=45_000_000)
 """About 0.4 and 1 second on two cores; few rays take 1 to 2 processor seconds more."""
 THOROUGH = RefineBudget(fine=600_000_000, coarse=3_000_000_000)
 """Minutes."""
@@ -100,32 +96,34 @@ def refine_lines(
     """Return the rays that each level is refined along; none for a level that is beyond the budget.
 
     The coarsest level comes first: it gains most, and needs the fewest rays. What is left when each level has its share
-    goes to more steps and more rays, in the same order. A level that gets too few rays of its own follows the rays of
-    coarser levels, too: their light in level 0 is known.
+    goes to more steps and more rays, in the same order; in a volume of one slice not to more rays, because 24 for a
+    voxel are as good as 100 there. A level that gets too few rays of its own follows the rays of coarser levels, too:
+    their light in level 0 is known.
     """
     shares: list[_Share] = []
-    per_voxel = budget.rays_for(grid)
-    many = min(_MANY_RAYS_PER_VOXEL, per_voxel)
     for factors in sorted(levels, key=math.prod, reverse=True):
-        voxels = seen_voxels(blocks, factors)
+        voxels = seen_voxels(blocks, factors, grid.shape_zyx)
         probe = aimed_lines(grid, blocks, float(max(factors)), _MEAN_OF, _SEED)
         if not len(probe.lengths_mm):
             continue
         per_ray = int(ray_counts(probe.lengths_mm, grid.spacing_mm_zyx).mean()) + 1
-        usual = _wanted(voxels, per_voxel, _USUAL_RAYS)
+        usual = _wanted(voxels, budget.rays_per_voxel, _USUAL_RAYS)
         for rounds in (_ROUNDS, _FEW_ROUNDS):
             share = _Share(factors, voxels, rounds, per_ray, functions * (per_ray // min(factors) + 1))
             share.grow(usual, budget, shares)
-            if share.rays >= many * voxels:
+            if share.rays >= _MANY_RAYS_PER_VOXEL * voxels:
                 break
-        if share.rays < many * voxels:
+        if share.rays < _MANY_RAYS_PER_VOXEL * voxels:
             share.follow(usual, budget, shares)
         if share.followed >= _FEWEST_RAYS_PER_VOXEL * voxels:
             shares.append(share)
     for share in shares:
         share.lengthen(budget, shares)
-    for share in (each for each in shares if not each.shared and per_voxel >= _MANY_RAYS_PER_VOXEL):
-        ample = _wanted(share.voxels, max(per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
+        if share.shared:
+            share.grow(_wanted(share.voxels, budget.rays_per_voxel, _USUAL_RAYS), _with_all(budget), shares)
+    is_flat = 1 in grid.shape_zyx
+    for share in (each for each in shares if not (each.shared or is_flat)):
+        ample = _wanted(share.voxels, max(budget.rays_per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
         share.grow(ample, budget, shares)
     return {
         share.factors: RefineRays(rays_at(grid, blocks, share.factors, share.rays), share.rounds, share.shared)
@@ -167,11 +165,11 @@ class _Share:
     def grow(self, wanted: int, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
         """Take as many rays as wanted and as the other shares leave in the budget, never fewer than before."""
         own, followed = self._room(budget, shares)
-        self.rays = max(self.rays, min(wanted, own, followed))
+        self.rays = max(self.rays, min(wanted, own, followed - self.shared))
 
     def follow(self, wanted: int, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
         """Follow the rays of the shares, too, up to as many as wanted."""
-        own, followed = self._room(_with_all(budget), shares)
+        own, followed = self._room(replace(_with_all(budget), fine=budget.fine), shares)
         wanted = min(wanted, followed)
         self.rays = min(wanted, own)
         self.shared = min(wanted - self.rays, sum(share.rays for share in shares))
@@ -196,7 +194,8 @@ class _Share:
 
 
 def _with_all(budget: RefineBudget) -> RefineBudget:
-    return replace(budget, coarse=budget.coarse + budget.coarse_for_few)
+    fine, coarse = budget.fine + budget.fine_for_few, budget.coarse + budget.coarse_for_few
+    return replace(budget, fine=fine, coarse=coarse)
 
 
 def _wanted(voxels: int, per_voxel: int, usual: int) -> int:
@@ -211,15 +210,16 @@ def rays_at(grid: Grid, blocks: SeenBlocks, factors: Factors, count: int) -> Ray
     return lines.taken(np.random.default_rng(_SEED).permutation(len(lines.lengths_mm)))
 
 
-def seen_voxels(blocks: SeenBlocks, factors: Factors) -> int:
-    """Return how many voxels of a level hold a block that is seen, about."""
+def seen_voxels(blocks: SeenBlocks, factors: Factors, shape_zyx: tuple[int, int, int]) -> int:
+    """Return how many voxels of a level hold a block that is seen, about; `shape_zyx` is that of level 0."""
     ratios = [max(1, factor // blocks.edge) for factor in factors]
     seen = blocks.seen
     for axis, ratio in enumerate(ratios):
         starts = np.arange(0, seen.shape[axis], ratio)
         seen = np.logical_or.reduceat(seen, starts, axis=axis)
-    # A block may hold several voxels of the level.
-    return int(seen.sum()) * math.prod(max(1, blocks.edge // factor) for factor in factors)
+    # A block may hold several voxels of the level, but no more than a thin volume has.
+    inside = (min(blocks.edge, n) // factor for n, factor in zip(shape_zyx, factors, strict=True))
+    return int(seen.sum()) * math.prod(max(1, each) for each in inside)
 
 
 @dataclass(frozen=True)
