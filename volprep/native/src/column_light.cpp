@@ -16,7 +16,7 @@ constexpr int64_t kMostColumns = 128;
 constexpr int64_t kBinsPerPoint = 4;
 // Of the samples between two voxels.
 constexpr double kPlaces[2] = {0.25, 0.75};
-// Below this the opacity, a double, is 1. In a lit head a fifth of all samples are visible, but behind such a place.
+// Below this the opacity, a double, is 1. In a lit head up to a fifth of all samples lie behind such a place.
 constexpr double kOpaque = 0x1p-54;
 
 // A control point, and how the function rises from it to the next.
