@@ -140,6 +140,7 @@ def test_samples_are_trilinear_and_slabs_give_each_once(shape_zyx, dtype) -> Non
     directions[0] = (1.0, 0.0, 0.0)
     lengths = RNG.uniform(1.0, 4.0, 40)
     counts = RNG.integers(1, 9, 40)
+    counts[:4] = 32, 33, 64, 90
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     whole = np.full(offsets[-1], np.nan, np.float32)
     _native.sample_rays(volume, 0, shape_zyx[0], starts, directions, lengths, offsets, whole)

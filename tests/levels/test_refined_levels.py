@@ -151,6 +151,29 @@ def test_a_level_of_few_rays_follows_coarser_ones_and_takes_all_steps_where_ther
     assert len(extra[coarse].lines.lengths_mm) == len(tight[coarse].lines.lengths_mm)
 
 
+def test_a_level_of_few_rays_may_take_more_samples_of_level_0_if_it_is_refined_without_them() -> None:
+    grid = Grid.of((48, 48, 48), (1.0, 1.0, 1.0))
+    blocks = SeenBlocks(np.ones((12, 12, 12), np.bool_), 4)
+    coarse, fine = (4, 4, 4), (2, 2, 2)
+
+    def rays(samples: int, for_few: int) -> dict[tuple[int, int, int], int]:
+        budget = RefineBudget(fine=samples, coarse=10**9, fine_for_few=for_few)
+        chosen = refine_lines(grid, blocks, [coarse, fine], 1, budget)
+        return {factors: len(each.lines.lengths_mm) for factors, each in chosen.items()}
+
+    usual, more = rays(20 * 10**6, 0), rays(20 * 10**6, 5 * 10**6)
+    assert more[coarse] == usual[coarse]
+    assert usual[fine] * 1.2 < more[fine] <= 24 * 24**3
+    assert rays(4 * 10**6, 10**8) == rays(4 * 10**6, 0)
+
+
+def test_one_slice_has_as_many_rays_for_each_of_its_voxels_as_other_volumes() -> None:
+    grid = Grid.of((1, 96, 96), (2.0, 1.0, 1.0))
+    blocks = SeenBlocks(np.ones((1, 24, 24), np.bool_), 4)
+    flat = refine_lines(grid, blocks, [(1, 2, 2)], 1, RefineBudget(fine=10**9, coarse=10**10))
+    assert len(flat[1, 2, 2].lines.lengths_mm) == 24 * 48**2
+
+
 def test_aimed_rays_pass_the_block_that_is_seen() -> None:
     grid = Grid.of((12, 10, 14), (1.0, 2.0, 0.5))
     seen = np.zeros((6, 5, 7), np.bool_)

@@ -105,6 +105,9 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
         crop = CropPlan(start_zyx=start_zyx, stop_zyx=stop_zyx)
         seen = np.ones(measured.blocks.shape_zyx, bool)
         found.append(view_rays(InMemory.of(stored), info, measured, seen, crop, grid, lit=()))
+        before = stored.copy()
+        view_rays(InMemory.of(stored), info, measured, seen, crop, grid)
+        assert np.array_equal(stored, before)
     assert len(found[0]) > 16
     along_z = found[0][2].values
     assert along_z.shape[0] == 36 * 2 * (2 * FINE)

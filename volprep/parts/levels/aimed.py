@@ -12,7 +12,7 @@ import numpy as np
 
 from volprep.parts.levels.appearance import SeenBlocks
 from volprep.parts.levels.in_memory import InMemory
-from volprep.parts.levels.rays import RaySegments, in_memory_parts, inside_box, sample_level
+from volprep.parts.levels.rays import RaySegments, in_memory_parts, inside_box, sample_level, unit
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 
@@ -45,8 +45,7 @@ class _Aim:
         apart = self.generator.random((count, 3)) * (self.blocks.edge + 2 * self.aside) - self.aside
         margin_mm = _WITHIN * spacing_mm_xyz
         places_mm = np.clip((corners_zyx[:, ::-1] + apart) * spacing_mm_xyz, margin_mm, extent_mm_xyz - margin_mm)
-        directions = self.generator.normal(size=(count, 3))
-        directions /= np.sqrt((directions**2).sum(axis=1))[:, None]
+        directions = unit(self.generator.normal(size=(count, 3)))
         if self.along is not None:
             directions[:] = np.eye(3)[self.along]
         return inside_box(places_mm, directions, extent_mm_xyz, float(spacing_mm_xyz.min()))

@@ -161,7 +161,9 @@ class LitLevels:
         mean_mm = float(np.mean(scan.grid.extent_mm_zyx))
         fine, coarse = budget.fine, budget.coarse
         for factors in sorted(levels, key=math.prod, reverse=True):
-            count = max(_RAYS_PER_VOXEL * seen_voxels(scan.looks.seen_blocks, factors), _FEWEST_RAYS)
+            count = max(
+                _RAYS_PER_VOXEL * seen_voxels(scan.looks.seen_blocks, factors, scan.grid.shape_zyx), _FEWEST_RAYS
+            )
             of_level = mean_mm / min(scan.spacing_mm_zyx(factors)) * _PER_VOXEL
             fine -= int(count * mean_mm / min(scan.grid.spacing_mm_zyx) * _FINE_PER_VOXEL)
             coarse -= int(count * of_level * _MEANS[-1] / _AVERAGED * len(scan.tables))

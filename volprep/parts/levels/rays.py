@@ -8,6 +8,7 @@ views; those stay a test.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import pairwise
 
 import numpy as np
@@ -244,9 +245,10 @@ def ends_in_box(
     """Return how far from their points lines enter the box and leave it; they leave it first where they miss it."""
     # A direction along an axis has no crossing with the planes across it: far away on both sides.
     safe = np.where(np.abs(directions) < 1e-12, 1e-12, directions)
-    crossings = np.stack([-points_mm / safe, (extent_mm_xyz - points_mm) / safe])
-    enter_mm: Float64Array = crossings.min(axis=0).max(axis=1)
-    leave_mm: Float64Array = crossings.max(axis=0).min(axis=1)
+    low, high = -points_mm / safe, (extent_mm_xyz - points_mm) / safe
+    # By columns: numpy takes three times as long over rows of three numbers.
+    enter_mm: Float64Array = reduce(np.maximum, np.minimum(low, high).T)
+    leave_mm: Float64Array = reduce(np.minimum, np.maximum(low, high).T)
     return enter_mm, leave_mm
 
 
@@ -256,5 +258,6 @@ def _arrays(lines: RaySegments) -> tuple[Float64Array, Float64Array, Float64Arra
 
 def unit(vectors: Float64Array) -> Float64Array:
     """Return vectors [n, 3] with a length of 1."""
-    result: Float64Array = vectors / np.sqrt((vectors**2).sum(axis=1))[:, None]
+    x, y, z = vectors.T
+    result: Float64Array = vectors / np.sqrt(x * x + y * y + z * z)[:, None]
     return result

@@ -66,11 +66,13 @@ class RefineBudget:
     """Samples of all levels, in all steps and through all transfer functions."""
     coarse_for_few: int = 0
     """So many more for levels that get few rays of their own."""
+    fine_for_few: int = 0
+    """So many more samples of level 0 for these."""
     rays_per_voxel: int = 24
     """Rays for each voxel that is seen, where there is room for them."""
 
 
-AUTO = RefineBudget(fine=45_000_000, coarse=90_000_000, coarse_for_few=60_000_000)
+AUTO = RefineBudget(fine=45_000_000, coarse=90_000_000, coarse_for_few=60_000_000, fine_for_few=45_000_000)
 """About 0.4 and 1 second on two cores; few rays take 1 to 2 processor seconds more."""
 THOROUGH = RefineBudget(fine=600_000_000, coarse=3_000_000_000)
 """Minutes."""
@@ -94,12 +96,13 @@ def refine_lines(
     """Return the rays that each level is refined along; none for a level that is beyond the budget.
 
     The coarsest level comes first: it gains most, and needs the fewest rays. What is left when each level has its share
-    goes to more steps and more rays, in the same order. A level that gets too few rays of its own follows the rays of
-    coarser levels, too: their light in level 0 is known.
+    goes to more steps and more rays, in the same order; in a volume of one slice not to more rays, because 24 for a
+    voxel are as good as 100 there. A level that gets too few rays of its own follows the rays of coarser levels, too:
+    their light in level 0 is known.
     """
     shares: list[_Share] = []
     for factors in sorted(levels, key=math.prod, reverse=True):
-        voxels = seen_voxels(blocks, factors)
+        voxels = seen_voxels(blocks, factors, grid.shape_zyx)
         probe = aimed_lines(grid, blocks, float(max(factors)), _MEAN_OF, _SEED)
         if not len(probe.lengths_mm):
             continue
@@ -116,7 +119,10 @@ def refine_lines(
             shares.append(share)
     for share in shares:
         share.lengthen(budget, shares)
-    for share in (each for each in shares if not each.shared):
+        if share.shared:
+            share.grow(_wanted(share.voxels, budget.rays_per_voxel, _USUAL_RAYS), _with_all(budget), shares)
+    is_flat = 1 in grid.shape_zyx
+    for share in (each for each in shares if not (each.shared or is_flat)):
         ample = _wanted(share.voxels, max(budget.rays_per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
         share.grow(ample, budget, shares)
     return {
@@ -159,11 +165,11 @@ class _Share:
     def grow(self, wanted: int, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
         """Take as many rays as wanted and as the other shares leave in the budget, never fewer than before."""
         own, followed = self._room(budget, shares)
-        self.rays = max(self.rays, min(wanted, own, followed))
+        self.rays = max(self.rays, min(wanted, own, followed - self.shared))
 
     def follow(self, wanted: int, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
         """Follow the rays of the shares, too, up to as many as wanted."""
-        own, followed = self._room(_with_all(budget), shares)
+        own, followed = self._room(replace(_with_all(budget), fine=budget.fine), shares)
         wanted = min(wanted, followed)
         self.rays = min(wanted, own)
         self.shared = min(wanted - self.rays, sum(share.rays for share in shares))
@@ -188,7 +194,8 @@ class _Share:
 
 
 def _with_all(budget: RefineBudget) -> RefineBudget:
-    return replace(budget, coarse=budget.coarse + budget.coarse_for_few)
+    fine, coarse = budget.fine + budget.fine_for_few, budget.coarse + budget.coarse_for_few
+    return replace(budget, fine=fine, coarse=coarse)
 
 
 def _wanted(voxels: int, per_voxel: int, usual: int) -> int:
@@ -203,15 +210,16 @@ def rays_at(grid: Grid, blocks: SeenBlocks, factors: Factors, count: int) -> Ray
     return lines.taken(np.random.default_rng(_SEED).permutation(len(lines.lengths_mm)))
 
 
-def seen_voxels(blocks: SeenBlocks, factors: Factors) -> int:
-    """Return how many voxels of a level hold a block that is seen, about."""
+def seen_voxels(blocks: SeenBlocks, factors: Factors, shape_zyx: tuple[int, int, int]) -> int:
+    """Return how many voxels of a level hold a block that is seen, about; `shape_zyx` is that of level 0."""
     ratios = [max(1, factor // blocks.edge) for factor in factors]
     seen = blocks.seen
     for axis, ratio in enumerate(ratios):
         starts = np.arange(0, seen.shape[axis], ratio)
         seen = np.logical_or.reduceat(seen, starts, axis=axis)
-    # A block may hold several voxels of the level.
-    return int(seen.sum()) * math.prod(max(1, blocks.edge // factor) for factor in factors)
+    # A block may hold several voxels of the level, but no more than a thin volume has.
+    inside = (min(blocks.edge, n) // factor for n, factor in zip(shape_zyx, factors, strict=True))
+    return int(seen.sum()) * math.prod(max(1, each) for each in inside)
 
 
 @dataclass(frozen=True)

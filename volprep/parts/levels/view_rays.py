@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.levels.headlight import Shown, headlight
+from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.rays import RaySegments, inside_box, sample_level
 from volprep.parts.programs.patch_rays import FINE, PatchRays
 from volprep.plan.records import CropPlan
@@ -262,8 +263,10 @@ class _Unsigned(RawVolume):
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Return the codes of slices z0 to z1 - 1."""
-        codes: NDArray[np.uint16] = self.source.read_slab(z0, z1).view(np.uint16) ^ np.uint16(0x8000)
-        return codes
+        codes: NDArray[np.uint16] = self.source.read_slab(z0, z1).view(np.uint16)
+        # In place, unless it is the volume itself: room for a copy takes the system longer to clear than all else here.
+        in_place = None if isinstance(self.source, InMemory) else codes
+        return np.bitwise_xor(codes, np.uint16(0x8000), out=in_place)
 
 
 @dataclass(frozen=True)
