@@ -101,7 +101,7 @@ def test_a_level_beyond_the_budget_is_told(body) -> None:
     small = LitLevels(body.scan, [FACTORS], LitBudget(fine=1000, coarse=10**9))
     assert not small.refines(FACTORS)
     made = refined_at_stage(LevelChoice(level=1, filter="refined"), body.level, PLAN, None, small)
-    assert _refined_lit(made) == "; refining it through lit rays, too, is beyond the budget"
+    assert _refined_lit(made) == "; refining it through lit rays is beyond the budget"
 
 
 def test_a_level_comes_nearer_straight_at_a_face_that_cuts_the_body_open(body) -> None:

@@ -1,13 +1,16 @@
 """Levels refined through lit rays, after everything else: their voxels move until rays show the shade of level 0, too.
 
 Filters, tables and the refinement of refined.py follow unlit light. Gradients of coarser voxels then shade a folded
-surface otherwise than the scan's: that was all of the error beyond the tolerance of levels 2 of five scans. Here voxels
-take accelerated steps along the adjoint of lit light (`lit_sums` of the native core), with the tables that the level
-has. Light comes from the viewer; a level that suits all directions of the viewer suits other lights, too.
+surface otherwise than the scan's: that was all of the error beyond the tolerance of levels 2 of five scans. Where the
+box cuts a body open, the shade of the cut is all that a picture along an axis shows. Here voxels take accelerated steps
+along the adjoint of lit light (`lit_sums` of the native core), with the tables that the level has. Light comes from the
+viewer; a level that suits all directions of the viewer suits other lights, too.
 
 Steps are twice as long as the curvature says, and each follows an eighth of the rays, so that levels shake: the mean
-over the last eight steps counts. Too many steps fit the rays alone, on some scans sooner. Three means are made. A level
-is only replaced by one that is nearer to level 0 in pixels of other views, as large as a voxel, and of these the one is
+over the last eight steps counts. Of some voxels an eighth of the rays passes the edge alone; its curvature is tiny, and
+steps were so long that black specks appeared in the air (a fly: RMSE 0.039 in place of 0.029). So the curvature is at
+least the mean over the parts. Too many steps fit the rays alone, on some scans sooner. Three means are made. A level is
+only replaced by one that is nearer to level 0 in pixels of other views, as large as a voxel, and of these the one is
 taken that is nearest in patches of three voxels: there people see a difference. Where the RMSE of pictures hardly
 changes between the means, FLIP falls (level 2 of FLAIR: 0.093, 0.083, 0.077). The method is volprep's own.
 """

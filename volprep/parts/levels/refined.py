@@ -233,7 +233,7 @@ class Refinement:
     rounds: tuple[int, ...] = _ROUNDS
     """Steps of voxels in each round."""
     steady: bool = False
-    """Whether the curvature of a step is the mean over the parts so far, and not that of its own rays."""
+    """Whether the curvature of a step is at least the mean over the parts so far, and not that of its own rays."""
     tie: float = _TIE
     """Weight of a voxel's change beside the mean curvature, so that voxels that no ray meets stay."""
 
