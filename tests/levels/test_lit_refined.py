@@ -114,11 +114,12 @@ def test_a_level_comes_nearer_straight_at_a_face_that_cuts_the_body_open(body) -
     assert len(lines.lengths_mm) > 500
     seen = SeenLevels(scan, SIGHT, lines)
     error, was = (seen.errors(each, FACTORS, ())[0].rmse for each in (InMemory.of(after), before))
-    assert error < 0.75 * was
+    # Along rays in all directions alone 0.71.
+    assert error < 0.6 * was
 
 
 def test_the_coarsest_level_comes_first_where_the_budget_is_small(body) -> None:
     coarse = (4, 4, 4)
-    lit = LitLevels(body.scan, [FACTORS, coarse], LitBudget(fine=10**9, coarse=500_000))
+    lit = LitLevels(body.scan, [FACTORS, coarse], LitBudget(fine=10**9, coarse=700_000))
     assert lit.refines(coarse)
     assert not lit.refines(FACTORS)

@@ -111,7 +111,8 @@ ShownBlocks find_shown_blocks(const T* level, Shape3 shape, double scale, const 
 
 // Returns the number of samples of a ray from `sample` on, at least 1, that lie in its block of cells; `place` and
 // `stride` are in voxels.
-inline int64_t samples_in_block(const double* place, const double* stride, const int64_t* block, int64_t left) noexcept {
+inline int64_t samples_in_block(const double* place, const double* stride, const int64_t* block,
+                                int64_t left) noexcept {
     double steps = static_cast<double>(left);
     for (int axis = 0; axis < 3; ++axis) {
         // The outer blocks also hold the outer half voxels: at most one more look.
@@ -314,8 +315,8 @@ struct Pull {
 
 inline void add(const Sample& sample, const Strides& next, const Pull& by_value, const Pull* by_side, float* sums) {
     for (int k = 0; k < 8; ++k) {
-        const int64_t voxel = sample.first + (k & 1 ? next.along[0] : 0) + (k & 2 ? next.along[1] : 0) +
-                              (k & 4 ? next.along[2] : 0);
+        const int64_t voxel =
+            sample.first + (k & 1 ? next.along[0] : 0) + (k & 2 ? next.along[1] : 0) + (k & 4 ? next.along[2] : 0);
         const int at[3] = {k & 1, k >> 1 & 1, k >> 2};
         const float x = sample.across[0].between[at[0]];
         const float y = sample.across[1].between[at[1]];
@@ -339,8 +340,8 @@ inline void add(const Sample& sample, const Strides& next, const Pull& by_value,
             const float bend = sample.across[axis].spread[plane] * by_side[axis].bend;
             for (int k = 0; k < 4; ++k) {
                 const float weight = sample.across[one].between[k & 1] * sample.across[other].between[k >> 1];
-                const int64_t voxel = sample.first + apart + (k & 1 ? next.along[one] : 0) +
-                                      (k >> 1 ? next.along[other] : 0);
+                const int64_t voxel =
+                    sample.first + apart + (k & 1 ? next.along[one] : 0) + (k >> 1 ? next.along[other] : 0);
                 sums[refine_numbers * voxel] += weight * down;
                 sums[refine_numbers * voxel + 1] += weight * bend;
             }
