@@ -138,7 +138,7 @@ def test_rays_pass_empty_blocks_without_missing_a_sample() -> None:
     shape = (19, 22, 26)
     z, y, x = np.indices(shape)
     ball = 9.0 - np.sqrt((z - 4.0) ** 2 + (y - 16.0) ** 2 + (x - 12.0) ** 2)
-    codes = np.clip(9000 * ball, 0, 65535).astype(np.uint16)
+    codes = np.clip(60000 * ball, 0, 65535).astype(np.uint16)
     generator = np.random.default_rng(6)
     extent = np.array(shape[::-1]) * SPACING[::-1]
     starts, ends = generator.uniform(0, 1, (2, 300, 3)) * extent

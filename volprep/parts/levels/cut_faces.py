@@ -63,4 +63,5 @@ def _voxels(blocks: SeenBlocks, factors: Factors, axis: int, is_last: bool) -> f
 
 def _at_face(blocks: SeenBlocks, axis: int, is_last: bool) -> NDArray[np.bool_]:
     """Return which blocks at a face of the box are seen."""
-    return blocks.seen.take(-1 if is_last else 0, axis)
+    face: NDArray[np.bool_] = np.take(blocks.seen, -1 if is_last else 0, axis=axis)
+    return face
