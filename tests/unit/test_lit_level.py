@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from adjoint_rays import SHAPE, SLOPES, SPACING, TABLE, random_lines
+from scipy import ndimage
 
 from volprep.compositing import COMPOSITINGS
 from volprep.kernels import _native
-from volprep.parts.levels.headlight import headlight
 from volprep.parts.levels.in_memory import InMemory
-from volprep.parts.levels.rays import ray_counts, sample_level
+from volprep.parts.levels.rays import RaySegments, ray_counts, sample_level
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
@@ -47,11 +47,32 @@ def sums_of(codes, lines, light, threads=0):
     return _native.lit_sums(level, *arguments(lines), SLOPES, light, np.ones(len(light)), sums, threads), sums
 
 
+def cosines_of(codes, lines, offsets):
+    """Cosines of rays and gradients; those in the outer half voxels are of the outer voxels, as in shaders."""
+    counts = np.diff(offsets)
+    along_mm = (np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts) + 0.5) * np.repeat(
+        lines.lengths_mm / counts, counts
+    )
+    starts, directions = (np.repeat(each, counts, axis=0) for each in (lines.starts_mm_xyz, lines.directions_xyz))
+    places_zyx = ((starts + along_mm[:, None] * directions) / SPACING[::-1] - 0.5)[:, ::-1]
+    assert (places_zyx < 0).any()
+    places_zyx = np.clip(places_zyx, 0, np.array(SHAPE) - 1)
+    slopes = []
+    for axis, (halved, spacing_mm) in enumerate(zip(HALVED_ZYX, SPACING, strict=True)):
+        apart = np.eye(3)[axis] * (0.5 if halved else 1.0)
+        above, below = (
+            ndimage.map_coordinates(codes / 65535, (places_zyx + side * apart).T, order=1, mode="nearest")
+            for side in (1, -1)
+        )
+        slopes.append((above - below) / (2 * apart[axis] * spacing_mm))
+    length = np.linalg.norm(slopes, axis=0)
+    cosines = np.abs((np.array(slopes[::-1]).T * directions).sum(axis=1)) / length
+    return np.where(length < LEAST_PER_MM, 1.0, cosines)
+
+
 def test_the_light_is_that_of_samples_and_their_gradients(codes, lines) -> None:
-    volume = InMemory.of(codes)
-    along = sample_level(volume, SPACING, lines, per_voxel=3)
-    wanted = np.ones(len(along.values), np.bool_)
-    cosines = headlight(volume, SPACING, lines, along, wanted, LEAST_PER_MM, halved_zyx=HALVED_ZYX)
+    along = sample_level(InMemory.of(codes), SPACING, lines, per_voxel=3)
+    cosines = cosines_of(codes, lines, along.offsets)
     assert 0.1 < cosines.mean() < 0.9
     values = np.linspace(0.0, 1.0, len(TABLE))
     points = (
@@ -111,3 +132,25 @@ def test_arguments_that_do_not_fit_are_refused(codes, lines) -> None:
         sums_of(codes, lines, np.zeros((20, 4)))
     with pytest.raises(TypeError, match="src is float32"):
         light_of(codes.astype(np.float32), lines)
+
+
+def test_rays_pass_empty_blocks_without_missing_a_sample() -> None:
+    shape = (19, 22, 26)
+    z, y, x = np.indices(shape)
+    ball = 9.0 - np.sqrt((z - 4.0) ** 2 + (y - 16.0) ** 2 + (x - 12.0) ** 2)
+    codes = np.clip(60000 * ball, 0, 65535).astype(np.uint16)
+    generator = np.random.default_rng(6)
+    extent = np.array(shape[::-1]) * SPACING[::-1]
+    starts, ends = generator.uniform(0, 1, (2, 300, 3)) * extent
+    # Along the axes, too, in both directions, and from the outer half voxels.
+    ends[:60] = np.where(np.eye(3, dtype=bool)[np.arange(60) % 3], extent - starts[:60], starts[:60])
+    lengths = np.linalg.norm(ends - starts, axis=1)
+    lines = RaySegments(starts, (ends - starts) / lengths[:, None], lengths)
+    *rays, table = arguments(lines)
+    sparse = table * np.where(np.arange(len(table)) < 20, 0.0, 1.0)[:, None]
+    faint = np.where(sparse > 0, sparse, 1e-12)
+    lights = np.empty((2, 300, 4))
+    for light, each in zip(lights, (sparse, faint), strict=True):
+        _native.lit_light(codes, 1.0 / 65535, *rays, each, light)
+    assert 0.1 < (lights[0, :, 3] > 0.1).mean() < 0.9
+    np.testing.assert_allclose(lights[0], lights[1], atol=1e-9)

@@ -201,6 +201,14 @@ class TestLevels:
         levels = candidate_levels("scan", Grid.of((30, 256, 256), (4, 1, 1)), 64, GLES2)
         assert [level.factors_zyx for level in levels] == [(1, 1, 1), (1, 2, 1), (1, 2, 2), (1, 4, 2), (1, 4, 4)]
 
+    @pytest.mark.parametrize(
+        ("asked", "is_lit"),
+        [({}, True), ({"filter": "refined"}, True), ({"filter": "appearance"}, False), ({"refine": "none"}, False)],
+    )
+    def test_levels_are_refined_through_lit_rays_where_the_scene_leaves_their_filter_open(self, asked, is_lit) -> None:
+        decided = plan(noise((33, 20, 7)), scene(pyramid={"coarsest_longest_axis": 9, **asked}))
+        assert [level.lit for level in decided.levels] == [level.index > 0 and is_lit for level in decided.levels]
+
     def test_3d_textures_hold_every_level(self) -> None:
         decided = plan(noise((33, 20, 7)), scene(pyramid={"coarsest_longest_axis": 9}))
         assert [volume.shape_zyx for volume in decided.volumes] == [(33, 20, 7), (17, 10, 4), (9, 5, 2)]

@@ -95,10 +95,10 @@ class LevelChoice(Record):
     refused: PictureErrors | None = None
     """Why a refined level that is nearer along aimed rays was not taken: in pictures it is not."""
     lit: PictureErrors | None = None
-    """A refined level that was refined through lit rays, too, and as it was before, in lit pixels: the nearer one is
-    the level. None where light is not lit, and beyond the budget."""
+    """A level that was refined through lit rays, and as its filter made it, in lit pixels: the nearer one is the level.
+    None where light is not lit, and beyond the budget."""
     beyond_lit_budget: bool = False
-    """Whether a refined level was not refined through lit rays because that would cost more than `refine` allows."""
+    """Whether the level was not refined through lit rays because that would cost more than `refine` allows."""
     errors: tuple[LightError, ...] = ()
     """Difference between the chosen level and level 0, for each transfer function."""
     step: MeasuredStep | None = None

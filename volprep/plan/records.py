@@ -60,6 +60,9 @@ class LevelPlan(Resolution):
     """Filter that makes the level from level 0, none for level 0; "auto": pictures decide when it is made."""
     refine: Refinement = "auto"
     """Whether "auto" also refines the level through the renderer, and within which budget."""
+    lit: bool = False
+    """Whether its voxels may be refined through lit rays, whatever filter made it: where the scene leaves the filter
+    open, or asks for "refined"."""
 
     @property
     def name(self) -> str:

@@ -29,7 +29,11 @@ def lay_out(case: Case, neighbours: Sequence[Neighbour], form: CompressedFormat 
     layouts = profile if form is None else profile.model_copy(update={"max_3d_texture_size": 0})
     list_levels = mipmap_levels if scene.textures.mipmaps else candidate_levels
     listed = list_levels(case.channel, case.grid, scene.pyramid.coarsest_longest_axis, layouts, filter_of(scene))
-    candidates = [level.model_copy(update={"refine": scene.pyramid.refine}) for level in listed]
+    refine = scene.pyramid.refine
+    candidates = [
+        level.model_copy(update={"refine": refine, "lit": refine != "none" and level.filter in {"auto", "refined"}})
+        for level in listed
+    ]
     table_bytes = tables_bytes(scene.render, profile, values.entries)
     rays: tuple[Rays, ...] = ("box",) if scene.proxy is None else ("box", "mesh")
     passes = max(passes_before(scene.render.technique, scene.lighting.shadows, each) for each in rays)

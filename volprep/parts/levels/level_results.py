@@ -100,7 +100,7 @@ def _refused(choice: LevelChoice) -> str:
 def _refined_lit(choice: LevelChoice) -> str:
     """Say what refining a level through lit rays has brought."""
     if choice.lit is None:
-        return "; refining it through lit rays, too, is beyond the budget" if choice.beyond_lit_budget else ""
+        return "; refining it through lit rays is beyond the budget" if choice.beyond_lit_budget else ""
     errors = choice.lit
     found = "" if errors.refined < errors.other else ", and is not taken"
     lit = f"; refined through lit rays, it is {errors.refined:.3g} from it in lit pixels{found}"

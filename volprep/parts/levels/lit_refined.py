@@ -1,13 +1,16 @@
 """Levels refined through lit rays, after everything else: their voxels move until rays show the shade of level 0, too.
 
 Filters, tables and the refinement of refined.py follow unlit light. Gradients of coarser voxels then shade a folded
-surface otherwise than the scan's: that was all of the error beyond the tolerance of levels 2 of five scans. Here voxels
-take accelerated steps along the adjoint of lit light (`lit_sums` of the native core), with the tables that the level
-has. Light comes from the viewer; a level that suits all directions of the viewer suits other lights, too.
+surface otherwise than the scan's: that was all of the error beyond the tolerance of levels 2 of five scans. Where the
+box cuts a body open, the shade of the cut is all that a picture along an axis shows. Here voxels take accelerated steps
+along the adjoint of lit light (`lit_sums` of the native core), with the tables that the level has. Light comes from the
+viewer; a level that suits all directions of the viewer suits other lights, too.
 
 Steps are twice as long as the curvature says, and each follows an eighth of the rays, so that levels shake: the mean
-over the last eight steps counts. Too many steps fit the rays alone, on some scans sooner. Three means are made. A level
-is only replaced by one that is nearer to level 0 in pixels of other views, as large as a voxel, and of these the one is
+over the last eight steps counts. Of some voxels an eighth of the rays passes the edge alone; its curvature is tiny, and
+steps were so long that black specks appeared in the air (a fly: RMSE 0.039 in place of 0.029). So the curvature is at
+least the mean over the parts. Too many steps fit the rays alone, on some scans sooner. Three means are made. A level is
+only replaced by one that is nearer to level 0 in pixels of other views, as large as a voxel, and of these the one is
 taken that is nearest in patches of three voxels: there people see a difference. Where the RMSE of pictures hardly
 changes between the means, FLIP falls (level 2 of FLAIR: 0.093, 0.083, 0.077). The method is volprep's own.
 """
@@ -23,6 +26,7 @@ from numpy.typing import NDArray
 from volprep.kernels import _native
 from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.appearance import largest_code
+from volprep.parts.levels.cut_faces import cut_face_lines, cut_face_voxels
 from volprep.parts.levels.level_input import Factors, LevelInput
 from volprep.parts.levels.light import rmse_of
 from volprep.parts.levels.rays import RaySegments, ends_in_box, ray_counts, unit
@@ -32,11 +36,7 @@ from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.package.parts.normals.record import LEAST_SLOPE, halved_axes
 
-_RAYS_PER_VOXEL = 12
-"""With 8 level 2 of FLAIR had RMSE 0.037 in pictures, with these 0.029."""
 _FEWEST_RAYS = 8000
-_MEANS = (16, 32, 48)
-"""Steps after which there is a mean. Level 2 of a fly is best after 16, those of FLAIR, norm and a shell after 48."""
 _AVERAGED = 8
 """Steps of a mean: all parts of the rays."""
 _LONGER = 0.5
@@ -45,10 +45,13 @@ _TIE = 0.001
 _PER_VOXEL = 3
 """Samples for each voxel of the level; with two the FLIP was higher by 1 to 8 %."""
 _FINE_PER_VOXEL = 2
-_MOST_BYTES = 2**27
-"""Of level 0, which is in memory meanwhile."""
+_MOST_BYTES = 2**24
+"""Of level 0, which is in memory meanwhile. Rays through larger ones are long: level 3 of an MR of 33 MB would take 5
+seconds, and be beyond the tolerance as before."""
 _PIXELS = 600
 """Pixels in which errors are measured, each through another place that is seen."""
+_PIXELS_AT_FACES = 200
+"""More of them, straight at faces that cut through something."""
 _PIXEL, _PATCH = (1, 3), (3, 5)
 """Width of a pixel and of a patch in voxels, and rays along an edge of it."""
 _SEED = 41
@@ -64,9 +67,26 @@ class LitBudget:
     """Samples of all levels, in all steps and through all transfer functions."""
 
 
-LIT_AUTO = LitBudget(fine=50_000_000, coarse=70_000_000)
-"""About 3 processor seconds."""
+LIT_AUTO = LitBudget(fine=160_000_000, coarse=300_000_000)
+"""About 5 processor seconds at most."""
 LIT_THOROUGH = LitBudget(fine=1_000_000_000, coarse=2_000_000_000)
+
+
+@dataclass(frozen=True)
+class _Effort:
+    """Work on one level."""
+
+    rays_per_voxel: int
+    """Rays for each voxel that is seen."""
+    rays_at_faces: int
+    """Rays for each voxel that is seen at a face of the box."""
+    means: tuple[int, ...]
+    """Steps after which there is a mean. Level 2 of a fly is best after 16, those of FLAIR, norm and a shell after
+    48."""
+
+
+_EFFORTS = (_Effort(3, 12, (16,)), _Effort(6, 12, (16, 32)), _Effort(12, 24, (16, 32, 48)))
+"""The least first. Level 2 of FLAIR had RMSE 0.037 with 8 rays for a voxel, with 12 it had 0.029."""
 
 
 @dataclass(frozen=True)
@@ -121,14 +141,15 @@ class _LitRefinement(Refinement):
     """Target of the refinement of a level: the lit light of rays through level 0."""
 
     shading: _Shading
+    mean_after: tuple[int, ...]
 
     def means(self, start: Float32Array, spacing_mm_zyx: tuple[float, float, float]) -> Iterator[Float32Array]:
         """Yield the mean over the last steps at some of them."""
         total = np.zeros(start.shape, np.float64)
-        for step, level in enumerate(self.moving(start, spacing_mm_zyx, self.tables, _MEANS[-1]), 1):
-            if any(end - _AVERAGED < step <= end for end in _MEANS):
+        for step, level in enumerate(self.moving(start, spacing_mm_zyx, self.tables, self.mean_after[-1]), 1):
+            if any(end - _AVERAGED < step <= end for end in self.mean_after):
                 total += level
-            if step in _MEANS:
+            if step in self.mean_after:
                 yield (total / _AVERAGED).astype(np.float32)
                 total[:] = 0.0
 
@@ -152,24 +173,47 @@ class LitLevels:
     """Refines levels of one volume through lit rays."""
 
     def __init__(self, scan: LevelInput, levels: Sequence[Factors], budget: LitBudget) -> None:
-        """Take the volume, and the levels of which those are refined that the budget has room for, coarsest first."""
+        """Take the volume, and the levels of which those are refined that the budget has room for, coarsest first.
+
+        What is left when each has the least effort goes to the coarsest.
+        """
         self._scan = scan
-        self._counts: dict[Factors, int] = {}
+        self._efforts: dict[Factors, _Effort] = {}
         if math.prod(scan.grid.shape_zyx) * scan.volume.dtype.itemsize > _MOST_BYTES:
             return
+        coarsest, *others = sorted(levels, key=math.prod, reverse=True)
+        least, *more = _EFFORTS
+        tried = [*((each, least) for each in (coarsest, *others)), *((coarsest, each) for each in more)]
+        for factors, effort in tried:
+            wanted = {**self._efforts, factors: effort}
+            samples = [self._samples(*each) for each in wanted.items()]
+            fine, coarse = (sum(each) for each in zip(*samples, strict=True))
+            if fine <= budget.fine and coarse <= budget.coarse:
+                self._efforts = wanted
+
+    def _samples(self, factors: Factors, effort: _Effort) -> tuple[float, float]:
+        """Return about how many samples of level 0 and of the level an effort takes."""
+        scan = self._scan
+        rays = self._aimed(factors, effort) + effort.rays_at_faces * cut_face_voxels(scan.looks.seen_blocks, factors)
         # Light starts at any place of the box, and crosses it: rays are about as long as its mean edge.
         mean_mm = float(np.mean(scan.grid.extent_mm_zyx))
-        fine, coarse = budget.fine, budget.coarse
-        for factors in sorted(levels, key=math.prod, reverse=True):
-            count = max(
-                _RAYS_PER_VOXEL * seen_voxels(scan.looks.seen_blocks, factors, scan.grid.shape_zyx), _FEWEST_RAYS
-            )
-            of_level = mean_mm / min(scan.spacing_mm_zyx(factors)) * _PER_VOXEL
-            fine -= int(count * mean_mm / min(scan.grid.spacing_mm_zyx) * _FINE_PER_VOXEL)
-            coarse -= int(count * of_level * _MEANS[-1] / _AVERAGED * len(scan.tables))
-            if fine < 0 or coarse < 0:
-                return
-            self._counts[factors] = count
+        of_level = mean_mm / min(scan.spacing_mm_zyx(factors)) * _PER_VOXEL * effort.means[-1] / _AVERAGED
+        return rays * mean_mm / min(scan.grid.spacing_mm_zyx) * _FINE_PER_VOXEL, rays * of_level * len(scan.tables)
+
+    def _aimed(self, factors: Factors, effort: _Effort) -> int:
+        """Return the number of rays in all directions."""
+        scan = self._scan
+        voxels = seen_voxels(scan.looks.seen_blocks, factors, scan.grid.shape_zyx)
+        return max(effort.rays_per_voxel * voxels, _FEWEST_RAYS)
+
+    def _lines(self, factors: Factors) -> RaySegments:
+        """Return the rays of a level, in random order."""
+        scan, effort = self._scan, self._efforts[factors]
+        blocks = scan.looks.seen_blocks
+        aimed = rays_at(scan.grid, blocks, factors, self._aimed(factors, effort))
+        straight = cut_face_lines(scan.grid, blocks, factors, effort.rays_at_faces, _SEED)
+        lines = RaySegments.joined([aimed, straight])
+        return lines.taken(np.random.default_rng(_SEED).permutation(len(lines.lengths_mm)))
 
     @cached_property
     def _fine(self) -> NDArray[np.generic]:
@@ -178,7 +222,7 @@ class LitLevels:
 
     def refines(self, factors: Factors) -> bool:
         """Return whether the level with these factors can be refined within the budget."""
-        return factors in self._counts
+        return factors in self._efforts
 
     def refined(
         self, volume: RawVolume, factors: Factors, own: Sequence[AdaptedTable]
@@ -189,7 +233,7 @@ class LitLevels:
         """
         scan = self._scan
         tables = {**scan.tables, **{each.transfer: np.array(each.entries) for each in own}}
-        lines = rays_at(scan.grid, scan.looks.seen_blocks, factors, self._counts[factors])
+        lines = self._lines(factors)
         refinement = _LitRefinement(
             lines=lines,
             lights=self._light(self._fine, (1, 1, 1), lines, scan.tables),
@@ -199,6 +243,8 @@ class LitLevels:
             parts=_AVERAGED,
             tie=_TIE,
             shading=_Shading.of(scan, factors),
+            steady=True,
+            mean_after=self._efforts[factors].means,
         )
         before = volume.read_slab(0, volume.shape_zyx[0])
         whole = np.float32(largest_code(volume.dtype))
@@ -250,7 +296,13 @@ class _Pixels:
     @classmethod
     def of(cls, scan: LevelInput, factors: Factors, voxels: int, across: int) -> "_Pixels":
         """Return pixels, so many voxels of a level wide, around rays that are aimed at what is seen."""
-        middles = aimed_lines(scan.grid, scan.looks.seen_blocks, float(max(factors)), _PIXELS, _SEED)
+        blocks = scan.looks.seen_blocks
+        middles = RaySegments.joined(
+            [
+                aimed_lines(scan.grid, blocks, float(max(factors)), _PIXELS, _SEED),
+                cut_face_lines(scan.grid, blocks, factors, 1, _SEED + 1).part(0, _PIXELS_AT_FACES),
+            ]
+        )
         directions = middles.directions_xyz
         beside = unit(np.cross(directions, np.eye(3)[np.abs(directions).argmin(axis=1)]))
         above = np.cross(directions, beside)

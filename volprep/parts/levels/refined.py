@@ -240,6 +240,8 @@ class Refinement:
     """Parts of the rays; a step follows one of them."""
     rounds: tuple[int, ...] = _ROUNDS
     """Steps of voxels in each round."""
+    steady: bool = False
+    """Whether the curvature of a step is at least the mean over the parts so far, and not that of its own rays."""
     tie: float = _TIE
     """Weight of a voxel's change beside the mean curvature, so that voxels that no ray meets stay."""
 
@@ -294,8 +296,12 @@ class Refinement:
         parts = [self.part(np.arange(first, count, self.parts)) for first in range(min(self.parts, count))]
         level, ahead = begin, begin
         speed = 1.0
+        mean = np.zeros(begin.shape, np.float32)
         for step in range(steps):
             gradient, curvature = parts[step % len(parts)].sums(ahead, sloped, spacing_mm_zyx)
+            if self.steady:
+                mean += (curvature - mean) / np.float32(min(step + 1, len(parts)))
+                curvature = np.maximum(mean, curvature)
             met = curvature > 0
             if not met.any():
                 return

@@ -101,7 +101,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     chooser = _chooser(scan, plan, coarser) if coarser else None
     seen = _seen(scan, plan) if coarser else None
     steps = _steps(scan, plan) if coarser else None
-    lit = _lit_levels(scan, plan, coarser, chooser)
+    lit = _lit_levels(scan, plan, coarser) if isinstance(chooser, Chooser) else None
     is_edited = plan.part(EditingPlan) is not None
     waiting: list[tuple[LevelPlan, Future[LevelChoice], RawVolume]] = []
     # A level is measured while the next one is made: both use few threads.
@@ -141,7 +141,7 @@ def _measured(  # noqa: PLR0917 - a level, and what measures it
     else:
         tables, dropped, errors = seen.chosen(codes, level.factors_zyx, choice.tables)
         choice = choice.model_copy(update={"tables": tables, "dropped": dropped, "errors": errors})
-        if choice.filter == "refined" and lit is not None:
+        if lit is not None and level.lit:
             choice = _refined_lit(choice, codes, level, seen, lit)
     off = error_along_rays(choice)
     step = None if steps is None else steps.measured(codes, level.factors_zyx, choice.tables, off)
@@ -204,17 +204,17 @@ def _lit_levels(
     scan: LevelInput,
     plan: ChannelPlan,
     coarser: Sequence[LevelPlan],
-    chooser: Chooser | ClassifiedChooser | ProjectedChooser | None,
 ) -> LitLevels | None:
-    """Return what refines refined levels through lit rays, too; None if no level is, or not lit from its own voxels."""
+    """Return what refines levels through lit rays; None if no level is, or light does not come from its own voxels."""
     drawing = _drawing(plan)
     is_followed = drawing.lit and drawing.central and drawing.compositing in LAID_OVER
     is_fixed = not (drawing.segments or drawing.labelled or plan.part(EditingPlan) is not None)
-    if not (isinstance(chooser, Chooser) and is_followed and is_fixed):
+    # Whatever filters levels have: the budget is then the same when a level is made again.
+    levels = [level for level in coarser if level.lit]
+    if not (levels and is_followed and is_fixed):
         return None
-    # Those that may be refined, whatever filter a level has: the budget is then the same when a level is made again.
-    levels = [level.factors_zyx for level in coarser if chooser.refines(level.factors_zyx)]
-    return LitLevels(scan, levels, LIT_THOROUGH if _budget(plan, coarser) is THOROUGH else LIT_AUTO)
+    is_thorough = any(level.refine == "thorough" for level in levels)
+    return LitLevels(scan, [level.factors_zyx for level in levels], LIT_THOROUGH if is_thorough else LIT_AUTO)
 
 
 def _seen(scan: LevelInput, plan: ChannelPlan) -> SeenLevels | None:
