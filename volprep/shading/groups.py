@@ -1,8 +1,8 @@
-"""Loops that take several samples in each turn, and read once for all of them what changes slowly: labels.
+"""Loops that take several samples in each turn, and read labels, which change slowly, once for all of them.
 
 On Mesa's software driver, which runs both sides of every branch, a fetch that a condition leaves out for every second
-sample takes as long as one for each. Light that was computed once is still read for each sample: a turn of two samples
-takes about as much longer as half of its fetches save (1.38 in place of 1.39 times the unlit picture).
+sample takes as long as one for each. Light that was computed once is still read for each sample: turns of
+two samples cost what half of its fetches save (1.38 in place of 1.39 times the unlit picture).
 """
 
 from collections.abc import Iterable
@@ -22,9 +22,9 @@ def group_size(longest: Iterable[float]) -> int:
     """Return how many samples a group may have that is no longer than so many steps on any level: 4, 2, or 1.
 
     Two samples may be twice as far apart as that, since such steps make errors of their own. All sizes divide the
-    samples between two looks at a skip table, and those of a slab.
+    samples between two looks at a skip table, and the samples of a slab.
     """
-    # What was rounded, as in 4 * 0.1 * 2.5, takes no sample away.
+    # Rounding, as in 4 * 0.1 * 2.5, takes no sample away.
     steps = 1.001 * min(longest)
     return 4 if steps >= 4.0 else 2 if steps >= 1.0 else 1
 

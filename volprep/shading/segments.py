@@ -8,17 +8,17 @@ With a maximum or a first hit a ray shows one value. The program then reads the 
 
 Mesa's software driver runs both sides of every branch. Read for each sample, labels make it take 3.2 times as long as
 one of the scan alone: eight labels with their weights alone make 1.96, eight looks, two styles and sums the rest. Read
-once for two samples, 2.3. What else was tried is in times of the scan alone, with labels for each sample and lookup
-tables (a cube of 96³ voxels, 192² to 768² pixels; tests/benchmarks/bench_segments.py):
+once for two samples, 2.3. Other attempts, in times of the scan alone, with labels for each sample and lookup tables (a
+cube of 96³ voxels, 192² to 768² pixels; tests/benchmarks/bench_segments.py):
 
 - Loops over corners with one turn where a cell has one label: 4.3 to 5.2. Runs of such cells in a loop of their own:
   6.8 to 8.1. The driver tests the mask of a loop after each turn, so that a loop of no turns costs one.
-- Four samples at once, then a loop over those that have several labels: 2.25 where no cell has, but 3.59 where 36 % of
-  the cells have, since one of eight pixels nearly always is at a border.
+- Four samples at once, then a loop over samples with several labels: 2.25 where no cell has several, but 3.59 where
+  36 % of the cells have, since one of eight pixels nearly always is at a border.
 - One table of values and labels in place of styles and looks: 2.8 with nearest entries, 5.5 with linear ones.
 - The least and the greatest label of a cell, and a loop over others: 3.47. Integer coordinates (texelFetch): 4.1.
   Constant offsets of fetches: 3.3. Without the flag in the labels: 2.85.
-- The sums of a style as those of all less the others, and no early ends: 2.96, but all other drivers would then read
+- The sums of a style as the total less the others, and no early ends: 2.96, but all other drivers would then read
   eight labels for every sample.
 - Lit borders that read only the 19 voxels beside the eight of the cell take as long as with all 27: weights take as
   long as labels. Rows of three voxels take 2.66 in place of 3.04.
@@ -55,7 +55,7 @@ from volprep_formats.package.program import ProgramDesign, Sampler
 _PART = "classification/segments"
 _VALUES = "classification/segments_values"
 _SOFT_DEPTH = 0.05
-"""Optical depth of four samples that share labels; two may have twice as much."""
+"""Optical depth of four samples that share labels; two samples may have twice this depth."""
 _BYTES = {False: "({texel}).{low} * 255.0", True: "dot(({texel}).{low}{high}, vec2(255.0, 65280.0))"}
 """A texel as a number, by whether labels have two bytes."""
 
@@ -133,7 +133,7 @@ def longest_groups_mm(manifest: Manifest, program: ProgramDesign, walk: Walk) ->
     Half a voxel, and where the densest style absorbs little: a head of 188 opaque labels, lit, with steps of 0.35
     voxels, was 0.0033 off in place of 0.0011 with labels for two samples, and took 0.88 of the time. A crisp border is
     a step, and needs the place of each sample; so does light that casts shadows. Groups of pieces would begin elsewhere
-    than those of the whole.
+    than groups of the whole.
     """
     segments = manifest.segments
     if segments is None or program.transfer != segments.name or segments.border == "crisp" or not walk.loops:

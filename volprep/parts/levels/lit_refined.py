@@ -81,8 +81,8 @@ class _Effort:
     rays_at_faces: int
     """Rays for each voxel that is seen at a face of the box."""
     means: tuple[int, ...]
-    """Steps after which there is a mean. Level 2 of a fly is best after 16, those of FLAIR, norm and a shell after
-    48."""
+    """Steps after which there is a mean. Level 2 of a fly is best after 16, of FLAIR, norm and a shell
+    after 48."""
 
 
 _EFFORTS = (_Effort(3, 12, (16,)), _Effort(6, 12, (16, 32)), _Effort(12, 24, (16, 32, 48)))
@@ -173,9 +173,9 @@ class LitLevels:
     """Refines levels of one volume through lit rays."""
 
     def __init__(self, scan: LevelInput, levels: Sequence[Factors], budget: LitBudget) -> None:
-        """Take the volume, and the levels of which those are refined that the budget has room for, coarsest first.
+        """Take the volume, and the levels: as many are refined as fit into the budget, coarsest first.
 
-        What is left when each has the least effort goes to the coarsest.
+        When each has the least effort, the coarsest takes the rest of the budget.
         """
         self._scan = scan
         self._efforts: dict[Factors, _Effort] = {}

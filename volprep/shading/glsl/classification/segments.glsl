@@ -33,7 +33,7 @@ void look_around(vec3 at) {
   //#part border
   //#part borders
 }
-// Colour and extinction there, from those of each style.
+// Colour and extinction there, from the media of each style.
 vec4 seen($MEDIA) {
   vec4 medium = vec4(0.0);
   //#part added

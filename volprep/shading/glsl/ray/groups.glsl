@@ -9,7 +9,7 @@ for (int k = 0; k < $GROUP; k++) {
   //#part sample
 }
 //#section within
-// Behind the last sample there is none.
+// No samples lie behind the last one.
 medium.a = i < $LAST ? medium.a : 0.0;
 //#section run
 float run_start = next - mod(next - 0.5, $IN_GROUP);
