@@ -16,6 +16,7 @@ from volprep.truth.camera import widest_view
 from volprep.truth.strip import strip
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.package.channel import Statistics
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
@@ -122,6 +123,21 @@ def test_a_ct_is_recognised_also_if_its_values_are_offset(offset: int) -> None:
     bone = scene.transfer[0].resolved().points
     assert [point.value - offset for point in bone] == [150.0, 260.0, 500.0, 1200.0, 3000.0]
     assert scene.render.lighting == "headlight"
+
+
+@pytest.mark.parametrize(
+    "peaks",
+    [
+        {"air": (-1000, 20, 600), "tissue": (40, 25, 300), "contrast": (180, 20, 60)},
+        {"air": (-1000, 20, 9300), "tissue": (100, 25, 300), "fat": (-100, 60, 300), "bone": (720, 60, 100)},
+    ],
+    ids=["without bone", "small body"],
+)
+def test_values_that_are_hounsfield_units_need_no_bone_and_little_tissue(peaks: dict) -> None:
+    values = mixed(**peaks)
+    assert look(values).recognised.startswith("recognised as a CT, preset ct-")
+    # The same values with an offset may be of anything else.
+    assert named(look([value + 1000 for value in values])) == "object"
 
 
 def test_an_unusual_offset_of_a_ct_is_estimated() -> None:
@@ -246,3 +262,11 @@ def test_slices_of_a_thin_stack_are_tinted_by_its_segments_without_veil_or_light
 @pytest.mark.parametrize(("render", "expected"), [({}, "auto"), ({"classification": "lookup"}, "lookup")])
 def test_the_plan_chooses_how_segments_are_classified_where_nobody_says_it(render, expected):
     assert with_segments("gles3", **render).render.classification == expected
+
+
+def test_segments_of_a_ct_have_a_veil_of_soft_tissue_also_if_the_file_states_no_unit():
+    scene = look(mixed(air=(-1000, 8, 500), tissue=(40, 15, 300), bone=(900, 150, 60)))
+    scene = Scene.model_validate({**scene.model_dump(exclude_unset=True), "segments": {"source": "organs.nii"}})
+    info = SourceInfo(format="nifti", grid=Grid.of((1, 1, 860), (1.0, 1.0, 1.0)), stored_type="float32")
+    shown = with_segment_styles(scene, GLES3, info, Statistics(minimum=-1030.0, maximum=1300.0, non_finite=0))
+    assert [transfer.resolved().name for transfer in shown.transfer] == ["ct-soft-tissue", "inside"]

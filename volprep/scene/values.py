@@ -15,6 +15,14 @@ _CT_SLACK_HU = 130.0
 water."""
 _CT_PEAK_SHARE = 0.03
 """Least share of the sample within 40 HU of each peak."""
+_CT_PEAK_OF_BODY = 0.1
+"""The same of soft tissue, as part of all that is denser than air, where that is at least `_LEAST_BODY` of the
+sample."""
+_LEAST_BODY = 0.02
+_ABOVE_AIR_HU = 200.0
+"""How far above the peak of air a body begins."""
+_OFFSET_SLACK_HU = 60.0
+"""How far the peak of air may be from where a usual offset puts it."""
 _USUAL_OFFSETS = (0.0, -1000.0, -1024.0, -32768.0, -31744.0)
 BONE_HU = 300.0
 """A CT that reaches this has bone in it, or contrast medium."""
@@ -56,7 +64,7 @@ def values_of(sample: Float64Array) -> Values:
 def hounsfield_offset(sample: Float64Array) -> float | None:
     """Return the offset from the values to Hounsfield units, or None if the values are not CT values.
 
-    A CT has a peak of air and one of soft tissue, 1000 apart, and some bone above it.
+    A CT has a peak of air and one of soft tissue, 1000 apart, and, unless these are at -1000 and 0, some bone above.
     """
     low, high = (float(each) for each in np.percentile(sample, _OUTLIERS))
     if not 1200.0 < high - low < 9000.0:
@@ -64,14 +72,21 @@ def hounsfield_offset(sample: Float64Array) -> float | None:
     counts, edges = np.histogram(sample, np.arange(low - 40.0, high + 60.0, 20.0))
     share = np.convolve(counts, np.ones(3), "same") / sample.size
     centres = (edges[:-1] + edges[1:]) / 2
-    highest = [share[max(k - 1, 0) : k + 2].max() for k in range(len(share))]
-    peaks = [k for k in range(len(share)) if share[k] >= _CT_PEAK_SHARE and share[k] == highest[k]]
-    for air in peaks:
-        tissue = [k for k in peaks if abs(centres[k] - centres[air] - _AIR_TO_WATER_HU) <= _CT_SLACK_HU]
-        if tissue and high - centres[air] >= _AIR_TO_WATER_HU + BONE_HU:
-            guess = -_AIR_TO_WATER_HU - float(centres[air])
-            near = min(_USUAL_OFFSETS, key=lambda offset: abs(offset - guess))
-            return near if abs(near - guess) <= 60.0 else round(guess)
+    peaks = [k for k in range(len(share)) if share[k] == share[max(k - 1, 0) : k + 2].max()]
+    for air in (k for k in peaks if share[k] >= _CT_PEAK_SHARE):
+        guess = -_AIR_TO_WATER_HU - float(centres[air])
+        near = min(_USUAL_OFFSETS, key=lambda offset: abs(offset - guess))
+        is_usual = abs(near - guess) <= _OFFSET_SLACK_HU
+        # Air at -1000 and tissue near 0 need no bone, and little tissue: a small body may lie in a wide field.
+        in_units = is_usual and near == 0.0
+        of_body = float((sample > centres[air] + _ABOVE_AIR_HU).mean())
+        is_small = in_units and of_body >= _LEAST_BODY
+        least = min(_CT_PEAK_SHARE, _CT_PEAK_OF_BODY * of_body) if is_small else _CT_PEAK_SHARE
+        has_tissue = any(
+            share[k] >= least and abs(centres[k] - centres[air] - _AIR_TO_WATER_HU) <= _CT_SLACK_HU for k in peaks
+        )
+        if has_tissue and (in_units or high - centres[air] >= _AIR_TO_WATER_HU + BONE_HU):
+            return near if is_usual else round(guess)
     return None
 
 
