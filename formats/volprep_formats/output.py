@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from volprep_formats.diagnostics import VolprepError
+from volprep_formats.diagnostics import SafeText, VolprepError
 
 _PARTIAL = ".partial"
 _AT_FDCWD = -100
@@ -51,7 +51,10 @@ def output_errors(path: Path, code: str = "VP4020", *, needed_bytes: int | None 
     except OSError as error:
         # Exceptions passed on by libraries may have a traceback in their text, after the first line.
         text = error.strerror or str(error).partition("\n")[0]
-        raise VolprepError(code, path=path, error=text + _room(path, error, needed_bytes)) from error
+        said = text + _room(path, error, needed_bytes)
+        # A message of the system, with numbers, holds no name.
+        is_safe = error.errno is not None and text == os.strerror(error.errno)
+        raise VolprepError(code, path=path, error=SafeText(said) if is_safe else said) from error
 
 
 def _room(path: Path, error: OSError, needed_bytes: int | None) -> str:

@@ -19,7 +19,7 @@ def read_toml_file(path: Path) -> dict[str, object]:
     description, for invalid TOML.
     """
     # Editors on Windows put a byte order mark in front, which TOML does not know.
-    text = read_regular(path).decode("utf-8-sig")
+    text = read_regular(path).decode().removeprefix("\ufeff")
     for piece in _BREAKS.split(text):
         if sum(1 for _ in _DOT.finditer(piece)) > _MOST_KEY_PARTS and not piece.lstrip().startswith("#"):
             msg = f"{piece.strip()[:40]!r}… has more than {_MOST_KEY_PARTS} dots, where keys have two or three parts"

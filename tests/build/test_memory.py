@@ -88,6 +88,7 @@ def test_no_stage_takes_more_for_a_deeper_volume(tmp_path, monkeypatch, profile)
     monkeypatch.setattr(stage, "AUTO", RefineBudget(fine=150_000, coarse=750_000))
     monkeypatch.setattr(appearance, "_LONGEST_AXIS", 16)
     monkeypatch.setattr(level_steps, "_MOST_VOXELS_OF_SIDE", 16)
+    monkeypatch.setattr(level_steps, "_MOST_OF_SIDE", 24)
     # A level is measured while the next one is made: which of their peaks meet is a matter of time. Neither may grow.
     monkeypatch.setattr(stage, "ThreadPoolExecutor", OneAfterAnother)
     # The samples for the plan grow with the depth: 20 kB a slice, however large it is.

@@ -68,14 +68,12 @@ def mixed(folder) -> Package:
 
 @pytest.fixture(scope="module")
 def lit(folder) -> Package:
-    return built_with_labels_for_each_sample(folder, "lit", change=PIECES | {"render": LIT}, **ONE_HIDDEN)
+    return built(folder, "lit", change=PIECES | {"render": LIT}, **ONE_HIDDEN)
 
 
 @pytest.fixture(scope="module")
 def lit_in_mosaics(folder) -> Package:
-    return built_with_labels_for_each_sample(
-        folder, "lit-in-mosaics", "gles2-4096", PIECES | {"render": LIT}, **ONE_HIDDEN
-    )
+    return built(folder, "lit-in-mosaics", "gles2-4096", PIECES | {"render": LIT}, **ONE_HIDDEN)
 
 
 def built_with_labels_for_each_sample(*where: object, **change: object) -> Package:

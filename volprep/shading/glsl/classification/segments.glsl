@@ -109,7 +109,7 @@ for (int corner = 0; corner < 4; corner++) {
 }
 //#section lit_segments
 // Of the place that was looked at last: where labels of different extinctions meet 9, the number of rows of voxels that
-// border_slope reads, else 0; the place in voxels; the extinctions of all styles there, up to a common factor.
+// border_slope reads, else 0; the place in voxels; the extinctions of all styles there.
 float border_rows;
 vec3 border_place;
 float $KEPT;
@@ -221,21 +221,11 @@ for (int k = 0; k < $GROUP; k++) {
   float stored = stored_value(start + stride * (first + float(k)));
   //#part media
 }
-//#part no_slope
 if (shown > 0.0) {
   look_around(start + stride * (first + $HALF_GROUP));
-  //#part slope
 }
 //#section declared
 vec4 media$OF[$GROUP];
-//#section no_kept
-kept$OF = 0.0;
 //#section media_of_group
 media$OF[k] = classify$OF(stored);
 shown = max(shown, media$OF[k].a);
-//#section kept_of_group
-kept$OF += media$OF[k].a;
-//#section no_slope
-vec3 border = vec3(0.0);
-//#section slope_there
-border = border_slope();
