@@ -1,8 +1,8 @@
 """Loops that take several samples in each turn, and read labels, which change slowly, once for all of them.
 
 On Mesa's software driver, which runs both sides of every branch, a fetch that a condition leaves out for every second
-sample takes as long as one for each. Light that was computed once is still read for each sample: turns of
-two samples cost what half of its fetches save (1.38 in place of 1.39 times the unlit picture).
+sample takes as long as one for each. Light that was computed once is still read for each sample: turns of two samples
+cost what half of its fetches save (1.38 in place of 1.39 times the unlit picture).
 """
 
 from collections.abc import Iterable

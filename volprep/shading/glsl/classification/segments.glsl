@@ -1,11 +1,11 @@
 //: A scan with its segments, both dialects. In: u_labels, one or two bytes for each voxel, NEAREST: its label, low byte
 //: first; the highest bit says that the cell which begins at the voxel has several labels. u_segments, RGBA8, NEAREST,
 //: a texel for each label: rgb the square root of the tint, linear, a the opacity factor, 0 if hidden. Slots: channels
-//: gives classify_0, classify_1, ..., one for each style; texels declares u_labels; styles has the section of this name
-//: for each style; one_label what a label of its own is for each; seen_styles adds the styles at a value; borders is
-//: section mixed or crisp; labels and around are the sections of these names, which segments_values.glsl uses too;
-//: corner_labels is section each_corner, or corners_in_turn for sub-volumes; in_turns is the section single, or none
-//: where slot of_group has the section group.
+//: gives classify_0, classify_1, ..., one for each style; texels declares u_labels; styles, no_sums, own_sums and added
+//: have the sections of these names, without the plural, for each style; one_label is the section of its name; borders
+//: is section mixed or crisp; labels and around are the sections of these names, which segments_values.glsl uses too;
+//: corner_labels is section each_corner, or corners_in_turn for sub-volumes; in_turns is section single, or nothing
+//: where slot of_group of the loop is section group.
 //: Where it is lit, border_slope gives the normal of borders, and border_row is section each_of_row, or row_in_turn for
 //: sub-volumes; VOXEL and POSITION_PER_MM come from the sampling.
 //: Words: CODE, the texel at `at` as a number; FLAG; PLACE, the position `at` in voxels; OF_VOXELS, how `at` is made
