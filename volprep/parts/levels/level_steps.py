@@ -59,7 +59,7 @@ the engine, level 2, of 480 with finer samples by 0.0097 to 0.0100; the picture 
 _CLOSE = 0.8
 """Part of the promise from which on an error is close to it."""
 _MOST_VOXELS_OF_SIDE = 128
-_MARGIN_OF_SIDES = 0.95
+_MARGIN_OF_SIDES = 0.8
 """Pictures of the sides have 0.5 to 1.3 times the error of the many; thin vessels, which the pieces are aimed at, up to
 2.3 times."""
 _SEED = 17
