@@ -38,7 +38,7 @@ _CT_SLICES = ((-200.0, "#000000", 0.0), (-150.0, "#1a1a1a", 0.6), (300.0, "#ffff
 """Value in HU, colour and opacity of slices of a CT: the usual window of soft tissue, in which bone is white."""
 _BODY_MM = 150.0
 """Diagonal of a CT below which the presets, whose opacities are for heads and trunks, show a thin veil."""
-_OF_CT = ("ct-bone", "ct-soft-tissue")
+_BONE, _SOFT_TISSUE = "ct-bone", "ct-soft-tissue"
 """Presets of a CT in Hounsfield units, with and without bone."""
 _CT = frozenset(("", "CT"))
 """Modalities whose values may be Hounsfield units although no unit is stated."""
@@ -114,7 +114,7 @@ def _of_ct(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: S
 
     A small piece is as opaque over its own diagonal as a preset is over `_BODY_MM`.
     """
-    name = _OF_CT[0] if statistics.maximum + offset >= BONE_HU else _OF_CT[1]
+    name = _BONE if statistics.maximum + offset >= BONE_HU else _SOFT_TISSUE
     said = "a CT" if offset == 0.0 else f"a CT whose values are {-offset:g} above Hounsfield units"
     part_of_body = min(1.0, math.hypot(*info.grid.extent_mm_zyx) / _BODY_MM)
     if offset == 0.0 and part_of_body == 1.0:
@@ -155,8 +155,8 @@ def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, 
     if any(transfer.name == _SLICES for transfer in scene.transfer):
         return scene.model_copy(update={"recognised": _recognised("a thin stack, its slices tinted by its segments")})
     veiled = scene.segments.model_copy(update={"outside_opacity": _VEIL})
-    if scene.transfer[0].preset in _OF_CT or info.unit == "HU":
-        scene = scene.with_preset(_OF_CT[1], profile)
+    if scene.transfer[0].preset in {_BONE, _SOFT_TISSUE} or info.unit == "HU":
+        scene = scene.with_preset(_SOFT_TISSUE, profile)
     else:
         scene = scene.with_transfer((_grey(info, statistics),))
     dense_per_mm = _dense_per_mm(info) * _INSIDE_SHARE

@@ -79,9 +79,9 @@ def hounsfield_offset(sample: Float64Array) -> float | None:
         is_usual = abs(near - guess) <= _OFFSET_SLACK_HU
         # Air at -1000 and tissue near 0 need no bone, and little tissue: a small body may lie in a wide field.
         in_units = is_usual and near == 0.0
-        of_body = float((sample > centres[air] + _ABOVE_AIR_HU).mean())
-        is_small = in_units and of_body >= _LEAST_BODY
-        least = min(_CT_PEAK_SHARE, _CT_PEAK_OF_BODY * of_body) if is_small else _CT_PEAK_SHARE
+        least = _CT_PEAK_SHARE
+        if in_units and (of_body := float((sample > centres[air] + _ABOVE_AIR_HU).mean())) >= _LEAST_BODY:
+            least = min(least, _CT_PEAK_OF_BODY * of_body)
         has_tissue = any(
             share[k] >= least and abs(centres[k] - centres[air] - _AIR_TO_WATER_HU) <= _CT_SLACK_HU for k in peaks
         )

@@ -59,7 +59,7 @@ def aimed_lines(  # noqa: PLR0917 - where, what, and how many
     Rays run in all directions, or `along` an axis of the box: 0 is x, 1 y, 2 z. Rays that hardly touch the box are
     dropped. Returns no rays if no block is seen.
     """
-    parts = [RaySegments(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))]
+    parts = [RaySegments.none()]
     if not blocks.seen.any():
         return parts[0]
     aim = _Aim(grid, blocks, aside, along, np.random.default_rng(seed))

@@ -42,7 +42,7 @@ def _lines(  # noqa: PLR0917 - a face, and its rays
 ) -> RaySegments:
     """Return rays that enter through the face at the first voxel of an axis, or at the last one."""
     if count == 0:
-        return RaySegments(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+        return RaySegments.none()
     spacing_mm_zyx = np.array(grid.spacing_mm_zyx)
     seen = np.argwhere(_at_face(blocks, axis, is_last))
     chosen = seen[generator.integers(0, len(seen), count)]

@@ -39,6 +39,11 @@ class RaySegments:
     """[n]: length inside the box."""
 
     @classmethod
+    def none(cls) -> "RaySegments":
+        """Return no rays."""
+        return cls(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+
+    @classmethod
     def joined(cls, parts: "Sequence[RaySegments]") -> "RaySegments":
         """Return the rays of all parts."""
         starts_mm_xyz, directions_xyz, lengths_mm = (

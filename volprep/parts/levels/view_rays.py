@@ -200,7 +200,7 @@ def picture_lines(  # noqa: PLR0917 - where, whither, and how many
         # promised RMSE 0.0017 for a step whose worst picture was 0.0128 off.
         places_mm = _inside(corners_mm, block_mm, extent_mm_xyz, picked, generator)
     if not len(places_mm):
-        return RaySegments(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+        return RaySegments.none()
     right = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
     right /= np.linalg.norm(right)
     aside_mm = np.column_stack([places_mm @ right, places_mm @ np.cross(direction, right)])
