@@ -25,6 +25,8 @@ from volprep.plan.device_records import DeviceRecord
 from volprep.plan.level_choice import LevelChoice
 from volprep.plan.records import Plan
 from volprep.scan.import_segments import find_segments
+from volprep.scan.segments.record import FoundSegments
+from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import measure
 from volprep.scene.channels import SceneChannel
 from volprep.scene.first_look import with_first_look, with_segment_styles
@@ -109,10 +111,11 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
         found = scanned[0].measured
         scene = with_first_look(scene, prepared.profile, scanned[0].info, found.statistics, found.rays_zyx[0])
         scene = with_segment_styles(scene, prepared.profile, scanned[0].info, found.statistics)
-    segments = None
+    segments: tuple[FoundSegments, RawVolume] | tuple[()] = ()
     if prepared.segments is not None:
-        segments = find_segments(prepared.segments, scanned[0].info.grid, progress)
-    return make_plan(scene, prepared.profile, scanned, segments)
+        its_segments, labels = find_segments(prepared.segments, scanned[0].info.grid, progress)
+        segments = its_segments, InMemory.of(labels)
+    return make_plan(scene, prepared.profile, scanned, *segments)
 
 
 def scan_digests(request: Request, progress: Progress) -> dict[str, str]:
