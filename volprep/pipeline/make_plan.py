@@ -81,7 +81,7 @@ def make_plan(
 ) -> Plan:
     """Decide everything for the channels that are drawn, in the order of `drawn_channels`.
 
-    `labels` are those of the `segments` on the grid of the source, if known: steps are measured with them.
+    `labels` are the labels of `segments` on the grid of the source, if known: steps are measured with them.
 
     Raises the errors of `begin` and `ChannelScan.valued`, VP1244 for parts that do not support several channels, VP3031
     and VP3032 for impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3043 for one that mixes labels,

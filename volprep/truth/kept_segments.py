@@ -18,7 +18,7 @@ def kept_segments(
 ) -> dict[str, float]:
     """Return the part of its light that each visible segment keeps in the `wanted` labels.
 
-    Voxels outside all segments are no structure that could vanish, and are none of them. `scan` and `level` are the
+    Voxels outside all segments are left out, because nothing there could vanish. `scan` and `level` are the
     light of each label.
     """
     visible = {segment.name for segment in segments.segments if segment.visible}

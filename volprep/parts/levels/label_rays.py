@@ -1,8 +1,8 @@
-"""What the labels of segments do to the samples of rays, as shaders add it up: one number per style and colour.
+"""Labels of segments along rays, as factors of each style's colour and extinction.
 
-A sample mixes the eight voxels around it by their trilinear weights. For each style the shader needs the sums of tint
-times opacity factor, and of the opacity factor, over the voxels whose label has this style. Crisp borders are mixed
-here too: a step that is short enough for a border one voxel wide draws a crisp one within half a step of its place.
+A sample mixes the eight voxels around it by their trilinear weights. For each style, a shader adds up tint times
+opacity factor, and opacity factor, of the voxels whose label has that style. Crisp borders are mixed here too: a step
+that is short enough for a border one voxel wide draws a crisp one within half a step of its place.
 """
 
 from collections.abc import Sequence
@@ -92,7 +92,7 @@ class LabelLooks:
 
 @dataclass(frozen=True)
 class _Numbered(RawVolume):
-    """A volume of labels in which a number stands for each label."""
+    """A volume of labels, each replaced by a number."""
 
     labels: RawVolume
     """The labels."""

@@ -61,7 +61,7 @@ class Headlit:
     halved_zyx: HalvedAxes = (False, False, False)
     """Axes along which differences are of values half a voxel to each side."""
     border_per_mm: float = 1.0
-    """What 1 per millimetre of a border of segments counts, in the codes' own unit."""
+    """Weight of the slope of a border of segments beside a slope of codes, both per millimetre."""
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,7 @@ class _Drawn(NamedTuple):
 
     exact: tuple[Table, ...]
     tables: tuple[Table, ...]
-    """What shaders use in their place."""
+    """The tables that shaders use for them."""
     styles: tuple[int, ...] = ()
 
 
@@ -246,7 +246,7 @@ def _media(part: _Part, table: Table, step_mm: float, *, is_segments: bool) -> t
 
 
 def _each_drawn(tables: Sequence[Table], used: Sequence[Table], *, is_labelled: bool) -> Iterator[_Drawn]:
-    """Yield what is measured: each function, or all styles together and each of several alone."""
+    """Yield each function; of segments, all styles together and then each of several alone."""
     if not is_labelled:
         yield from (_Drawn((exact,), (drawn,)) for exact, drawn in zip(tables, used, strict=True))
         return
