@@ -297,7 +297,9 @@ def test_what_is_outside_all_segments_takes_no_voxels_from_them(tmp_path):
         nibabel.save(nibabel.Nifti1Image(voxels, AFFINE), tmp_path / f"{name}.nii")
     package = built(tmp_path, "sheet", coarsest=6, border="mixed", style=[])
     held = held_labels(package.manifest.textures, 2, package.read_bytes)
-    np.testing.assert_array_equal(held, coarse_labels(labels.T.astype(np.uint16), (4, 4, 4)))
+    np.testing.assert_array_equal(
+        held, coarse_labels(labels.T.astype(np.uint16), package.manifest.levels[2].factors_zyx)
+    )
 
 
 @pytest.mark.long
