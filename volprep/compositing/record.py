@@ -6,10 +6,9 @@ from typing import Protocol
 
 from volprep.shading.compositing import CELL_BY_CELL
 from volprep.transfer.rays import Spacing
-from volprep.truth.lit import Normals
-from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import ClassificationName, CompositingName
@@ -56,12 +55,9 @@ class Oracle(Protocol):
     def __call__(
         self,
         media: Sequence[Medium],
-        grid: Grid,
         box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         *,
-        nearest: bool,
-        normals: Normals,
         tolerance: float = DEFAULT_TOLERANCE,
     ) -> OraclePicture:
         """Draw one volume, or several on one grid.

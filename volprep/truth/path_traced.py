@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.truth.oracle import require_field
+from volprep.truth.volume import require_field
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.environment import environment_of
