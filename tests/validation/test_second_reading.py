@@ -180,7 +180,7 @@ def integrated(view, step_mm: float):
     points = HILLS.points
     shown = [
         WitnessedMedium(
-            WitnessedScan(medium.volume, medium.slope, medium.intercept, index, "test"),
+            WitnessedScan(medium.volume.stored, medium.volume.slope, medium.volume.intercept, index, "test"),
             np.array([point.value for point in points]),
             np.array([point.colour for point in points]),
             np.array([point.extinction_per_mm for point in points]),
