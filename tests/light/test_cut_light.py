@@ -8,12 +8,13 @@ from judged import validate
 from light_scene import scene_of
 from scene_builds import built, view_of
 from tiny_packages import function
+from traced_places import traced_places
 
 from volprep.parts.light import solve
 from volprep.parts.light.lit import views_of_a_cut
 from volprep.parts.light.trial import choice_for_a_cut
 from volprep.truth.decoded import baked_fields, level_volume
-from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_picture, traced_places
+from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_picture
 from volprep.truth.refined import refined_lit, refined_picture
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
