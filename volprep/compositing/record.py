@@ -85,7 +85,7 @@ class Compositing:
     """Whether it makes sense of labels, which are no quantities."""
     level_filters: tuple[LevelFilter, ...]
     """Filters of coarser levels where the scene names none; of several, its own rays choose one for each level. If
-    there are none, light decides among all filters, and levels may have tables of their own."""
+    it is empty, light decides among all filters, and levels may have tables of their own."""
     isovalue: bool
     """Whether it shows a surface, so that each transfer function needs an isovalue."""
     intensities: bool

@@ -42,7 +42,7 @@ class WalkVoxels:
         return replace(self.volume, stored=joined(self.volume.stored, self.labels))
 
     def drawn_with(self, functions: Mapping[str, TransferFunction]) -> Draw:
-        """Return what draws such voxels with the transfer functions of these names."""
+        """Return a function that draws such voxels with these transfer functions, by name."""
         segments, quantization = self.package.manifest.segments, self.package.manifest.quantization
         if quantization is None:
             raise VolprepError("VP4011", path=self.package.path, problem="a sealed package without a quantization")

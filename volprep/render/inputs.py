@@ -83,7 +83,7 @@ def find_textures(package: Package, program: Program, level: int) -> list[Textur
 
 
 def undrawable(package: Package, wanted: str, transfer: str | None, known: str) -> VolprepError:
-    """Return VP5018: a package that cannot draw what is wanted, with what it can draw."""
+    """Return VP5018: a package that cannot draw `wanted`, with the choices that it has."""
     by = "any transfer function" if transfer is None else f"the transfer function {transfer}"
     return VolprepError("VP5018", package=package.path, level=wanted, transfer=by, known=known)
 

@@ -50,7 +50,7 @@ def labelled_as(
     return Labelled(labels, looks, border)
 
 
-def picture_of_labels(  # noqa: PLR0917 - what is drawn, how, and from where
+def picture_of_labels(  # noqa: PLR0917 - a volume, its looks, and a view
     volume: Volume,
     labelled: Labelled,
     compositing: CompositingName,

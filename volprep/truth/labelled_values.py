@@ -44,8 +44,8 @@ def labelled_value_picture(  # noqa: PLR0917 - as labelled_picture, the value, a
 ) -> OraclePicture:
     """Draw one value of each ray through a scan with segments, with a bound on the error of each pixel.
 
-    `window` has the least and the greatest physical value that the package stores. Isovalue and reference length are
-    those of the looks, which agree. Other arguments and errors as in `labelled_picture`.
+    `window` has the least and the greatest physical value that the package stores. Isovalue and reference length come
+    from the looks, which agree. Other arguments and errors as in `labelled_picture`.
     """
     looks = [look for look in labelled.looks if look is not None]
     picture = OraclePicture(rgba=np.zeros((*shape_hw, 4)), bound=np.zeros(shape_hw))

@@ -99,8 +99,8 @@ def projected_values(
 ) -> tuple[Float64Array, Float64Array]:
     """Return one physical value for each ray, NaN if it misses the box, and a bound on its error.
 
-    Both are [height, width]. `t_mm` of a maximum is written: its distance from the near plane, of those that
-    differ by at most `tie` that of the first. Errors as in `projected_picture`.
+    Both are [height, width]. The distance of a maximum from the near plane is written into `t_mm`: of
+    maxima that differ by at most `tie`, the first one counts. Errors as in `projected_picture`.
     """
     grid = volume.grid
     require_field(volume.stored, grid)

@@ -326,7 +326,7 @@ def _put_together(
     for name, box_from_clip in subject.views.items():
         picture = np.zeros((*subject.shape_hw, 4), np.float32)
         for place in _front_to_back(subject, box_from_clip, [cuts[first + 1 :: 2] for cuts in grid.cuts_zyx], places):
-            # A hit hides what is behind it, however transparent it is.
+            # A hit hides everything behind it, however transparent it is.
             through = picture[..., 3:] == 0.0 if is_first else 1 - picture[..., 3:]
             picture += through * drawn[name, place]
         yield name, picture

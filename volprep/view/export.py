@@ -41,7 +41,7 @@ _FOLDER_POLICY = (
     "base-uri 'none'; form-action 'none'"
 )
 _OWN_NAMES = frozenset((INDEX, SETTINGS, ZIP, "package", "report", "runtime", PAGE))
-"""What a page has in its folder, whatever package it shows."""
+"""Names in the folder of a page, whatever package it shows."""
 
 
 def write_page_folder(shown: ShownPackage, target: Path, progress: Progress, *, force: bool = False) -> int:
