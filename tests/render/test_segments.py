@@ -51,17 +51,21 @@ def test_labels_are_read_once_for_samples_that_are_near_each_other(folder, step_
     assert np.abs(drawn(package) - truth(folder, package)).max() < 0.003 + 0.02 * step_voxels**2
 
 
-@pytest.mark.parametrize("why", ["crisp", "lit", "opaque"])
+@pytest.mark.parametrize("why", ["crisp", "lit", "opaque", "lit tiles"])
 def test_steps_at_borders_light_and_opaque_voxels_need_the_labels_of_each_sample(folder, why):
-    change = {"lit": {"render": {"lighting": "headlight"}}, "opaque": {"render": {"step_voxels": 0.3}}}
+    lit = {"lighting": "headlight", "step_voxels": 0.125}
+    render = {"lit": lit, "opaque": {"step_voxels": 0.3}, "lit tiles": {**lit, "technique": "tiles"}}
     border = "crisp" if why == "crisp" else "mixed"
-    package = built(folder, why, change=change.get(why, {}), border=border)
+    outside = 1.0 if why == "opaque" else 0.5
+    package = built(folder, why, change={"render": render.get(why, {})}, border=border, outside_opacity=outside)
     assert samples_of_a_group(package) == 1
 
 
 def samples_of_a_group(package: Package) -> int:
     (program,) = (each for each in package.manifest.programs if each.transfer == "segments")
-    found = re.findall(r"  for \(int k = 0; k < (\d); k\+\+\) \{\n *float i = ", package.read_text(program.fragment))
+    texts = [program.fragment, *([program.tiles.cost] if program.tiles else [])]
+    text = "".join(package.read_text(each) for each in texts)
+    found = re.findall(r"  for \(int k = 0; k < (\d); k\+\+\) \{\n *float i = ", text)
     return int(found[0]) if found else 1
 
 

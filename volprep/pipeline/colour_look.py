@@ -38,7 +38,7 @@ _NOISE = 98.0
 
 _BRIGHT: dict[str, object] = {"extinction": "luminance"}
 _BRIGHT_ENDS = (0.05, 0.6)
-"""Luminance, from 0 to 1, at which pixels of a scan without a background begin to show, and are solid."""
+"""Luminance, from 0 to 1, where pixels of a scan without a background begin to show, and where they are solid."""
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def with_first_look(
     """Return the scene with a transfer function that shows something of any scan, and the kind that was recognised.
 
     `sample` holds physical values of the scan. The module docstring describes the look of each kind of scan. Raises
-    VP3027 for a table of labels where there are none.
+    VP3027 for a table of labels without labels.
     """
     look = _look(scene, profile, info, statistics, sample)
     said = look.scene.recognised or f"recognised as {look.said}; --preset NAME, or a scene, draws it in another way"
@@ -246,7 +246,7 @@ def _dense_per_mm(info: SourceInfo) -> float:
 def _grey(info: SourceInfo, statistics: Statistics) -> SceneTransfer:
     """Return a ramp over the values. A scan of exactly one value is white all through.
 
-    A ramp without length is a jump at the very value of all voxels: what is drawn would depend on rounding.
+    A ramp without length is a jump at the very value of all voxels: the picture would depend on rounding.
     """
     is_flat = statistics.minimum == statistics.maximum
     dense_per_mm = _dense_per_mm(info)
