@@ -153,6 +153,7 @@ PLANE = np.ones((8, 9), np.uint8)
         (lambda path: seg(path, [(1, (1.1, 2, 3), PLANE)]), "", "VP1411", "no common frame"),
         (lambda path: seg(path, [(1, (-3, -5.5, z), PLANE) for z in (3, 5, 7, 9, 11)]), "", "VP1411", "x and y turned"),
         (lambda path: structure_set(path, [[[(0, 0, 3), (2, 0, 4), (2, 2, 5)]]]), FRAME, "VP1412", "turned by"),
+        (lambda path: seg(path, [(1, (1, 2, z), PLANE * (z > 12)) for z in (11, 13)]), FRAME, "VP1411", "100.00% of"),
         (lambda path: structure_set(path, [[ring_at(500.0)], []]), FRAME, "VP1411", "mm apart"),
         (lambda path: structure_set(path, [[], []]), FRAME, "VP1400", "none of its structures has a closed contour"),
     ],

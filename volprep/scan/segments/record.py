@@ -16,9 +16,8 @@ from volprep_formats.label_tables import table_of
 from volprep_formats.label_tables.table import LABEL_TABLES
 from volprep_formats.package.values import Sha256
 from volprep_formats.record import Record
+from volprep_formats.segmentations.records import numbers_text
 
-_NAMED = 20
-"""Segments that a remark names."""
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
@@ -117,10 +116,9 @@ def found_segments(fitted: Fitted, sha256: str, table: str | None = None) -> Fou
 def _empty(fitted: Fitted, boxes: Sequence[VoxelBox | None]) -> Iterator[str]:
     """Name segments without a voxel."""
     held = {index for members, box in zip(fitted.members, boxes, strict=True) if box for index in members}
-    numbers = [str(each.number) for index, each in enumerate(fitted.segments) if index not in held]
+    numbers = [each.number for index, each in enumerate(fitted.segments) if index not in held]
     if numbers:
-        more = f" and {len(numbers) - _NAMED} more" if len(numbers) > _NAMED else ""
-        yield f"segments without a voxel of the scan: {', '.join(numbers[:_NAMED])}{more}"
+        yield f"segments without a voxel of the scan: {numbers_text(numbers)}"
 
 
 def _boxes(labels: LabelArray, count: int) -> tuple[VoxelBox | None, ...]:
