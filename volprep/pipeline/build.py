@@ -25,7 +25,7 @@ from volprep.plan.device_records import DeviceRecord
 from volprep.plan.level_choice import LevelChoice
 from volprep.plan.records import Plan
 from volprep.scan.import_segments import find_segments
-from volprep.scan.segments.record import FoundSegments
+from volprep.scan.segments.record import FoundSegments, holding_segments
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import measure
 from volprep.scene.channels import SceneChannel
@@ -107,14 +107,16 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
         require_same_scan(*device, prepared.profile.name, sources)
     scanned = [each for _, each in read]
     scene = prepared.scene
+    segments: tuple[FoundSegments, RawVolume] | tuple[()] = ()
+    if prepared.segments is not None:
+        record, labels = find_segments(prepared.segments, scanned[0].info.grid, progress)
+        segments = record, InMemory.of(labels)
     if prepared.first_look:
         found = scanned[0].measured
         scene = with_first_look(scene, prepared.profile, scanned[0].info, found.statistics, found.rays_zyx[0])
-        scene = with_segment_styles(scene, prepared.profile, scanned[0].info, found.statistics)
-    segments: tuple[FoundSegments, RawVolume] | tuple[()] = ()
-    if prepared.segments is not None:
-        its_segments, labels = find_segments(prepared.segments, scanned[0].info.grid, progress)
-        segments = its_segments, InMemory.of(labels)
+        if segments:
+            holding = holding_segments(segments[0])
+            scene = with_segment_styles(scene, prepared.profile, scanned[0].info, found.statistics, holding)
     return make_plan(scene, prepared.profile, scanned, *segments)
 
 

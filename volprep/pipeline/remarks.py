@@ -14,6 +14,11 @@ from volprep.plan.item_kinds import (
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Manifest
 
+_TRANSPARENT = (
+    "no voxel absorbs light: alpha, or what extinction follows, is 0 everywhere, and pictures are empty; --rgb "
+    "luminance draws the volume in grey, without its alpha"
+)
+
 
 def remarks(manifest: Manifest) -> Iterator[str]:
     """Return what a scan without a scene was recognised as, and the remarks of the readers with their channels.
@@ -37,6 +42,10 @@ def warnings(manifest: Manifest) -> Iterator[str]:
     """Return what a user should act on: empty functions, full resolution left out, codes too coarse for light."""
     yield from _missing_resolution(manifest)
     yield from (item.reason for item in manifest.plan if item.kind == LIT_CODES)
+    if any(each.classification == "colour" for each in manifest.programs):
+        if manifest.channels[-1].statistics.maximum == 0.0:
+            yield _TRANSPARENT
+        return
     for channel in manifest.channels:
         low, high = channel.statistics.minimum, channel.statistics.maximum
         for function in channel.transfer_functions:

@@ -64,12 +64,16 @@ def find_segments(source: SegmentSource, grid: Grid, progress: Progress) -> tupl
     return found_segments(fitted, sha256, source.known_table), fitted.labels
 
 
-def import_segments(draft: Draft, source: SegmentSource, grid: Grid, progress: Progress) -> None:
-    """Write labels and descriptions of the segments of a scan to a draft. Raises what `find_segments` raises."""
+def import_segments(draft: Draft, source: SegmentSource, grid: Grid, progress: Progress) -> FoundSegments:
+    """Write labels and descriptions of the segments of a scan to a draft, and return these.
+
+    Raises what `find_segments` raises.
+    """
     fitted = _fitted(source, grid, progress)
     written = draft.write(SEGMENT_LABELS, "work", bytes(bytes_of(fitted.labels)))
     found = found_segments(fitted, written.sha256, source.known_table)
     draft.write(FOUND_SEGMENTS, "work", found.model_dump_json().encode())
+    return found
 
 
 def _fitted(source: SegmentSource, grid: Grid, progress: Progress) -> Fitted:
