@@ -53,7 +53,7 @@ def records_of(path: Path) -> dict[str, Schema]:
 
 
 def own_fields(name: str, records: dict[str, Schema]) -> dict[str, Schema]:
-    """Fields of a record, but for those that the table of its base lists."""
+    """Fields of a record that are not in the table of its base."""
     base = records[_BASES[name]]["properties"] if name in _BASES else {}
     return {key: field for key, field in records[name]["properties"].items() if key not in base}
 

@@ -104,7 +104,7 @@ class BatchWatcher:
             self._print(ended)
 
     def finish(self, page: Path, status: ExitStatus, others: "Sequence[OtherFiles]") -> None:
-        """Print the summary of all jobs, and which files are none."""
+        """Print the summary of all jobs, and the files that are not scans."""
         seconds = round(time.monotonic() - self._began, 1)
         if self._as_json:
             told = no_scans_json(others)

@@ -52,8 +52,7 @@ def export(
 
     Level 0 of a draft is the scan as imported. A raw file gets a sidecar FILE.toml with its shape.
     """
-    from volprep_formats.diagnostics import VolprepError
-    from volprep_formats.output import output_errors, require_place
+    from volprep_formats.output import output_errors, require_place, taken
     from volprep_formats.readers.volpkg import open_level
     from volprep_formats.writers.values import StoredValues
 
@@ -63,7 +62,7 @@ def export(
         return
     with output_errors(file):
         if file.is_dir() if kind != "dicom" else file.exists():
-            raise VolprepError("VP1251", path=file)
+            raise taken(file)
         for target in (file, file.with_name(f"{file.name}.toml")) if kind == "raw" else (file,):
             require_new(target, force=force)
             if kind != "dicom":

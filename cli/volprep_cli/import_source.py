@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from volprep_formats.readers.dicom.listing import ListedSeries, Listing
 
 Output = Annotated[
-    Path | None, typer.Option("-o", "--output", help="Draft to write; an older draft begins anew.", metavar="PACKAGE")
+    Path | None, typer.Option("-o", "--output", help="Draft to write. An older draft is replaced.", metavar="PACKAGE")
 ]
 List = Annotated[
     bool,

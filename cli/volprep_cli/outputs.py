@@ -5,15 +5,14 @@ from typing import Annotated
 
 import typer
 
-from volprep_formats.diagnostics import VolprepError
-from volprep_formats.output import output_errors
+from volprep_formats.output import output_errors, taken
 
 Force = Annotated[bool, typer.Option("--force", help="Replace files that exist; without it they are an error.")]
 Package = Annotated[Path, typer.Argument(help="Package.", metavar="PACKAGE")]
 
 
 def require_new(path: Path, *, force: bool) -> None:
-    """Raise VP1251 if `path` exists and `force` is not given, VP4020 if its folder may not be entered."""
+    """Raise VP1251 or VP1254 if `path` exists and `force` is not given, VP4020 if its folder may not be entered."""
     with output_errors(path):
         if path.exists() and not force:
-            raise VolprepError("VP1251", path=path)
+            raise taken(path)

@@ -20,7 +20,7 @@ def proxy(
         ),
     ] = None,
 ) -> None:
-    """Write a closed mesh around the visible voxels of each level and transfer function, from which rays may start.
+    """Write a closed mesh around the visible voxels of each level and transfer function, for rays to start at.
 
     Meshes are glTF files. The scale of their node turns positions into box millimetres.
     """

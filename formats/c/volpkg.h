@@ -8077,7 +8077,7 @@ size_t volpkg_clip_shader(const volpkg_text* fragment, int32_t planes, char* tex
     static const char declared[] =
         "vec2 clip_to_box(vec3 origin, vec3 ray);\nvec2 clip_to_volume(vec3 origin, vec3 ray) {";
     static const char clip[] =
-        "// What is seen of a ray lies on the inner side of each plane, box millimetres.\n"
+        "// The visible part of a ray lies on the inner side of each plane, box millimetres.\n"
         "uniform vec4 u_clip_planes[%d];\n"
         "vec2 clip_to_box(vec3 origin, vec3 ray) {\n"
         "  vec2 inside = clip_to_volume(origin, ray);\n"

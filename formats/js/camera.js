@@ -80,11 +80,7 @@ export function worldFromBox({ direction: d, origin_mm_xyz: origin, spacing_mm_z
 /** The middle of a volume in the patient's space, and the length of its diagonal. @param {Grid} grid */
 export function middle(grid) {
   const [ez, ey, ex] = grid.extent_mm_zyx;
-  const m = worldFromBox(grid);
-  const centre = [0, 1, 2].map(
-    (row) => m[row] * (ex / 2) + m[4 + row] * (ey / 2) + m[8 + row] * (ez / 2) + m[12 + row],
-  );
-  return { centre, diagonal: Math.hypot(ex, ey, ez) };
+  return { centre: moved(worldFromBox(grid), [ex / 2, ey / 2, ez / 2]), diagonal: Math.hypot(ex, ey, ez) };
 }
 
 /** @param {Camera} camera @param {number} aspect width / height of the picture @returns {number[]} */
@@ -208,7 +204,7 @@ export class Orbit {
           Math.sin(angle),
         ),
         axis,
-        axis.reduce((sum, each, i) => sum + each * v[i], 0) * (1 - Math.cos(angle)),
+        dot(axis, v) * (1 - Math.cos(angle)),
       );
     const [up, side] = [this.#up, this.#right];
     const turned = (/** @type {number[]} */ v) => about(about(v, up, -right), side, -down);

@@ -108,7 +108,7 @@ const NOTHING = `vec2 clip_to_box(vec3 origin, vec3 ray) {
 
 `;
 /** @param {number} count */
-const PLANES = (count) => `// What is seen of a ray lies on the inner side of each plane, box millimetres.
+const PLANES = (count) => `// The visible part of a ray lies on the inner side of each plane, box millimetres.
 uniform vec4 u_clip_planes[${count}];
 vec2 clip_to_box(vec3 origin, vec3 ray) {
   vec2 inside = clip_to_volume(origin, ray);
@@ -132,7 +132,7 @@ vec2 clip_to_box(vec3 origin, vec3 ray) {
  * inverse of distance where depth is its logarithm. Differences from 1 keep their digits where the far plane is far.
  * @param {string} read
  */
-const DEPTH = (read) => `// A ray ends at what is opaque.
+const DEPTH = (read) => `// A ray ends at opaque objects.
 uniform highp sampler2D u_clip_depth;
 uniform vec4 u_clip_pixel;
 uniform vec2 u_clip_kind;

@@ -3,7 +3,7 @@ import { bytesOf, sharing } from "./choose.js";
 import { VolpkgError } from "./error.js";
 import { isWebGl2 } from "./formats.js";
 import { Probes } from "./probe.js";
-import { link } from "./program.js";
+import { drawAll, link } from "./program.js";
 import { passesOf } from "./shapes.js";
 import { Pictures } from "./target.js";
 import { Textures } from "./textures.js";
@@ -96,9 +96,7 @@ export class Device {
   /** Sets the state of pictures. @param {boolean} blend with the existing picture */
   state(blend) {
     const gl = this.#gl;
-    for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.STENCIL_TEST, gl.CULL_FACE, gl.SCISSOR_TEST])
-      gl.disable(each);
-    gl.colorMask(true, true, true, true);
+    drawAll(gl);
     if (!blend) return;
     gl.enable(gl.BLEND);
     gl.blendEquation(gl.FUNC_ADD);

@@ -66,10 +66,6 @@ export const WORDS = {
   ],
   VP7015: ["{url}: the server answers {answer}", "Check the address and the server."],
   VP7016: ["{url}: nothing has arrived for {seconds} s", "Check the connection and try again."],
-  VP7017: [
-    "a package cannot be opened from {what}",
-    "Give openPackage the address of a folder or .volpkg.zip, a File, a Blob or an ArrayBuffer; await it.",
-  ],
   VP7018: ["this renderer cannot draw: {problem}", "Make a new renderer, or wait until the context is there again."],
 };
 

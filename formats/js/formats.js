@@ -51,6 +51,9 @@ export function constant(gl, name, extension) {
   return /** @type {any} */ (extension ? gl.getExtension(extension) : gl)?.[name];
 }
 
+/** Linear light of an encoded sRGB component. @param {number} encoded 0 to 1 */
+export const linearOf = (encoded) => (encoded <= 0.04045 ? encoded / 12.92 : ((encoded + 0.055) / 1.055) ** 2.4);
+
 /** @param {number} half bits of a half float */
 export function fromHalf(half) {
   const exponent = (half >> 10) & 31;

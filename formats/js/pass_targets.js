@@ -1,7 +1,7 @@
 /** Targets of passes: one texture for each, in a format that is probed first. SPEC section 9.2. */
 import { VolpkgError } from "./rarer.js";
 import { isWebGl2 } from "./formats.js";
-import { WHOLE, linkNow } from "./program.js";
+import { WHOLE, forgetErrors, linkNow } from "./program.js";
 
 /** @typedef {import("./formats.js").Gl} Gl */
 /** @typedef {"rgba8" | "rgba16f" | "rgba32f"} Format */
@@ -137,6 +137,6 @@ function shown(gl, device, format, { value, times, at, from, scale }) {
   for (const { handle } of programs) gl.deleteProgram(handle);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   device.unbind();
-  while (gl.getError() !== gl.NO_ERROR && !gl.isContextLost());
+  forgetErrors(gl);
   return pixel[0];
 }

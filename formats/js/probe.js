@@ -2,8 +2,8 @@
  * Tests of a device. A context may offer a format, a filter or a size and then draw black. Therefore each capability
  * that is needed is first tested by drawing one pixel from a few texels; all of these pixels are read back at once.
  */
-import { FORMATS, constant, isWebGl2 } from "./formats.js";
-import { WHOLE, linkNow } from "./program.js";
+import { FORMATS, constant, isWebGl2, linearOf } from "./formats.js";
+import { WHOLE, drawAll, forgetErrors, linkNow } from "./program.js";
 
 /** @typedef {import("./formats.js").Gl} Gl */
 /**
@@ -104,8 +104,7 @@ export class Probes {
     gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, picture, 0);
     gl.bindTexture(gl.TEXTURE_2D, null);
-    for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.CULL_FACE, gl.SCISSOR_TEST]) gl.disable(each);
-    gl.colorMask(true, true, true, true);
+    drawAll(gl);
     gl.bindBuffer(gl.ARRAY_BUFFER, corners);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]), gl.STATIC_DRAW);
     gl.enableVertexAttribArray(0);
@@ -129,7 +128,7 @@ export class Probes {
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     });
     gl.readPixels(0, 0, wants.length, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-    while (gl.getError() !== gl.NO_ERROR && !gl.isContextLost());
+    forgetErrors(gl);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     for (const each of made) gl.deleteTexture(each);
     gl.deleteFramebuffer(frame);
@@ -146,9 +145,7 @@ function expected({ internal, nearest, size }) {
   const alpha = components === 4 || format === "LUMINANCE_ALPHA" ? mean(LOW, HIGH) : undefined;
   // sRGB is decoded before it is filtered; alpha is linear.
   return {
-    red: internal.startsWith("SRGB")
-      ? mean(((LOW + 0.055) / 1.055) ** 2.4, ((HIGH + 0.055) / 1.055) ** 2.4)
-      : mean(LOW, HIGH),
+    red: internal.startsWith("SRGB") ? mean(linearOf(LOW), linearOf(HIGH)) : mean(LOW, HIGH),
     alpha,
   };
 }

@@ -25,6 +25,10 @@ Object.assign(WORDS, {
     "{path}: the transfer functions of this package are not editable",
     "Build it from a scene with editable = true.",
   ],
+  VP7017: [
+    "a package cannot be opened from {what}",
+    "Give openPackage the address of a folder or .volpkg.zip, a File, a Blob or an ArrayBuffer; await it.",
+  ],
   VP7019: [
     "the picture cannot be clipped by {what}",
     "Give box as [[x, y, z], [x, y, z]] in millimetres, and planes of four numbers: at most {limit}, a box being six.",

@@ -286,7 +286,10 @@ export class Renderer extends RendererState {
  * @returns {Promise<Renderer>}
  */
 export async function createRenderer(gl, pack, options = {}) {
-  if (!pack?.manifest) throw new VolpkgError("VP7017", { what: pack });
+  if (!pack?.manifest) {
+    await import("./rarer.js");
+    throw new VolpkgError("VP7017", { what: pack });
+  }
   checkContext(gl, pack);
   return new Renderer(gl, pack, options).start();
 }

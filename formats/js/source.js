@@ -53,6 +53,7 @@ export async function openSource(from, options) {
       signal,
     );
   }
+  await import("./rarer.js");
   throw new VolpkgError("VP7017", { what: from });
 }
 

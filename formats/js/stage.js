@@ -1,6 +1,7 @@
 /** A canvas with a camera that people turn: a picture is drawn when something has changed, and coarser in motion. */
 import { Orbit } from "./camera.js";
 import { VolpkgError } from "./error.js";
+import { linearOf } from "./formats.js";
 import { createRenderer } from "./renderer.js";
 
 /** @typedef {import("./package.js").Package} Package */
@@ -73,7 +74,7 @@ export class Stage {
 
   /** Background colour: encoded red, green and blue, 0 to 1. @param {readonly number[]} colour */
   set backdrop(colour) {
-    this.#background = colour.map((each) => (each <= 0.04045 ? each / 12.92 : ((each + 0.055) / 1.055) ** 2.4));
+    this.#background = colour.map(linearOf);
     this.redraw();
   }
 

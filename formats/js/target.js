@@ -1,7 +1,7 @@
 /** Where pictures are drawn: a linear target, and the pass that shows it. SPEC sections 10 and 11.3. */
 import { VolpkgError } from "./error.js";
-import { fromHalf, isWebGl2 } from "./formats.js";
-import { WHOLE, driverOf, linkNow } from "./program.js";
+import { fromHalf, isWebGl2, linearOf } from "./formats.js";
+import { WHOLE, drawAll, driverOf, forgetErrors, linkNow } from "./program.js";
 
 /** @typedef {import("./formats.js").Gl} Gl */
 /** @typedef {{name: string, internal: number, format: number, type: number}} Kind */
@@ -106,7 +106,7 @@ export class Pictures {
       if (kind === all[all.length - 1]) return true;
       const trial = new Picture(gl, kind);
       trial.bind(1, 1);
-      for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.CULL_FACE, gl.SCISSOR_TEST]) gl.disable(each);
+      drawAll(gl);
       gl.viewport(0, 0, 1, 1);
       gl.useProgram(draw.handle);
       this.#corners();
@@ -117,7 +117,7 @@ export class Pictures {
       return Math.abs(shown[0] - 255 * 12.92 * FAINT) < 1.6 && Math.abs(shown[1] - 188) < 2 && shown[2] === 255;
     });
     gl.deleteProgram(draw.handle);
-    while (gl.getError() !== gl.NO_ERROR && !gl.isContextLost());
+    forgetErrors(gl);
     return /** @type {Kind} */ (found);
   }
 
@@ -185,11 +185,7 @@ export class Picture {
 
   /** Reads one pixel, for which the GPU must have finished. */
   readOne() {
-    const { texels } = this.#texels(4);
-    const gl = this.#gl;
-    const type =
-      texels instanceof Float32Array ? gl.FLOAT : texels instanceof Uint8Array ? gl.UNSIGNED_BYTE : this.#kind.type;
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, type, texels);
+    this.#pixels(1, 1);
   }
 
   /** Premultiplied linear RGBA, row 0 on top. @returns {Float32Array} */
@@ -199,10 +195,7 @@ export class Picture {
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#frame);
     const row = 4 * width;
     const upright = new Float32Array(row * height);
-    const { texels, value } = this.#texels(row * height);
-    const type =
-      texels instanceof Float32Array ? gl.FLOAT : texels instanceof Uint8Array ? gl.UNSIGNED_BYTE : this.#kind.type;
-    gl.readPixels(0, 0, width, height, gl.RGBA, type, texels);
+    const { texels, value } = this.#pixels(width, height);
     for (let y = 0; y < height; y++) {
       for (let i = 0; i < row; i++) upright[(height - 1 - y) * row + i] = value(texels[y * row + i], i % 4);
     }
@@ -214,21 +207,27 @@ export class Picture {
   }
 
   /**
-   * @param {number} count
-   * @returns {{texels: Float32Array | Uint8Array | Uint16Array, value: (texel: number, channel: number) => number}}
+   * Reads texels, and says what they stand for.
+   * @param {number} width @param {number} height
+   * @returns {{texels: ArrayLike<number>, value: (texel: number, channel: number) => number}}
    */
-  #texels(count) {
+  #pixels(width, height) {
     const gl = this.#gl;
-    if (this.#kind.name === "RGBA16F") {
+    const { name, type } = this.#kind;
+    const count = 4 * width * height;
+    const read = (/** @type {number} */ as, /** @type {Float32Array | Uint8Array | Uint16Array} */ texels) => {
+      gl.readPixels(0, 0, width, height, gl.RGBA, as, texels);
+      return texels;
+    };
+    if (name === "RGBA16F") {
       if (gl.getExtension("EXT_color_buffer_float") || !isWebGl2(gl))
-        return { texels: new Float32Array(count), value: (texel) => texel };
-      return { texels: new Uint16Array(count), value: fromHalf };
+        return { texels: read(gl.FLOAT, new Float32Array(count)), value: (texel) => texel };
+      return { texels: read(type, new Uint16Array(count)), value: fromHalf };
     }
-    const linear = (/** @type {number} */ v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
-    const encoded = this.#kind.name === "SRGB8_ALPHA8";
+    const encoded = name === "SRGB8_ALPHA8";
     return {
-      texels: new Uint8Array(count),
-      value: (texel, channel) => (encoded && channel < 3 ? linear(texel / 255) : texel / 255),
+      texels: read(gl.UNSIGNED_BYTE, new Uint8Array(count)),
+      value: (texel, channel) => (encoded && channel < 3 ? linearOf(texel / 255) : texel / 255),
     };
   }
 

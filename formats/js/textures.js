@@ -4,7 +4,7 @@ import { sharing } from "./choose.js";
 import { VolpkgError } from "./error.js";
 import { FORMATS, constant, finerSize, isWebGl2 } from "./formats.js";
 import { HEAD_BYTES, readHead, texelBytes } from "./ktx2.js";
-import { driverOf } from "./program.js";
+import { driverOf, forgetErrors } from "./program.js";
 
 /** @typedef {import("./formats.js").Gl} Gl */
 /** @typedef {import("./package.js").Package} Package */
@@ -188,7 +188,7 @@ class Target {
   /** @param {Place[]} places */
   #room(places) {
     const finer = this.#form.finer ?? 1;
-    while (this.#gl.getError() !== this.#gl.NO_ERROR && !this.#gl.isContextLost());
+    forgetErrors(this.#gl);
     this.#bind();
     this.#levels = places.map((place, level) => {
       const [z, y, x] = place.shape;

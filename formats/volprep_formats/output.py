@@ -57,6 +57,11 @@ def output_errors(path: Path, code: str = "VP4020", *, needed_bytes: int | None 
         raise VolprepError(code, path=path, error=SafeText(said) if is_safe else said) from error
 
 
+def taken(path: Path) -> VolprepError:
+    """Return the error of a name that exists already: VP1251 of a file, VP1254 of a folder."""
+    return VolprepError("VP1254" if path.is_dir() else "VP1251", path=path)
+
+
 def _room(path: Path, error: OSError, needed_bytes: int | None) -> str:
     """Return how much room a file needs and finds, as the end of a message; empty if room is not the problem."""
     if error.errno not in NO_ROOM:

@@ -35,6 +35,7 @@ from volprep.scene.request import Request, load_request
 from volprep.transfer.lookup import lookup_table
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.parts.editing.record import encode_histogram
@@ -328,7 +329,7 @@ def _pictures(
     for camera in standard_views(grid).values():
         box_from_clip = camera.box_from_clip(grid, aspect=1.0)
         yield oracle_picture(
-            voxels, grid, slope, intercept, function, box_from_clip, (SIZE, SIZE), _ORACLE_TOLERANCE
+            Volume(voxels, grid, slope, intercept), function, box_from_clip, (SIZE, SIZE), _ORACLE_TOLERANCE
         ).rgba
 
 

@@ -21,6 +21,7 @@ from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.package.reader import Package
 from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, texture_format
 
@@ -118,7 +119,7 @@ def measure_fetch(console: Console) -> list[FetchRow]:
         renderers = [stack.enter_context(Renderer(package, target="rgba8")) for _, _, package in drawn]
         grid = drawn[0][2].manifest.levels[0].grid
         camera = standard_views(grid, "orthographic")[VIEW].box_from_clip(grid, aspect=1.0)
-        truth = oracle_picture(volume, grid, 1.0, 0.0, GLOW, camera, PICTURE_HW).rgba
+        truth = oracle_picture(Volume(volume, grid), GLOW, camera, PICTURE_HW).rgba
         best = [float("inf")] * len(drawn)
         for turn in range(ROUNDS):
             console.print(f"measuring the fetch of mosaics, round {turn + 1} of {ROUNDS}", style="dim")

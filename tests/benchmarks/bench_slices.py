@@ -21,6 +21,7 @@ from volprep.render.slices import SliceRenderer
 from volprep.truth.camera import view_from
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package
 
@@ -128,7 +129,7 @@ def _rows(
 def _truth(package: Package, codes: NDArray[np.uint8], camera: NDArray[np.float64]) -> NDArray[np.float64]:
     function = package.manifest.transfer_functions[0]
     grid = package.manifest.levels[0].grid
-    return oracle_picture(codes, grid, 1.0, 0.0, function, camera, PICTURE_HW).rgba
+    return oracle_picture(Volume(codes, grid), function, camera, PICTURE_HW).rgba
 
 
 def _camera(grid: Grid, angle: float) -> NDArray[np.float64]:

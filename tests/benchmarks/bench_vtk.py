@@ -28,8 +28,9 @@ from volprep.render.renderer import Renderer
 from volprep.scan.channels import opened_channel
 from volprep.scene.request import load_request
 from volprep.truth.camera import Camera, standard_views
-from volprep.truth.decoded import Volume, level_volume
+from volprep.truth.decoded import level_volume
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float32Array, FloatArray
 from volprep_formats.grid import Grid
 from volprep_formats.package.program import ClassificationName
@@ -247,14 +248,10 @@ class _Views:
         self.cameras = [camera.box_from_clip(grid, 1.0) for camera in cameras]
         self.truths = [
             oracle_picture(
-                scan.stored,
-                scan.grid,
-                scan.slope,
-                scan.intercept,
+                Volume(scan.stored, scan.grid, scan.slope, scan.intercept, normals=scan.normals),
                 function,
                 camera.box_from_clip(scan.grid, 1.0),
                 SIZE_HW,
-                normals=scan.normals,
             ).rgba
             for camera in cameras
         ]

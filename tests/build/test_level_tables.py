@@ -16,6 +16,7 @@ from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
@@ -80,7 +81,7 @@ def test_a_level_is_drawn_with_its_own_table(package) -> None:
     camera = standard_views(package.manifest.levels[0].grid)["anterior-left"]
     view = camera.box_from_clip(volume.grid, 1.0)
     pictures = [
-        oracle_picture(volume.stored, volume.grid, volume.slope, volume.intercept, function, view, (64, 64)).rgba
+        oracle_picture(volume, function, view, (64, 64)).rgba
         for function in (table_function(package, "veil", level.index), table_function(package, "veil", 0))
     ]
     with Renderer(package, level=level.index) as renderer:
@@ -119,10 +120,10 @@ def test_a_pre_integrated_table_of_a_level_brings_its_picture_nearer_to_that_of_
     view = standard_views(manifest.levels[0].grid)["anterior-left"].box_from_clip(volume.grid, 1.0)
     grid = manifest.channels[0].source.info.grid
     truth_view = standard_views(manifest.levels[0].grid)["anterior-left"].box_from_clip(grid, 1.0)
-    truth = oracle_picture(scan, grid, 1.0, 0.0, function, truth_view, (64, 64)).rgba
+    truth = oracle_picture(Volume(scan, grid), function, truth_view, (64, 64)).rgba
     with Renderer(preintegrated, level=level) as renderer:
         own = renderer.render(view, (64, 64))
-    common = oracle_picture(volume.stored, volume.grid, volume.slope, volume.intercept, function, view, (64, 64)).rgba
+    common = oracle_picture(volume, function, view, (64, 64)).rgba
     errors = [float(np.sqrt(np.mean((picture - truth) ** 2))) for picture in (own, common)]
     assert errors[0] < 0.9 * errors[1]
 
@@ -136,7 +137,7 @@ def test_every_level_is_drawn_nearer_with_its_own_pre_integrated_table_than_with
     views = ("anterior-left", "anterior-right", "posterior-left")
     truths = [
         oracle_picture(
-            scan, grid, 1.0, 0.0, manifest.transfer_functions[0], cameras[view].box_from_clip(grid, 1.0), (64, 64)
+            Volume(scan, grid), manifest.transfer_functions[0], cameras[view].box_from_clip(grid, 1.0), (64, 64)
         ).rgba
         for view in views
     ]

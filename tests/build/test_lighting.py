@@ -9,7 +9,7 @@ from scene_builds import built, view_of, write_raw_scene
 from volprep.compositing import COMPOSITINGS
 from volprep.render.renderer import Renderer
 from volprep.truth.decoded import level_volume, table_function
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium
 from volprep.validation.uncut import unskipped
 from volprep_formats.diagnostics import VolprepError
 
@@ -87,12 +87,12 @@ def package(request, tmp_path_factory):
 def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> None:
     (program, *_) = package.manifest.programs
     volume = level_volume(package, package.manifest.levels[0].index)
-    medium = Medium(volume.stored, volume.slope, volume.intercept, package.manifest.transfer_functions[0])
+    medium = Medium(volume, package.manifest.transfer_functions[0])
     plain = unskipped(package, program, package.manifest.render)
     for view in ("anterior-left", "superior"):
         matrix = view_of(volume.grid, view)
         oracle = COMPOSITINGS[program.compositing].oracle
-        truth = oracle([medium], volume.grid, matrix, (40, 40), nearest=False, normals=volume.normals).rgba
+        truth = oracle([medium], matrix, (40, 40)).rgba
         picture = drawn(package, view, 40)
         assert truth[..., 0].max() > 0.3
         # Steps miss a surface that a ray only just touches; nothing else differs by more than rounding to 8 bits.
@@ -181,10 +181,10 @@ def test_light_on_bricks_without_ghost_voxels_is_refused(tmp_path) -> None:
 def test_each_level_is_lit_by_differences_of_its_own_voxels(tmp_path, level, profile, more) -> None:
     package = package_of(tmp_path, "headlight", f'[lighting]\nnormals = "central"\n{more}', profile)
     volume = level_volume(package, level)
-    medium = Medium(volume.stored, volume.slope, volume.intercept, table_function(package, "tissue", level))
+    medium = Medium(volume, table_function(package, "tissue", level))
     matrix = view_of(volume.grid, "superior")
     oracle = COMPOSITINGS["emission-absorption"].oracle
-    truth = oracle([medium], volume.grid, matrix, (40, 40), nearest=False, normals=volume.normals).rgba
+    truth = oracle([medium], matrix, (40, 40)).rgba
     with Renderer(package, level=level, target="rgba32f") as renderer:
         picture = renderer.render(matrix, (40, 40), 0.1)
     assert np.sqrt(np.mean((picture - truth) ** 2)) < 1e-3

@@ -10,7 +10,7 @@ from volprep.compositing import COMPOSITINGS
 from volprep.render.light_view import light_from_box
 from volprep.render.renderer import Renderer
 from volprep.truth.decoded import level_volume
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
@@ -85,9 +85,9 @@ def drawn(package, matrix, step_mm=None):
 
 def truth_of(package, matrix):
     volume = level_volume(package, 0)
-    medium = Medium(volume.stored, volume.slope, volume.intercept, package.manifest.transfer_functions[0])
+    medium = Medium(volume, package.manifest.transfer_functions[0])
     oracle = COMPOSITINGS[package.manifest.programs[0].compositing].oracle
-    return oracle([medium], volume.grid, matrix, HW, nearest=False, normals=volume.normals)
+    return oracle([medium], matrix, HW)
 
 
 def camera(package, view="anterior-left", projection="orthographic"):

@@ -10,7 +10,7 @@ from scene_builds import assert_skipping_changes_no_pixel, built, view_of, write
 
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.decoded import level_volume
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium
 from volprep_formats.diagnostics import VolprepError
 
 SHAPE_ZYX = (40, 56, 60)
@@ -129,9 +129,9 @@ def test_surfaces_that_a_ray_just_touches_are_found_between_two_samples(tmp_path
     voxels = np.clip(np.rint(np.random.default_rng(3).normal(150, 150, SHAPE_ZYX)), 0, 1000)
     package = package_of(tmp_path, compositing, layout, voxels=voxels)
     volume = level_volume(package, 0)
-    medium = Medium(volume.stored, volume.slope, volume.intercept, package.manifest.transfer_functions[0])
+    medium = Medium(volume, package.manifest.transfer_functions[0])
     matrix = view_of(volume.grid, "posterior-left")
     oracle = COMPOSITINGS[compositing].oracle
-    truth = oracle([medium], volume.grid, matrix, (96, 96), nearest=False, normals=volume.normals).rgba
+    truth = oracle([medium], matrix, (96, 96)).rgba
     wrong = np.abs(drawn(package, "posterior-left") - truth).max(axis=-1) > 0.1
     assert wrong.sum() <= 6

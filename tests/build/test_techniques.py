@@ -12,6 +12,7 @@ from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.techniques import TECHNIQUES
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep.validation.folder import ReportFolder
 from volprep.validation.run import measure_package
 from volprep_formats.diagnostics import VolprepError
@@ -134,7 +135,7 @@ def test_a_volume_that_needs_all_eight_units_is_drawn_by_control_points_as_well_
         grid = package.manifest.grid
         function = package.manifest.transfer_functions[0]
         view = view_of(grid, "anterior-left")
-        truth = oracle_picture(values, grid, 1.0, 0.0, function, view, (48, 48)).rgba
+        truth = oracle_picture(Volume(values, grid), function, view, (48, 48)).rgba
         with Renderer(package) as renderer:
             drawn = renderer.render(view, (48, 48))
         rmse[name] = float(np.sqrt(np.mean((drawn - truth) ** 2)))

@@ -132,7 +132,7 @@ def test_a_walker_chooses_which_values_are_shown_and_how_opaque(tmp_path) -> Non
 
 def test_values_of_a_package_that_cannot_be_edited_are_refused(tmp_path) -> None:
     with pytest.raises(VolprepError, match="VP5023"):
-        walked(built(tmp_path), tmp_path, "[[step]]\nminimum = 300.0\n")
+        walked(built(tmp_path, level_filter="box"), tmp_path, "[[step]]\nminimum = 300.0\n")
 
 
 @pytest.mark.long

@@ -71,10 +71,7 @@ def test_a_cut_has_its_own_light_exactly_for_its_planes(browser, server, scene_p
     # Rays follow the planes of the package.
     pictures = [
         refined_picture(
-            volume.stored,
-            volume.grid,
-            volume.slope,
-            volume.intercept,
+            volume,
             function,
             matrix,
             (SIZE, SIZE),

@@ -8,6 +8,7 @@ from web_pictures import box_from_clip_of
 
 from volprep.truth.decoded import level_volume
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.reader import Package
 
@@ -53,7 +54,7 @@ def first_hit(
         ray = np.eye(4)
         ray[:3, 2], ray[:3, 3] = (end - near) / 2, (end + near) / 2
         ray[:3, 0], ray[:3, 1] = np.linalg.svd((far - near)[None])[2][1:] * 1e-9
-        return float(oracle_picture(volume, manifest.grid, 1.0, 0.0, function, ray, (1, 1), 1e-5).rgba[0, 0, 3])
+        return float(oracle_picture(Volume(volume, manifest.grid), function, ray, (1, 1), 1e-5).rgba[0, 0, 3])
 
     low, high = 0.0, 1.0
     if alpha(high) < opacity:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from npm_package import npm_package
+from turned_light import turned_by
 from web_pictures import SIZE, TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse
 from web_scenes import EDIT, SCENES
 
-from volprep.render.inputs import turned_by
 from volprep.render.renderer import Renderer
 from volprep_formats.meshes import read_glb, write_glb
 from volprep_formats.package.reader import Package

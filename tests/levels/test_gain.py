@@ -14,6 +14,7 @@ from volprep.scan.slabs import RawVolume
 from volprep.transfer.lookup import lookup_table
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
@@ -28,7 +29,7 @@ def raw(folder: Path, voxels: np.ndarray) -> RawVolume:
 
 def pictures(voxels: np.ndarray, grid: Grid, function: TransferFunction) -> np.ndarray:
     views = [camera.box_from_clip(grid, 1.0) for camera in standard_views(grid).values()]
-    return np.stack([oracle_picture(voxels, grid, 1.0, 0.0, function, view, (SIZE, SIZE), 1e-4).rgba for view in views])
+    return np.stack([oracle_picture(Volume(voxels, grid), function, view, (SIZE, SIZE), 1e-4).rgba for view in views])
 
 
 def of_table(table: np.ndarray) -> TransferFunction:

@@ -21,6 +21,7 @@ from volprep.transfer.lookup import lookup_table
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.seen import seen_pixels
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
@@ -56,7 +57,7 @@ def test_the_step_of_a_level_of_thin_vessels_is_as_exact_as_it_says(scan, level,
     errors = []
     for view in ("anterior-left", "left", "superior"):
         box_from_clip = standard_views(grid)[view].box_from_clip(grid, 1.0)
-        truth = oracle_picture(level, grid, 1.0, 0.0, VESSELS, box_from_clip, (80, 80), tolerance=1e-6).rgba
+        truth = oracle_picture(Volume(level, grid), VESSELS, box_from_clip, (80, 80), tolerance=1e-6).rgba
         with Renderer(package, target="rgba32f") as renderer:
             drawn, longer = (renderer.render(box_from_clip, (80, 80), times * step.step_mm) for times in (1, 3))
         seen = seen_pixels(drawn, truth)
@@ -82,7 +83,7 @@ def from_above(steps: LevelSteps, level: np.ndarray, step_mm: float, folder: Pat
     """Return the error of a step in the view on a face."""
     grid = steps.scan.grid.coarser(FACTORS)
     box_from_clip = standard_views(grid)["superior"].box_from_clip(grid, 1.0)
-    truth = oracle_picture(level, grid, 1.0, 0.0, SOFT, box_from_clip, (16, 16), tolerance=1e-6).rgba
+    truth = oracle_picture(Volume(level, grid), SOFT, box_from_clip, (16, 16), tolerance=1e-6).rgba
     package = tiny_package(folder / "p", level, SOFT, ES3, grid=grid, step_mm=step_mm)
     with Renderer(package, target="rgba32f") as renderer:
         drawn = renderer.render(box_from_clip, (16, 16))

@@ -67,8 +67,7 @@ def worst_rmse(package: Package) -> float:
     with Renderer(package, level=0, target="rgba32f") as renderer:
         for camera in standard_views(volume.grid).values():
             view = camera.box_from_clip(volume.grid, 1.0)
-            scale = (volume.slope, volume.intercept)
-            truth = oracle_picture(volume.stored, volume.grid, *scale, function, view, (40, 40), 1e-6).rgba
+            truth = oracle_picture(volume, function, view, (40, 40), 1e-6).rgba
             drawn = renderer.render(view, (40, 40))
             found.append(np.sqrt(np.mean((drawn - truth)[seen_pixels(drawn, truth)] ** 2)))
     return float(max(found))

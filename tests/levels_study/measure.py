@@ -22,6 +22,7 @@ from volprep.truth.camera import Camera, standard_views
 from volprep.truth.kept_light import ThinThing, thin_things
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.seen import seen_pixels
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -193,10 +194,7 @@ class _Bench:
         largest = 1.0 if made.voxels.dtype == np.float32 else float(largest_code(made.voxels.dtype))
         return [
             oracle_picture(
-                made.voxels,
-                grid,
-                (high - low) / largest,
-                low,
+                Volume(made.voxels, grid, (high - low) / largest, low),
                 function,
                 camera.box_from_clip(self._subject.grid, 1.0),
                 (self._pixels, self._pixels),

@@ -64,10 +64,7 @@ def promises(subject: Subject, pixels: int) -> Iterator[PromiseRow]:
             with Renderer(package, level=level.index, target="rgba32f") as renderer:
                 for view in views:
                     truth = oracle_picture(
-                        volume.stored,
-                        volume.grid,
-                        volume.slope,
-                        volume.intercept,
+                        volume,
                         function,
                         view,
                         (pixels, pixels),

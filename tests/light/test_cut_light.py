@@ -8,13 +8,14 @@ from judged import validate
 from light_scene import scene_of
 from scene_builds import built, view_of
 from tiny_packages import function
+from traced_places import traced_places
 
 from volprep.parts.light import solve
 from volprep.parts.light.lit import views_of_a_cut
 from volprep.parts.light.trial import choice_for_a_cut
 from volprep.truth.decoded import baked_fields, level_volume
-from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_picture, traced_places
-from volprep.truth.refined import refined_picture
+from volprep.truth.path_traced import LitVolume, squares_beyond_noise, traced_picture
+from volprep.truth.refined import refined_lit, refined_picture
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.model import LightModel
@@ -42,8 +43,7 @@ def test_rays_end_at_planes(oracle) -> None:
     if oracle == "traced":
         drawn, allowed = traced_picture(lit, camera, shape, 256).rgba, 0.13
     else:
-        arguments = (lit.volume, lit.grid, lit.slope, lit.intercept, lit.transfer_function, camera, shape)
-        drawn, allowed = refined_picture(*arguments, planes=lit.planes).rgba, 1e-6
+        drawn, allowed = refined_lit(lit, camera, shape, baked=None).rgba, 1e-6
     # Rays of this view go along x: at y they are in the cube, behind the plane, for 8 - (5 - 0.8 y) / 0.6.
     ends = (np.arange(24) + 0.5) / 12 - 1
     places = np.array([camera @ [x, 0.0, 0.0, 1.0] for x in ends])
@@ -147,7 +147,7 @@ def test_the_picture_of_a_cut_is_nearer_to_its_truth_with_its_own_light(bowl) ->
         camera = view.box_from_clip(volume.grid, 1.0)
         truth = traced_picture(LitVolume(*scan, light.model, planes=planes), camera, (32, 32), 128)
         for i, field in enumerate(fields):
-            drawn = refined_picture(*scan, camera, (32, 32), baked=field, planes=planes)
+            drawn = refined_picture(volume, transfer, camera, (32, 32), baked=field, planes=planes)
             errors[i] += squares_beyond_noise(drawn.rgba, truth).mean()
     assert errors[0] > 4 * max(errors[1], 0.0), errors
 

@@ -9,16 +9,19 @@ import pytest
 import scene_builds
 from light_scene import scene_of
 from scene_builds import view_of
+from traced_places import traced_places
+from turned_light import turned_by
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.parts.light import decision, solve
 from volprep.parts.light.turnable import solve_turnable
-from volprep.render.inputs import Inputs, turned_by
+from volprep.render.inputs import Inputs
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import baked_fields
-from volprep.truth.path_traced import LitVolume, traced_places
+from volprep.truth.path_traced import LitVolume
 from volprep.truth.refined import refined_picture
+from volprep.truth.volume import Volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.environment import (
@@ -71,7 +74,7 @@ def truth_of_codes(package: Package, view: str, turn: np.ndarray | None) -> np.n
     camera = standard_views(package.manifest.grid)[view].box_from_clip(scan, 1.0)
     function = package.manifest.transfer_functions[0]
     baked = baked_fields(package, turn)[function.name]
-    return refined_picture(voxels, scan, 1.0, 0.0, function, camera, PIXELS, 1e-3, baked=baked).rgba
+    return refined_picture(Volume(voxels, scan), function, camera, PIXELS, 1e-3, baked=baked).rgba
 
 
 FORMS = {

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 from tiny_packages import function
+from traced_places import traced_places
 
 from volprep.kernels import _native
 from volprep.parts.light import solve
 from volprep.parts.light.solve import LightField, solve_field
-from volprep.truth.path_traced import LitVolume, traced_places
+from volprep.truth.path_traced import LitVolume
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.progress import Silent

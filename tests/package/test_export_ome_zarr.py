@@ -171,16 +171,16 @@ def test_force_replaces_an_exported_store_and_nothing_else(package, tmp_path, mo
     export(package, path)
     expected = tree(path)
     (path / "0" / "older").touch()
-    with pytest.raises(VolprepError, match="VP1251"):
+    with pytest.raises(VolprepError, match="VP1254"):
         export(package, path)
     export(package, path, replaces=True)
     assert tree(path) == expected
     (path / "mine.txt").write_text("mine")
-    with pytest.raises(VolprepError, match="VP1251"):
+    with pytest.raises(VolprepError, match="VP1254"):
         export(package, path, replaces=True)
     (path / "mine.txt").unlink()
     zarr.open_group(path, mode="a").attrs.put({"ome": {}})
-    with pytest.raises(VolprepError, match="VP1251"):
+    with pytest.raises(VolprepError, match="VP1254"):
         export(package, path, replaces=True)
     assert [each.name for each in tmp_path.iterdir()] == ["a.ome.zarr"]
 

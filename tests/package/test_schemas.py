@@ -110,11 +110,11 @@ def test_the_structs_and_tables_of_the_c_header_are_those_of_the_models(monkeypa
 
 
 def test_a_field_that_the_c_header_cannot_read_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = tool("make_c_schema", monkeypatch)
+    header = tool("make_c_schema", monkeypatch).Header()
     for field in (
         {"type": "integer", "minimum": 0},
         {"type": "string", "pattern": "^x$"},
         {"type": "string", "maxLength": 9},
     ):
         with pytest.raises(ValueError, match=r"integer|string"):
-            module.Header().member("Level.filter", field)
+            header.member("Level.filter", field)

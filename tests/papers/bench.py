@@ -25,7 +25,8 @@ from volprep.scene.request import load_request
 from volprep.techniques import TECHNIQUES
 from volprep.truth.camera import Camera
 from volprep.truth.decoded import light_of_scan
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium
+from volprep.truth.volume import Volume as Field
 from volprep.validation.counted import counting
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
@@ -133,11 +134,9 @@ class Bench:
             self._truths[key] = np.load(path)
         if key not in self._truths:
             grid = volume.info.grid
-            medium = Medium(volume.stored, volume.info.slope, volume.info.intercept, function)
+            field = Field(volume.stored, grid, volume.info.slope, volume.info.intercept, normals=light)
             camera = view.camera.box_from_clip(grid, view.aspect)
-            self._truths[key] = compositing.oracle(
-                [medium], grid, camera, view.small_hw, nearest=False, normals=light
-            ).rgba
+            self._truths[key] = compositing.oracle([Medium(field, function)], camera, view.small_hw).rgba
             np.save(path.with_suffix(".part.npy"), self._truths[key])
             path.with_suffix(".part.npy").rename(path)
         return self._truths[key]

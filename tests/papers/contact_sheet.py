@@ -18,10 +18,13 @@ from volprep.render.hybrid import HybridWish, hybrid_picture
 from volprep.render.progressive import Order, frames
 from volprep.techniques import TECHNIQUES, Technique
 from volprep.truth.camera import standard_views
-from volprep.truth.oracle import Medium
 from volprep.truth.picture import encoded
+from volprep.truth.volume import Medium
+from volprep.truth.volume import Volume as Field
+from volprep.validation.same_field import part_of
 from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.package.program import CompositingName, TechniqueName
 
 from .bench import ALONE, Bench, View, rmse
@@ -111,11 +114,9 @@ def _tile(
     truth = bench.truth(package, shown, view)
     twin_rmse = None
     if technique.twin is not None and compositing == "emission-absorption" and package.manifest.render is not None:
-        medium = Medium(shown.stored, shown.info.slope, shown.info.intercept, package.manifest.transfer_functions[0])
         # The volume of the package may be cropped: its cube of slices is that of its own box.
         twin = technique.twin(
-            _cropped(medium, shown, package.manifest.levels[0].grid.origin_mm_xyz, level.grid.shape_zyx),
-            level.grid,
+            Medium(_cropped(shown, level.grid), package.manifest.transfer_functions[0]),
             camera,
             view.shape_hw,
             package.manifest.render.step_of(0),
@@ -185,14 +186,9 @@ def _hybrid(bench: Bench, which: str, volume: Volume) -> tuple[Tile, Float32Arra
     return Tile(volume.name, "ray-casting", "emission-absorption", error, None, beside="hybrid"), picture
 
 
-def _cropped(
-    medium: Medium, volume: Volume, origin_mm_xyz: tuple[float, float, float], shape_zyx: tuple[int, int, int]
-) -> Medium:
-    grid = volume.info.grid
-    start = np.linalg.inv(grid.world_from_index) @ [*origin_mm_xyz, 1.0]
-    x, y, z = (round(each) for each in start[:3])
-    part = medium.volume[z : z + shape_zyx[0], y : y + shape_zyx[1], x : x + shape_zyx[2]]
-    return Medium(np.ascontiguousarray(part), medium.slope, medium.intercept, medium.transfer_function)
+def _cropped(volume: Volume, grid: Grid) -> Field:
+    part = volume.stored[part_of(volume.info.grid, grid)]
+    return Field(np.ascontiguousarray(part), grid, volume.info.slope, volume.info.intercept)
 
 
 def _look(which: str, compositing: CompositingName) -> str:

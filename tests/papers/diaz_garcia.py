@@ -14,7 +14,6 @@ from typing import get_args
 import numpy as np
 
 from volprep.render.progressive import Order, ShownFrame
-from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
 from volprep.truth.camera import Camera, standard_views, view_from
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -23,6 +22,7 @@ from volprep_formats.package.program import TechniqueName
 from volprep_formats.package.reader import Package
 
 from .bench import Bench, View
+from .lines import Line
 from .panels import panels
 from .progress import (
     BUDGET_S,

@@ -16,7 +16,6 @@ from volprep.render.egl import context
 from volprep.render.gl1 import Gl1
 from volprep.render.hybrid import OpacitySource, small_picture
 from volprep.render.slices import SliceRenderer
-from volprep.report.plots import Line
 from volprep.transfer.preclassified import code_colours
 from volprep.truth.camera import Camera, standard_views, view_from
 from volprep_formats.arrays import Float64Array, UInt8Array
@@ -26,6 +25,7 @@ from volprep_formats.package.texture import Texture
 from volprep_formats.textures import paletted
 
 from .bench import ALONE, Bench, View, rmse
+from .lines import Line
 from .record import Cell, Measured, Paper, PaperCurves, PaperTable
 from .volumes import Volume, scan
 

@@ -9,10 +9,10 @@ from jinja2 import ChoiceLoader, FileSystemLoader
 
 from tests.benchmarks.waking import is_software
 from volprep.report.environment import environment
-from volprep.report.plots import line_plot
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 
 from .bench import TRUTH_PIXELS
+from .lines import line_plot
 from .record import Paper, PaperCurves
 
 _CLOCK = {

@@ -4,10 +4,11 @@ import base64
 from dataclasses import dataclass, field
 from typing import Self
 
-from volprep.report.plots import Line
 from volprep.truth.picture import encoded
 from volprep_formats.arrays import Float32Array
 from volprep_formats.png import png_bytes
+
+from .lines import Line
 
 
 @dataclass(frozen=True)

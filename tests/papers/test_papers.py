@@ -11,11 +11,11 @@ from tests.papers import __main__ as run
 from tests.papers import diaz_garcia, moser_weiskopf, noguera, progress, schultz_bailey
 from tests.papers.bench import Bench, techniques_of
 from tests.papers.browsers import about_browsers, native_and_browser
+from tests.papers.lines import Line
 from tests.papers.page import write_page
 from tests.papers.record import Measured, Paper, PaperCurves, PaperTable
 from tests.papers.tile_sizes import Sized, about_sizes
 from tests.papers.volumes import Volume
-from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from volprep.report.plots import Line
 from volprep.techniques import TECHNIQUES
 from volprep.truth.camera import standard_views
 from volprep.validation.altered import Altered
@@ -16,6 +15,7 @@ from volprep_formats.package.reader import Package
 
 from .bench import ALONE, Bench, View, techniques_of
 from .browsers import about_browsers, native_and_browser
+from .lines import Line
 from .reading import about_refinement, about_ways, diagonal_step, figure19, mosaic_cell, ways_to_read
 from .record import Cell, Measured, Paper, PaperCurves, PaperTable
 from .savings import PLAIN, WAYS, Savings, savings

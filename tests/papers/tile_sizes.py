@@ -6,11 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from volprep.report.plots import Line
 from volprep.validation.altered import Altered
 from volprep_formats.package.reader import Package
 
 from .bench import Bench, View
+from .lines import Line
 from .progress import budget_s_of, dssim, finishing, opened
 from .record import Cell, PaperCurves, PaperTable
 from .volumes import Volume

@@ -10,6 +10,7 @@ from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.convergence import fit_order
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 
 SHAPE_HW = (40, 40)
@@ -48,7 +49,7 @@ def draw(package, grid, view, step_mm=None, projection="orthographic", **setting
 
 def oracle(codes, grid, transfer_function, view, projection="orthographic"):
     box_from_clip = view_of(grid, view, projection)
-    return oracle_picture(codes, grid, 1.0, 0.0, transfer_function, box_from_clip, SHAPE_HW, tolerance=1e-8).rgba
+    return oracle_picture(Volume(codes, grid), transfer_function, box_from_clip, SHAPE_HW, tolerance=1e-8).rgba
 
 
 def rms_error(package, step_mm, view, projection="orthographic"):

@@ -17,6 +17,7 @@ from volprep.truth.camera import standard_views
 from volprep.truth.decoded import table_function
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
+from volprep.truth.volume import Volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.level_texels import level_texels
@@ -58,7 +59,7 @@ def draw(package, view, step_mm=None):
 
 def oracle(transfer_function, view):
     box_from_clip = view_of(GRID, view)
-    return oracle_picture(CODES, GRID, 1.0, 0.0, transfer_function, box_from_clip, SHAPE_HW, tolerance=1e-7).rgba
+    return oracle_picture(Volume(CODES, GRID), transfer_function, box_from_clip, SHAPE_HW, tolerance=1e-7).rgba
 
 
 def rmse(picture, truth):
@@ -247,7 +248,7 @@ def test_on_an_engine_half_a_voxel_does_what_takes_an_eighth_of_one_with_a_looku
         *((180.0, RED, 0.0), (180.0, RED, 1.5)),
     )
     matrices = [view.box_from_clip(grid, 1.0) for view in standard_views(grid).values()]
-    truth = [oracle_picture(codes, grid, 1.0, 0.0, edges, each, (72, 72), tolerance=1e-5).rgba for each in matrices]
+    truth = [oracle_picture(Volume(codes, grid), edges, each, (72, 72), tolerance=1e-5).rgba for each in matrices]
     errors = {}
     for name, step_mm in (("lookup", 0.125), ("preintegrated", 0.5)):
         package = tiny_package(tmp_path / name, codes, edges, grid=grid, classification=name, step_mm=step_mm)
@@ -352,7 +353,7 @@ def test_a_wall_behind_haze_has_no_dots_of_haze(tmp_path):
     grid = Grid.of(ball.shape, (1.0, 1.0, 1.0))
     package = tiny_package(tmp_path / "p", ball, wall, grid=grid, classification="preintegrated", step_mm=1.0)
     view = view_of(grid, "anterior")
-    truth = oracle_picture(ball, grid, 1.0, 0.0, wall, view, (64, 64)).rgba
+    truth = oracle_picture(Volume(ball, grid), wall, view, (64, 64)).rgba
     with Renderer(package, target="rgba32f") as renderer:
         for step_mm in (1.0, 0.25):
             picture = renderer.render(view, (64, 64), step_mm)

@@ -11,6 +11,7 @@ from volprep.render.renderer import Renderer
 from volprep.truth.metrics import over
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.phantoms import distance, marschner_lobb, sampled
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 
 SHAPE_HW = (32, 32)
@@ -48,7 +49,7 @@ def errors_of(package, target, truth):
 
 def truth_of(codes):
     box_from_clip = view_of(GRID, VIEW)
-    return oracle_picture(codes, GRID, 1.0, 0.0, OPAQUE, box_from_clip, SHAPE_HW, tolerance=1e-7).rgba
+    return oracle_picture(Volume(codes, GRID), OPAQUE, box_from_clip, SHAPE_HW, tolerance=1e-7).rgba
 
 
 @pytest.mark.parametrize(("name", "profile"), [("ball", ES3), ("waves", ES3), ("waves", ES2)])

@@ -11,6 +11,7 @@ from volprep.render.hybrid import HybridWish, hybrid_picture
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.diagnostics import VolprepError
 
 CODES = blobs(5, (30, 34, 28))
@@ -51,7 +52,7 @@ def test_lines_keep_all_pixels_and_the_volume_covers_those_behind_it_by_its_alph
 def test_what_is_drawn_small_is_off_by_more_the_smaller_it_is_and_as_large_as_the_picture_by_nothing(package):
     grid = package.manifest.grid
     function = package.manifest.transfer_functions[0]
-    truth = oracle_picture(CODES, grid, 1.0, 0.0, function, camera(package), HW).rgba
+    truth = oracle_picture(Volume(CODES, grid), function, camera(package), HW).rgba
     with Renderer(package) as renderer:
         whole = renderer.render(camera(package), HW, 0.125)
         pictures = [

@@ -19,6 +19,7 @@ from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
+from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
@@ -78,7 +79,9 @@ def test_lit_samples_with_shadow_rays_share_nothing(folder, shadows):
 
 def samples_of_a_group(package: Package) -> int:
     (program,) = (each for each in package.manifest.programs if each.transfer == "segments")
-    found = re.findall(r"  for \(int k = 0; k < (\d); k\+\+\) \{\n *float i = ", package.read_text(program.fragment))
+    texts = [program.fragment, *([program.tiles.cost] if program.tiles else [])]
+    text = "".join(package.read_text(each) for each in texts)
+    found = re.findall(r"  for \(int k = 0; k < (\d); k\+\+\) \{\n *float i = ", text)
     return int(found[0]) if found else 1
 
 
@@ -303,6 +306,20 @@ def test_coarser_levels_are_for_previews_and_no_worse_than_box_means(folder):
         least = min(other.styles, key=lambda style: style.least_kept_light)
         kept = f"{least.least} keeps {least.least_kept_light:.2f} of its light"
         assert text.startswith(f"{kept} at level {other.level}, ")
+
+
+def test_what_is_outside_all_segments_takes_no_voxels_from_them(tmp_path):
+    """A bright sheet between two segments keeps little of its light; votes for it would cut both of them."""
+    x = np.indices((24, 24, 24))[0]
+    labels = np.select([x == 11, x < 11, x < 16], [0, 1, 2])
+    values = np.where(labels > 0, 40, np.where(x == 11, 250, 0))
+    for name, voxels in (("scan", values.astype(np.uint8)), ("labels", labels.astype(np.int16))):
+        nibabel.save(nibabel.Nifti1Image(voxels, AFFINE), tmp_path / f"{name}.nii")
+    package = built(tmp_path, "sheet", coarsest=6, border="mixed", style=[])
+    held = held_labels(package.manifest.textures, 2, package.read_bytes)
+    np.testing.assert_array_equal(
+        held, coarse_labels(labels.T.astype(np.uint16), package.manifest.levels[2].factors_zyx)
+    )
 
 
 @pytest.mark.long

@@ -13,7 +13,7 @@ from scene_builds import built
 
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
-from volprep.truth.decoded import Volume
+from volprep.truth.volume import Volume
 from volprep.validation.witness.vtk_views import draw_views
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

@@ -12,7 +12,8 @@ from volprep.parts.mosaic.packing import Packing
 from volprep.render.renderer import Renderer
 from volprep.techniques import TECHNIQUES
 from volprep.truth.convergence import fit_order
-from volprep.truth.oracle import Medium, oracle_picture
+from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 
@@ -34,7 +35,7 @@ def camera(view, projection="orthographic"):
 
 
 def truth_of(transfer_function, box_from_clip, shape_hw=HW):
-    return oracle_picture(CODES, GRID, 1.0, 0.0, transfer_function, box_from_clip, shape_hw, tolerance=1e-8).rgba
+    return oracle_picture(Volume(CODES, GRID), transfer_function, box_from_clip, shape_hw, tolerance=1e-8).rgba
 
 
 def package_of(folder, technique, profile=ES3, transfer_function=DENSE, **wishes):
@@ -71,7 +72,7 @@ def test_what_is_published_with_an_error_draws_what_its_twin_draws(tmp_path, tec
     package = package_of(tmp_path / "p", technique, profile, flat)
     with Renderer(package, target="rgba32f") as renderer:
         picture = renderer.render(box_from_clip, HW, 0.7)
-    expected = twin(Medium(CODES, 1.0, 0.0, flat), GRID, box_from_clip, HW, 0.7)
+    expected = twin(Medium(Volume(CODES, GRID), flat), box_from_clip, HW, 0.7)
     # Bytes and half floats of tables; what lies on the border of the volume, or between two positions of 8 bits, may
     # fall on either side.
     assert np.quantile(np.abs(picture - expected), 0.99) < 2e-3

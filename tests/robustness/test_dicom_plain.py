@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pydicom.data
 import pytest
-from dicom_files import compressed, image, nested, save
+from dicom_files import compressed, image, nested, read_slices, save
 from dicom_walk import walked
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
@@ -77,7 +77,7 @@ def test_a_plain_file_needs_no_pydicom(tmp_path, monkeypatch, syntax) -> None:
     file = written(tmp_path, syntax, plain_image(depth=2 * (syntax != ImplicitVRLittleEndian)))
     expected = by_pydicom(file)
     monkeypatch.setattr(dicom_file, "_unusual_slices", lambda path: pytest.fail(f"{path} was left to pydicom"))
-    found = dicom_file.read_slices(file)
+    found = read_slices(file)
     assert seen(found) == seen(expected)
     assert found[0].problem is None
 
@@ -98,7 +98,7 @@ def test_of_a_thousand_damaged_files_none_is_read_otherwise_than_by_pydicom(tmp_
             continue
         plain_files += 1
         try:
-            found = seen(dicom_file.read_slices(file))
+            found = seen(read_slices(file))
         except VolprepError as error:
             found = str(error)
         try:
@@ -146,7 +146,7 @@ def test_the_samples_of_pydicom_are_read_as_pydicom_reads_them() -> None:
     assert len(plain) > 10
     for path in plain:
         assert _dicom.plain_headers([os.fsencode(path)], [*TAGS.values()], threads=1) == [walked(path, TAGS.values())]
-        assert seen(dicom_file.read_slices(path)) == seen(by_pydicom(path)), path.name
+        assert seen(read_slices(path)) == seen(by_pydicom(path)), path.name
 
 
 UNUSUAL = {

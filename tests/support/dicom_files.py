@@ -23,6 +23,10 @@ from pydicom.uid import (
 )
 from pydicom.valuerep import format_number_as_ds
 
+from volprep_formats.readers.dicom.file import slices_of
+from volprep_formats.readers.dicom.header import SliceImage
+from volprep_formats.readers.dicom.plain import plain_headers
+
 SERIES_UID = "1.2.826.0.1.3680043.9.1"
 MR_CLASS = "1.2.840.10008.5.1.4.1.1.4"
 
@@ -138,3 +142,8 @@ def nested(depth: int) -> Sequence:
         item.ReferencedImageSequence = nested(depth - 1)
         item["ReferencedImageSequence"].is_undefined_length = True
     return Sequence([item, Dataset()])
+
+
+def read_slices(path: Path) -> tuple[SliceImage, ...]:
+    """Read the header of one DICOM file: its slices."""
+    return slices_of(path, plain_headers([path])[0])

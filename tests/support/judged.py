@@ -23,7 +23,7 @@ def validate(
 ) -> Report:
     """Validate a package as `volprep.report.validate` does; without a path the report lies beside it."""
     path = package.path if isinstance(package, Package) else package
-    with patch("volprep.report.plots._svg", _drawn):
+    with patch("volprep.report.canvas._svg", _drawn):
         return complete.validate(path, report_path or path.with_suffix(".report"), progress or Silent(), **options)
 
 

@@ -10,7 +10,8 @@ from tiny_packages import function
 from volprep.compositing import COMPOSITINGS, Compositing
 from volprep.truth.camera import Camera
 from volprep.truth.lit import Lit, Normals, ShaderSlopes
-from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.oracle import OraclePicture
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import Light
@@ -46,21 +47,35 @@ class View:
 
     compositing: Compositing
     media: tuple[Medium, ...]
-    grid: Grid
     camera: Camera
-    normals: Normals = None
-    nearest: bool = False
+
+    @property
+    def grid(self) -> Grid:
+        return self.media[0].volume.grid
+
+    @property
+    def normals(self) -> Normals:
+        return self.media[0].volume.normals
+
+    @property
+    def nearest(self) -> bool:
+        return self.media[0].volume.nearest
 
     def draw(self) -> OraclePicture:
-        media, aspect = list(self.media), SHAPE_HW[1] / SHAPE_HW[0]
-        matrix = self.camera.box_from_clip(self.grid, aspect)
-        oracle = self.compositing.oracle
-        return oracle(media, self.grid, matrix, SHAPE_HW, nearest=self.nearest, normals=self.normals)
+        matrix = self.camera.box_from_clip(self.grid, SHAPE_HW[1] / SHAPE_HW[0])
+        return self.compositing.oracle(self.media, matrix, SHAPE_HW)
 
-    def with_volumes(self, change: Callable[[NDArray[np.generic]], NDArray[np.generic]], grid: Grid) -> "View":
+    def with_volumes(self, change: Callable[[Volume], Volume]) -> "View":
+        return replace(self, media=tuple(replace(each, volume=change(each.volume)) for each in self.media))
+
+    def with_voxels(self, change: Callable[[NDArray[np.generic]], NDArray[np.generic]], grid: Grid) -> "View":
         """The same view of other voxels; normals of voxels, which are an array, stay as they are."""
-        media = tuple(replace(each, volume=np.ascontiguousarray(change(each.volume))) for each in self.media)
-        return replace(self, media=media, grid=grid)
+        return self.with_volumes(
+            lambda each: replace(each, stored=np.ascontiguousarray(change(each.stored)), grid=grid)
+        )
+
+    def with_normals(self, normals: Normals) -> "View":
+        return self.with_volumes(lambda each: replace(each, normals=normals))
 
     def with_functions(self, change: Callable[[TransferFunction], TransferFunction]) -> "View":
         media = tuple(replace(each, transfer_function=change(each.transfer_function)) for each in self.media)
@@ -74,7 +89,7 @@ class View:
     def with_vectors(self, vectors: NDArray[np.float32]) -> "View":
         vectors = np.ascontiguousarray(vectors)
         lit = self.normals
-        return replace(self, normals=replace(lit, normals=vectors) if isinstance(lit, Lit) else vectors)
+        return self.with_normals(replace(lit, normals=vectors) if isinstance(lit, Lit) else vectors)
 
 
 def _grid() -> Grid:
@@ -99,10 +114,10 @@ CAMERAS = {
 LIGHT = Light(place_mm_xyz=tuple(MIDDLE + np.array([9.0, -6.0, 7.0])))
 
 
-def volume(background: int, seed: int = 1) -> NDArray[np.uint16]:
+def volume(background: int, seed: int = 1) -> Volume:
     """Random stored values within a border of one value."""
     inner = np.random.default_rng(seed).integers(0, 101, [n - 2 * BORDER for n in SHAPE_ZYX]) * UNIT
-    return np.pad(inner, BORDER, constant_values=background).astype(np.uint16)
+    return Volume(np.pad(inner, BORDER, constant_values=background).astype(np.uint16), GRID, SLOPE, INTERCEPT)
 
 
 def normals_of(seed: int = 2) -> NDArray[np.float32]:
@@ -124,18 +139,18 @@ def views(shown: TransferFunction) -> Iterator[tuple[str, View]]:
         name = compositing.name
         found = background(compositing, shown)
         around = MOST // 2 if found is None else found
-        medium = Medium(volume(around), SLOPE, INTERCEPT, shown)
-        plain = View(compositing, (medium,), GRID, CAMERAS["orthographic"])
+        medium = Medium(volume(around), shown)
+        plain = View(compositing, (medium,), CAMERAS["orthographic"])
         yield name, plain
         yield f"{name} in perspective", replace(plain, camera=CAMERAS["perspective"])
         if compositing.labels:
-            yield f"{name} of labels", replace(plain, nearest=True)
+            yield f"{name} of labels", plain.with_volumes(lambda each: replace(each, nearest=True))
         if compositing.several:
             other = replace(medium, volume=volume(around, 3))
             yield f"{name} of two", replace(plain, media=(medium, other))
         if compositing.lit:
             for what, normals in _lights().items():
-                yield f"{name} {what}", replace(plain, normals=normals)
+                yield f"{name} {what}", plain.with_normals(normals)
 
 
 def _lights() -> dict[str, Normals]:

@@ -14,8 +14,8 @@ from volprep.render.renderer import Renderer
 from volprep.techniques import TECHNIQUES
 from volprep.truth.averaged import averaged
 from volprep.truth.decoded import level_volume, table_function
-from volprep.truth.oracle import Medium
 from volprep.truth.phantoms import sampled
+from volprep.truth.volume import Medium, Volume
 from volprep.validation.order import OrderFacts
 from volprep.validation.ways import Way, in_way
 from volprep_formats.package.parts.subvolumes.record import decode_grid
@@ -135,9 +135,8 @@ class Bench:
             if way.classification == "preclassified":
                 self._truths[key] = preclassified_picture(*classified_voxels(package), box_from_clip, pixels)
             else:
-                volume, function = level_volume(package, 0), table_function(package, TRANSFER)
-                media = [Medium(volume.stored, volume.slope, volume.intercept, function)]
-                self._truths[key] = self._oracle(way, media, volume.grid, box_from_clip, pixels)
+                medium = Medium(level_volume(package, 0), table_function(package, TRANSFER))
+                self._truths[key] = self._oracle(way, medium, box_from_clip, pixels)
         return self._truths[key]
 
     def true_field(self, way: Way, pixels: int, package: Package, zoom: float) -> np.ndarray:
@@ -147,13 +146,12 @@ class Bench:
         if key not in self._truths:
             # A palette has steps, whatever the grid: they are no part of the question.
             function = table_function(package, TRANSFER) if way.classification == "palette" else transfer().resolved()
-            media = [Medium(sampled(field, grid), 1.0, 0.0, function)]
-            self._truths[key] = self._oracle(way, media, grid, camera(package, zoom=zoom), pixels)
+            medium = Medium(Volume(sampled(field, grid), grid), function)
+            self._truths[key] = self._oracle(way, medium, camera(package, zoom=zoom), pixels)
         return self._truths[key]
 
-    def _oracle(self, way: Way, media, grid, box_from_clip, pixels: int) -> np.ndarray:
-        draw = COMPOSITINGS[way.compositing].oracle
-        return draw(media, grid, box_from_clip, (pixels, pixels), nearest=False, normals=None).rgba
+    def _oracle(self, way: Way, medium: Medium, box_from_clip, pixels: int) -> np.ndarray:
+        return COMPOSITINGS[way.compositing].oracle([medium], box_from_clip, (pixels, pixels)).rgba
 
     @_once
     def by_step(self, way: Way, fault: Altering | None = None) -> Falling:

@@ -12,6 +12,7 @@ from volprep.parts.light.solve import LightField
 from volprep.parts.light.trial import baked_field
 from volprep.truth.phantoms import sampled
 from volprep.truth.refined import refined_picture
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 
@@ -74,5 +75,5 @@ def _drawn(volume: np.ndarray, grid: Grid, baked: LightField) -> Float64Array:
     camera = view_of(grid, "anterior-left")
     function = transfer().resolved()
     return refined_picture(
-        volume, grid, 1.0, 0.0, function, camera, (PIXELS, PIXELS), 1e-5, baked=baked_field(baked, grid)
+        Volume(volume, grid), function, camera, (PIXELS, PIXELS), 1e-5, baked=baked_field(baked, grid)
     ).rgba

@@ -24,9 +24,9 @@ from volprep.scene.scene import QuantizeSettings, Scene
 from volprep.truth.camera import standard_views
 from volprep.truth.colour import media_of_colour
 from volprep.truth.decoded import level_volume, table_function
-from volprep.truth.oracle import Medium
 from volprep.truth.phantoms import sampled
 from volprep.truth.stacks import stack_picture
+from volprep.truth.volume import Medium, Volume
 from volprep.validation.labelled_subject import LabelledSubject
 from volprep.validation.ways import Way
 from volprep_formats.package.channel_packages import package_of_transfer
@@ -61,16 +61,10 @@ def _by_step(
     whole: Callable[[Sequence[Medium]], Sequence[Medium]] = lambda media: media,
 ) -> Falling:
     """Errors of ever finer steps, with whatever lights what the package holds; `whole` makes media of its channels."""
-    media, normals, nearest, grid = [], None, False, None
-    for name in transfers:
-        part = package_of_transfer(package, name)
-        volume = level_volume(part, 0)
-        media.append(Medium(volume.stored, volume.slope, volume.intercept, table_function(part, name)))
-        normals, nearest, grid = volume.normals, volume.nearest, volume.grid
-    assert grid is not None
+    parts = [(package_of_transfer(package, name), name) for name in transfers]
+    media = [Medium(level_volume(part, 0), table_function(part, name)) for part, name in parts]
     box_from_clip, shape_hw = camera(package), (PIXELS, PIXELS)
-    draw = EMISSION_ABSORPTION.oracle
-    truth = draw(whole(media), grid, box_from_clip, shape_hw, nearest=nearest, normals=normals).rgba
+    truth = EMISSION_ABSORPTION.oracle(whole(media), box_from_clip, shape_hw).rgba
     with Renderer(package, level=0, transfer=shown, target="rgba32f") as renderer:
         return Falling(steps_mm, [rmse(renderer.render(box_from_clip, shape_hw, step), truth) for step in steps_mm])
 
@@ -186,8 +180,8 @@ def _stacks(view: str, layers: int = 1) -> Callable[[Path], Falling]:
                 slices=f"layers = {layers}",
             )
             (function,) = package.manifest.transfer_functions
-            media = [Medium(sampled(field, fine), 1.0, 0.0, function)]
-            truth = EMISSION_ABSORPTION.oracle(media, fine, box_from_clip, shape_hw, nearest=False, normals=None).rgba
+            media = [Medium(Volume(sampled(field, fine), fine), function)]
+            truth = EMISSION_ABSORPTION.oracle(media, box_from_clip, shape_hw).rgba
             texels = slice_texels(package, "ramp", "z")
             drawn = stack_picture(texels, "z", grid, box_from_clip, shape_hw, "exact", layers)
             errors.append(rmse(drawn, truth))

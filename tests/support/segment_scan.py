@@ -13,6 +13,7 @@ from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.labelled import Labelled, labelled_picture, tinted
+from volprep.truth.volume import Volume
 from volprep_formats.package.parts.segments.record import looks
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -92,4 +93,4 @@ def truth(folder: Path, package: Package, view: str = "anterior-left") -> np.nda
     every = tuple(tinted(functions[label.transfer], look[:3], look[3]) if look[3] else None for label, look in shown)
     camera = view_of(grid, view)
     labelled, normals = Labelled(labels, every, segments.border), light_of_scan(manifest)
-    return labelled_picture(scan.astype(np.uint8), grid, 1.0, 0.0, labelled, camera, (48, 48), normals=normals).rgba
+    return labelled_picture(Volume(scan.astype(np.uint8), grid, normals=normals), labelled, camera, (48, 48)).rgba

@@ -74,9 +74,11 @@ def test_the_error_falls_with_its_order_as_pixels_get_smaller(bench, way):
 
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize("other", OTHERS, ids=lambda other: other.name)
-def test_what_is_lit_labels_channels_and_stacks_have_their_orders(tmp_path, other):
+def test_what_is_lit_labels_channels_and_stacks_have_their_orders_and_the_document_says_so(tmp_path, document, other):
     falling = other.falling(tmp_path)
     assert falling.order == pytest.approx(other.expected, abs=other.scatter), falling
+    (row,) = (row for row in rows(document, "others") if row[0] == other.name)
+    assert float(row[3]) == pytest.approx(falling.order, abs=0.15)
 
 
 @pytest.mark.long(keep=2)

@@ -12,6 +12,7 @@ from volprep.kernels import _native
 from volprep.scene.points import Measure, TransferWish
 from volprep.truth.camera import standard_views
 from volprep.truth.projection import projected_picture
+from volprep.truth.volume import Volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 
@@ -29,9 +30,8 @@ def seen(oracle, values, function=GREY, slope=1.0, intercept=0.0, **options):
     """The one pixel of a ray along x through the centres of the voxels `values`."""
     volume = np.array(values, np.float32)[None, None, :]
     camera = oracle.ray((-1, 0.5, 0.5), (1, 0, 0), volume.shape[2] + 2)
-    picture = projected_picture(
-        "maximum", volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), slope, intercept, function, camera, (1, 1), **options
-    )
+    field = Volume(volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), slope, intercept)
+    picture = projected_picture("maximum", field, function, camera, (1, 1), **options)
     return picture.rgba[0, 0], picture.bound[0, 0]
 
 
@@ -80,7 +80,7 @@ def test_pixels_beside_the_volume_are_transparent_and_exact():
     grid = Grid.of((5, 6, 7), (2.0, 1.5, 0.75))
     volume = np.full(grid.shape_zyx, 77, np.uint8)
     matrix = standard_views(grid, "perspective")["anterior-left"].box_from_clip(grid, 2.0)
-    picture = projected_picture("maximum", volume, grid, 1.0, 0.0, GREY, matrix, (20, 40))
+    picture = projected_picture("maximum", Volume(volume, grid), GREY, matrix, (20, 40))
     beside = picture.rgba[..., 3] == 0
     assert 100 < beside.sum() < 700
     assert (picture.rgba[beside] == 0).all()
@@ -98,7 +98,7 @@ def test_the_view_from_the_opposite_side_is_the_mirrored_picture(view):
     eye = np.array(front.eye_mm_xyz) + 2 * front.focus_mm * np.array(front.forward) / np.linalg.norm(front.forward)
     back = replace(front, eye_mm_xyz=tuple(eye), forward=tuple(-part for part in front.forward))
     one, other = (
-        projected_picture("maximum", volume, grid, 1.0, 0.0, GREY, camera.box_from_clip(grid, 1.5), (22, 33))
+        projected_picture("maximum", Volume(volume, grid), GREY, camera.box_from_clip(grid, 1.5), (22, 33))
         for camera in (front, back)
     )
     difference = np.abs(one.rgba - other.rgba[:, ::-1]).max(axis=-1)
@@ -141,10 +141,7 @@ def test_the_bound_holds_wherever_the_maximum_may_be(oracle, seed, count, power)
     ]
     picture = projected_picture(
         "maximum",
-        volume,
-        grid,
-        1.0,
-        0.0,
+        Volume(volume, grid),
         transfer(*[(p.value, p.extinction_per_mm, p.colour) for p in points]),
         camera,
         (1, 1),
@@ -164,7 +161,7 @@ def test_a_voxel_that_is_not_finite_is_refused():
     volume = np.zeros((2, 3, 4), np.float32)
     volume[1, 2, 3] = np.inf
     with pytest.raises(VolprepError, match="VP6001"):
-        projected_picture("maximum", volume, Grid.of(volume.shape, (1.0, 1.0, 1.0)), 1.0, 0.0, GREY, np.eye(4), (1, 1))
+        projected_picture("maximum", Volume(volume, Grid.of(volume.shape, (1.0, 1.0, 1.0))), GREY, np.eye(4), (1, 1))
 
 
 @pytest.mark.parametrize(
@@ -178,4 +175,4 @@ def test_a_voxel_that_is_not_finite_is_refused():
 def test_what_does_not_fit_is_refused(shape, options, message):
     grid = Grid.of((2, 3, 4), (1.0, 1.0, 1.0))
     with pytest.raises(ValueError, match=message):
-        projected_picture("maximum", np.zeros(shape, np.uint8), grid, 1.0, 0.0, GREY, np.eye(4), (1, 1), **options)
+        projected_picture("maximum", Volume(np.zeros(shape, np.uint8), grid), GREY, np.eye(4), (1, 1), **options)

@@ -6,6 +6,7 @@ from tiny_packages import function
 
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.refined import refined_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 
 UNIT = (1.0, 1.0, 1.0)
@@ -30,7 +31,7 @@ def accumulated(values, function, step_mm):
 
 
 def mida_picture(volume, grid, slope, intercept, shown, *view):
-    return refined_picture(volume, grid, slope, intercept, shown, *view, intensities=shown.intensity_range)
+    return refined_picture(Volume(volume, grid, slope, intercept), shown, *view, intensities=shown.intensity_range)
 
 
 def against_samples(oracle, seed, shown):
@@ -76,7 +77,7 @@ def test_where_nothing_rises_it_is_emission_and_absorption(oracle) -> None:
     falling = function((0.0, (0.2, 0.5, 1.0), 0.0), (20.0, (1.0, 0.5, 0.0), 0.2))
     camera = oracle.ray((-1, 1.5, 1.5), (1, 0.01, 0), 30)
     one = mida_picture(volume, grid, 1.0, 0.0, falling, camera, (1, 1))
-    other = oracle_picture(volume, grid, 1.0, 0.0, falling, camera, (1, 1))
+    other = oracle_picture(Volume(volume, grid), falling, camera, (1, 1))
     assert other.rgba[0, 0, 3] > 0.5
     assert np.abs(one.rgba - other.rgba).max() < 2e-6
 
@@ -88,7 +89,7 @@ def test_behind_a_dense_wall_what_is_brighter_is_seen(oracle) -> None:
     dense = function((0.0, (0.0, 0.0, 1.0), 50.0), (100.0, (0.0, 0.0, 1.0), 50.0), (255.0, (1.0, 0.0, 0.0), 50.0))
     camera = oracle.ray((-1, 1.5, 1.5), (1, 0, 0), 30)
     picture = mida_picture(volume, grid, 1.0, 0.0, dense, camera, (1, 1))
-    hidden = oracle_picture(volume, grid, 1.0, 0.0, dense, camera, (1, 1))
+    hidden = oracle_picture(Volume(volume, grid), dense, camera, (1, 1))
     assert picture.rgba[0, 0, 0] > 0.15
     assert hidden.rgba[0, 0, 0] < 1e-9
     assert abs(picture.rgba[0, 0, 3] - 1.0) < 1e-6

@@ -9,7 +9,7 @@ from volprep.compositing import COMPOSITINGS
 from volprep.scene.colour import PARTS, transfer_of
 from volprep.scene.transfer import SceneTransfer
 from volprep.truth.colour import media_of_colour
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.grid import Grid
 
 GRID = Grid.of((5, 6, 7), (1.5, 1.0, 0.8))
@@ -30,16 +30,20 @@ def volumes(seed: int = 4) -> np.ndarray:
     return np.rint(np.concatenate([light, share[None]]) * 65535).astype(np.uint16)
 
 
+def field(stored: np.ndarray) -> Volume:
+    return Volume(stored, GRID, 1 / 65535)
+
+
 def channels(stored: np.ndarray, largest_per_mm: float = LARGEST_PER_MM) -> list[Medium]:
     return [
-        Medium(volume, 1 / 65535, 0.0, SceneTransfer.model_validate(transfer_of(part, largest_per_mm)).resolved())
+        Medium(field(volume), SceneTransfer.model_validate(transfer_of(part, largest_per_mm)).resolved())
         for part, volume in zip(PARTS, stored, strict=True)
     ]
 
 
 def drawn(media: list[Medium], view: str = "anterior-left") -> np.ndarray:
     oracle = COMPOSITINGS["emission-absorption"].oracle
-    return oracle(media, GRID, camera(view), (PIXELS, PIXELS), nearest=False, normals=None).rgba
+    return oracle(media, camera(view), (PIXELS, PIXELS)).rgba
 
 
 def twin(stored: np.ndarray, row: int, column: int) -> np.ndarray:
@@ -79,7 +83,7 @@ def test_equal_light_of_all_colours_is_a_grey_medium() -> None:
         }
     ).resolved()
     found = drawn(media_of_colour(channels(np.stack([share] * 4))))
-    assert np.abs(found - drawn([Medium(share, 1 / 65535, 0.0, grey)])).max() < 5e-6
+    assert np.abs(found - drawn([Medium(field(share), grey)])).max() < 5e-6
 
 
 def test_colours_that_change_places_change_nothing_else() -> None:

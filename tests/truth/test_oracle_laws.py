@@ -83,7 +83,7 @@ def cut(view: View) -> View:
     corner_to_centre = np.array(spacing[::-1]) / 2
     origin = view.grid.corner_mm_xyz + np.array(view.grid.direction) @ corner_to_centre
     grid = Grid.of(tuple(3 * n for n in view.grid.shape_zyx), spacing, origin, view.grid.direction)
-    made = view.with_volumes(lambda values: finer(values.astype(np.float64)).astype(values.dtype), grid)
+    made = view.with_voxels(lambda values: finer(values.astype(np.float64)).astype(values.dtype), grid)
     return made if view.vectors is None else made.with_vectors(finer(view.vectors.astype(np.float64)).astype("f4"))
 
 
@@ -117,7 +117,7 @@ def restored(view: View, order_zyx, reversed_zyx) -> View:
     shape, spacing = (
         tuple(each[axis] for axis in order_zyx) for each in (view.grid.shape_zyx, view.grid.spacing_mm_zyx)
     )
-    made = view.with_volumes(stored_otherwise, Grid.of(shape, spacing, origin, direction))
+    made = view.with_voxels(stored_otherwise, Grid.of(shape, spacing, origin, direction))
     if view.vectors is None:
         return made
     along_zyx = view.vectors[..., ::-1] * np.where(reversed_zyx, -1, 1).astype("f4")
@@ -138,7 +138,7 @@ def test_axes_that_are_reversed_or_exchanged_in_storage_change_no_picture(
 def padded(view: View, voxels: int) -> View:
     around = background(view.compositing, HILLS)
     wider = view.grid.part((-voxels,) * 3, tuple(n + voxels for n in view.grid.shape_zyx))
-    made = view.with_volumes(lambda values: np.pad(values, voxels, constant_values=around), wider)
+    made = view.with_voxels(lambda values: np.pad(values, voxels, constant_values=around), wider)
     if view.vectors is None:
         return made
     return made.with_vectors(np.pad(view.vectors, [(voxels, voxels)] * 3 + [(0, 0)]))
@@ -162,17 +162,17 @@ def test_only_where_every_value_can_be_seen_is_there_no_such_border() -> None:
 def stored_otherwise(view: View, kind: str) -> View:
     """The same physical values, stored as another type with another slope and intercept."""
 
-    def change(medium):
-        stored = medium.volume.astype(np.int64)
+    def change(volume):
+        stored = volume.stored.astype(np.int64)
         if kind == "negative":
             return replace(
-                medium, volume=(MOST - stored).astype("u2"), slope=-SLOPE, intercept=INTERCEPT + SLOPE * MOST
+                volume, stored=(MOST - stored).astype("u2"), slope=-SLOPE, intercept=INTERCEPT + SLOPE * MOST
             )
         if kind == "float32":
-            return replace(medium, volume=(SLOPE * stored + INTERCEPT).astype("f4"), slope=1.0, intercept=0.0)
-        return replace(medium, volume=(stored - 1000).astype("i2"), intercept=INTERCEPT + SLOPE * 1000)
+            return replace(volume, stored=(SLOPE * stored + INTERCEPT).astype("f4"), slope=1.0, intercept=0.0)
+        return replace(volume, stored=(stored - 1000).astype("i2"), intercept=INTERCEPT + SLOPE * 1000)
 
-    return replace(view, media=tuple(change(medium) for medium in view.media))
+    return view.with_volumes(change)
 
 
 @pytest.mark.parametrize("kind", ["int16", "float32", "negative"])
@@ -195,11 +195,11 @@ def mirrored_at_the_middle(view: View) -> View:
     if isinstance(lit, Lit) and lit.light is not None:
         place = tuple(2 * MIDDLE - LIGHT.place_mm_xyz)
         lit = replace(lit, light=lit.light.model_copy(update={"place_mm_xyz": place}))
-    return replace(view, camera=behind, normals=lit)
+    return replace(view, camera=behind).with_normals(lit)
 
 
 def symmetric(view: View) -> View:
-    made = view.with_volumes(lambda values: np.maximum(values, values[::-1, ::-1, ::-1]), view.grid)
+    made = view.with_voxels(lambda values: np.maximum(values, values[::-1, ::-1, ::-1]), view.grid)
     return made if view.vectors is None else made.with_vectors(view.vectors - view.vectors[::-1, ::-1, ::-1])
 
 

@@ -7,6 +7,7 @@ from tiny_packages import function
 from volprep.truth import phantoms
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 
@@ -29,7 +30,8 @@ def picture(volume, grid=GRID, camera=None, shape_hw=(9, 12), function=SOFT, **o
     camera = camera or standard_views(grid, "perspective")["anterior-left"]
     matrix = camera.box_from_clip(grid, shape_hw[1] / shape_hw[0])
     slope, intercept = options.get("slope", 1.0), options.get("intercept", 0.0)
-    return oracle_picture(volume, grid, slope, intercept, function, matrix, shape_hw, options.get("tolerance", 1e-9))
+    field = Volume(volume, grid, slope, intercept)
+    return oracle_picture(field, function, matrix, shape_hw, options.get("tolerance", 1e-9))
 
 
 def assert_same(one, other):

@@ -5,6 +5,7 @@ import numpy as np
 from tiny_packages import function
 
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 
 SKIN = function(*((value, (0.8, 0.5, 0.4), extinction) for value, extinction in [(35, 0.0), (36, 0.25), (255, 0.6)]))
@@ -19,7 +20,7 @@ def test_the_silhouette_of_a_head_is_where_voxels_are_above_the_threshold(scans)
     camera = np.array(
         [[width / 2, 0, 0, width / 2], [0, 0, 200.0, 100.0], [0, height / 2, 0, height / 2], [0, 0, 0, 1]]
     )
-    answer = oracle_picture(volume, grid, 1.0, 0.0, SKIN, camera, (height, width))
+    answer = oracle_picture(Volume(volume, grid), SKIN, camera, (height, width))
     seen = answer.rgba[::-1, :, 3] > 0
     np.testing.assert_array_equal(seen, volume.max(axis=1) > 35)
     assert 0.3 < seen.mean() < 0.9

@@ -10,14 +10,15 @@ from scene_builds import view_of
 from tiny_packages import function
 
 from volprep.truth.surface import directions, surface_hits, surface_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 
 UNIT = (1.0, 1.0, 1.0)
 
 
-def hits(volume, camera, isovalue, *, solid=False, spacing=UNIT, shape_hw=(1, 1), **options):
+def hits(volume, camera, isovalue, *, solid=False, spacing=UNIT, shape_hw=(1, 1), normals=None):
     grid = Grid.of(volume.shape, spacing[::-1])
-    return surface_hits(volume, grid, 1.0, 0.0, isovalue, camera, shape_hw, solid=solid, **options)
+    return surface_hits(Volume(volume, grid, normals=normals), isovalue, camera, shape_hw, solid=solid)
 
 
 def cell_roots(oracle, volume, ray, planes, isovalue):
@@ -67,7 +68,7 @@ def test_a_sphere_is_where_it_is_within_the_bound_of_its_interpolation(radius) -
     z, y, x = np.meshgrid(*((np.arange(n) + 0.5) * h for n, h in zip(shape, spacing[::-1], strict=True)), indexing="ij")
     distance = np.linalg.norm(np.stack([x, y, z], axis=-1) - extent / 2, axis=-1).astype(np.float32)
     matrix = view_of(grid, "anterior-left")
-    found = surface_hits(distance, grid, 1.0, 0.0, radius, matrix, (40, 40), solid=False)
+    found = surface_hits(Volume(distance, grid), radius, matrix, (40, 40), solid=False)
     met = np.isfinite(found.t_mm)
     assert met.sum() > 80
     near = matrix @ np.array([0.0, 0.0, -1.0, 1.0])
@@ -109,7 +110,7 @@ def test_blocks_that_are_left_out_hide_no_surface(oracle, shape) -> None:
     volume[tuple(rng.integers(0, shape))] = 100
     grid = Grid.of(shape, UNIT)
     matrix = view_of(grid, "anterior-left")
-    found = surface_hits(volume, grid, 1.0, 0.0, 40.0, matrix, (32, 32), solid=True)
+    found = surface_hits(Volume(volume, grid), 40.0, matrix, (32, 32), solid=True)
     step, count = 0.01, 12_000
     along = directions(matrix, (32, 32))
     seen = 0
@@ -132,7 +133,7 @@ def test_a_lit_sphere_is_as_bright_as_the_cosine_of_its_normals() -> None:
     normals = np.ascontiguousarray(np.stack([x, y, z], axis=-1) / distance[..., None], np.float32)
     white = function((0.0, (1.0, 1.0, 1.0), 5.0), (40.0, (1.0, 1.0, 1.0), 5.0)).model_copy(update={"isovalue": 15.0})
     matrix = view_of(grid, "anterior")
-    picture = surface_picture(distance, grid, 1.0, 0.0, white, matrix, (60, 60), solid=False, normals=normals)
+    picture = surface_picture(Volume(distance, grid, normals=normals), white, matrix, (60, 60), solid=False)
     at = ((np.arange(60) + 0.5) / 60 - 0.5) * np.linalg.norm(grid.extent_mm_zyx) / 15.0
     passes = np.hypot(at[:, None], at)
     inside = passes < 0.97
@@ -145,10 +146,7 @@ def test_a_lit_sphere_is_as_bright_as_the_cosine_of_its_normals() -> None:
 def test_a_transfer_function_without_an_isovalue_is_refused() -> None:
     with pytest.raises(ValueError, match="no isovalue"):
         surface_picture(
-            np.zeros((2, 2, 2), np.uint8),
-            Grid.of((2, 2, 2), UNIT),
-            1.0,
-            0.0,
+            Volume(np.zeros((2, 2, 2), np.uint8), Grid.of((2, 2, 2), UNIT)),
             function((0.0, (1.0, 1.0, 1.0), 1.0)),
             np.eye(4),
             (1, 1),

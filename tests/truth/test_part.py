@@ -8,9 +8,10 @@ from tiny_packages import function
 
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import standard_views, view_from
-from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.oracle import OraclePicture
 from volprep.truth.part import picture_of_part
 from volprep.truth.projection import projected_values
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.grid import Grid
 
 HW = (20, 26)
@@ -26,20 +27,21 @@ CAMERAS = {
 }
 
 
-def draw(stored, grid, matrix, shape_hw):
-    media = [Medium(stored, 1.0, 0.0, FUNCTION)]
-    oracle = COMPOSITINGS["emission-absorption"].oracle
-    return oracle(media, grid, matrix, shape_hw, nearest=False, normals=None)
+VOLUME = Volume(CODES, GRID)
+
+
+def draw(volume, matrix, shape_hw):
+    return COMPOSITINGS["emission-absorption"].oracle([Medium(volume, FUNCTION)], matrix, shape_hw)
 
 
 def part(matrix, low, high, how=draw):
-    return picture_of_part(how, CODES, GRID, matrix, HW, (np.array(low), np.array(high)))
+    return picture_of_part(how, VOLUME, matrix, HW, (np.array(low), np.array(high)))
 
 
 @pytest.mark.parametrize("name", CAMERAS)
 def test_a_part_that_is_the_whole_has_its_picture(name):
     matrix = CAMERAS[name].box_from_clip(GRID, HW[1] / HW[0])
-    whole, found = draw(CODES, GRID, matrix, HW), part(matrix, np.zeros(3), EXTENT)
+    whole, found = draw(VOLUME, matrix, HW), part(matrix, np.zeros(3), EXTENT)
     assert whole.rgba[..., 3].max() > 0.5
     assert (np.abs(found.rgba - whole.rgba).max(axis=-1) <= found.bound + whole.bound + 1e-12).all()
 
@@ -58,7 +60,7 @@ def test_parts_behind_each_other_make_the_picture_of_the_whole(name, axis):
         slabs.append(part(matrix, *ends))
     # Slabs have an order for each ray: with the axis, or against it.
     forth, back = (composited([slab.rgba for slab in order]) for order in (slabs, slabs[::-1]))
-    whole = draw(CODES, GRID, matrix, HW)
+    whole = draw(VOLUME, matrix, HW)
     bound = whole.bound + sum(slab.bound for slab in slabs) + 1e-12
     errors = np.minimum(np.abs(forth - whole.rgba).max(axis=-1), np.abs(back - whole.rgba).max(axis=-1))
     assert whole.rgba[..., 3].max() > 0.5
@@ -75,13 +77,13 @@ def composited(pictures):
 def test_the_greatest_value_of_all_parts_is_that_of_the_whole():
     matrix = CAMERAS["anterior-left-orthographic"].box_from_clip(GRID, HW[1] / HW[0])
 
-    def values(stored, grid, camera, shape_hw):
-        value, error = projected_values("maximum", stored, grid, 1.0, 0.0, camera, shape_hw)
+    def values(volume, camera, shape_hw):
+        value, error = projected_values("maximum", volume, camera, shape_hw)
         rgba = np.zeros((*shape_hw, 4))
         rgba[..., 0] = np.nan_to_num(value)
         return OraclePicture(rgba, np.nan_to_num(error))
 
-    whole = values(CODES, GRID, matrix, HW).rgba[..., 0]
+    whole = values(VOLUME, matrix, HW).rgba[..., 0]
     greatest = np.zeros(HW)
     for x0, x1 in pairwise(CUTS[0]):
         for y0, y1 in pairwise(CUTS[1]):

@@ -8,9 +8,10 @@ from scene_builds import view_of
 from scipy.integrate import quad
 from scipy.special import expn
 from tiny_packages import function
+from traced_places import traced_places
 
 from volprep.kernels import _native
-from volprep.truth.path_traced import LitVolume, bernstein_interval, traced_picture, traced_places
+from volprep.truth.path_traced import LitVolume, bernstein_interval, traced_picture
 from volprep.truth.phantoms import distance, sampled
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.model import LightModel, Sun

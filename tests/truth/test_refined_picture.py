@@ -10,6 +10,7 @@ from volprep.truth.lit import Lit, ShaderSlopes
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.refined import refined_picture
 from volprep.truth.surface import surface_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.program import Light
 
@@ -40,8 +41,8 @@ def view_of(volume, name="anterior-left"):
 )
 def test_without_a_place_of_the_light_it_is_the_picture_of_the_oracle_with_a_bound(scan, normals) -> None:
     grid, matrix = view_of(scan)
-    one = refined_picture(scan, grid, 2.0, -30.0, GLASS, matrix, (9, 9), normals=normals)
-    other = oracle_picture(scan, grid, 2.0, -30.0, GLASS, matrix, (9, 9), normals=normals)
+    one = refined_picture(Volume(scan, grid, 2.0, -30.0, normals=normals), GLASS, matrix, (9, 9))
+    other = oracle_picture(Volume(scan, grid, 2.0, -30.0, normals=normals), GLASS, matrix, (9, 9))
     assert other.rgba[..., 3].max() > 0.6
     assert np.abs(one.rgba - other.rgba).max() < 4e-6
     assert one.bound.max() <= 1e-6
@@ -75,7 +76,7 @@ def test_a_light_with_a_place_is_what_many_samples_give(oracle, scan, place, hal
     origin, direction = np.array([3.3, -5.0, 2.9]), np.array([0.1, 1.0, 0.05])
     direction /= np.linalg.norm(direction)
     camera = oracle.ray(origin, direction, 20.0)
-    picture = refined_picture(scan, grid, 1.0, 0.0, GLASS, camera, (1, 1), normals=lit)
+    picture = refined_picture(Volume(scan, grid, normals=lit), GLASS, camera, (1, 1))
     start, end = oracle.inside_box(origin, direction, 20.0, np.array([7.0, 8.0, 6.0]))
     count = 20_000
     at = origin + np.multiply.outer(start + (np.arange(count) + 0.5) / count * (end - start), direction)
@@ -100,7 +101,7 @@ def test_slopes_of_a_shader_are_differences_of_samples_one_voxel_apart_and_half_
     none = (False, False, False)
     for kernel, halved_zyx in (("central", none), ("central", (True, False, True)), ("forward", none)):
         normals = Lit(ShaderSlopes(kernel, 1e-6, halved_zyx=halved_zyx))
-        picture = surface_picture(scan, grid, 1.0, 0.0, white, matrix, (8, 8), solid=False, normals=normals)
+        picture = surface_picture(Volume(scan, grid, normals=normals), white, matrix, (8, 8), solid=False)
         t, error, value, change = (np.empty((8, 8)) for _ in range(4))
         normal = np.empty((8, 8, 3))
         sizes = (grid.spacing_mm_zyx[::-1], grid.extent_mm_zyx[::-1])

@@ -10,6 +10,7 @@ from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.source import SourceInfo
 
@@ -40,7 +41,7 @@ def test_the_plan_sees_what_clipped_values_do_to_opaque_faces(tissue, tmp_path):
     for view in ("anterior", "superior", "posterior-left"):
         camera = view_of(GRID, view)
         pictures = [
-            oracle_picture(each.astype(np.float32), GRID, 1.0, 0.0, functions[0], camera, (48, 48)).rgba
+            oracle_picture(Volume(each.astype(np.float32), GRID), functions[0], camera, (48, 48)).rgba
             for each in (coded, tissue)
         ]
         found.append(difference(*pictures))

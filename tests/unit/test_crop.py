@@ -12,6 +12,7 @@ from volprep.scan.segments.record import VoxelBox
 from volprep.scan.statistics import measure
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction
@@ -99,7 +100,7 @@ def test_the_picture_without_the_border_is_the_same_picture(shape_zyx, seed, fun
         camera = standard_views(grid, "perspective")[name]
         pictures = [
             oracle_picture(
-                np.ascontiguousarray(stored), each, 1.0, 0.0, function, camera.box_from_clip(each, 1.0), (13, 13)
+                Volume(np.ascontiguousarray(stored), each), function, camera.box_from_clip(each, 1.0), (13, 13)
             )
             for stored, each in ((voxels, grid), (voxels[part], small))
         ]

@@ -9,11 +9,11 @@ from shutil import which
 import nibabel
 import numpy as np
 import pytest
+from dicom_files import read_slices
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.dicom.file import read_slices
 from volprep_formats.source import RawLayout, SourceInfo, SourceSpec
 
 pytestmark = pytest.mark.usefixtures("kept_workers")

@@ -22,16 +22,13 @@ FLOORS = (
     {"volprep_cli", "__init__"},
 )
 """The rooms, the lowest floor first."""
+IMPORT = re.compile(r"^ *(?:from|import) ([\w.]+)", re.MULTILINE)
 
 
 @cache
 def imported(path: Path) -> tuple[str, ...]:
-    """Return the names of the modules that a file imports."""
-    found: list[str] = []
-    for node in ast.walk(ast.parse(path.read_text())):
-        found += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-        found += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-    return tuple(found)
+    """Return the names of the modules that a file imports, also within functions."""
+    return tuple(IMPORT.findall(path.read_text()))
 
 
 def imports(root: Path, package: str) -> dict[str, set[str]]:

@@ -20,6 +20,7 @@ from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.phantoms import distance, marschner_lobb, sampled
+from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import LevelStep
 from volprep_formats.source import SourceInfo
@@ -66,7 +67,7 @@ def test_the_step_that_is_chosen_is_as_exact_as_the_plan_says_in_a_picture_of_an
     errors = {1: [], 4: []}
     for view in ("anterior-left", "left"):
         box_from_clip = view_of(GRID, view)
-        truth = oracle_picture(codes, GRID, 1.0, 0.0, transfer, box_from_clip, (64, 64), tolerance=1e-7).rgba
+        truth = oracle_picture(Volume(codes, GRID), transfer, box_from_clip, (64, 64), tolerance=1e-7).rgba
         seen = truth[..., 3] > 1 / 510
         with Renderer(package, target="rgba32f") as renderer:
             for times, found in errors.items():

@@ -17,7 +17,6 @@ from volprep_formats.package.parts.subvolumes.places import (
     place_of,
     sides_of,
     voxel_of,
-    voxel_of_local,
 )
 from volprep_formats.package.parts.subvolumes.record import Subvolume, SubvolumeGrid, ViewThresholds
 from volprep_formats.package.texture import GlFormat
@@ -48,6 +47,13 @@ LEVELS = {0: 0.75, 1: 1.5, 2: 3.0, 3: 6.0}
 def walker(pixels: int = 100, levels=LEVELS) -> Walker:
     level_grid = Grid.of(SHAPE_ZYX, (2.5, 0.75, 1.0))
     return Walker.at_the_front(Ground(GRID, level_grid, levels, "orthographic", pixels))
+
+
+def voxel_of_local(grid: SubvolumeGrid, piece: int, local_xyz: tuple[float, ...]) -> list[float]:
+    """The voxel of level 0 at coordinates in the texture of a piece."""
+    place_zyx = np.unravel_index(piece, grid.counts_zyx)
+    spans = [spans[number] for number, spans in zip(place_zyx, grid.spans_zyx, strict=True)][::-1]
+    return [first + at * (last - first + 1) - 0.5 for at, (first, last) in zip(local_xyz, spans, strict=True)]
 
 
 @pytest.mark.parametrize("shape_zyx", [SHAPE_ZYX, (1, 12, 13), (23, 1, 40)], ids=str)

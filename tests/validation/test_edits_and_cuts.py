@@ -11,6 +11,7 @@ import volprep.validation.edits_and_cuts as judged_module
 from volprep.parts.editing.inputs import edit_with
 from volprep.parts.subvolumes.cut import Cut
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep.validation.clock import Clock
 from volprep.validation.edits_and_cuts import edited, judge_cut, judge_edit, random_cut
 from volprep.validation.scan import find_scan, read_scan
@@ -95,10 +96,7 @@ def test_the_box_of_the_scan_is_where_the_cut_is(house, monkeypatch) -> None:
     box = house.subject.scan.stored[tuple(slice(*each) for each in zip(record.start_zyx, record.stop_zyx, strict=True))]
     camera = judged_module.standard_views(record.grid)["anterior"]
     truth = oracle_picture(
-        np.ascontiguousarray(box),
-        record.grid,
-        house.subject.scan.slope,
-        house.subject.scan.intercept,
+        Volume(np.ascontiguousarray(box), record.grid, house.subject.scan.slope, house.subject.scan.intercept),
         house.subject.function("shell"),
         camera.box_from_clip(record.grid, 1.0),
         (SIZE, SIZE),

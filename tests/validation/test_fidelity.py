@@ -9,7 +9,7 @@ from tampering import Damaged, built
 
 import volprep.validation.fidelity as of
 from volprep.parts.fidelity.measure import MeasuredFidelity, ViewError, by_chance, cameras_from, spiral, stated
-from volprep.truth.decoded import Volume
+from volprep.truth.volume import Volume
 from volprep.validation.fidelity import fidelity_findings
 from volprep.validation.scan import find_scan, read_scan
 from volprep_formats.grid import Grid

@@ -15,6 +15,7 @@ from volprep.render.renderer import Renderer
 from volprep.scene.scene import NormalSettings
 from volprep.truth.normal_codes import decoded, interpolated
 from volprep.truth.oracle import oracle_picture
+from volprep.truth.volume import Volume
 from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.subject import DRAFT_TOLERANCE, Subject, errors
 from volprep_formats.diagnostics import VolprepError
@@ -65,7 +66,7 @@ def test_the_error_of_steps_falls_with_order_2_where_they_are_lit(code, tmp_path
     grid = package.manifest.levels[0].grid
     normals = interpolated(level_texels(package, 0, "normals"), code)
     camera = view_of(grid, "anterior-left")
-    truth = oracle_picture(codes, grid, 1.0, 0.0, glow, camera, (SIZE, SIZE), normals=normals).rgba
+    truth = oracle_picture(Volume(codes, grid, normals=normals), glow, camera, (SIZE, SIZE)).rgba
     with Renderer(package, target="rgba32f") as renderer:
         pictures = [renderer.render(camera, (SIZE, SIZE), step_mm) for step_mm in (0.5, 0.25, 0.125)]
     found = [errors(picture, truth).rmse for picture in pictures]

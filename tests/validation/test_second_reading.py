@@ -18,8 +18,8 @@ from sample_report import report_of
 from volprep.scan.repair import open_scan
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
-from volprep.truth.decoded import Volume
 from volprep.truth.lit import Lit
+from volprep.truth.volume import Volume
 from volprep.validation.witness import data_checks, independent
 from volprep.validation.witness.drawn_checks import _brightness, compared
 from volprep.validation.witness.independent.normals import WitnessedLight, normals
@@ -180,7 +180,7 @@ def integrated(view, step_mm: float):
     points = HILLS.points
     shown = [
         WitnessedMedium(
-            WitnessedScan(medium.volume, medium.slope, medium.intercept, index, "test"),
+            WitnessedScan(medium.volume.stored, medium.volume.slope, medium.volume.intercept, index, "test"),
             np.array([point.value for point in points]),
             np.array([point.colour for point in points]),
             np.array([point.extinction_per_mm for point in points]),

@@ -18,6 +18,7 @@ from volprep.pipeline.origin import origin_path
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
+from volprep.truth.volume import Volume
 from volprep.validation import others, views
 from volprep.validation.folder import default_report_path
 from volprep.validation.report_record import Report
@@ -353,7 +354,7 @@ def test_the_truth_is_the_oracle_on_the_scan_and_not_on_what_the_package_made_of
     function = next(each for each in manifest.transfer_functions if each.name == program.transfer)
     for view in program.views[:1] + program.views[-1:]:
         camera = standard_views(manifest.levels[0].grid)[view.view]
-        truth = oracle_picture(phantom(), scan, 1.0, 0.0, function, camera.box_from_clip(scan, 1.0), (SIZE, SIZE))
+        truth = oracle_picture(Volume(phantom(), scan), function, camera.box_from_clip(scan, 1.0), (SIZE, SIZE))
         shown = OpenImageIO.ImageBuf(str(folder / view.pictures.truth_white)).get_pixels("uint8")
         np.testing.assert_array_equal(shown, encoded(truth.rgba, "white"))
         assert (shown < 250).mean() > 0.03

@@ -17,8 +17,7 @@ from volprep.compositing import COMPOSITINGS
 from volprep.report.page import page
 from volprep.scene.presets import load_preset
 from volprep.truth.camera import standard_views
-from volprep.truth.decoded import Volume
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium, Volume
 from volprep.validation.report_record import Report
 from volprep.validation.verdict import judge
 from volprep.validation.verdict_errors import error_of_verdict
@@ -60,11 +59,11 @@ def judged(scan_of_vtk: Volume, blend, function=FUNCTION, projection="orthograph
     views = standard_views(grid, projection)
     drawn = draw_views(scan_of_vtk, function, blend, list(views.values()), pixels=SIZE, scratch=judged.folder)
     oracle = COMPOSITINGS["maximum" if blend == "maximum" else "emission-absorption"].oracle
-    medium = Medium(scan().stored, scan().slope, scan().intercept, FUNCTION)
+    medium = Medium(scan(), FUNCTION)
     found = []
     for number, (name, camera) in enumerate(views.items()):
         matrix = camera.box_from_clip(grid, 1.0)
-        truth = oracle([medium], grid, matrix, (SIZE, SIZE), nearest=False, normals=None).rgba
+        truth = oracle([medium], matrix, (SIZE, SIZE)).rgba
         found.append(compared(name, (drawn.coarse[number], drawn.fine[number]), truth, truth, TOLERANCE))
     return found
 

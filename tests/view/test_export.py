@@ -1,6 +1,7 @@
 """The page as static files and as one file, and the modules that become one."""
 
 import base64
+import json
 import re
 import shutil
 import tempfile
@@ -17,8 +18,9 @@ from volprep import view as view_room
 from volprep.validation.folder import default_report_path
 from volprep.view.bundle import bundle
 from volprep.view.export import write_page_file, write_page_folder
-from volprep.view.site import ShownPackage, shown_with
+from volprep.view.site import SETTINGS, ShownPackage, make_site, read_served, shown_with
 from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.progress import Silent
 from volprep_formats.runtime import runtime_folder
@@ -27,6 +29,17 @@ from volprep_formats.runtime import runtime_folder
 @pytest.fixture(scope="module")
 def shown(phantom) -> ShownPackage:
     return shown_with(phantom.package, None, default_report_path(phantom.package))
+
+
+@pytest.mark.parametrize(("compositing", "lengths"), [("emission-absorption", []), ("mida", []), ("maximum", [1.0])])
+def test_functions_of_pictures_of_one_value_have_an_opaque_length(shown, compositing, lengths) -> None:
+    manifest = shown.package.manifest
+    programs = tuple(each.model_copy(update={"compositing": compositing}) for each in manifest.programs)
+    package = Package(shown.package.path, manifest.model_copy(update={"programs": programs}))
+    site = make_site(ShownPackage(package, None, None), takes_devices=False)
+    told = json.loads(read_served(site[SETTINGS]))["opaque_lengths_mm"]
+    assert set(told.values()) == set(lengths)
+    assert set(told) == ({each.name for each in manifest.transfer_functions} if lengths else set())
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,6 @@
 """Files of a folder tree that are no scans: how many, and their endings, so that nothing is left out silently.
 
-A name may be that of a patient, and so may what follows its last dot (SMITH.JOHN): only endings that are known to be of
-a format are shown.
+A name may be a patient's, and so may the part after its last dot (SMITH.JOHN): only endings of known formats are shown.
 """
 
 import os

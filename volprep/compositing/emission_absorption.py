@@ -4,17 +4,18 @@ The opacity of a segment is 1 - exp(-extinction · length).
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from volprep.compositing.record import Compositing
 from volprep.kernels import _native
 from volprep.transfer.rays import Spacing
-from volprep.truth.lit import Baked, Lit, Normals
-from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture, oracle_of_media, oracle_picture
+from volprep.truth.lit import Baked, Lit
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, oracle_of_media, oracle_picture
 from volprep.truth.refined import refined_picture
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.texture import SampleFilter
 
@@ -43,44 +44,22 @@ def _visible(table: Table) -> Float64Array:
 
 def _oracle(
     media: Sequence[Medium],
-    grid: Grid,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     *,
-    nearest: bool,
-    normals: Normals,
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> OraclePicture:
     if len(media) > 1:
-        return oracle_of_media(media, grid, box_from_clip, shape_hw, tolerance)
+        return oracle_of_media(media, box_from_clip, shape_hw, tolerance)
     (medium,) = media
+    function, normals = medium.transfer_function, medium.volume.normals
     # A light with a place has no proven bound, and neither has light that was computed once.
-    baked = normals.fields.get(medium.transfer_function.name) if isinstance(normals, Baked) else None
+    baked = normals.fields.get(function.name) if isinstance(normals, Baked) else None
     other = normals.other if isinstance(normals, Baked) else normals
+    volume = replace(medium.volume, normals=other)
     if baked is not None or (isinstance(other, Lit) and other.light is not None):
-        return refined_picture(
-            medium.volume,
-            grid,
-            medium.slope,
-            medium.intercept,
-            medium.transfer_function,
-            box_from_clip,
-            shape_hw,
-            normals=other,
-            baked=baked,
-        )
-    return oracle_picture(
-        medium.volume,
-        grid,
-        medium.slope,
-        medium.intercept,
-        medium.transfer_function,
-        box_from_clip,
-        shape_hw,
-        tolerance,
-        nearest=nearest,
-        normals=other,
-    )
+        return refined_picture(volume, function, box_from_clip, shape_hw, baked=baked)
+    return oracle_picture(volume, function, box_from_clip, shape_hw, tolerance)
 
 
 EMISSION_ABSORPTION = Compositing(

@@ -17,11 +17,10 @@ import numpy as np
 from volprep.compositing.maximum import MAXIMUM
 from volprep.compositing.record import Compositing
 from volprep.transfer.rays import Spacing, segments
-from volprep.truth.lit import Normals
-from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
 from volprep.truth.refined import refined_picture
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.texture import SampleFilter
 
@@ -44,27 +43,15 @@ def _rays(columns: Float64Array, spacing_mm: Spacing, table: Table, between: Sam
 
 def _oracle(
     media: Sequence[Medium],
-    grid: Grid,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     *,
-    nearest: bool,  # noqa: ARG001 - labels have no intensity
-    normals: Normals,  # noqa: ARG001 - nothing is lit
     tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
 ) -> OraclePicture:
     # With fine steps this tends to an integral, which has no closed form where the transfer function is not constant.
     (medium,) = media
     function = medium.transfer_function
-    return refined_picture(
-        medium.volume,
-        grid,
-        medium.slope,
-        medium.intercept,
-        function,
-        box_from_clip,
-        shape_hw,
-        intensities=function.intensity_range,
-    )
+    return refined_picture(medium.volume, function, box_from_clip, shape_hw, intensities=function.intensity_range)
 
 
 MIDA = Compositing(

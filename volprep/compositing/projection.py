@@ -6,11 +6,10 @@ import numpy as np
 
 from volprep.compositing.record import Compositing, Oracle, Rays, Visible
 from volprep.transfer.rays import Spacing, segments
-from volprep.truth.lit import Normals
-from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
 from volprep.truth.projection import Projection, projected_picture
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import ClassificationName
@@ -80,26 +79,15 @@ def _oracle_of(name: Projection) -> Oracle:
 
     def oracle(
         media: Sequence[Medium],
-        grid: Grid,
         box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         *,
-        nearest: bool,  # noqa: ARG001 - labels have no projection
-        normals: Normals,  # noqa: ARG001 - nothing is lit
         tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
     ) -> OraclePicture:
         (medium,) = media
         function = medium.transfer_function
         return projected_picture(
-            name,
-            medium.volume,
-            grid,
-            medium.slope,
-            medium.intercept,
-            function,
-            box_from_clip,
-            shape_hw,
-            reference_mm=function.reference_mm,
+            name, medium.volume, function, box_from_clip, shape_hw, reference_mm=function.reference_mm
         )
 
     return oracle

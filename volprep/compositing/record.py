@@ -6,10 +6,9 @@ from typing import Protocol
 
 from volprep.shading.compositing import CELL_BY_CELL
 from volprep.transfer.rays import Spacing
-from volprep.truth.lit import Normals
-from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import ClassificationName, CompositingName
@@ -56,12 +55,9 @@ class Oracle(Protocol):
     def __call__(
         self,
         media: Sequence[Medium],
-        grid: Grid,
         box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         *,
-        nearest: bool,
-        normals: Normals,
         tolerance: float = DEFAULT_TOLERANCE,
     ) -> OraclePicture:
         """Draw one volume, or several on one grid.
@@ -89,7 +85,7 @@ class Compositing:
     """Whether it makes sense of labels, which are no quantities."""
     level_filters: tuple[LevelFilter, ...]
     """Filters of coarser levels where the scene names none; of several, its own rays choose one for each level. If
-    there are none, light decides among all filters, and levels may have tables of their own."""
+    it is empty, light decides among all filters, and levels may have tables of their own."""
     isovalue: bool
     """Whether it shows a surface, so that each transfer function needs an isovalue."""
     intensities: bool

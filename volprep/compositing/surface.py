@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 from volprep.compositing.projection import shown
 from volprep.compositing.record import Compositing, LitRays, Oracle, Visible
 from volprep.transfer.rays import Spacing, segments
-from volprep.truth.lit import Normals
-from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
 from volprep.truth.surface import surface_picture
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import CompositingName
 from volprep_formats.package.texture import SampleFilter
@@ -87,26 +86,12 @@ def _rays(*, solid: bool) -> LitRays:
 def _oracle(*, solid: bool) -> Oracle:
     def oracle(
         media: Sequence[Medium],
-        grid: Grid,
         box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         *,
-        nearest: bool,  # noqa: ARG001 - labels have no surface
-        normals: Normals,
         tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
     ) -> OraclePicture:
         (medium,) = media
-        function = medium.transfer_function
-        return surface_picture(
-            medium.volume,
-            grid,
-            medium.slope,
-            medium.intercept,
-            function,
-            box_from_clip,
-            shape_hw,
-            solid=solid,
-            normals=normals,
-        )
+        return surface_picture(medium.volume, medium.transfer_function, box_from_clip, shape_hw, solid=solid)
 
     return oracle

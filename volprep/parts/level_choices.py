@@ -1,6 +1,6 @@
 """Decisions about coarser levels, as the stage that makes levels stores them in the draft for later stages.
 
-The names of the tables that a level has of its own follow from those of the common ones.
+The names of a level's own tables follow from the names of the common ones.
 """
 
 from functools import lru_cache

@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.work import source_volume
-from volprep.truth.decoded import Volume, holds_labels, light_of_scan
+from volprep.truth.decoded import holds_labels, light_of_scan
+from volprep.truth.volume import Volume
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.storage.draft import Draft
 

@@ -10,7 +10,7 @@ from volprep.scene.walk import ShownValues, WalkStep, load_walk
 from volprep.truth.picture import encoded
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
-from volprep_formats.output import output_errors, require_place, write_file
+from volprep_formats.output import output_errors, require_place, taken, write_file
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.parts.subvolumes.places import local_of, overall_of, voxel_of
 from volprep_formats.package.parts.subvolumes.record import Move, PointKind
@@ -102,7 +102,8 @@ def walk(package_path: Path, walk_path: Path, folder: Path, progress: Progress, 
 
     Raises the errors of `load_walk` and `Package.open`, VP4050 for a package without sub-volumes, VP5018 for one that
     cannot draw them, VP5023 or VP4053 where values are chosen that a package cannot edit, VP3181 and VP5022 for a step
-    that cannot be made, VP1251 where a file exists and `force` is not given, VP4020 where nothing can be written.
+    that cannot be made, VP1251 or VP1254 where a name is taken and `force` is not given, VP4020 where nothing can
+    be written.
     """
     wanted = load_walk(walk_path)
     scene = walk_scene(Package.open(package_path), wanted.transfer, wanted.size)
@@ -146,7 +147,7 @@ def walk(package_path: Path, walk_path: Path, folder: Path, progress: Progress, 
 def _require_room(folder: Path, names: list[str], *, force: bool) -> None:
     for name in names:
         if (folder / name).exists() and not force:
-            raise VolprepError("VP1251", path=folder / name)
+            raise taken(folder / name)
     with output_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
     require_place(folder / names[-1])

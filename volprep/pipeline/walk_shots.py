@@ -128,8 +128,7 @@ def block_shot(scene: WalkScene, walker: Walker, values: ShownValues) -> WalkSho
     edit, functions = _edited(scene, values, inputs)
     truth = picture_of_part(
         shown.drawn_with(functions),
-        shown.voxels,
-        volume.grid,
+        shown.joined,
         camera.box_from_clip(volume.grid, 1.0),
         scene.shape_hw,
         ends_mm(sides, volume.grid.spacing_mm_zyx),
@@ -149,7 +148,7 @@ def cut_shot(scene: WalkScene, walker: Walker, values: ShownValues, found: Cut) 
     edit, functions = _edited(scene, values, block_inputs(scene.package, 0, scene.program.transfer))
     shown = shown_of_cut(scene.package, scene.program, found)
     matrix = camera.box_from_clip(record.grid, 1.0)
-    truth = shown.drawn_with(functions)(shown.voxels, record.grid, matrix, scene.shape_hw)
+    truth = shown.drawn_with(functions)(shown.joined, matrix, scene.shape_hw)
     both = _one_after_the_other(inputs_of_cut(found), edit)
     with Renderer(scene.package, point=0, transfer=scene.program.transfer, edit=both) as renderer:
         drawn = renderer.render(camera.box_from_clip(_box(scene), 1.0), scene.shape_hw)
@@ -165,7 +164,7 @@ def _whole(  # noqa: PLR0917 - subject, source, view and size
     shown = shown_of_level(package, scene.program, level)
     grid = shown.volume.grid
     edit, functions = _edited(scene, values, level_inputs(package, level, transfer))
-    truth = shown.drawn_with(functions)(shown.voxels, grid, camera.box_from_clip(grid, 1.0), scene.shape_hw)
+    truth = shown.drawn_with(functions)(shown.joined, camera.box_from_clip(grid, 1.0), scene.shape_hw)
     with _renderer(package, level, transfer, edit) as renderer:
         matrix = camera.box_from_clip(_box(scene), 1.0)
         drawn = renderer.render(matrix, scene.shape_hw)

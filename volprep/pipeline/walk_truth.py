@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.subvolumes.cut import Cut
-from volprep.truth.decoded import Volume, level_volume, light_of_program
+from volprep.truth.decoded import level_volume, light_of_program
 from volprep.truth.labelled_decoded import held_looks, joined, labelled_as, parted, picture_of_labels
-from volprep.truth.oracle import Medium, OraclePicture
+from volprep.truth.oracle import OraclePicture
 from volprep.truth.part import Draw
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
 from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
@@ -35,35 +35,31 @@ class WalkVoxels:
     """[z, y, x], the label of each voxel; None without segments."""
 
     @property
-    def voxels(self) -> NDArray[np.generic]:
-        """The stored values [z, y, x], with segments joined with the labels."""
-        return self.volume.stored if self.labels is None else joined(self.volume.stored, self.labels)
+    def joined(self) -> Volume:
+        """The volume; with segments its stored values are joined with the labels."""
+        if self.labels is None:
+            return self.volume
+        return replace(self.volume, stored=joined(self.volume.stored, self.labels))
 
     def drawn_with(self, functions: Mapping[str, TransferFunction]) -> Draw:
-        """Return what draws such voxels with the transfer functions of these names."""
+        """Return a function that draws such voxels with these transfer functions, by name."""
         segments, quantization = self.package.manifest.segments, self.package.manifest.quantization
         if quantization is None:
             raise VolprepError("VP4011", path=self.package.path, problem="a sealed package without a quantization")
-        compositing, volume, window = self.program.compositing, self.volume, quantization.window
+        compositing, window = self.program.compositing, quantization.window
 
-        def plain(
-            stored: NDArray[np.generic], grid: Grid, matrix: Float64Array, shape_hw: tuple[int, int]
-        ) -> OraclePicture:
-            media = [Medium(stored, volume.slope, volume.intercept, functions[self.program.transfer])]
-            oracle = COMPOSITINGS[compositing].oracle
-            return oracle(media, grid, matrix, shape_hw, nearest=volume.nearest, normals=volume.normals)
+        def plain(part: Volume, matrix: Float64Array, shape_hw: tuple[int, int]) -> OraclePicture:
+            medium = Medium(part, functions[self.program.transfer])
+            return COMPOSITINGS[compositing].oracle([medium], matrix, shape_hw)
 
         if segments is None:
             return plain
         styles, looks = [functions[label.transfer] for label in segments.labels], held_looks(self.package)
 
-        def with_labels(
-            voxels: NDArray[np.generic], grid: Grid, matrix: Float64Array, shape_hw: tuple[int, int]
-        ) -> OraclePicture:
-            stored, labels = parted(voxels)
-            part = replace(volume, stored=stored, grid=grid)
+        def with_labels(part: Volume, matrix: Float64Array, shape_hw: tuple[int, int]) -> OraclePicture:
+            stored, labels = parted(part.stored)
             labelled = labelled_as(labels, styles, looks, segments.border)
-            return picture_of_labels(part, labelled, compositing, window, matrix, shape_hw)
+            return picture_of_labels(replace(part, stored=stored), labelled, compositing, window, matrix, shape_hw)
 
         return with_labels
 

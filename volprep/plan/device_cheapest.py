@@ -1,7 +1,7 @@
 """Choose for each device the cheapest measured package that is near enough to the scan and drawn in time.
 
-This is the plan inverted: from an error and a frame time follow profile, level, step and form. Only what was
-measured on the device is chosen.
+This inverts the plan: an error and a frame time give profile, level, step and form. Only packages that were measured
+on the device are candidates.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -145,7 +145,7 @@ class LightPlan(Record):
 
     @property
     def slices_zyx(self) -> tuple[int, int, int]:
-        """Texels along each axis; of a mosaic, those of the 3D texture that its slices would form."""
+        """Texels along each axis; for a mosaic, the size of the 3D texture that its slices would form."""
         return form_of(self.model).slices_zyx(self.shape_zyx)
 
 

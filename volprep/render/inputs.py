@@ -1,16 +1,15 @@
 """Inputs of a program: its textures, and the values of its uniforms that do not change from picture to picture."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from volprep.render.light_view import light_from_box
-from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
-from volprep_formats.package.parts.light.environment import environment_of, environment_uniform, turned
+from volprep_formats.package.parts.light.environment import environment_of, environment_uniform
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.sampled import sampled_textures
@@ -75,17 +74,6 @@ def environment_values(textures: Sequence[Texture]) -> dict[str, ArrayLike]:
     return {"environment": environment_uniform(environment_of(light.model))}
 
 
-def turned_by(turn: Float64Array) -> Edit:
-    """Return the edit that turns the light around the volume, by a rotation [3, 3] of the patient's space."""
-
-    def edit(_package: Package, inputs: Inputs) -> Inputs:
-        models = [texture.light.model for texture in inputs.textures if texture.light is not None]
-        environment = turned(environment_of(models[0]), turn)
-        return replace(inputs, values={**inputs.values, "environment": environment_uniform(environment)})
-
-    return edit
-
-
 def find_textures(package: Package, program: Program, level: int) -> list[Texture]:
     """Textures in the order of the program's samplers. Raises VP5018 if one is missing."""
     found = [texture for texture in sampled_textures(package.manifest, program, level) if texture is not None]
@@ -95,7 +83,7 @@ def find_textures(package: Package, program: Program, level: int) -> list[Textur
 
 
 def undrawable(package: Package, wanted: str, transfer: str | None, known: str) -> VolprepError:
-    """Return VP5018: a package that cannot draw what is wanted, with what it can draw."""
+    """Return VP5018: a package that cannot draw `wanted`, with the choices that it has."""
     by = "any transfer function" if transfer is None else f"the transfer function {transfer}"
     return VolprepError("VP5018", package=package.path, level=wanted, transfer=by, known=known)
 

@@ -125,74 +125,74 @@ def frames(
     """
     if order == "slabs" and renderer.program.slab_samples is None:
         raise VolprepError("VP5041", technique=renderer.program.technique)
-    watch, coarse = _Watch(renderer, clock), coarse or renderer
+    drawing, coarse = _Drawing(renderer, box_from_clip, shape_hw, step_mm, budget_s * 1000, clock), coarse or renderer
     if order == "classic":
         renderer.draw(box_from_clip, shape_hw, step_mm)
-        ms = watch.lap_ms()
+        ms = drawing.lap_ms()
         yield ShownFrame(renderer.drawn(shape_hw), 1.0, ms)
         return
-    low = low_resolution(coarse, box_from_clip, shape_hw, step_mm)
-    first = ShownFrame(low, 0.0, watch.lap_ms())
+    first = ShownFrame(low_resolution(coarse, box_from_clip, shape_hw, step_mm), 0.0, drawing.lap_ms())
     yield first
     if order == "slabs":
         with ExitStack() as stack:
             if coarse is renderer:
                 # Slabs keep the picture of their renderer, so that the part behind them needs one of its own.
                 coarse = stack.enter_context(type(renderer)(renderer.package, transfer=renderer.program.transfer))
-            yield from _by_slabs(renderer, coarse, box_from_clip, shape_hw, step_mm, budget_s, watch)
+            yield from _by_slabs(drawing, coarse)
         return
     # Sorting tiles counts in their first frame.
-    watch.start()
+    drawing.start()
     if order == "tiles":
-        yield from _by_tiles(renderer, box_from_clip, step_mm, first, budget_s, watch)
+        yield from _by_tiles(drawing, first)
         return
     share = pixel_order(order, shape_hw)
     with renderer.in_order(share):
         numbers = ((PicturePart(share=float(each)), share == each) for each in np.unique(share))
-        yield from _by_parts(renderer, box_from_clip, step_mm, low, numbers, budget_s, watch)
+        yield from _by_parts(drawing, first.picture, numbers)
 
 
-class _Watch:
-    """Tells how long drawing takes."""
+@dataclass
+class _Drawing:
+    """A picture that is drawn in frames, and a watch for the time of a frame."""
 
-    def __init__(self, renderer: Renderer, clock: Clock) -> None:
-        self._finish, self._clock = renderer.finish, clock
+    renderer: Renderer
+    box_from_clip: Float64Array
+    shape_hw: tuple[int, int]
+    step_mm: float
+    budget_ms: float
+    clock: Clock
+    began: float = 0.0
+
+    def __post_init__(self) -> None:
         self.start()
 
     def start(self) -> None:
-        """Begin again."""
-        self._began = self._clock()
+        """Begin to measure a frame."""
+        self.began = self.clock()
 
     def lap_ms(self) -> float:
         """Wait for the driver; return the milliseconds since the start."""
-        self._finish()
-        return (self._clock() - self._began) * 1000
+        self.renderer.finish()
+        return (self.clock() - self.began) * 1000
 
 
-def _by_slabs(  # noqa: PLR0917 - the arguments of `frames`
-    renderer: Renderer,
-    coarse: Renderer,
-    box_from_clip: Float64Array,
-    shape_hw: tuple[int, int],
-    step_mm: float,
-    budget_s: float,
-    watch: _Watch,
-) -> Iterator[ShownFrame]:
+def _by_slabs(drawing: _Drawing, coarse: Renderer) -> Iterator[ShownFrame]:
     """Draw slabs until the time of a frame is over, over the low resolution of the part behind them."""
-    samples = renderer.samples(step_mm)
-    watch.start()
-    for finished in renderer.draw_slabs(box_from_clip, shape_hw, step_mm):
-        ms = watch.lap_ms()
-        if ms < budget_s * 1000 and finished < 1.0:
+    renderer, view = drawing.renderer, (drawing.box_from_clip, drawing.shape_hw, drawing.step_mm)
+    samples = renderer.samples(drawing.step_mm)
+    drawing.start()
+    for finished in renderer.draw_slabs(*view):
+        ms = drawing.lap_ms()
+        if ms < drawing.budget_ms and finished < 1.0:
             continue
-        picture = renderer.drawn(shape_hw)
+        picture = renderer.drawn(drawing.shape_hw)
         if finished < 1.0:
-            watch.start()
-            _behind(coarse, box_from_clip, shape_hw, step_mm, round(finished * samples))
-            ms += watch.lap_ms()
-            picture = picture + (1 - picture[..., 3:]) * coarse.drawn(shape_hw)
+            drawing.start()
+            _behind(coarse, *view, round(finished * samples))
+            ms += drawing.lap_ms()
+            picture = picture + (1 - picture[..., 3:]) * coarse.drawn(drawing.shape_hw)
         yield ShownFrame(picture, finished, ms)
-        watch.start()
+        drawing.start()
 
 
 Part = tuple[PicturePart, NDArray[np.bool_]]
@@ -243,37 +243,30 @@ def draw_tiles(renderer: Renderer, box_from_clip: Float64Array, step_mm: float, 
         renderer.draw_part(box_from_clip, pixels.shape, step_mm, PicturePart(share=float(_DRAWN)))
 
 
-def _by_tiles(  # noqa: PLR0917 - the arguments of `frames`, and the first frame
-    renderer: Renderer,
-    box_from_clip: Float64Array,
-    step_mm: float,
-    first: ShownFrame,
-    budget_s: float,
-    watch: _Watch,
-) -> Iterator[ShownFrame]:
+def _by_tiles(drawing: _Drawing, first: ShownFrame) -> Iterator[ShownFrame]:
     """Draw tiles in one draw for each frame: as many as their costs allow, by the time of the frame before.
 
     Of 3600 tiles on a software driver, a draw for each takes nine times as long as one for all, 64 draws 1.4 times.
     Waiting within a frame, to see whether there is time for more, takes up to a fifth longer.
     """
-    low = first.picture
-    shape_hw = low.shape[0], low.shape[1]
-    tiles = tile_order(renderer, box_from_clip, shape_hw, step_mm)
+    renderer, low = drawing.renderer, first.picture
+    tiles = tile_order(renderer, drawing.box_from_clip, drawing.shape_hw, drawing.step_mm)
     until, least = tiles.until, max(1, len(tiles.until) // _MOST_FRAMES)
     # The whole picture has so many times the samples of the small one: a guess that is rather too slow than too fast.
     ms_of_cost, done, spent = first.ms * FEWER**3 / until[-1], 0, 0.0
     while done < len(until):
-        affordable = spent + budget_s * 1000 / max(ms_of_cost, _LEAST)
+        affordable = spent + drawing.budget_ms / max(ms_of_cost, _LEAST)
         stop = min(len(until), max(done + least, int(np.searchsorted(until, affordable, side="right"))))
-        draw_tiles(renderer, box_from_clip, step_mm, tiles.pixels(done, stop))
-        ms = watch.lap_ms()
+        draw_tiles(renderer, drawing.box_from_clip, drawing.step_mm, tiles.pixels(done, stop))
+        ms = drawing.lap_ms()
         finished = tiles.pixels(0, stop)
-        yield ShownFrame(np.where(finished[..., None], renderer.drawn(shape_hw), low), float(finished.mean()), ms)
+        picture = np.where(finished[..., None], renderer.drawn(drawing.shape_hw), low)
+        yield ShownFrame(picture, float(finished.mean()), ms)
         found = ms / (until[stop - 1] - spent)
         # In the first frame the driver may compile shaders.
         ms_of_cost = found if done else min(found, ms_of_cost)
         done, spent = stop, float(until[stop - 1])
-        watch.start()
+        drawing.start()
 
 
 def _more(drawn: int, ms: float, budget_ms: float) -> int:
@@ -286,29 +279,21 @@ def _more(drawn: int, ms: float, budget_ms: float) -> int:
     return max(1, int(min(drawn, drawn * (budget_ms - ms) / (2 * ms))))
 
 
-def _by_parts(  # noqa: PLR0917 - the arguments of `frames`, and the parts
-    renderer: Renderer,
-    box_from_clip: Float64Array,
-    step_mm: float,
-    low: Float32Array,
-    parts: Iterator[Part],
-    budget_s: float,
-    watch: _Watch,
-) -> Iterator[ShownFrame]:
-    """Draw parts until the time of a frame is over, and show the rest as it was in `low`. `watch` runs already."""
-    shape_hw = low.shape[0], low.shape[1]
+def _by_parts(drawing: _Drawing, low: Float32Array, parts: Iterator[Part]) -> Iterator[ShownFrame]:
+    """Draw parts until the time of a frame is over, and show the rest as it was in `low`. The watch runs already."""
+    renderer, shape_hw = drawing.renderer, drawing.shape_hw
     finished = np.zeros(shape_hw, bool)
     while not finished.all():
         ms, drawn, more = 0.0, 0, 1
         while batch := [*islice(parts, more)]:
             for part, pixels in batch:
-                renderer.draw_part(box_from_clip, shape_hw, step_mm, part)
+                renderer.draw_part(drawing.box_from_clip, shape_hw, drawing.step_mm, part)
                 finished[pixels] = True
             drawn += len(batch)
-            ms = watch.lap_ms()
-            if ms >= budget_s * 1000:
+            ms = drawing.lap_ms()
+            if ms >= drawing.budget_ms:
                 break
-            more = _more(drawn, ms, budget_s * 1000)
+            more = _more(drawn, ms, drawing.budget_ms)
         picture = np.where(finished[..., None], renderer.drawn(shape_hw), low)
         yield ShownFrame(picture, float(finished.mean()), ms)
-        watch.start()
+        drawing.start()

@@ -44,5 +44,5 @@ def _summary(found: Ablation) -> str:
     package = everything.package_bytes / max(found.planned.package_bytes, 1)
     return (
         f"{verdict} With everything at once the package has {package:.1f} times the bytes, an app uploads "
-        f"{upload:.1f} times as many, and a picture takes {everything.ratio.median:.2f} times as long."
+        f"{upload:.1f} times the bytes, and a picture takes {everything.ratio.median:.2f} times as long."
     )

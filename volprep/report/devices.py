@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.plan.device_records import DevicePoint, DeviceProgram, DeviceRecord
-from volprep.report.plots import DeviceCurve, Plot, curves_against_time
+from volprep.report.canvas import Plot
+from volprep.report.plots import DeviceCurve, curves_against_time
 from volprep.validation.records import ProgramResult
 from volprep.validation.report_record import Report
 from volprep_formats.shown import shown

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.proxy.files import DRACO_RULE
 from volprep.report import text
+from volprep.report.canvas import Plot
 from volprep.report.devices import device_parts
 from volprep.report.environment import environment
 from volprep.report.plots import (
-    Plot,
     error_against_size,
     error_against_step,
     error_against_time,

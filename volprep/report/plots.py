@@ -1,26 +1,19 @@
-"""The plots of the report as inline SVG that takes its colours and its typeface from the page.
+"""The plots of the report: error against time, step, size and cost, and transfer functions."""
 
-matplotlib draws with one marker colour per role, and these are replaced by the page's CSS variables, so that one plot
-serves light and dark. Each plot exists in a wide and a narrow form; the page shows the one that fits the screen.
-"""
-
-import io
 import math
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from volprep.parts.values.decision import SHARE
 from volprep.plan.form_trial import FormTrial
-from volprep.report.text import plain, ratio
+from volprep.report.canvas import INK, LIMIT, MARKERS, MUTED, PAGE, SERIES, Plot, across, logarithmic, plot
+from volprep.report.text import ratio
 from volprep.validation.curves.records import COST_NAMES, Curve, plotted_cost
 from volprep.validation.pictures import css_colour
 from volprep.validation.records import LevelFloor, ProgramResult, Sweep, SweepPoint
@@ -31,34 +24,10 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.transfer_function import TransferFunction
 
-_INK, _MUTED, _LINE, _PAGE, _LIMIT = "#101112", "#202122", "#303132", "#404142", "#505152"
-_SERIES = ("#510001", "#510002", "#510003", "#510004", "#510005", "#510006")
-_VARIABLES = {
-    _INK: "var(--ink)",
-    _MUTED: "var(--muted)",
-    _LINE: "var(--line)",
-    _PAGE: "var(--card)",
-    _LIMIT: "var(--bad)",
-    **{marker: f"var(--series-{number})" for number, marker in enumerate(_SERIES, 1)},
-}
 _MOST_LABELS = 10
 """Largest number of points that are all labelled; above it only the important ones have a label."""
-_MARKERS = ("o", "s", "D", "^", "v", "P")
-_LEFT_INCHES, _RIGHT_INCHES, _ABOVE_INCHES, _BELOW_INCHES = 0.75, 0.15, 0.1, 0.55
-"""Room around the axes, for tick labels and axis labels."""
-_LEGEND_ROW_INCHES = 0.21
 _COLOUR_STRIPS = 64
 """Pieces of a transfer function's area, each in one colour."""
-
-
-@dataclass(frozen=True)
-class Plot:
-    """One plot in its two forms."""
-
-    wide: str
-    """SVG for screens from 720 CSS pixels."""
-    narrow: str
-    """SVG for phones."""
 
 
 @dataclass(frozen=True)
@@ -73,34 +42,19 @@ class DeviceCurve:
     """The same values for unconnected points."""
 
 
-@dataclass(frozen=True)
-class Line:
-    """Points that are joined."""
-
-    label: str
-    """Name in the legend."""
-    points: tuple[tuple[float, float], ...]
-    """Horizontal and vertical place of each."""
-
-
-def line_plot(lines: Sequence[Line], x: str, y: str, name: str) -> Plot:
-    """Lines over two linear axes that begin at 0, with the names of the axes."""
-    return _plot(lambda axes: _draw_lines(axes, lines, x, y), name)
-
-
 def curves_against_time(curves: Sequence[DeviceCurve], tolerance_rmse: float, name: str) -> Plot:
     """RMSE against milliseconds per draw, a curve for each device."""
-    return _plot(lambda axes: _draw_curves(axes, curves, tolerance_rmse), name)
+    return plot(lambda axes: _draw_curves(axes, curves, tolerance_rmse), name)
 
 
 def error_against_time(program: ProgramResult, report: Report) -> Plot:
     """RMSE against milliseconds per draw: total and drawing error of the finest level, total error of the others."""
-    return _plot(lambda axes: _draw_error_against_time(axes, program.sweep, report), f"{program.program}-time")
+    return plot(lambda axes: _draw_error_against_time(axes, program.sweep, report), f"{program.program}-time")
 
 
 def error_against_step(program: ProgramResult, report: Report) -> Plot:
     """RMSE against step size at the finest level, with the data error and a line of the expected order."""
-    return _plot(lambda axes: _draw_error_against_step(axes, program.sweep, report), f"{program.program}-step")
+    return plot(lambda axes: _draw_error_against_step(axes, program.sweep, report), f"{program.program}-step")
 
 
 def error_against_size(report: Report) -> Plot | None:
@@ -109,12 +63,12 @@ def error_against_size(report: Report) -> Plot | None:
     The share is the larger one of RMSE and largest error, as in the verdict. A lossless form has none.
     """
     forms = [form for form in report.forms if form.maximum > 0]
-    return _plot(lambda axes: _draw_error_against_size(axes, forms, report), "forms-size", 2.4) if forms else None
+    return plot(lambda axes: _draw_error_against_size(axes, forms, report), "forms-size", 2.4) if forms else None
 
 
 def curve_plot(curve: Curve, allowed_rmse: float) -> Plot:
     """RMSE against the cost of a choice, with the Pareto front, and a ring around the package's variant."""
-    return _plot(lambda axes: _draw_curve(axes, curve, allowed_rmse), f"curve-{curve.name.replace(' ', '-')}")
+    return plot(lambda axes: _draw_curve(axes, curve, allowed_rmse), f"curve-{curve.name.replace(' ', '-')}")
 
 
 def transfer_plot(
@@ -125,11 +79,12 @@ def transfer_plot(
     With `opaque_length_mm`, the opacity of that length.
     """
     title = f"{function.name}-transfer"
-    return _plot(lambda axes: _draw_transfer(axes, function, window, unit, opaque_length_mm), title, 1.7)
+    return plot(lambda axes: _draw_transfer(axes, function, window, unit, opaque_length_mm), title, 1.7)
 
 
 def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
-    _logarithmic(axes, "median milliseconds per draw", "RMSE over seen pixels")
+    errors = [point.total.seen_rmse for point in sweep.points]
+    logarithmic(axes, "median milliseconds per draw", "RMSE over seen pixels", errors)
     levels = [floor.level for floor in sweep.floors]
     for position, level in enumerate(levels):
         points = _timed(sweep, level)
@@ -137,8 +92,8 @@ def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
             [time.median for _, time in points],
             [point.total.seen_rmse for point, _ in points],
             xerr=_quartiles([time for _, time in points]),
-            color=_SERIES[position % len(_SERIES)],
-            marker=_MARKERS[position % len(_MARKERS)],
+            color=SERIES[position % len(SERIES)],
+            marker=MARKERS[position % len(MARKERS)],
             label=f"level {level}: against truth",
             linewidth=2.2 if position == 0 else 1.6,
         )
@@ -146,9 +101,9 @@ def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
     axes.plot(
         [time.median for _, time in finest],
         [point.drawing.seen_rmse for point, _ in finest],
-        color=_SERIES[0],
+        color=SERIES[0],
         marker="o",
-        markerfacecolor=_PAGE,
+        markerfacecolor=PAGE,
         linestyle=(0, (4, 2)),
         label=f"level {levels[0]}: drawing error alone",
     )
@@ -159,55 +114,44 @@ def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
             xytext=(0, -13),
             textcoords="offset points",
             ha="center",
-            color=_MUTED,
+            color=MUTED,
             fontsize=8.5,
         )
     _floor(axes, sweep.floors[0], report)
-    _across(axes, report.tolerance.rmse, _LIMIT, (1, 2), "tolerance")
+    across(axes, report.tolerance.rmse, LIMIT, (1, 2), "tolerance")
 
 
 def _draw_curves(axes: Axes, curves: Sequence[DeviceCurve], tolerance_rmse: float) -> None:
-    _logarithmic(axes, "milliseconds per draw", "RMSE")
+    errors = [error for curve in curves for _, error in (*curve.front, *curve.beside)]
+    logarithmic(axes, "milliseconds per draw", "RMSE", errors)
     for position, curve in enumerate(curves):
-        colour, marker = _SERIES[position % len(_SERIES)], _MARKERS[position % len(_MARKERS)]
+        colour, marker = SERIES[position % len(SERIES)], MARKERS[position % len(MARKERS)]
         for points, label, line in ((curve.front, curve.label, "-"), (curve.beside, None, "none")):
             times, errors = [point[0] for point in points], [point[1] for point in points]
             size, alpha = (6.0, 1.0) if label else (4.0, 0.45)
             axes.plot(
                 times, errors, label=label, linestyle=line, color=colour, marker=marker, markersize=size, alpha=alpha
             )
-    axes.axhline(tolerance_rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
-
-
-def _draw_lines(axes: Axes, lines: Sequence[Line], x: str, y: str) -> None:
-    for number, line in enumerate(lines):
-        colour, marker = _SERIES[number % len(_SERIES)], _MARKERS[number // len(_SERIES) % len(_MARKERS)]
-        axes.plot(*zip(*line.points, strict=True), color=colour, marker=marker, markersize=4, label=line.label)
-    axes.set_xlim(left=0)
-    axes.set_ylim(bottom=0)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.axhline(tolerance_rmse, color=LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
 
 
 def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:
-    _logarithmic(axes, "step in millimetres", "RMSE over seen pixels")
     points = _of_level(sweep, sweep.floors[0].level)
-    steps = [point.step_mm for point in points]
-    axes.plot(steps, [point.total.seen_rmse for point in points], color=_SERIES[0], marker="o", label="against truth")
+    steps, errors = [point.step_mm for point in points], [point.total.seen_rmse for point in points]
+    logarithmic(axes, "step in millimetres", "RMSE over seen pixels", errors)
+    axes.plot(steps, errors, color=SERIES[0], marker="o", label="against truth")
     axes.plot(
         steps,
         [point.drawing.seen_rmse for point in points],
-        color=_SERIES[0],
+        color=SERIES[0],
         marker="o",
-        markerfacecolor=_PAGE,
+        markerfacecolor=PAGE,
         linestyle=(0, (4, 2)),
         label="drawing error alone",
     )
     measured = [(point.step_mm, point.quadrature.seen_rmse) for point in points if point.quadrature is not None]
     if measured:
-        axes.plot(*zip(*measured, strict=True), color=_SERIES[1], marker="s", label="step and arithmetic alone")
+        axes.plot(*zip(*measured, strict=True), color=SERIES[1], marker="s", label="step and arithmetic alone")
         # The line of the expected order must not stretch the axis.
         axes.set_ylim(axes.get_ylim())
         step, error = max(measured)
@@ -215,7 +159,7 @@ def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:
         axes.plot(
             steps,
             [error * (other / step) ** order for other in steps],
-            color=_MUTED,
+            color=MUTED,
             linewidth=1,
             linestyle=(0, (1, 2)),
             label=f"order {order:g}",
@@ -238,19 +182,19 @@ def _share(form: FormTrial, report: Report) -> float:
 
 
 def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Report) -> None:
-    _logarithmic(axes, "megabytes of the finest level", "error, share of the tolerance")
+    shares = {form: _share(form, report) for form in forms}
+    logarithmic(axes, "megabytes of the finest level", "error, share of the tolerance", shares.values())
     for kept, label, series in ((True, "in the package", 0), (False, "refused", 1)):
         found = [form for form in forms if form.kept == kept]
         if found:
             axes.plot(
                 [form.size_bytes / 1e6 for form in found],
-                [_share(form, report) for form in found],
-                color=_SERIES[series],
-                marker=_MARKERS[series],
+                [shares[form] for form in found],
+                color=SERIES[series],
+                marker=MARKERS[series],
                 linestyle="none",
                 label=label,
             )
-    shares = {form: _share(form, report) for form in forms}
     for number, form in enumerate(sorted(forms, key=shares.__getitem__)):
         # Beside each other, names of forms of one size would lie on each other.
         axes.annotate(
@@ -259,23 +203,23 @@ def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Rep
             xytext=(7, 5 if number % 2 else -5),
             textcoords="offset points",
             va="center",
-            color=_MUTED,
+            color=MUTED,
             fontsize=8.5,
         )
     axes.margins(x=0.25, y=0.2)
     axes.axvline(
         plain_bytes(report.package.manifest) / 1e6,
-        color=_MUTED,
+        color=MUTED,
         linewidth=1.6,
         linestyle=(0, (6, 3)),
         label="uncompressed",
     )
-    axes.axhline(1.0, color=_LIMIT, linewidth=1.4, label="tolerance")
-    axes.axhline(SHARE, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="half of the tolerance")
+    axes.axhline(1.0, color=LIMIT, linewidth=1.4, label="tolerance")
+    axes.axhline(SHARE, color=LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="half of the tolerance")
 
 
 def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
-    _logarithmic(axes, COST_NAMES[curve.cost], "RMSE over seen pixels")
+    logarithmic(axes, COST_NAMES[curve.cost], "RMSE over seen pixels", [point.errors.rmse for point in curve.points])
     series = list(dict.fromkeys(point.series for point in curve.points))
     one_each = len(series) == len(curve.points)
     for number, name in enumerate(series):
@@ -284,22 +228,22 @@ def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
         axes.plot(
             costs,
             [point.errors.rmse for point in points],
-            color=_SERIES[0 if one_each else number % len(_SERIES)],
+            color=SERIES[0 if one_each else number % len(SERIES)],
             # With more series than colours, series of one colour get different markers.
-            marker=_MARKERS[0 if one_each else (number + number // len(_SERIES)) % len(_MARKERS)],
+            marker=MARKERS[0 if one_each else (number + number // len(SERIES)) % len(MARKERS)],
             linewidth=1.2,
             label=None if one_each else name,
         )
         if curve.cost == "milliseconds":
             for point in points:
                 span = (point.wall.low, point.wall.high)
-                axes.plot(span, [point.errors.rmse] * 2, color=_MUTED, linewidth=0.8, zorder=1)
+                axes.plot(span, [point.errors.rmse] * 2, color=MUTED, linewidth=0.8, zorder=1)
     front = sorted((plotted_cost(each, curve.cost), each.errors.rmse) for each in curve.points if each.on_front)
-    axes.step(*zip(*front, strict=True), where="post", color=_INK, linewidth=1.6, label="Pareto front", zorder=1.5)
+    axes.step(*zip(*front, strict=True), where="post", color=INK, linewidth=1.6, label="Pareto front", zorder=1.5)
     for number, point in enumerate(sorted(curve.points, key=lambda each: each.errors.rmse)):
         if point.chosen:
             place = (plotted_cost(point, curve.cost), point.errors.rmse)
-            axes.plot(*place, "o", markersize=15, markerfacecolor="none", color=_LIMIT, label="in the package")
+            axes.plot(*place, "o", markersize=15, markerfacecolor="none", color=LIMIT, label="in the package")
         if one_each and (len(curve.points) <= _MOST_LABELS or point.on_front or point.chosen):
             axes.annotate(
                 point.label,
@@ -307,10 +251,10 @@ def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
                 xytext=(8, 6 if number % 2 else -6),
                 textcoords="offset points",
                 va="center",
-                color=_MUTED,
+                color=MUTED,
                 fontsize=8.5,
             )
-    axes.axhline(allowed_rmse, color=_LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
+    axes.axhline(allowed_rmse, color=LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
     if one_each:
         axes.margins(x=0.18)
 
@@ -339,7 +283,7 @@ def _draw_transfer(
     numbers = np.arange(len(values))
     places = numbers if opaque_length_mm is None else np.linspace(0, numbers[-1], 16 * numbers[-1] + 1)
     heights = height(np.interp(places, numbers, extinctions))
-    axes.plot(np.interp(places, numbers, values), heights, color=_SERIES[0])
+    axes.plot(np.interp(places, numbers, values), heights, color=SERIES[0])
     axes.set_xlim(low, high)
     axes.set_ylim(bottom=0)
     axes.set_axisbelow(True)
@@ -368,84 +312,4 @@ def _floor(axes: Axes, floor: LevelFloor, report: Report) -> None:
     """Draw the data error as a line, if it exceeds the oracle's own error."""
     if floor.data.seen_rmse >= report.oracle_tolerance:
         label = f"data error of level {floor.level}"
-        _across(axes, floor.data.seen_rmse, _MUTED, (6, 3), label)
-
-
-def _across(axes: Axes, y: float, colour: str, dashes: tuple[int, int], label: str) -> None:
-    """Draw a line over the whole width. Unlike axhline, this does not first fix the limits of a single point."""
-    across = axes.get_yaxis_transform()
-    axes.plot([0.0, 1.0], [y, y], transform=across, color=colour, linewidth=1.5, linestyle=(0, dashes), label=label)
-
-
-def _logarithmic(axes: Axes, x_label: str, y_label: str) -> None:
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(y_label)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if axis is axes.xaxis else (1.0, 3.0)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: plain(float(f"{value:.3g}"))))
-        axis.set_minor_locator(NullLocator())
-    axes.margins(x=0.06, y=0.12)
-
-
-def _frame(axes: Axes) -> None:
-    axes.grid(visible=True, which="major", color=_LINE, linewidth=0.8)
-    axes.tick_params(which="both", colors=_MUTED, length=0)
-    axes.xaxis.label.set_color(_INK)
-    axes.yaxis.label.set_color(_INK)
-    for side in axes.spines.values():
-        side.set_visible(False)
-    axes.set_facecolor("none")
-
-
-def _plot(draw: Callable[[Axes], None], name: str, height_inches: float = 3.3) -> Plot:
-    return Plot(
-        wide=_svg(draw, name=f"{name}-wide", axes_inches=(8.6, height_inches), legend_columns=3),
-        narrow=_svg(draw, name=f"{name}-narrow", axes_inches=(3.8, height_inches), legend_columns=1),
-    )
-
-
-def _svg(draw: Callable[[Axes], None], *, name: str, axes_inches: tuple[float, float], legend_columns: int) -> str:
-    """Draw into axes of this size, with the legend below: its entries in rows of `legend_columns`."""
-    # A fixed salt and no date: the same numbers give the same bytes.
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.size": 10}):
-        figure = Figure()
-        figure.patch.set_visible(False)
-        axes = figure.add_subplot()
-        draw(axes)
-        _frame(axes)
-        handles, labels = axes.get_legend_handles_labels()
-        below_inches = _BELOW_INCHES + _LEGEND_ROW_INCHES * -(-len(handles) // legend_columns)
-        width, height = axes_inches[0] + _LEFT_INCHES + _RIGHT_INCHES, axes_inches[1] + below_inches + _ABOVE_INCHES
-        figure.set_size_inches(width, height)
-        axes.set_position(
-            (_LEFT_INCHES / width, below_inches / height, axes_inches[0] / width, axes_inches[1] / height)
-        )
-        if handles:
-            figure.legend(
-                handles,
-                labels,
-                loc="lower center",
-                borderaxespad=0.0,
-                ncols=legend_columns,
-                frameon=False,
-                labelcolor=_INK,
-                fontsize=9,
-                handlelength=2.8,
-            )
-        buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
-    return _for_page(buffer.getvalue(), name)
-
-
-def _for_page(svg: str, name: str) -> str:
-    """Remove the parts that only a stand-alone file needs, make ids unique in the page, and use the page's colours."""
-    body = svg[svg.index("<svg") :]
-    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
-    body = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", body)
-    body = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", body, count=1)
-    body = re.sub(r'(<svg[^>]*?) height="[^"]*"', r'\1 aria-hidden="true"', body, count=1)
-    for marker, variable in _VARIABLES.items():
-        body = body.replace(marker, variable)
-    return body
+        across(axes, floor.data.seen_rmse, MUTED, (6, 3), label)

@@ -53,7 +53,7 @@ class RawVolume:
 
     @contextmanager
     def writing(self) -> Iterator[Callable[[NDArray[np.generic]], None]]:
-        """Make the file anew; the function that is given appends slices. Raises VP4020 if it cannot be written."""
+        """Create the file and return a function that appends slices. Raises VP4020 if it cannot be written."""
         with output_errors(self.path, needed_bytes=self.size_bytes):
             file = self.path.open("wb", buffering=0)
 

@@ -204,13 +204,16 @@ def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Wa
 
 
 def _tiles(package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool) -> TileTexts:
-    """Return the shaders that sort the tiles of a picture: rays that count their samples. Lighting does not count."""
+    """Return the shaders that sort the tiles of a picture: rays that count their samples.
+
+    Lighting does not count, but groups of samples are the ones that the program draws.
+    """
     unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
     walk = WALKS[program.technique](TechniqueInput(unlit, grid, "es300", render.step_of(min(program.levels))))
     taken = compositing(package.manifest, unlit, render, walk, ends_early=True)
     features = [
         walk.feature,
-        *_features(package, unlit, grid, skips=skips, groups=_groups(package, unlit, render, walk)),
+        *_features(package, unlit, grid, skips=skips, groups=_groups(package, program, render, walk)),
         taken,
         cost_feature(grid, taken.slots["sample"], program.rays),
     ]

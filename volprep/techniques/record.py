@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.program import ClassificationName, CompositingName, Sampling, TechniqueName
 
 
@@ -15,7 +14,6 @@ class Twin(Protocol):
     def __call__(
         self,
         medium: Medium,
-        grid: Grid,
         box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
         step_mm: float,

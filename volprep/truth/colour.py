@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
@@ -29,14 +29,16 @@ def media_of_colour(channels: Sequence[Medium]) -> list[Medium]:
     scales = (1 / _LIGHT, 1 / _LIGHT, 1 / _LIGHT, 1.0)
     return [
         Medium(
-            values.astype(np.float32), 1.0, 0.0, _line(channel.transfer_function.name, light, scale * largest_per_mm)
+            Volume(values.astype(np.float32), channel.volume.grid),
+            _line(channel.transfer_function.name, light, scale * largest_per_mm),
         )
         for channel, values, light, scale in zip(channels, (red, green, blue, black), lights, scales, strict=True)
     ]
 
 
 def _physical(channel: Medium) -> Float64Array:
-    return channel.slope * channel.volume.astype(np.float64) + channel.intercept
+    volume = channel.volume
+    return volume.slope * volume.stored.astype(np.float64) + volume.intercept
 
 
 def _line(name: str, light: Float64Array, per_mm: float) -> TransferFunction:

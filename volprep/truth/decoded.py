@@ -5,7 +5,7 @@ and of the table from the renderer's.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import get_args
 
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from volprep.truth.lit import BakedField, Lit, Normals, ShaderSlopes
 from volprep.truth.normal_codes import interpolated
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Quantization
 from volprep_formats.package.integral_table import IntegralTable
 from volprep_formats.package.level_texels import level_texels
@@ -34,24 +34,6 @@ from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
 _ROOT_STEP = 0.002
-
-
-@dataclass(frozen=True)
-class Volume:
-    """A scalar field on a grid: physical = slope · stored + intercept, trilinear between voxel centres, or labels."""
-
-    stored: NDArray[np.generic]
-    """Stored values, [z, y, x]."""
-    grid: Grid
-    """Positions of the voxels."""
-    slope: float
-    """physical = slope · stored + intercept."""
-    intercept: float
-    """physical = slope · stored + intercept."""
-    nearest: bool = False
-    """Whether the field is constant in each voxel, as labels are."""
-    normals: Normals = None
-    """Lighting, if the volume is lit."""
 
 
 def holds_labels(manifest: Manifest) -> bool:

@@ -3,15 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 
 
-def medium_at(medium: Medium, grid: Grid, at_mm: Float64Array) -> tuple[Float64Array, Float64Array]:
+def medium_at(medium: Medium, at_mm: Float64Array) -> tuple[Float64Array, Float64Array]:
     """Return colour [n, 3] and extinction per millimetre [n] of the trilinear field at box positions [n, 3]."""
-    values = medium.slope * _trilinear(medium.volume, at_mm / grid.spacing_mm_zyx[::-1]) + medium.intercept
+    volume = medium.volume
+    at = at_mm / volume.grid.spacing_mm_zyx[::-1]
+    values = volume.slope * _trilinear(volume.stored, at) + volume.intercept
     return Table.exact(medium.transfer_function).at(values)
 
 

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from volprep.kernels import _native
 from volprep.truth.lit import Lit, Normals, ShaderSlopes, light_numbers, shadow_light
-from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, function_rows, require_field
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, function_rows
+from volprep.truth.volume import Volume, require_field
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 Border = Literal["mixed", "crisp"]
@@ -56,31 +56,27 @@ def tinted(function: TransferFunction, tint: tuple[float, float, float], opacity
     return function.model_copy(update={"points": points})
 
 
-def labelled_picture(  # noqa: PLR0917 - as oracle_picture, and the labels
-    volume: NDArray[np.generic],
-    grid: Grid,
-    slope: float,
-    intercept: float,
+def labelled_picture(
+    volume: Volume,
     labelled: Labelled,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
-    *,
-    normals: Normals = None,
 ) -> OraclePicture:
     """Draw a scan with segments, with a bound on the error of each pixel; arguments and errors as `oracle_picture`.
 
     Labels with the same look are one: dividing a label changes nothing. Lit, with slopes as a shader takes them, the
     bound is an estimate. Raises ValueError for other normals.
     """
-    require_field(volume, grid)
-    kernel, slope_scale, border_scale = _slopes(normals, slope)
+    grid, normals = volume.grid, volume.normals
+    require_field(volume.stored, grid)
+    kernel, slope_scale, border_scale = _slopes(normals, volume.slope)
     rows, looks = _distinct(labelled.looks)
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     _native.render_oracle_labels(
-        volume,
-        slope,
-        intercept,
+        volume.stored,
+        volume.slope,
+        volume.intercept,
         np.ascontiguousarray(labelled.labels, np.uint16),
         looks,
         rows or [_NOTHING],

@@ -6,10 +6,10 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.truth.decoded import Volume
 from volprep.truth.labelled import Border, Labelled, labelled_picture, tinted
-from volprep.truth.labelled_values import labelled_value_picture
+from volprep.truth.labelled_values import OneValue, labelled_value_picture
 from volprep.truth.oracle import OraclePicture
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.parts.segments.texels import looks_of_texels
 from volprep_formats.package.program import CompositingName
@@ -50,7 +50,7 @@ def labelled_as(
     return Labelled(labels, looks, border)
 
 
-def picture_of_labels(  # noqa: PLR0917 - what is drawn, how, and from where
+def picture_of_labels(  # noqa: PLR0917 - a volume, its looks, and a view
     volume: Volume,
     labelled: Labelled,
     compositing: CompositingName,
@@ -60,25 +60,6 @@ def picture_of_labels(  # noqa: PLR0917 - what is drawn, how, and from where
 ) -> OraclePicture:
     """Draw a volume with its labels; `window` has the least and the greatest physical value that a package stores."""
     if compositing in {"maximum", "first-hit"}:
-        return labelled_value_picture(
-            "maximum" if compositing == "maximum" else "first-hit",
-            volume.stored,
-            volume.grid,
-            volume.slope,
-            volume.intercept,
-            window,
-            labelled,
-            box_from_clip,
-            shape_hw,
-            normals=volume.normals,
-        )
-    return labelled_picture(
-        volume.stored,
-        volume.grid,
-        volume.slope,
-        volume.intercept,
-        labelled,
-        box_from_clip,
-        shape_hw,
-        normals=volume.normals,
-    )
+        shown: OneValue = "maximum" if compositing == "maximum" else "first-hit"
+        return labelled_value_picture(shown, volume, window, labelled, box_from_clip, shape_hw)
+    return labelled_picture(volume, labelled, box_from_clip, shape_hw)

@@ -13,18 +13,18 @@
 A bound covers the rounding of a hit. How a look changes within the rounding of a place is not part of it.
 """
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.labelled import Labelled
-from volprep.truth.lit import Normals
 from volprep.truth.oracle import OraclePicture
 from volprep.truth.projection import projected_values
 from volprep.truth.surface import Hits, directions, light_hits, near_ends, surface_hits
-from volprep_formats.arrays import Float32Array, Float64Array, Texels
-from volprep_formats.grid import Grid
+from volprep.truth.volume import Volume
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.parts.segments.record import HIDDEN_BELOW, SAME
 from volprep_formats.package.transfer_function import TransferFunction
@@ -34,23 +34,18 @@ OneValue = Literal["maximum", "first-hit"]
 _ROUNDING = 1e-9
 
 
-def labelled_value_picture(  # noqa: PLR0917 - as labelled_picture
+def labelled_value_picture(  # noqa: PLR0917 - as labelled_picture, the value, and the window
     shown: OneValue,
-    volume: Texels,
-    grid: Grid,
-    slope: float,
-    intercept: float,
+    volume: Volume,
     window: tuple[float, float],
     labelled: Labelled,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
-    *,
-    normals: Normals = None,
 ) -> OraclePicture:
     """Draw one value of each ray through a scan with segments, with a bound on the error of each pixel.
 
-    `window` has the least and the greatest physical value that the package stores. Isovalue and reference length are
-    those of the looks, which agree. Other arguments and errors as in `labelled_picture`.
+    `window` has the least and the greatest physical value that the package stores. Isovalue and reference length come
+    from the looks, which agree. Other arguments and errors as in `labelled_picture`.
     """
     looks = [look for look in labelled.looks if look is not None]
     picture = OraclePicture(rgba=np.zeros((*shape_hw, 4)), bound=np.zeros(shape_hw))
@@ -58,31 +53,30 @@ def labelled_value_picture(  # noqa: PLR0917 - as labelled_picture
         return picture
     is_shown = np.array([look is not None for look in labelled.looks])[labelled.labels]
     below = HIDDEN_BELOW * (window[1] - window[0])
-    physical = slope * volume.astype(np.float64) + intercept
-    field: Float32Array = np.where(is_shown, physical, window[0] - below).astype(np.float32)
-    hits = _hits(shown, field, grid, looks[0], box_from_clip, shape_hw, normals, SAME * (window[1] - window[0]))
+    physical = volume.slope * volume.stored.astype(np.float64) + volume.intercept
+    stored: Float32Array = np.where(is_shown, physical, window[0] - below).astype(np.float32)
+    field = replace(volume, stored=stored, slope=1.0, intercept=0.0)
+    hits = _hits(shown, field, looks[0], box_from_clip, shape_hw, SAME * (window[1] - window[0]))
     met = hits.value > window[0] - 0.5 * below
     places = near_ends(box_from_clip, shape_hw) + np.nan_to_num(hits.t_mm)[..., None] * directions(
         box_from_clip, shape_hw
     )
-    voxels = places[met] / grid.spacing_mm_zyx[::-1] - 0.5
+    voxels = places[met] / volume.grid.spacing_mm_zyx[::-1] - 0.5
     medium = _medium(hits.value[met], *_corners(voxels[:, ::-1], labelled.labels), labelled)
     opacity = -np.expm1(-medium[:, 3:] * looks[0].reference_mm)
     picture.rgba[met] = np.concatenate([medium[:, :3] * opacity, opacity], axis=1)
     picture.bound[met] = _ROUNDING
     if shown == "first-hit":
-        light_hits(picture, hits, grid, box_from_clip, normals)
+        light_hits(picture, hits, volume, box_from_clip)
     return picture
 
 
 def _hits(  # noqa: PLR0917 - the field, then the view
     shown: OneValue,
-    field: Float32Array,
-    grid: Grid,
+    field: Volume,
     look: TransferFunction,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
-    normals: Normals,
     tie: float,
 ) -> Hits:
     """Return value and place of each ray. Raises ValueError for a first hit without an isovalue."""
@@ -90,9 +84,9 @@ def _hits(  # noqa: PLR0917 - the field, then the view
         if look.isovalue is None:
             msg = "a first hit needs an isovalue"
             raise ValueError(msg)
-        return surface_hits(field, grid, 1.0, 0.0, look.isovalue, box_from_clip, shape_hw, solid=True, normals=normals)
+        return surface_hits(field, look.isovalue, box_from_clip, shape_hw, solid=True)
     t_mm = np.empty(shape_hw)
-    value, error = projected_values("maximum", field, grid, 1.0, 0.0, box_from_clip, shape_hw, t_mm, tie)
+    value, error = projected_values("maximum", field, box_from_clip, shape_hw, t_mm=t_mm, tie=tie)
     nothing = np.zeros(shape_hw)
     return Hits(t_mm, error, value, np.zeros((*shape_hw, 3)), nothing, nothing + 1.0)
 

@@ -11,13 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.truth.lit import Normals, native_normals
+from volprep.truth.lit import native_normals
+from volprep.truth.volume import Medium, Volume, require_field
 from volprep_formats.arrays import Float64Array
-from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction
 
 DEFAULT_TOLERANCE = 1e-6
@@ -34,18 +32,12 @@ class OraclePicture:
     """[height, width]: no channel of the pixel is further than this from the true integral."""
 
 
-def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in the order of the native call
-    volume: NDArray[np.generic],
-    grid: Grid,
-    slope: float,
-    intercept: float,
+def oracle_picture(
+    volume: Volume,
     transfer_function: TransferFunction,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
-    *,
-    nearest: bool = False,
-    normals: Normals = None,
 ) -> OraclePicture:
     """Draw a volume with a bound on the error of each pixel.
 
@@ -56,9 +48,11 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
     Parameters
     ----------
     volume
-        Stored values [z, y, x], C order: uint8, int16, uint16 or float32. physical = slope · stored + intercept.
-    grid
-        Where the voxels are; its shape is the volume's.
+        The field. If its values are labels (`nearest`), it is constant in each voxel, and each piece is exact. If it is
+        lit, then from the viewer: its normals are the kernel whose gradients of the volume give them, in float64, or
+        vectors [z, y, x, (x, y, z)] along the axes of the box. Between voxels vectors are interpolated; colours are
+        multiplied by the absolute cosine between ray and vector, where this is longer than 0.01. Labels are not lit.
+        A light with a place counts as the viewer here: `refined_picture` knows it.
     transfer_function
         Extinction and colour over physical values. At a jump the value itself belongs to the side above.
     box_from_clip
@@ -67,13 +61,6 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
         Height and width of the picture in pixels.
     tolerance
         Error to aim at, at least 1e-13.
-    nearest
-        Whether the field is constant in each voxel, as that of labels, instead of trilinear: each piece is exact then.
-    normals
-        Where colours are lit from the viewer: the kernel whose gradients of the volume give the normals, in float64, or
-        vectors [z, y, x, (x, y, z)] along the axes of the box. Between voxels vectors are interpolated; colours are
-        multiplied by the absolute cosine between ray and vector, where this is longer than 0.01. Not with `nearest`.
-        A light with a place counts as the viewer here: `volprep.truth.placed_light` knows it.
 
     Raises
     ------
@@ -82,13 +69,14 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
     ValueError
         If the volume does not have the grid's shape.
     """
-    require_field(volume, grid)
+    stored, grid = volume.stored, volume.grid
+    require_field(stored, grid)
     points = transfer_function.points
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     _native.render_oracle(
-        volume,
-        slope,
-        intercept,
+        stored,
+        volume.slope,
+        volume.intercept,
         grid.spacing_mm_zyx[::-1],
         grid.extent_mm_zyx[::-1],
         np.array([point.value for point in points]),
@@ -98,29 +86,14 @@ def oracle_picture(  # noqa: PLR0917 - the source's four, then the view's, in th
         tolerance,
         picture.rgba,
         picture.bound,
-        nearest,
-        *native_normals(normals, slope),
+        volume.nearest,
+        *native_normals(volume.normals, volume.slope),
     )
     return picture
 
 
-@dataclass(frozen=True)
-class Medium:
-    """One of several volumes in one place."""
-
-    volume: NDArray[np.generic]
-    """Stored values [z, y, x], C order: uint8, int16, uint16 or float32. physical = slope · stored + intercept."""
-    slope: float
-    """physical = slope · stored + intercept."""
-    intercept: float
-    """physical = slope · stored + intercept."""
-    transfer_function: TransferFunction
-    """Extinction and colour over physical values."""
-
-
 def oracle_of_media(
     media: Sequence[Medium],
-    grid: Grid,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
@@ -129,20 +102,19 @@ def oracle_of_media(
 
     The integral of Σ c τ exp(-∫ Σ τ), with a bound as `oracle_picture` gives it. Errors as there.
     """
-    types = {medium.volume.dtype for medium in media}
+    volumes = [medium.volume for medium in media]
+    grid = volumes[0].grid
+    types = {volume.stored.dtype for volume in volumes}
     # float32 holds each value of the other types.
     kind = types.pop() if len(types) == 1 else np.dtype(np.float32)
-    volumes = [np.ascontiguousarray(medium.volume, kind) for medium in media]
-    for volume in volumes:
-        if volume.shape != grid.shape_zyx:
-            msg = f"a volume has shape {volume.shape}, the grid {grid.shape_zyx}"
-            raise ValueError(msg)
-        require_finite(volume)
+    fields = [np.ascontiguousarray(volume.stored, kind) for volume in volumes]
+    for field in fields:
+        require_field(field, grid)
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     _native.render_oracle_sum(
-        volumes,
-        [medium.slope for medium in media],
-        [medium.intercept for medium in media],
+        fields,
+        [volume.slope for volume in volumes],
+        [volume.intercept for volume in volumes],
         [function_rows(medium.transfer_function) for medium in media],
         grid.spacing_mm_zyx[::-1],
         grid.extent_mm_zyx[::-1],
@@ -157,23 +129,3 @@ def oracle_of_media(
 def function_rows(function: TransferFunction) -> Float64Array:
     """Return the control points as rows [n, 5]: value, linear RGB, extinction per millimetre."""
     return np.array([[point.value, *point.colour, point.extinction_per_mm] for point in function.points])
-
-
-def require_field(volume: NDArray[np.generic], grid: Grid) -> None:
-    """Raise ValueError if the volume does not have the grid's shape, and the errors of `require_finite`."""
-    if volume.shape != grid.shape_zyx:
-        msg = f"volume has shape {volume.shape}, its grid {grid.shape_zyx}"
-        raise ValueError(msg)
-    require_finite(volume)
-
-
-def require_finite(volume: NDArray[np.generic]) -> None:
-    """Raise VP6001 if a voxel is not finite: the field around it is not defined."""
-    if volume.dtype.kind != "f":
-        return
-    # Slice by slice: a mask of the whole volume would cost a quarter of its memory again.
-    for z, plane in enumerate(volume):
-        wrong = np.argwhere(~np.isfinite(plane))
-        if len(wrong):
-            y, x = wrong[0].tolist()
-            raise VolprepError("VP6001", z=z, y=y, x=x, value=plane[y, x])

@@ -8,18 +8,19 @@ that is right for it, with its bound. Nothing is interpolated again.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.oracle import OraclePicture
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 
-Draw = Callable[[NDArray[np.generic], Grid, Float64Array, tuple[int, int]], OraclePicture]
-"""Draws stored values [z, y, x] of a grid with a camera in its box."""
+Draw = Callable[[Volume, Float64Array, tuple[int, int]], OraclePicture]
+"""Draws a volume with a camera in its box."""
 
 _FAR = 10.0
 """A depth far behind every volume that lies between the planes of a camera with parallel rays."""
@@ -45,10 +46,9 @@ class Inside:
         return found
 
 
-def picture_of_part(  # noqa: PLR0917 - as an oracle, and the part
+def picture_of_part(
     draw: Draw,
-    stored: NDArray[np.generic],
-    grid: Grid,
+    volume: Volume,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     ends_mm_xyz: tuple[Float64Array, Float64Array],
@@ -60,9 +60,9 @@ def picture_of_part(  # noqa: PLR0917 - as an oracle, and the part
     signs = rays.directions < 0.0
     first = rays.enters.argmax(axis=1)
     for backwards in product((False, True), repeat=3):
-        turned = _turned_matrix(box_from_clip, grid, backwards)
-        upper_mm = np.where(backwards, _extent(grid) - low_mm, high_mm)
-        lower_mm = np.where(backwards, _extent(grid) - high_mm, low_mm)
+        turned = _turned_matrix(box_from_clip, volume.grid, backwards)
+        upper_mm = np.where(backwards, _extent(volume.grid) - low_mm, high_mm)
+        lower_mm = np.where(backwards, _extent(volume.grid) - high_mm, low_mm)
         same = rays.hits & (signs == backwards).all(axis=1)
         # A ray that begins within the part keeps its own beginning.
         cameras = [(same & (rays.enters.max(axis=1) <= 0.0), turned)]
@@ -71,7 +71,7 @@ def picture_of_part(  # noqa: PLR0917 - as an oracle, and the part
             cameras += _from_plane(turned, axis, float(lower_mm[axis]), shape_hw, pixels, rays.leaves.min(axis=1))
         for pixels, matrix in cameras:
             if pixels.any():
-                picture = draw(*_turned_volume(stored, grid, backwards, upper_mm), matrix, shape_hw)
+                picture = draw(_turned_volume(volume, backwards, upper_mm), matrix, shape_hw)
                 rgba[pixels], bound[pixels] = picture.rgba.reshape(-1, 4)[pixels], picture.bound.ravel()[pixels]
     return OraclePicture(rgba.reshape(*shape_hw, 4), bound.reshape(shape_hw))
 
@@ -118,14 +118,12 @@ def _turned_matrix(box_from_clip: Float64Array, grid: Grid, backwards: tuple[boo
     return turned
 
 
-def _turned_volume(
-    stored: NDArray[np.generic], grid: Grid, backwards: tuple[bool, ...], upper_mm: Float64Array
-) -> tuple[NDArray[np.generic], Grid]:
+def _turned_volume(volume: Volume, backwards: tuple[bool, ...], upper_mm: Float64Array) -> Volume:
     """Return the volume with some axes the other way round, and a box that ends at `upper_mm`."""
     axes = tuple(2 - axis for axis, turned in enumerate(backwards) if turned)
     z, y, x = upper_mm[::-1].tolist()
-    cut = grid.model_copy(update={"extent_mm_zyx": (z, y, x)})
-    return np.ascontiguousarray(np.flip(stored, axes)), cut
+    cut = volume.grid.model_copy(update={"extent_mm_zyx": (z, y, x)})
+    return replace(volume, stored=np.ascontiguousarray(np.flip(volume.stored, axes)), grid=cut)
 
 
 def _from_plane(  # noqa: PLR0917 - a camera, a plane, and for whom

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.truth.oracle import require_field
+from volprep.truth.volume import require_field
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.environment import environment_of
@@ -145,19 +145,6 @@ def traced_picture(
         **lit.native(), box_from_clip=matrix, paths=paths, seed=seed, rgba=rgba, variance=variance
     )
     return TracedPicture(rgba, variance, missed, paths)
-
-
-def traced_places(
-    lit: LitVolume, places_mm_xyz: Float64Array, paths: int, seed: int = 1
-) -> tuple[Float64Array, Float64Array]:
-    """Return the light [n, 3] at places [n, 3] in box space, and the variances [n, 3] of these means.
-
-    Errors as `traced_picture`.
-    """
-    places = np.ascontiguousarray(places_mm_xyz, dtype=np.float64)
-    light, variance = np.empty_like(places), np.empty_like(places)
-    _native.trace_places(**lit.native(), places_mm_xyz=places, paths=paths, seed=seed, light=light, variance=variance)
-    return light, variance
 
 
 def squares_beyond_noise(picture: Float64Array, truth: TracedPicture) -> Float64Array:

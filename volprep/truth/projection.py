@@ -30,10 +30,10 @@ from typing import Literal
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.truth.oracle import OraclePicture, require_field
+from volprep.truth.oracle import OraclePicture
 from volprep.truth.shown import shown_picture
-from volprep_formats.arrays import Float64Array, Texels
-from volprep_formats.grid import Grid
+from volprep.truth.volume import Volume, require_field
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction
 
 Projection = Literal["maximum", "minimum", "average"]
@@ -43,12 +43,9 @@ REFERENCE_MM = 1.0
 """The path whose opacity a value has where the scene states no length."""
 
 
-def projected_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
+def projected_picture(
     projection: Projection,
-    volume: Texels,
-    grid: Grid,
-    slope: float,
-    intercept: float,
+    volume: Volume,
     transfer_function: TransferFunction,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
@@ -70,9 +67,7 @@ def projected_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
     projection
         Which value of the ray counts.
     volume
-        Stored values [z, y, x], C order: uint8, int16, uint16 or float32. physical = slope · stored + intercept.
-    grid
-        Where the voxels are; its shape is the volume's.
+        The field.
     transfer_function
         Extinction and colour over physical values. At a jump the value itself belongs to the side above.
     box_from_clip
@@ -89,33 +84,32 @@ def projected_picture(  # noqa: PLR0917 - as oracle_picture, without a tolerance
     ValueError
         If the volume does not have the grid's shape, or the reference length is not above 0.
     """
-    value, error = projected_values(projection, volume, grid, slope, intercept, box_from_clip, shape_hw)
+    value, error = projected_values(projection, volume, box_from_clip, shape_hw)
     return shown_picture(value, error, transfer_function, reference_mm)
 
 
-def projected_values(  # noqa: PLR0917 - as projected_picture
+def projected_values(
     projection: Projection,
-    volume: Texels,
-    grid: Grid,
-    slope: float,
-    intercept: float,
+    volume: Volume,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
+    *,
     t_mm: Float64Array | None = None,
     tie: float = 0.0,
 ) -> tuple[Float64Array, Float64Array]:
     """Return one physical value for each ray, NaN if it misses the box, and a bound on its error.
 
-    Both are [height, width]. `t_mm` of a maximum is written: its distance from the near plane, of those that
-    differ by at most `tie` that of the first. Errors as in `projected_picture`.
+    Both are [height, width]. The distance of a maximum from the near plane is written into `t_mm`: of
+    maxima that differ by at most `tie`, the first one counts. Errors as in `projected_picture`.
     """
-    require_field(volume, grid)
+    grid = volume.grid
+    require_field(volume.stored, grid)
     sign = -1.0 if projection == "minimum" else 1.0
     value, error = np.empty(shape_hw), np.empty(shape_hw)
     _native.render_projection(
-        volume,
-        sign * slope,
-        sign * intercept,
+        volume.stored,
+        sign * volume.slope,
+        sign * volume.intercept,
         grid.spacing_mm_zyx[::-1],
         grid.extent_mm_zyx[::-1],
         np.ascontiguousarray(box_from_clip, dtype=np.float64),

@@ -7,18 +7,17 @@ is rounded to 1/255 of the box. The samples are placed as on any other ray: the 
 import numpy as np
 
 from volprep.truth.field import medium_at
-from volprep.truth.oracle import Medium
 from volprep.truth.stacks import pixel_rays, ways_in_box
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 
 
 def published_positions(
-    medium: Medium, grid: Grid, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
+    medium: Medium, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
 ) -> Float64Array:
     """Draw a volume as [H, W, 4], for an eye outside of its box."""
     near, along = pixel_rays(box_from_clip, shape_hw)
-    extent = np.array(grid.extent_mm_zyx[::-1])
+    extent = np.array(medium.volume.grid.extent_mm_zyx[::-1])
     enter, leave = ways_in_box(near, along, extent)
     met = np.flatnonzero((enter >= 0.0) & (leave > enter))
     entry, exit_ = (near[met] + along[met] * way[met, None] for way in (enter, leave))
@@ -29,7 +28,7 @@ def published_positions(
     for number in range(int(count.max(initial=0.0))):
         taken = np.flatnonzero(number < count)
         at = entry[taken] + ray[taken] * ((number + 0.5) / count[taken])[:, None]
-        colour, extinction_per_mm = medium_at(medium, grid, at)
+        colour, extinction_per_mm = medium_at(medium, at)
         deeper = depth[taken] + extinction_per_mm * length_mm[taken] / count[taken]
         light[taken] += colour * (np.exp(-depth[taken]) - np.exp(-deeper))[:, None]
         depth[taken] = deeper

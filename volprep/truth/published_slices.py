@@ -12,21 +12,20 @@ import math
 import numpy as np
 
 from volprep.truth.field import medium_at
-from volprep.truth.oracle import Medium
 from volprep.truth.stacks import pixel_rays
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 
 
 def published_slices(
-    medium: Medium, grid: Grid, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
+    medium: Medium, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
 ) -> Float64Array:
     """Draw a volume as [H, W, 4] with slices at most `step_mm` apart; opacities end at 1, as in a target of 8 bits.
 
     The slices fill a cube whose edge is the diagonal of the volume.
     """
     near, along = pixel_rays(box_from_clip, shape_hw)
-    extent = np.array(grid.extent_mm_zyx[::-1])
+    extent = np.array(medium.volume.grid.extent_mm_zyx[::-1])
     depth_mm = math.hypot(*extent)
     count = math.ceil(depth_mm / step_mm)
     middle = box_from_clip @ np.array([[0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], [1.0, 1.0]])
@@ -38,7 +37,7 @@ def published_slices(
         way = ((extent / 2 - near) @ view + plane_mm) / (along @ view)
         at = near + along * way[:, None]
         inside = np.flatnonzero(np.all((at >= 0.0) & (at <= extent), axis=1) & (way >= 0.0))
-        colour, extinction_per_mm = medium_at(medium, grid, at[inside])
+        colour, extinction_per_mm = medium_at(medium, at[inside])
         opacity = extinction_per_mm * (depth_mm / count)
         picture[inside, :3] += (1.0 - picture[inside, 3:]) * colour * opacity[:, None]
         picture[inside, 3] = np.minimum(picture[inside, 3] + opacity, 1.0)

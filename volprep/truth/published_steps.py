@@ -11,18 +11,17 @@ import math
 import numpy as np
 
 from volprep.truth.field import medium_at
-from volprep.truth.oracle import Medium
 from volprep.truth.stacks import pixel_rays, ways_in_box
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 
 
 def published_steps(
-    medium: Medium, grid: Grid, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
+    medium: Medium, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
 ) -> Float64Array:
     """Draw a volume as [H, W, 4]; all rays have the same number of samples, `step_mm` apart on the longest ray."""
     near, along = pixel_rays(box_from_clip, shape_hw)
-    extent = np.array(grid.extent_mm_zyx[::-1])
+    extent = np.array(medium.volume.grid.extent_mm_zyx[::-1])
     enter, leave = ways_in_box(near, along, extent)
     enter = np.maximum(enter, 0.0)
     met = np.flatnonzero(leave > enter)
@@ -30,7 +29,7 @@ def published_steps(
     light, transmittance = np.zeros((len(met), 3)), np.ones(len(met))
     for number in range(count):
         way = enter[met] + (leave - enter)[met] * (number + 0.5) / count
-        colour, extinction_per_mm = medium_at(medium, grid, near[met] + along[met] * way[:, None])
+        colour, extinction_per_mm = medium_at(medium, near[met] + along[met] * way[:, None])
         opacity = -np.expm1(-extinction_per_mm * medium.transfer_function.reference_mm)
         light += colour * (transmittance * opacity)[:, None]
         transmittance *= 1.0 - opacity

@@ -7,43 +7,40 @@ Each ray is refined until two halvings of its steps in a row change no channel b
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.truth.lit import BakedField, Lit, Normals, light_numbers, native_normals, shadow_light
-from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, require_field
+from volprep.truth.lit import BakedField, Lit, light_numbers, native_normals, shadow_light
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
 from volprep.truth.path_traced import LitVolume
-from volprep_formats.arrays import Float64Array, Texels
-from volprep_formats.grid import Grid
+from volprep.truth.volume import Volume, require_field
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction
 
 
-def refined_picture(  # noqa: PLR0917 - as oracle_picture
-    volume: Texels,
-    grid: Grid,
-    slope: float,
-    intercept: float,
+def refined_picture(
+    volume: Volume,
     transfer_function: TransferFunction,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
     *,
-    normals: Normals = None,
     intensities: tuple[float, float] | None = None,
     baked: BakedField | None = None,
     planes: Float64Array | None = None,
 ) -> OraclePicture:
-    """Draw a volume, lit by a light with a place where `normals` has one; parameters and errors as `oracle_picture`.
+    """Draw a volume, lit by a light with a place where it has one; parameters and errors as `oracle_picture`.
 
     `baked` light multiplies the colours of the transfer function. With `intensities`, the values of the intensities 0
     and 1, the picture is of maximum intensity difference accumulation. `planes` [n, 4] in box space cut the volume: it
     ends where a·x + b·y + c·z + d falls below 0, in millimetres.
     """
-    require_field(volume, grid)
+    stored, grid, normals = volume.stored, volume.grid, volume.normals
+    require_field(stored, grid)
     points = transfer_function.points
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
-    kernel, vectors, slope_scale, halved = native_normals(normals, slope)
+    kernel, vectors, slope_scale, halved = native_normals(normals, volume.slope)
     _native.render_refined(
-        volume,
-        slope,
-        intercept,
+        stored,
+        volume.slope,
+        volume.intercept,
         grid.spacing_mm_zyx[::-1],
         grid.extent_mm_zyx[::-1],
         np.array([point.value for point in points]),
@@ -80,10 +77,7 @@ def refined_lit(
 ) -> OraclePicture:
     """Draw what `traced_picture` draws, with a field of light in place of paths; without a field unlit."""
     return refined_picture(
-        lit.volume,
-        lit.grid,
-        lit.slope,
-        lit.intercept,
+        Volume(lit.volume, lit.grid, lit.slope, lit.intercept),
         lit.transfer_function,
         box_from_clip,
         shape_hw,

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.truth.lit import Lit, Normals, native_normals, place_in_box, shadow_light
-from volprep.truth.oracle import OraclePicture, require_field
+from volprep.truth.lit import Lit, native_normals, place_in_box, shadow_light
+from volprep.truth.oracle import OraclePicture
 from volprep.truth.shown import shown_picture
-from volprep_formats.arrays import Float64Array, Texels
-from volprep_formats.grid import Grid
+from volprep.truth.volume import Volume, require_field
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.program import Light
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -50,28 +50,25 @@ class Hits:
     """[height, width], the part of the light that arrives: 1, or 0 in shadow."""
 
 
-def surface_hits(  # noqa: PLR0917 - the source's four, then the view's, in the order of the native call
-    volume: Texels,
-    grid: Grid,
-    slope: float,
-    intercept: float,
+def surface_hits(
+    volume: Volume,
     isovalue: float,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     *,
     solid: bool,
-    normals: Normals = None,
 ) -> Hits:
     """Return the points where rays meet the surface. Errors as in `surface_picture`."""
-    require_field(volume, grid)
+    grid, normals = volume.grid, volume.normals
+    require_field(volume.stored, grid)
     t_mm, error_mm, value, change = (np.empty(shape_hw) for _ in range(4))
     normal = np.empty((*shape_hw, 3))
     reaching = np.ones(shape_hw)
     light = shadow_light(normals)
     _native.render_surface(
-        volume,
-        slope,
-        intercept,
+        volume.stored,
+        volume.slope,
+        volume.intercept,
         grid.spacing_mm_zyx[::-1],
         grid.extent_mm_zyx[::-1],
         np.ascontiguousarray(box_from_clip, dtype=np.float64),
@@ -82,7 +79,7 @@ def surface_hits(  # noqa: PLR0917 - the source's four, then the view's, in the 
         value,
         normal,
         change,
-        *native_normals(normals, slope),
+        *native_normals(normals, volume.slope),
         None if light is None else place_in_box(light, grid).tolist(),
         _OFFSET_VOXELS * min(grid.spacing_mm_zyx),
         None if light is None else reaching,
@@ -90,17 +87,13 @@ def surface_hits(  # noqa: PLR0917 - the source's four, then the view's, in the 
     return Hits(t_mm, error_mm, value, normal, change, reaching)
 
 
-def surface_picture(  # noqa: PLR0917 - as surface_hits
-    volume: Texels,
-    grid: Grid,
-    slope: float,
-    intercept: float,
+def surface_picture(
+    volume: Volume,
     transfer_function: TransferFunction,
     box_from_clip: Float64Array,
     shape_hw: tuple[int, int],
     *,
     solid: bool,
-    normals: Normals = None,
 ) -> OraclePicture:
     """Draw the surface of the transfer function's isovalue, with a bound on the error of each pixel.
 
@@ -117,20 +110,21 @@ def surface_picture(  # noqa: PLR0917 - as surface_hits
     if isovalue is None:
         msg = f"transfer function {transfer_function.name} has no isovalue"
         raise ValueError(msg)
-    hits = surface_hits(volume, grid, slope, intercept, isovalue, box_from_clip, shape_hw, solid=solid, normals=normals)
+    hits = surface_hits(volume, isovalue, box_from_clip, shape_hw, solid=solid)
     rounding = np.where(np.isnan(hits.value) | (hits.value == isovalue), 0.0, _ROUNDING * np.abs(hits.value))
     picture = shown_picture(hits.value, rounding, transfer_function, transfer_function.reference_mm)
-    light_hits(picture, hits, grid, box_from_clip, normals)
+    light_hits(picture, hits, volume, box_from_clip)
     return picture
 
 
-def light_hits(picture: OraclePicture, hits: Hits, grid: Grid, box_from_clip: Float64Array, normals: Normals) -> None:
+def light_hits(picture: OraclePicture, hits: Hits, volume: Volume, box_from_clip: Float64Array) -> None:
     """Light the picture of hits, and add to its bound what their uncertainty does to it."""
+    normals = volume.normals
     shape_hw = hits.value.shape
     along = directions(box_from_clip, shape_hw)
     if isinstance(normals, Lit) and normals.light is not None:
         at = near_ends(box_from_clip, shape_hw) + np.nan_to_num(hits.t_mm)[..., None] * along
-        to_light = _unit(place_in_box(normals.light, grid) - at)
+        to_light = _unit(place_in_box(normals.light, volume.grid) - at)
         picture.rgba[...] = _placed(picture.rgba, hits, along, to_light, normals)
         picture.bound[...] += _ROUNDING * (1.0 + normals.light.shininess) + _moved(hits) * (1 + normals.light.shininess)
     elif normals is not None:

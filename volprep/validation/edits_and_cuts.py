@@ -20,8 +20,8 @@ from volprep.parts.editing.renderer import edited_renderer
 from volprep.parts.subvolumes.cut import Cut, cut
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
-from volprep.truth.decoded import Volume
 from volprep.truth.labelled_decoded import joined
+from volprep.truth.volume import Volume
 from volprep.validation.bench import Bench
 from volprep.validation.pixels import judged, judged_level, pixels_of
 from volprep.validation.seen import width_pixels

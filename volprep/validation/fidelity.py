@@ -6,7 +6,7 @@ import numpy as np
 
 from volprep.parts.fidelity.measure import VIEWS as STATED_VIEWS
 from volprep.parts.fidelity.measure import MeasuredFidelity, by_chance, cameras_from, measure
-from volprep.truth.decoded import Volume
+from volprep.truth.volume import Volume
 from volprep.validation.records import Deviation
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Manifest, Projection

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.box import frequent_level
-from volprep.truth.decoded import Volume
 from volprep.truth.labelled import Labelled
 from volprep.truth.labelled_decoded import Look, held_looks, joined, labelled_as, parted, picture_of_labels
 from volprep.truth.labelled_light import light_of_labels
 from volprep.truth.oracle import OraclePicture
+from volprep.truth.volume import Volume
 from volprep.validation.kept_styles import kept_styles
 from volprep.validation.same_field import Part, part_of
 from volprep.validation.seen_records import KeptStyle

@@ -28,7 +28,7 @@ _LEAST_ORDER = 0.5
 
 @dataclass(frozen=True)
 class OrderFacts:
-    """What a program draws, and how: everything that the order of its error depends on."""
+    """Properties of a program that the order of its error depends on."""
 
     technique: TechniqueName = "ray-casting"
     compositing: CompositingName = "emission-absorption"

@@ -27,7 +27,7 @@ from volprep.parts.subvolumes.decision import PUT_TOGETHER
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.truth.decoded import light_of_program
-from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.truth.part import picture_of_part
 from volprep.validation.bench import Bench
 from volprep.validation.edits_and_cuts import OBLIQUE, judge_cut, judge_edit, part_of_scan
@@ -41,7 +41,6 @@ from volprep.validation.subject import Subject
 from volprep.validation.verdict import may_be_preview, share_of
 from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.parts.subvolumes.places import ends_mm, sides_of, voxels_of
@@ -276,13 +275,15 @@ def _block_of_scan(  # noqa: PLR0917 - which block, and how it is seen
     sides = sides_of(grid, point)
     level_grid = subject.package.manifest.grid or subject.grid
     volume = part_of_scan(subject, level_grid.part(*voxels_of(sides)))
-
-    def draw(stored: NDArray[np.generic], part: Grid, matrix: Float64Array, shape_hw: tuple[int, int]) -> OraclePicture:
-        return subject.through(replace(volume, stored=stored, grid=part), transfer, matrix, shape_hw)
-
     matrix = subject.cameras[view].box_from_clip(volume.grid, 1.0)
     ends = ends_mm(sides, volume.grid.spacing_mm_zyx)
-    picture = picture_of_part(draw, volume.stored, volume.grid, matrix, (pixels, pixels), ends)
+    picture = picture_of_part(
+        lambda part, camera, shape_hw: subject.through(part, transfer, camera, shape_hw),
+        volume,
+        matrix,
+        (pixels, pixels),
+        ends,
+    )
     return picture.rgba.astype(np.float32)
 
 
@@ -325,7 +326,7 @@ def _put_together(
     for name, box_from_clip in subject.views.items():
         picture = np.zeros((*subject.shape_hw, 4), np.float32)
         for place in _front_to_back(subject, box_from_clip, [cuts[first + 1 :: 2] for cuts in grid.cuts_zyx], places):
-            # A hit hides what is behind it, however transparent it is.
+            # A hit hides everything behind it, however transparent it is.
             through = picture[..., 3:] == 0.0 if is_first else 1 - picture[..., 3:]
             picture += through * drawn[name, place]
         yield name, picture

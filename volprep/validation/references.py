@@ -7,7 +7,8 @@ beyond the tolerance of such levels only if the reference is, too. None of this 
 from collections.abc import Iterator, Sequence
 
 from volprep.truth.box import box_levels, frequent_level
-from volprep.truth.decoded import Volume, light_at_level
+from volprep.truth.decoded import light_at_level
+from volprep.truth.volume import Volume
 from volprep.validation.bench import Bench
 from volprep.validation.same_field import part_of
 from volprep.validation.subject import Subject

@@ -6,8 +6,8 @@ A scan of few values keeps them all in its codes, except for values beyond the w
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.truth.decoded import Volume
 from volprep.truth.lit import Lit, ShaderSlopes
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table

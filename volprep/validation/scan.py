@@ -15,7 +15,8 @@ from volprep.scene.channels import drawn_channels, with_listed_channels
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import at_place, load_request
 from volprep.scene.scene import Scene
-from volprep.truth.decoded import Volume, holds_labels, light_of_scan
+from volprep.truth.decoded import holds_labels, light_of_scan
+from volprep.truth.volume import Volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import Manifest

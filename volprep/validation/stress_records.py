@@ -67,8 +67,8 @@ class StressDrawing(Record):
     """Where `common_planes` holds: the points of ray casting with the same classification. A lookup table whose entries
     are wider than the feature leaves an error that planes add to, and that no step makes smaller. On the wall with
     tables of bytes ray casting has 0.033, 0.031, 0.031, 0.031 at 2, 1, 1/2 and 1/4 of the step, view slices 0.040,
-    0.031, 0.031, 0.031; with pre-integrated tables slices have 0.0006, and nothing is added. So a step may have as much
-    as ray casting has."""
+    0.031, 0.031, 0.031; with pre-integrated tables slices have 0.0006, and nothing is added. So a step may have the
+    error of ray casting."""
     picture: str | None
     """File of the oblique view over black, side by side: truth, rendering, difference; null without a picture."""
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -11,11 +12,12 @@ from numpy.typing import NDArray
 from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.colour import media_of_colour
-from volprep.truth.decoded import Volume, baked_fields, level_volume, own_table, table_function
+from volprep.truth.decoded import baked_fields, level_volume, own_table, table_function
 from volprep.truth.lit import BakedField, with_baked
 from volprep.truth.metrics import picture_error
-from volprep.truth.oracle import DEFAULT_TOLERANCE, Medium, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
 from volprep.truth.seen import seen_error
+from volprep.truth.volume import Medium, Volume
 from volprep.validation.records import ErrorNumbers
 from volprep.validation.same_field import (
     Part,
@@ -175,7 +177,7 @@ class Subject:
 
     def truth(self, transfer: str, view: str) -> OraclePicture:
         """Draw the scan at full precision."""
-        return self._draw([(part.scan, part.function(name)) for name, part in self._parts(transfer)], view)
+        return self._draw([Medium(part.scan, part.function(name)) for name, part in self._parts(transfer)], view)
 
     def on_data_beside(
         self, truth: OraclePicture, transfer: str, view: str, level: int, *, apart: int = 1
@@ -228,7 +230,9 @@ class Subject:
 
     def _on_data(self, transfer: str, view: str, level: int) -> OraclePicture:
         media = [
-            (part.level(level), part.table(name, level) if part.has_own_table(name, level) else part.function(name))
+            Medium(
+                part.level(level), part.table(name, level) if part.has_own_table(name, level) else part.function(name)
+            )
             for name, part in self._parts(transfer)
         ]
         return self._draw(media, view)
@@ -241,24 +245,25 @@ class Subject:
 
     def on_volume(self, volume: Volume, transfer: str, view: str) -> OraclePicture:
         """Draw any volume with the control points of the transfer function."""
-        return self._draw([(volume, self.function(transfer))], view)
+        return self._draw([Medium(volume, self.function(transfer))], view)
 
     def on_volumes(self, volumes: Sequence[Volume], transfer: str, view: str) -> OraclePicture:
         """Draw one volume of each channel with the control points of the transfer functions."""
         parts = zip(volumes, self._parts(transfer), strict=True)
-        return self._draw([(volume, part.function(name)) for volume, (name, part) in parts], view)
+        return self._draw([Medium(volume, part.function(name)) for volume, (name, part) in parts], view)
 
     def of_function(self, function: TransferFunction, view: str) -> OraclePicture:
         """Draw the scan at full precision with another transfer function, without precomputed light."""
         # Light is found by the name of its function.
         other = function.model_copy(update={"name": f"{function.name}, edited"})
-        return self._draw([(self.scan, other)], view)
+        return self._draw([Medium(self.scan, other)], view)
 
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw the package's data of `level`, with the lookup table as the transfer function."""
         if self.is_classified:
             return self.truth(transfer, view)
-        return self._draw([(part.level(level), part.table(name, level)) for name, part in self._parts(transfer)], view)
+        media = [Medium(part.level(level), part.table(name, level)) for name, part in self._parts(transfer)]
+        return self._draw(media, view)
 
     def has_own_table(self, transfer: str, level: int) -> bool:
         """Return whether `level` has a lookup table of its own."""
@@ -291,7 +296,7 @@ class Subject:
         """Return the transfer functions of a picture, each with the subject that has its channel."""
         return [*self._channels.items()] or [(transfer, self)]
 
-    def _draw(self, media: Sequence[tuple[Volume, TransferFunction]], view: str) -> OraclePicture:
+    def _draw(self, media: Sequence[Medium], view: str) -> OraclePicture:
         return self._seen(media, self.cameras[view])
 
     def voxels(self, part: Part) -> NDArray[np.generic]:
@@ -302,10 +307,10 @@ class Subject:
         self, volume: Volume, transfer: str, box_from_clip: Float64Array, shape_hw: tuple[int, int]
     ) -> OraclePicture:
         """Draw any volume through any camera in its box with the control points of the transfer function."""
-        return self._pictured([(volume, self.function(transfer))], box_from_clip, shape_hw)
+        return self._pictured([Medium(volume, self.function(transfer))], box_from_clip, shape_hw)
 
-    def _seen(self, media: Sequence[tuple[Volume, TransferFunction]], camera: Camera) -> OraclePicture:
-        return self._pictured(media, *self._rays(camera, media[0][0].grid))
+    def _seen(self, media: Sequence[Medium], camera: Camera) -> OraclePicture:
+        return self._pictured(media, *self._rays(camera, media[0].volume.grid))
 
     def rays(self, view: str) -> tuple[Float64Array, tuple[int, int]]:
         """Return the camera of a standard view in the package's box, and height and width of its pictures."""
@@ -319,20 +324,16 @@ class Subject:
 
     def _pictured(
         self,
-        media: Sequence[tuple[Volume, TransferFunction]],
+        media: Sequence[Medium],
         box_from_clip: Float64Array,
         shape_hw: tuple[int, int],
     ) -> OraclePicture:
-        volume = media[0][0]
-        drawn = [Medium(each.stored, each.slope, each.intercept, function) for each, function in media]
+        drawn = [
+            replace(each, volume=replace(each.volume, normals=with_baked(each.volume.normals, self._baked)))
+            for each in media
+        ]
         return self._compositing.oracle(
-            media_of_colour(drawn) if self._is_colour else drawn,
-            volume.grid,
-            box_from_clip,
-            shape_hw,
-            nearest=volume.nearest,
-            normals=with_baked(volume.normals, self._baked),
-            tolerance=self._tolerance,
+            media_of_colour(drawn) if self._is_colour else drawn, box_from_clip, shape_hw, tolerance=self._tolerance
         )
 
     def level(self, level: int) -> Volume:

@@ -23,7 +23,7 @@ from volprep.view.site import (
 )
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.javascript import stripped
-from volprep_formats.output import new_file, new_folder, output_errors
+from volprep_formats.output import new_file, new_folder, output_errors, taken
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.storage.single_file import write_single_file
 from volprep_formats.progress import Progress
@@ -41,7 +41,7 @@ _FOLDER_POLICY = (
     "base-uri 'none'; form-action 'none'"
 )
 _OWN_NAMES = frozenset((INDEX, SETTINGS, ZIP, "package", "report", "runtime", PAGE))
-"""What a page has in its folder, whatever package it shows."""
+"""Names in the folder of a page, whatever package it shows."""
 
 
 def write_page_folder(shown: ShownPackage, target: Path, progress: Progress, *, force: bool = False) -> int:
@@ -64,12 +64,12 @@ def write_page_folder(shown: ShownPackage, target: Path, progress: Progress, *, 
 def write_page_file(shown: ShownPackage, target: Path, progress: Progress, *, force: bool = False) -> int:
     """Write the page and the package as one file of HTML, and return its size.
 
-    Raises VP7033 if a file is at `target` and not `force`, VP7034 for a package that is too large, and as
-    `write_page_folder` does.
+    Raises VP1251 if a file is at `target` and not `force`, VP1254 if a folder is, VP7034 for a package that is too
+    large, and as `write_page_folder` does.
     """
     with output_errors(target):
         if target.is_dir() or (target.exists() and not force):
-            raise VolprepError("VP1251", path=target)
+            raise taken(target)
     path = shown.package.path
     size = sum(record.size_bytes for record in shown.package.manifest.files)
     if size > MOST_PAGE_BYTES:

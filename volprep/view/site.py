@@ -17,6 +17,7 @@ from volprep.validation.truth_records import TRUTH_FILE, TruthIndex
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.javascript import stripped
 from volprep_formats.package.digest import manifest_sha256
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import Contents, open_contents
 from volprep_formats.package.storage.files import MANIFEST
@@ -46,7 +47,7 @@ _TYPES = {
 
 
 class ViewSettings(Record):
-    """Addresses that the page needs, relative to the page."""
+    """What the page needs beside the manifest; addresses are relative to the page."""
 
     generator: str
     """Program and version that made the page."""
@@ -60,6 +61,8 @@ class ViewSettings(Record):
     """Address of the folder of truth pictures; null without one."""
     devices: str | None
     """Where to send measurements; null if the server takes none."""
+    opaque_lengths_mm: Mapping[str, float]
+    """By transfer function: the length whose opacity pixels have, for functions of pictures of one value of a ray."""
 
 
 @dataclass(frozen=True)
@@ -131,9 +134,15 @@ def make_site(shown: ShownPackage, *, takes_devices: bool) -> Site:
         report=None if shown.report is None else f"{_REPORT}/{DATA_FILE}",
         truth=None if shown.truth is None else f"{_REPORT}/{TRUTH}/",
         devices=DEVICES if takes_devices else None,
+        opaque_lengths_mm=_opaque_lengths_mm(shown.package.manifest),
     )
     site[SETTINGS] = text_served(settings.model_dump_json(indent=2) + "\n", SETTINGS)
     return site
+
+
+def _opaque_lengths_mm(manifest: Manifest) -> dict[str, float]:
+    lengths = {function.name: manifest.opaque_length_mm(function) for function in manifest.transfer_functions}
+    return {name: length for name, length in lengths.items() if length is not None}
 
 
 def read_served(served: ServedFile) -> bytes:

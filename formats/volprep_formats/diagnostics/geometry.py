@@ -91,7 +91,7 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{folder}: the images are {stacks} stacks (of {sizes} slices), which differ in {differ}; together they are not "
         "one volume: {cause}",
-        "Choose one with --volume, or source.volume in a scene, from 1 to {volumes}; those of the first stack come "
-        "first.",
+        "Choose one with --volume, or source.volume in a scene, from 1 to {volumes}; volumes of the first stack "
+        "come first.",
     ),
 }

@@ -95,8 +95,8 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: the image is in colour ({kind}); a volume needs one grey value in each pixel",
         "Choose the grey series that this picture was made from, keep colours with a table [colour] in the scene, or "
-        'make them grey with rgb = "luminance" in [source], or --rgb luminance. Palettes and more than 16 bits are not '
-        "read.",
+        'make them grey with rgb = "luminance" in [source], or --rgb luminance. Palettes, big-endian colours and more '
+        "than 16 bits are not read.",
     ),
     "VP1036": Diagnostic(
         ExitStatus.SOURCE,
@@ -427,9 +427,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1251": Diagnostic(
         ExitStatus.OUTPUT,
-        "{path}: a file or folder of this name exists",
-        "Choose another name, or replace the file with --force. Of folders, --force replaces only OME-Zarr stores that "
-        "volprep export wrote and that hold nothing else.",
+        "{path}: a file of this name exists",
+        "Choose another name, or replace the file with --force.",
     ),
     "VP1252": Diagnostic(
         ExitStatus.OUTPUT,
@@ -441,6 +440,12 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: the package holds the colours that its transfer functions make of the scan, but no values",
         "Export the scan itself: volprep import makes a draft of it, and volprep export writes that. Or build the "
         "scene for a profile with shaders, and classify samples rather than voxels.",
+    ),
+    "VP1254": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: a folder of this name exists",
+        "Choose another name. --force replaces a folder only if it is an OME-Zarr store that volprep export wrote and "
+        "that holds nothing else.",
     ),
     "VP1260": Diagnostic(
         ExitStatus.SOURCE,

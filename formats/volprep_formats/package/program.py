@@ -60,7 +60,7 @@ CompositingName = Literal[
 ]
 """Compositing of the samples of a ray; see `ProgramDesign`."""
 LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
-"""Compositings whose samples hide what is behind them by their opacity, so that pictures are laid over each other."""
+"""Compositings whose samples hide others by their opacity, so that pictures are laid over each other."""
 OF_ALL_SAMPLES: frozenset[CompositingName] = LAID_OVER | {"mida"}
 """Compositings that take the extinction of every sample. The others show one value of a ray, with its own opacity."""
 Rays = Literal["box", "mesh"]

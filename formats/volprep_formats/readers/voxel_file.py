@@ -97,7 +97,7 @@ class VoxelFile:
                 return self.path.stat().st_size
             self._file.seek(0)
             total = 0
-            # read1: at the end of a cut stream, read raises EOFError and loses what came before it.
+            # read1: at the end of a cut stream, read raises EOFError and loses the bytes before it.
             read = self._file.read1 if isinstance(self._file, gzip.GzipFile) else self._file.read
             while total <= limit and (chunk := read(_SKIP_BYTES)):
                 total += len(chunk)

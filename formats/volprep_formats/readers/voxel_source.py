@@ -18,7 +18,7 @@ _KEPT: dict[str, StoredType] = {"uint8": "uint8", "int8": "int16", "int16": "int
 _SMALL: tuple[StoredType, ...] = ("uint8", "int16", "uint16")
 _FLOAT32_EXACT = 2**24
 _LEAST_STEPS = 256
-"""Steps between the least and the greatest value, with fewer of which rounding costs more than a package of 8 bits."""
+"""Steps between the least and the greatest value; with fewer, rounding costs more than a package of 8 bits."""
 
 
 class VoxelSource:
@@ -178,7 +178,7 @@ def stored_type_of(
 
 
 def _coarse_doubles(values: NDArray[Any]) -> str:
-    """Return what is lost of a slice of doubles as floats, for people; nothing where it is less than 8 bits lose."""
+    """Describe the loss of a slice of doubles as floats, for people; empty if 8 bits would lose more."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return ""

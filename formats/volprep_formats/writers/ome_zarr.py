@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.installation import require_extra
-from volprep_formats.output import new_folder
+from volprep_formats.output import new_folder, taken
 from volprep_formats.progress import Progress
 from volprep_formats.source import VolumeSource
 from volprep_formats.untrusted_json import parse_json
@@ -69,7 +68,8 @@ def write(
     closed before the next level is opened if `levels` does so. `replaces`: an older store of this function may be at
     `path`.
 
-    Raises VolprepError VP1251 (something else is at `path`), VP1081 (cannot be written) and the errors of reading.
+    Raises VolprepError VP1251 or VP1254 (something else is at `path`), VP1081 (cannot be written) and the errors of
+    reading.
     """
     check_target(path, replaces=replaces)
     with new_folder(path, "VP1081", replaces=replaces) as folder:
@@ -95,7 +95,7 @@ def _write_levels(levels: Iterable[Level], folder: Path, progress: Progress, *, 
 
 
 def check_target(path: Path, *, replaces: bool) -> None:
-    """Raise VP1251 if there is something at `path` that must not be replaced: only stores of `write` may be.
+    """Raise VP1251 or VP1254 if there is something at `path` that must not be replaced: only stores of `write` may be.
 
     Raise VP7005 if zarr is not installed.
     """
@@ -105,7 +105,7 @@ def check_target(path: Path, *, replaces: bool) -> None:
     document = path / "zarr.json"
     is_store = path.is_dir() and not path.is_symlink() and document.is_file() and _is_export(document)
     if not (replaces and is_store and all(_is_own(each.name) for each in path.iterdir())):
-        raise VolprepError("VP1251", path=path)
+        raise taken(path)
 
 
 def _is_own(name: str) -> bool:

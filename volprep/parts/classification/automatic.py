@@ -40,7 +40,7 @@ _FIRST_POINT, _NEXT_POINT = 0.6, 0.012
 """Cost of a sample by control points: 2 to 16 points took 0.61 to 0.97 times the time of a table, 64 points 1.12 to
 1.56 times (as above)."""
 _FIRST_POINT_OF_SEGMENTS, _NEXT_POINT_OF_SEGMENTS = 0.75, 0.004
-"""The same with segments, whose labels cost as much either way: 2 points of both styles took 0.76 to 0.96 times the
+"""The same with segments, whose labels cost the same either way: 2 points of both styles took 0.76 to 0.96 times the
 time of tables, 64 points 0.96 to 1.00 times (as above, 36 % of the cells with several labels)."""
 _CLEARLY = 0.9
 """Another kind than lookup tables must take less than this part of the time, or of the error: costs are no more exact

@@ -33,7 +33,7 @@ def why_no_blocks(scene: Scene, profile: DeviceProfile, bits: int, *, is_build: 
 
 
 def no_room(profile: DeviceProfile) -> CompressionChoice:
-    """Return the refusal of blocks of which the profile has no room for a level."""
+    """Return the refusal of blocks for a profile that has no room for a level of them."""
     return CompressionChoice(items=(misfit(COLOUR_FORM, profile),))
 
 

@@ -112,7 +112,7 @@ def _first_that_bears(
 
 
 def misfit(name: CompressedFormat, profile: DeviceProfile) -> PlanItem:
-    """Return the item of a form of which no level fits."""
+    """Return the item of a form in which no level fits."""
     reason = (
         f"{bits_per_voxel(name):.3g} bits a voxel; profile {profile.name} has no room for a level of it as a mosaic"
     )

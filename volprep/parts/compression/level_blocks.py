@@ -12,9 +12,8 @@ from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.plan.records import VolumePlan
 from volprep.scene.scene import SceneRender
 from volprep.truth.camera import Camera
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array, UInt8Array
-from volprep_formats.grid import Grid
 from volprep_formats.textures.block_formats import CompressedFormat
 
 
@@ -39,8 +38,8 @@ def encoded_level(
     return parts, seconds
 
 
-def oracle_of_view(media: Sequence[Medium], grid: Grid, camera: Camera, render: SceneRender) -> Float64Array:
+def oracle_of_view(media: Sequence[Medium], camera: Camera, render: SceneRender) -> Float64Array:
     """Return the picture of a view, [row, column, RGBA], as the oracle draws it without light."""
     size = (render.picture_size, render.picture_size)
-    oracle = COMPOSITINGS[render.compositing].oracle
-    return oracle(media, grid, camera.box_from_clip(grid, aspect=1.0), size, nearest=False, normals=None).rgba
+    matrix = camera.box_from_clip(media[0].volume.grid, aspect=1.0)
+    return COMPOSITINGS[render.compositing].oracle(media, matrix, size).rgba

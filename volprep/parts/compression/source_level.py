@@ -12,7 +12,7 @@ from volprep.plan.form_trial import FormTrial
 from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep.scene.scene import SceneRender
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float32Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
@@ -69,18 +69,13 @@ class SourceLevel:
         """Grid of the level."""
         self._reduced = None if level.index == 0 else self._box_reduced()
 
-    @property
-    def true_grid(self) -> Grid:
-        """Grid of the values that the oracle draws: of the whole source, for level 0."""
-        return self._source.info.grid if self._reduced is None else self.grid
-
     def medium(self, function: TransferFunction) -> Medium:
-        """Return the values without codes, to be drawn on `true_grid`."""
+        """Return the values without codes; for level 0 those of the whole source."""
         if self._reduced is not None:
-            return Medium(self._reduced, 1.0, 0.0, function)
+            return Medium(Volume(self._reduced, self.grid), function)
         volume, info = self._source.volume, self._source.info
         stored: NDArray[np.generic] = np.memmap(volume.path, volume.dtype, "r", shape=volume.shape_zyx)
-        return Medium(stored, info.slope, info.intercept, function)
+        return Medium(Volume(stored, info.grid, info.slope, info.intercept), function)
 
     def codes(self, z0: int, z1: int) -> NDArray[Any]:
         """Return the codes of slices z0 to z1 - 1, uint8 or uint16."""

@@ -21,7 +21,7 @@ from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import VolumePlan
 from volprep.scan.slabs import slab_ranges, temporary_codes
 from volprep.truth.camera import Camera, standard_views
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.textures.block_formats import CompressedFormat
 
@@ -97,14 +97,15 @@ class WholeLevel:
     def _compare(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> tuple[PictureDifference, int]:
         """Largest errors over views and transfer functions, and how many pictures were drawn."""
         low, high = self._data.quantize.window
+        volume = Volume(decoded, self._level.grid, (high - low) / _SCALE, low)
         views = self._views()
         self._source.progress.start(f"pictures of {form}", len(views) * len(self._data.functions))
         worst = PictureDifference(0.0, 0.0)
         drawn = 0
         for name, camera in views.items():
             for index in range(len(self._data.functions)):
-                medium = Medium(decoded, (high - low) / _SCALE, low, self._data.functions[index])
-                picture = oracle_of_view([medium], self._level.grid, camera, self._data.render)
+                medium = Medium(volume, self._data.functions[index])
+                picture = oracle_of_view([medium], camera, self._data.render)
                 found = difference(picture, self._true_picture(index, name))
                 worst = PictureDifference(max(worst.rmse, found.rmse), max(worst.maximum, found.maximum))
                 drawn += 1
@@ -117,7 +118,7 @@ class WholeLevel:
         if (function, view) not in self._truth:
             medium = self._level.medium(self._data.functions[function])
             camera = self._views()[view]
-            self._truth[function, view] = oracle_of_view([medium], self._level.true_grid, camera, self._data.render)
+            self._truth[function, view] = oracle_of_view([medium], camera, self._data.render)
         return self._truth[function, view]
 
     def _views(self) -> dict[str, Camera]:

@@ -24,8 +24,8 @@ from volprep.plan.records import VolumePlan
 from volprep.scan.slabs import slab_ranges, temporary_codes
 from volprep.truth.camera import standard_views
 from volprep.truth.colour import media_of_colour
-from volprep.truth.oracle import Medium
 from volprep.truth.seen import seen_flip
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.record import Record
@@ -133,17 +133,17 @@ class WholeColour:
 
     def _compared(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> _Loss:
         functions = [data.functions[0] for data in self._data]
-        values = [Medium(each, 1 / _SCALE, 0.0, function) for each, function in zip(decoded, functions, strict=True)]
-        blocks = media_of_colour(values)
+        volumes = [Volume(each, self._grid, 1 / _SCALE) for each in decoded]
+        blocks = media_of_colour([Medium(*pair) for pair in zip(volumes, functions, strict=True)])
         pairs = zip(self._levels, functions, strict=True)
-        truth, grid = media_of_colour([level.medium(function) for level, function in pairs]), self._levels[0].true_grid
+        truth = media_of_colour([level.medium(function) for level, function in pairs])
         render = self._data[0].render
         views = standard_views(self._grid, render.projection)
         self._sources[0].progress.start(f"pictures of {form}", len(views))
         loss = _Loss()
         for camera in views.values():
-            picture = oracle_of_view(blocks, self._grid, camera, render)
-            loss = loss.with_picture(picture, oracle_of_view(truth, grid, camera, render))
+            picture = oracle_of_view(blocks, camera, render)
+            loss = loss.with_picture(picture, oracle_of_view(truth, camera, render))
             self._sources[0].progress.advance()
             if not loss.is_within(self._data[0].tolerance):
                 break

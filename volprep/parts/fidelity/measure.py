@@ -24,9 +24,8 @@ from volprep.compositing import COMPOSITINGS
 from volprep.render.choose import renderer_of
 from volprep.truth.averaged import averaged
 from volprep.truth.camera import Camera, view_from
-from volprep.truth.decoded import Volume
 from volprep.truth.metrics import flip_error
-from volprep.truth.oracle import Medium
+from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
@@ -90,13 +89,10 @@ def measure(package: Package, scan: Volume, cameras: Sequence[Camera]) -> Iterat
     for function in manifest.transfer_functions:
         levels = _levels(package, function.name)
         compositing = COMPOSITINGS[next((each.compositing for each in manifest.programs), "emission-absorption")]
-        medium = Medium(scan.stored, scan.slope, scan.intercept, function)
         truths: list[Float32Array] = []
         for camera in cameras:
             matrix = camera.box_from_clip(scan.grid, aspect=1.0)
-            drawn = compositing.oracle(
-                [medium], scan.grid, matrix, (_RAYS, _RAYS), nearest=scan.nearest, normals=scan.normals
-            )
+            drawn = compositing.oracle([Medium(scan, function)], matrix, (_RAYS, _RAYS))
             truths.append(drawn.rgba.astype(np.float32))
         for level in levels:
             pixels, per_voxel = _pixels(level, cameras[0].height_mm)

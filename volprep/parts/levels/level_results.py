@@ -1,4 +1,4 @@
-"""Items of the plan about coarser levels, completed with what was decided while they were made."""
+"""Items of the plan about coarser levels, completed with the decisions of the stage that makes them."""
 
 from collections.abc import Iterator
 from typing import Literal

@@ -173,7 +173,7 @@ class LitLevels:
     """Refines levels of one volume through lit rays."""
 
     def __init__(self, scan: LevelInput, levels: Sequence[Factors], budget: LitBudget) -> None:
-        """Take the volume, and the levels: as many are refined as fit into the budget, coarsest first.
+        """Take the volume and its levels, which are refined as far as the budget allows, coarsest first.
 
         When each has the least effort, the coarsest takes the rest of the budget.
         """
@@ -295,7 +295,7 @@ class _Pixels:
 
     @classmethod
     def of(cls, scan: LevelInput, factors: Factors, voxels: int, across: int) -> "_Pixels":
-        """Return pixels, so many voxels of a level wide, around rays that are aimed at what is seen."""
+        """Return pixels, so many voxels of a level wide, around rays that are aimed at visible voxels."""
         blocks = scan.looks.seen_blocks
         middles = RaySegments.joined(
             [
@@ -317,7 +317,7 @@ class _Pixels:
         return cls(lines, meets.reshape(-1, across**2))
 
     def means(self, light: Float64Array) -> Float64Array:
-        """Return the mean light [pixel, 4] of the rays of each pixel; those that miss the box have none."""
+        """Return the mean light [pixel, 4] of the rays of each pixel; rays that miss the box count as dark."""
         every = np.zeros((*self.meets.shape, 4))
         every[self.meets] = light
         mean: Float64Array = every.mean(axis=1)

@@ -95,7 +95,7 @@ def refine_lines(
 ) -> dict[Factors, RefineRays]:
     """Return the rays that each level is refined along; none for a level that is beyond the budget.
 
-    The coarsest level comes first: it gains most, and needs the fewest rays. What is left when each level has its share
+    The coarsest level comes first: it gains most, and needs the fewest rays. The rest, when each level has its share,
     goes to more steps and more rays, in the same order; in a volume of one slice not to more rays, because 24 for a
     voxel are as good as 100 there. A level that gets too few rays of its own follows the rays of coarser levels, too:
     their light in level 0 is known.
@@ -163,7 +163,7 @@ class _Share:
         return self.followed * self._work // Refinement.parts
 
     def grow(self, wanted: int, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
-        """Take as many rays as wanted and as the other shares leave in the budget, never fewer than before."""
+        """Take up to `wanted` rays, within the budget that the other shares leave, and never fewer than before."""
         own, followed = self._room(budget, shares)
         self.rays = max(self.rays, min(wanted, own, followed - self.shared))
 
@@ -175,7 +175,7 @@ class _Share:
         self.shared = min(wanted - self.rays, sum(share.rays for share in shares))
 
     def lengthen(self, budget: RefineBudget, shares: Sequence["_Share"]) -> None:
-        """Take all steps, if the other shares leave as much: 4 % less error with 12 rays a voxel (ch2)."""
+        """Take all steps, if the other shares leave room: 4 % less error with 12 rays a voxel (ch2)."""
         few, self.rounds = self.rounds, _ROUNDS
         if self._room(_with_all(budget), shares)[1] < self.followed:
             self.rounds = few

@@ -11,7 +11,7 @@ from itertools import pairwise, product
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.truth.decoded import Volume
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector

@@ -8,8 +8,7 @@ import numpy as np
 from volprep.parts.subvolumes.cut import Cut, CutRecord, cut
 from volprep.truth.decoded import level_volume
 from volprep_formats.arrays import Float64Array, UInt8Array
-from volprep_formats.diagnostics import VolprepError
-from volprep_formats.output import output_errors, require_place, write_file
+from volprep_formats.output import output_errors, require_place, taken, write_file
 from volprep_formats.package.reader import Package
 from volprep_formats.png import png_bytes
 from volprep_formats.textures import ktx2
@@ -34,12 +33,12 @@ def write_cut(
     """Cut a box and write cut.ktx2, cut.png and cut.json, in this order, into `folder`.
 
     `center_xyz` is a voxel of level 0, or with `world` a place in the patient in millimetres. Raises the errors of
-    `cut`, VP1251 where a file exists and `force` is not given, VP4020 where nothing can be written.
+    `cut`, VP1251 or VP1254 where a name is taken and `force` is not given, VP4020 where nothing can be written.
     """
     names = [folder / name for name in ("cut.ktx2", "cut.png", "cut.json")]
     for path in names:
         if path.exists() and not force:
-            raise VolprepError("VP1251", path=path)
+            raise taken(path)
     with output_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
     for path in names:

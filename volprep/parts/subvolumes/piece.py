@@ -104,7 +104,7 @@ def classification_of(scene: Scene, profile: DeviceProfile, voxels: PieceVoxels)
     table = " and their table" if wanted in _WITH_TABLES else ""
     looked = " with looks" if looks else ""
     taken = f"{HELD} pieces{looked}{table} take {units} texture units of {profile.texture_units}"
-    return Misfit(f"{taken}: choose a profile that has as many")
+    return Misfit(f"{taken}: choose a profile that has more")
 
 
 def file_bytes(form: Form, grid: Grid, size: int, ghost: int) -> int:

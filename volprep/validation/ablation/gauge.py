@@ -14,8 +14,9 @@ from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.render.timing import Spread, paired_ms
 from volprep.truth.averaged import averaged
-from volprep.truth.decoded import Volume, light_of_scan
+from volprep.truth.decoded import light_of_scan
 from volprep.truth.seen import seen_error
+from volprep.truth.volume import Volume
 from volprep.validation.ablation.records import Measurement, Ratio
 from volprep.validation.pixels import pixels_of
 from volprep.validation.precise import finite, most_precise

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.scan.channels import opened_channel
-from volprep.truth.decoded import Volume
 from volprep.truth.lit import Normals
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.progress import Progress, Silent
 from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource

@@ -29,7 +29,7 @@ from volprep.pipeline.stage_graph import STAGES
 from volprep.pipeline.stages import run_stage
 from volprep.plan.records import ChannelPlan, LevelPlan, Plan
 from volprep.scene.request import Request
-from volprep.truth.decoded import Volume
+from volprep.truth.volume import Volume
 from volprep.validation.exact.draft import ComparingDraft
 from volprep.validation.exact.findings import findings_of
 from volprep.validation.records import Derivation

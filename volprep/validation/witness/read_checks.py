@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.truth.decoded import Volume
+from volprep.truth.volume import Volume
 from volprep.validation.subject import Subject
 from volprep.validation.witness.check import WitnessCheck
 from volprep.validation.witness.independent.camera import Box, rays

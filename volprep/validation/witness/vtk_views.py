@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.camera import Camera
-from volprep.truth.decoded import Volume
+from volprep.truth.volume import Volume
 from volprep.vtk.process import run_script
 from volprep_formats.arrays import Float32Array
 from volprep_formats.package.transfer_function import TransferFunction

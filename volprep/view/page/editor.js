@@ -1,6 +1,6 @@
 /** A transfer function: its curve, and, where the package is editable, its points to be moved. */
 import { make, svg } from "./dom.js";
-import { heightsOf } from "./heights.js";
+import { Heights } from "./heights.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
 import { css, linear } from "./srgb.js";
@@ -21,9 +21,10 @@ const SURFACES = ["first-hit", "isosurface"];
  * @param {import("../runtime/stage.js").Stage} stage
  * @param {any} manifest
  * @param {HTMLElement} place
+ * @param {import("./files.js").Settings["opaque_lengths_mm"]} opaqueMm
  * @param {() => void} changed
  */
-export function functionEditor(stage, manifest, place, changed) {
+export function functionEditor(stage, manifest, place, opaqueMm, changed) {
   /** Points as they were changed, by the name of the function. @type {Map<string, Point[]>} */
   const edits = new Map();
   const editable = Boolean(manifest.editing);
@@ -59,8 +60,8 @@ export function functionEditor(stage, manifest, place, changed) {
   };
   /** @param {string} name @param {boolean} titled */
   const one = (name, titled) => {
-    const { channel, points, isovalue, reference_mm } = of(manifest, name);
-    const heights = heightsOf(manifest, name, reference_mm);
+    const { channel, points, isovalue } = of(manifest, name);
+    const heights = new Heights(opaqueMm[name] ?? null);
     const box = make("div");
     const curve = new Curve(channel, edits.get(name) ?? points, heights, editable, (now) => {
       edits.set(name, now);

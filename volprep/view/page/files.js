@@ -1,7 +1,7 @@
 /** Files of the page: beside it on the server, or inside it when it is one file. */
 
 /**
- * @typedef {{generator: string, package: string, manifest_sha256: string, report: string | null, truth: string | null, devices: string | null}} Settings
+ * @typedef {{generator: string, package: string, manifest_sha256: string, report: string | null, truth: string | null, devices: string | null, opaque_lengths_mm: Record<string, number>}} Settings
  */
 
 const SETTINGS = "view.json";

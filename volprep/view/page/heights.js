@@ -3,9 +3,6 @@
  */
 import { number } from "./numbers.js";
 
-/** Compositings whose pixels have the extinction of all samples; others show one value, with its own opacity. */
-const OF_ALL_SAMPLES = ["emission-absorption", "back-to-front", "mida"];
-
 /** Heights of one transfer function. */
 export class Heights {
   #reference;
@@ -37,17 +34,9 @@ export class Heights {
     return this.#reference === null ? `extinction ${height} per mm` : `opacity ${height}`;
   }
 
-  /** What the height of a curve says. @param {number} most largest extinction */
+  /** Label of the heights of a curve. @param {number} most largest extinction */
   label(most) {
     const what = this.#reference === null ? "extinction per mm" : "opacity of the pixel";
     return `height: ${what}, up to ${number(this.of(most))}`;
   }
-}
-
-/** Heights of a function in the pictures of a package. @param {any} manifest @param {string} name @param {number} referenceMm */
-export function heightsOf(manifest, name, referenceMm) {
-  const joint = [manifest.together, manifest.segments].find((each) => each?.transfers.includes(name));
-  const shows = (/** @type {any} */ each) => each.transfer === name || each.transfer === joint?.name;
-  const drawn = manifest.programs.find(shows);
-  return new Heights(!drawn || OF_ALL_SAMPLES.includes(drawn.compositing) ? null : referenceMm);
 }

@@ -58,7 +58,7 @@ async function showVolume(viewer, told) {
   const { manifest } = viewer.package;
   const report = told.report ? await json(told.report).catch(() => null) : null;
   const look = lookControls(stage, manifest, () => changed());
-  const editor = functionEditor(stage, manifest, byId("function"), () => changed());
+  const editor = functionEditor(stage, manifest, byId("function"), told.opaque_lengths_mm, () => changed());
   const cut = cutControls(stage, manifest, () => changed());
   const light = lightControls(stage, manifest, () => changed());
   const segments = segmentControls(stage, manifest, () => changed());

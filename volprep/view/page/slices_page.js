@@ -26,7 +26,7 @@ export async function rendererOf(gl, pack, options) {
 export function showSlices(stage, pack) {
   const { manifest } = pack;
   for (const id of ["level", "step", "error", "measure", "cut", "ruler", "slices"]) hide(byId(id));
-  const editor = functionEditor(stage, manifest, byId("function"), () => stage.redraw());
+  const editor = functionEditor(stage, manifest, byId("function"), {}, () => stage.redraw());
   const choice = byId("transfer");
   choice.append(...pack.transferFunctions.map(({ name }) => make("option", { value: name }, name)));
   choice.disabled = pack.transferFunctions.length < 2;

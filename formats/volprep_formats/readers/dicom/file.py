@@ -7,16 +7,11 @@ from volprep_formats.readers.dicom.header import SliceImage, slice_image
 from volprep_formats.readers.dicom.inflate import DEFLATED, meta_end_bytes
 from volprep_formats.readers.dicom.kind import SUFFIXES, has_prefix
 from volprep_formats.readers.dicom.mosaic import is_mosaic, mosaic_slices
-from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
+from volprep_formats.readers.dicom.plain import PlainHeader
 
 NO_HEADER = SafeText("it has no DICOM header")
 _HEAD_BYTES = 2**12
 _BARE_BEGINNINGS = frozenset((b"\x02\0\0\0", b"\x08\0\0\0", b"\x08\0\x05\0", b"\x08\0\x08\0", b"\x08\0\x16\0"))
-
-
-def read_slices(path: Path) -> tuple[SliceImage, ...]:
-    """Read the header of one DICOM file: its slices. Raises what `slices_of` raises."""
-    return slices_of(path, plain_headers([path])[0])
 
 
 def slices_of(path: Path, plain: PlainHeader | None) -> tuple[SliceImage, ...]:

@@ -63,7 +63,7 @@ def stack_images(
 ) -> Stack:
     """Order the images of one series and find their grid. Faults that `repair` allows are not refused.
 
-    Of several stacks, or volumes at one place, `volume`, from 1, is taken: those of the first stack come first.
+    Of several stacks, or volumes at one place, `volume`, from 1, is taken; volumes of the first stack come first.
     `by_number` tells volumes apart by InstanceNumber. Stacks that lie end to end on one grid are one volume if no
     `volume` is given. Raises VolprepError VP1036 (essential attribute missing), and VP2001 to VP2015, VP2017 and
     VP2022 (not a grid), with the numbers.

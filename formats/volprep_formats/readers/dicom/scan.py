@@ -100,7 +100,7 @@ def no_images(path: Path, files: int) -> VolprepError:
 
 
 def _only_format(files: Sequence[Path]) -> Other | None:
-    """Return the known format of all files; None if they differ, if one is not known, or if there are none."""
+    """Return the known format of all files; None if they differ, if one is not known, or if there is no file."""
     found: Other | None = None
     for file in files:
         try:
@@ -184,7 +184,7 @@ def _missing(series: Sequence[Series]) -> list[VolprepError]:
 
 
 def _ending(file: Path) -> str:
-    """Return the ending of a name in lower case; numbers, as of UIDs, are none."""
+    """Return the ending of a name in lower case; a number, as in a UID, does not count as an ending."""
     ending = file.suffix.lower()
     return "" if ending[1:].isdecimal() else ending
 

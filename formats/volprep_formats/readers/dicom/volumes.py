@@ -48,7 +48,7 @@ def choose_volume(
 
 
 def how_to_choose(images: Sequence[SliceImage], places: NDArray[np.intp], before: int) -> str:
-    """Describe how to read one of several volumes at one position, if possible. Numbers follow those of `before`."""
+    """Describe how to read one of several volumes at one position, if possible; their numbers begin after `before`."""
     count = int(np.bincount(places).max())
     choice = f"--volume, or source.volume in a scene, from {before + 1} to {before + count}"
     if len(choose_volume(images, places, 1)[0]) < len(images):

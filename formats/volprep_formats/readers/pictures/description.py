@@ -1,4 +1,4 @@
-"""What ImageJ, OME and tifffile write of the pages of a TIFF file into the description of its first page.
+"""Descriptions of the pages of a TIFF file that ImageJ, OME and tifffile write into its first page.
 
 Sources: FileSaver, TiffEncoder and FileOpener of ImageJ 1.54 (https://github.com/imagej/ImageJ); the OME model,
 Pixels; tifffile's description of an array, a JSON object with its shape.
@@ -88,7 +88,7 @@ def _says(description: str, shape: tuple[int, int, int, int]) -> str | None:
 
 
 def _says_of_array(description: str, shape: tuple[int, int, int, int]) -> str | None:
-    """Return the shape of an array of more axes than those of a volume and its channels."""
+    """Return the shape of an array that has more axes than a volume and its channels."""
     _, rows, columns, channels = shape
     try:
         found = json.loads(description).get("shape")

@@ -48,7 +48,7 @@ _TYPES: dict[str, StoredType] = {
 _STORED: tuple[StoredType, ...] = ("uint8", "int16", "uint16", "float32")
 _BITS = {"uint8": 8, "int16": 16, "uint16": 16, "float32": 32}
 _NOT_CONFIGURED = re.compile(r"(\w{1,20}) compression support is not configured")
-"""What libtiff says of a compression that it was built without."""
+"""Message of libtiff about a compression that it was built without."""
 _PAGES_AT_ONCE, _PIXELS_AT_ONCE = 16, 2**22
 MEMORY_BYTES, MEMORY_BYTES_PER_PIXEL = 2**28, 16
 SECONDS, SECONDS_PER_PIXEL = 30.0, 1e-6

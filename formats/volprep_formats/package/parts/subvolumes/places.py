@@ -124,14 +124,3 @@ def local_of(grid: SubvolumeGrid, voxel_xyz: Vector) -> tuple[int, Vector]:
     nz, ny, nx = grid.counts_zyx
     x, y, z = coordinates
     return int(np.ravel_multi_index(place[::-1], (nz, ny, nx))), (x, y, z)
-
-
-def voxel_of_local(grid: SubvolumeGrid, piece: int, local_xyz: Vector) -> Vector:
-    """Return the voxel of level 0 at coordinates in the texture of a piece."""
-    place_zyx = np.unravel_index(piece, grid.counts_zyx)
-    voxels = []
-    for number, at, spans in zip(place_zyx[::-1], local_xyz, grid.spans_zyx[::-1], strict=True):
-        first, count = _held(spans[number])
-        voxels.append(first + at * count - 0.5)
-    x, y, z = voxels
-    return x, y, z
