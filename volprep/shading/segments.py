@@ -40,6 +40,7 @@ from volprep.shading.compose import Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.groups import group_size
 from volprep.shading.mosaic import Mosaic
+from volprep.shading.raycast import BACKWARDS
 from volprep.shading.walk import Walk
 from volprep_formats.package.manifest import Manifest, RenderSettings
 from volprep_formats.package.parts.segments.record import (
@@ -141,7 +142,7 @@ def samples_of_group(manifest: Manifest, program: ProgramDesign, render: RenderS
     0.35 mm, lit samples in pairs made FLIP of a head 0.014 in place of 0.009. Unlit borders are mixed, since a crisp
     one is a step. Lit samples keep labels of their own, since a border is shaded as soon as labels meet: with shared
     labels FLIP was 0.031 in place of 0.003 on a small scan. Shadow rays classify samples of their own. Groups of pieces
-    would begin elsewhere than groups of the whole.
+    would begin elsewhere than groups of the whole, and so would lit groups from the far end of a ray.
     """
     segments = manifest.segments
     if segments is None or program.transfer != segments.name or not walk.loops:
@@ -150,7 +151,8 @@ def samples_of_group(manifest: Manifest, program: ProgramDesign, render: RenderS
         return 1
     is_lit = program.lighting != "none"
     has_shadows = program.light is not None and program.light.shadows != "none"
-    if has_shadows if is_lit else segments.border == "crisp":
+    lit_alone = has_shadows or program.compositing in BACKWARDS
+    if lit_alone if is_lit else segments.border == "crisp":
         return 1
     functions = (each for each in manifest.transfer_functions if each.name in segments.transfers)
     largest_per_mm = max(point.extinction_per_mm for each in functions for point in each.points)
