@@ -19,9 +19,9 @@ import numpy as np
 
 from volprep.kernels import _native
 from volprep.truth.lit import Lit, native_normals, place_in_box, shadow_light
-from volprep.truth.oracle import OraclePicture
+from volprep.truth.oracle import OraclePicture, native_field
 from volprep.truth.shown import shown_picture
-from volprep.truth.volume import Volume, require_field
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.program import Light
 from volprep_formats.package.transfer_function import TransferFunction
@@ -60,17 +60,12 @@ def surface_hits(
 ) -> Hits:
     """Return the points where rays meet the surface. Errors as in `surface_picture`."""
     grid, normals = volume.grid, volume.normals
-    require_field(volume.stored, grid)
     t_mm, error_mm, value, change = (np.empty(shape_hw) for _ in range(4))
     normal = np.empty((*shape_hw, 3))
     reaching = np.ones(shape_hw)
     light = shadow_light(normals)
     _native.render_surface(
-        volume.stored,
-        volume.slope,
-        volume.intercept,
-        grid.spacing_mm_zyx[::-1],
-        grid.extent_mm_zyx[::-1],
+        *native_field(volume),
         np.ascontiguousarray(box_from_clip, dtype=np.float64),
         isovalue,
         solid,
