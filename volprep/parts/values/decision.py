@@ -200,7 +200,7 @@ def choose_values(
 
 
 def _settings(scene: Scene, profile: DeviceProfile, measured: Measured) -> QuantizeSettings:
-    """Return the scene's settings, or those that its labels or colours need."""
+    """Return the scene's settings, or the settings that its labels or colours need."""
     if scene.source.labels:
         return _label_settings(scene.quantize, measured, profile)
     if scene.colour is not None:
