@@ -1,9 +1,9 @@
 """Time and memory of light that is computed once, for a whole scan.
 
 `python -m tests.benchmarks.bench_light_fit SCAN [--size N] [--function KIND]`. The scan is stretched to N voxels along
-each axis, as uint8, and has a transfer function of `tests.light_study`, a white sky, scattering, and light at half of
-its resolution, with as many places as a build takes. Prints seconds of the wall clock and of the processor, also those
-of the two native kernels, and the peak of memory.
+each axis, as uint8, and has a transfer function of `tests.light_study`, a white sky, and scattering. Light has half of
+its resolution, or a quarter if half is more than builds take, and is fitted to as many places as in a build. Prints
+seconds of the wall clock and of the processor, also those of the two native kernels, and the peak of memory.
 """
 
 import argparse
@@ -23,12 +23,11 @@ from volprep.kernels import _native
 from volprep.library.scans import read_scan
 from volprep.parts.light.decision import sample_count
 from volprep.parts.light.solve import solve_field
+from volprep.parts.light.trial import MOST_TEXELS, texels
 from volprep.truth.path_traced import LitVolume
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.progress import Silent
-
-_FACTOR = 2
 
 
 class Timed:
@@ -49,7 +48,7 @@ def stretched(scan: Path, size: int, kind: str) -> LitVolume:
     found = read_scan(scan)
     low, high = np.quantile(found.stored, [0.0, 0.999]).tolist()
     bytes_ = np.clip((found.stored.astype(np.float32) - low) * (255.0 / (high - low)), 0.0, 255.0)
-    voxels = zoom(bytes_, [size / n for n in found.grid.shape_zyx], order=1).astype(np.uint8)
+    voxels = zoom(bytes_, [size / n for n in found.grid.shape_zyx], output=np.uint8, order=1)
     z_mm, y_mm, x_mm = (mm / size for mm in found.grid.extent_mm_zyx)
     grid = Grid.of(voxels.shape, (z_mm, y_mm, x_mm))
     return LitVolume(voxels, grid, 1.0, 0.0, function(voxels, grid, kind), LightModel(kind="scattering"))
@@ -63,17 +62,18 @@ def main() -> None:
     parser.add_argument("--function", choices=KINDS, default=KINDS[0])
     asked = parser.parse_args()
     lit = stretched(asked.scan, asked.size, asked.function)
-    z, y, x = (-(-n // _FACTOR) for n in lit.grid.shape_zyx)
+    factor = 2 if texels(lit.grid, 2) <= MOST_TEXELS else 4
+    z, y, x = (-(-n // factor) for n in lit.grid.shape_zyx)
     samples, solver = Timed(_native.light_samples), Timed(_native.solve_light)
     wall, processor = time.perf_counter(), time.process_time()
     with patch.object(_native, "light_samples", samples), patch.object(_native, "solve_light", solver):
-        field = solve_field(lit, _FACTOR, sample_count((z, y, x)), Silent())
+        field = solve_field(lit, factor, sample_count((z, y, x)), Silent())
     wall, processor = time.perf_counter() - wall, time.process_time() - processor
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     sys.stdout.write(
-        f"{asked.size} cubed, {asked.function}, {field.samples} places: {wall:.0f} s, processor {processor:.0f} s "
-        f"(samples {samples.seconds:.0f}, solver {solver.seconds:.0f}), peak {peak:.2f} GB, "
-        f"residual {field.residual:.2g}, smoothness {field.smoothness}\n"
+        f"{asked.size} cubed, 1/{factor}, {asked.function}, {field.samples} places: {wall:.0f} s, "
+        f"processor {processor:.0f} s (samples {samples.seconds:.0f}, solver {solver.seconds:.0f}), "
+        f"peak {peak:.2f} GB, residual {field.residual:.2g}, smoothness {field.smoothness}\n"
     )
 
 

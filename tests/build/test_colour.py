@@ -14,6 +14,7 @@ from volprep.pipeline.build import build
 from volprep.pipeline.colour_look import in_colour
 from volprep.pipeline.look import look_at, picture
 from volprep.pipeline.prepare import prepare
+from volprep.pipeline.remarks import warnings
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request, request_for_source
 from volprep.scene.scene import Scene, load_scene
@@ -420,3 +421,21 @@ def test_errors_that_are_not_about_colours_stay(tmp_path: Path) -> None:
     with pytest.raises(VolprepError) as error:
         in_colour(scene, refused)
     assert error.value is refused
+
+
+def test_a_colour_image_without_a_place_is_refused_for_its_place(tmp_path: Path) -> None:
+    from pydicom.data import get_testdata_file
+
+    image = Path(str(get_testdata_file("examples_rgb_color.dcm")))
+    with pytest.raises(VolprepError, match=r"VP1036 .* ImageOrientationPatient is missing"):
+        look_at(request_for_source(image))
+
+
+def test_a_transparent_volume_is_told_in_one_line(tmp_path: Path) -> None:
+    voxels = np.zeros((3, 4, 5), [("R", "u1"), ("G", "u1"), ("B", "u1"), ("A", "u1")])
+    voxels["R"] = 200
+    nibabel.save(nibabel.Nifti1Image(voxels, np.eye(4)), tmp_path / "clear.nii")
+    manifest = build(request_for_source(tmp_path / "clear.nii"), tmp_path / "clear.volpkg", Silent())
+    told = list(warnings(manifest))
+    assert len(told) == 1
+    assert "no voxel absorbs light" in told[0]

@@ -10,6 +10,7 @@ from scene_builds import built, view_of
 
 from volprep.parts.light import decision, solve
 from volprep.parts.light.trial import choice
+from volprep.pipeline.remarks import remarks
 from volprep.render.renderer import Renderer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest_json import read_manifest
@@ -101,6 +102,16 @@ def test_a_thin_veil_has_no_light_and_the_plan_says_so(tmp_path) -> None:
     assert "hardly change" in item.reason
     assert not any(each.role == "light" for each in manifest.textures)
     assert not any(each.baked for each in manifest.programs)
+    (told,) = (text for text in remarks(manifest) if "baked light" in text)
+    assert told.startswith("baked light is left out: pictures hardly change")
+
+
+def test_a_build_says_that_its_light_misses_the_tolerance(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(solve, "BATCH", 1 << 12)
+    manifest = built(scene_of(tmp_path, more="[tolerance]\nrmse = 0.002"), tmp_path / "ball.volpkg").manifest
+    (told,) = (text for text in remarks(manifest) if "baked light" in text)
+    assert "more than the tolerance of 0.002" in told
+    assert "VP3242" in told
 
 
 @pytest.mark.long(keep=1)

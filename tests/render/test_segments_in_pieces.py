@@ -68,17 +68,18 @@ def mixed(folder) -> Package:
 
 @pytest.fixture(scope="module")
 def lit(folder) -> Package:
-    return built(folder, "lit", change=PIECES | {"render": LIT}, **ONE_HIDDEN)
+    return built_with_labels_for_each_sample(folder, "lit", change=PIECES | {"render": LIT}, **ONE_HIDDEN)
 
 
 @pytest.fixture(scope="module")
 def lit_in_mosaics(folder) -> Package:
-    return built(folder, "lit-in-mosaics", "gles2-4096", PIECES | {"render": LIT}, **ONE_HIDDEN)
+    change = PIECES | {"render": LIT}
+    return built_with_labels_for_each_sample(folder, "lit-in-mosaics", "gles2-4096", change, **ONE_HIDDEN)
 
 
 def built_with_labels_for_each_sample(*where: object, **change: object) -> Package:
-    """Build a package whose whole volume is drawn as its pieces are, which read no labels for groups of samples."""
-    with patch.object(program, "group_size", return_value=1):
+    """Build a package whose whole volume is drawn as its pieces are, which read nothing for groups of samples."""
+    with patch.object(program, "samples_of_group", return_value=1):
         return built(*where, **change)
 
 

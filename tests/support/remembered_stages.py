@@ -32,6 +32,7 @@ from volprep.pipeline.stage_graph import STAGES as STAGES_OF_BUILD
 from volprep.plan.records import Plan
 from volprep.scan import slabs
 from volprep.scan.segments.record import FoundSegments
+from volprep.scan.slabs import RawVolume
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.profile import DeviceProfile
@@ -146,33 +147,42 @@ def _keep(path: Path, what: object) -> None:
     new.replace(path)
 
 
-def _remembered_plan(
+def _remembered_plan(  # noqa: PLR0917 - as make_plan takes them
     folder: Path,
     scene: Scene,
     profile: DeviceProfile,
     scanned: Sequence[Scanned],
     segments: FoundSegments | None = None,
+    labels: RawVolume | None = None,
 ) -> Plan:
     """Return the plan that lies in the folder; if none does, make it and write it."""
-    path = folder / _plan_key(scene, profile, scanned, segments)
+    path = folder / _plan_key(scene, profile, scanned, segments, knows_labels=labels is not None)
     tried = [[] if each.whole is None else each.whole.known for each in scanned]
     with suppress(FileNotFoundError):
         plan, forms = pickle.loads(path.read_bytes())  # noqa: S301 - tests have written it
         for known, now_known in zip(tried, forms, strict=True):
             known[:] = now_known
         return plan
-    plan = _plan(scene, profile, scanned, segments)
+    plan = _plan(scene, profile, scanned, segments, labels)
     _keep(path, (plan, tried))
     return plan
 
 
-def _plan_key(scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned], segments: FoundSegments | None) -> str:
-    """Return the digest of all that a plan follows from."""
+def _plan_key(
+    scene: Scene,
+    profile: DeviceProfile,
+    scanned: Sequence[Scanned],
+    segments: FoundSegments | None,
+    *,
+    knows_labels: bool,
+) -> str:
+    """Return the digest of all that a plan follows from; the record of segments has a digest of their labels."""
     follows_from = {
         "product": product_digest(),
         "scene": _placeless(scene.model_dump(mode="json")),
         "profile": profile.model_dump(mode="json"),
         "segments": None if segments is None else segments.model_dump(mode="json"),
+        "labels": knows_labels,
         "constants": _constants(),
         "scans": [
             {

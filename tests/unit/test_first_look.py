@@ -1,5 +1,6 @@
 """What a scan is drawn as of which nobody has said anything."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -220,7 +221,7 @@ def test_a_strip_shows_the_colours_of_a_function_over_black() -> None:
     assert colours == [(0, 0, 0), (255, 0, 0), (255, 0, 0)]
 
 
-def with_segments(profile: str, **render: str) -> Scene:
+def with_segments(profile: str, holding: Sequence[int] = (), **render: str) -> Scene:
     """Return the first look of a scan with segments, for what the options say of its picture."""
     info = SourceInfo(format="raw", grid=Grid.of((20, 20, 20), (1.0, 1.0, 1.0)), stored_type="float32")
     gauge = SlabMeasurer(info)
@@ -228,7 +229,7 @@ def with_segments(profile: str, **render: str) -> Scene:
     points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
     table = {"name": "s", "source": {"path": "x"}, "transfer": [{"name": "none", "points": points}]}
     scene = Scene.model_validate({**table, "segments": {"source": "organs.nii"}, "render": render})
-    return with_segment_styles(scene, load_profile(profile, Path()), info, gauge.result("0" * 64).statistics)
+    return with_segment_styles(scene, load_profile(profile, Path()), info, gauge.result("0" * 64).statistics, holding)
 
 
 @pytest.mark.parametrize(("profile", "lighting"), [("gles3", "headlight"), ("gles1", "none")])
@@ -239,6 +240,16 @@ def test_segments_are_lit_and_dense_in_a_thin_veil(profile, lighting):
     veil = max(point.extinction_per_mm for point in shown.transfer[0].resolved().points)
     inside = min(point.extinction_per_mm for point in shown.transfer[1].resolved().points)
     assert inside > 10 * veil * shown.segments.outside_opacity
+
+
+def test_a_segment_that_holds_others_does_not_hide_them():
+    shown = with_segments("gles3", holding=(7,))
+    assert shown.segments is not None
+    (style,) = shown.segments.style
+    assert style.labels == (7,)
+    dense_per_mm = min(point.extinction_per_mm for point in shown.transfer[1].resolved().points)
+    assert 0.3 < style.opacity * dense_per_mm * 20 < 2.0
+    assert "those that hold others are faint: 7" in shown.recognised
 
 
 def test_slices_of_a_thin_stack_are_tinted_by_its_segments_without_veil_or_light():

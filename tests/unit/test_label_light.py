@@ -77,7 +77,7 @@ def segments() -> Segments:
 def test_styles_name_the_visible_segment_that_keeps_the_least() -> None:
     scan, level = np.array([5.0, 80.0, 4.0, 4.0, 9.0]), np.array([4.0, 84.0, 0.0, 2.0, 0.0])
     veil, inside = kept_styles(segments(), scan, level, np.ones(5, np.bool_), 0.5)
-    assert (veil.transfer, veil.least, veil.kept_light, veil.lost) == ("veil", "outside", 0.8, ())
+    assert (veil.transfer, veil.least, veil.kept_light, veil.lost) == ("veil", None, 0.8, ())
     # All of it together has nearly all its light.
     assert inside.kept_light == pytest.approx(86 / 88)
     assert (inside.least, inside.least_kept_light, inside.lost) == ("vein", 0.25, ("vein",))
@@ -92,9 +92,9 @@ def test_a_build_says_how_many_segments_keep_less_than_half() -> None:
         np.array([1.0, 3.0, 4.0, 4.0, 9.0]), np.ones((2, 1)), np.array([0, 1, 1, 1, 1]), np.zeros(5, int)
     )
     found = level_kept(segments(), 2, light, labels, np.ones(5, np.bool_))
-    assert (found.least, found.share, found.lost, found.segments) == ("vein", 0.125, 2, 3)
+    assert (found.least, found.share, found.lost, found.segments) == ("vein", 0.125, 2, 2)
     found = level_kept(segments(), 2, light, labels, np.array([True, True, False, False, True]))
-    assert (found.least, found.share, found.lost, found.segments) == ("outside", 1.0, 0, 2)
+    assert (found.least, found.share, found.lost, found.segments) == ("liver", 1.0, 0, 1)
 
 
 def test_a_level_that_loses_a_segment_is_beyond_whatever_box_means_are() -> None:

@@ -9,6 +9,7 @@ from volprep.pipeline.build import build
 from volprep.pipeline.prepare import prepare
 from volprep.scan.label_map import Recognised, recognise_labels
 from volprep.scene.request import request_for_source
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import SourceSpec
@@ -108,6 +109,17 @@ def test_a_scan_without_a_scene_says_what_it_was_recognised_as_and_how_to_undo_i
     assert undone.recognised == ""
 
 
+def test_labels_are_recognised_with_a_preset_too(tmp_path: Path) -> None:
+    request = request_for_source(write_nifti(tmp_path / "a.nii", regions([3, 7]).astype(np.uint8)))
+    scene = prepare(request.with_preset("mr-head")).scene
+    assert scene.source.labels
+    assert "--no-labels" in scene.recognised
+    assert not prepare(request.with_source(labels=False).with_preset("mr-head")).scene.source.labels
+    with pytest.raises(VolprepError) as refused:
+        build(request.with_preset("mr-head-photograph"), tmp_path / "a.volpkg", Silent())
+    assert refused.value.code == "VP3240"
+
+
 def test_the_preset_of_labels_makes_voxels_labels(tmp_path: Path) -> None:
     path = write_nifti(tmp_path / "a.nii", noise().astype(np.uint8))
     request = request_for_source(path)
@@ -119,6 +131,6 @@ def test_the_preset_of_labels_makes_voxels_labels(tmp_path: Path) -> None:
 def test_a_package_of_labels_is_a_label_map_and_no_other(tmp_path: Path, kind: str) -> None:
     numbers = regions([1, 2, 3]).astype(np.uint8)
     path = write_nifti(tmp_path / "a.nii", numbers)
-    request = request_for_source(path).with_preset("labels" if kind == "labels" else "micro-ct")
+    request = request_for_source(path).with_source(labels=kind == "labels").with_preset("micro-ct")
     build(request, tmp_path / "a.volpkg", Silent())
     assert (recognised(tmp_path / "a.volpkg") is not None) == (kind == "labels")

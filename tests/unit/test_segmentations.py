@@ -5,9 +5,10 @@ from pathlib import Path
 import nibabel
 import numpy as np
 import pytest
-from segment_files import FRAME, seg, seg_nrrd, structure_set
+from segment_files import FRAME, item, seg, seg_nrrd, structure_set
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.segmentations import open_segmentation
@@ -95,6 +96,25 @@ def test_frames_in_any_order_with_gaps_and_an_oblique_plane_find_their_slices(tm
     assert found.frame_of_reference == FRAME
 
 
+def test_the_slices_of_the_scan_settle_how_far_frames_are_apart_that_say_their_thickness_alone(tmp_path):
+    def thin(path: Path, pitch_mm: float, **attributes: object) -> Path:
+        frames = [(1, (0, 0, pitch_mm * z), np.ones((4, 4), np.uint8)) for z in (1, 2, 5)]
+        measures = item(PixelSpacing=["0.5", "0.25"], SliceThickness="1", **attributes)
+        plane = item(ImageOrientationPatient=["1", "0", "0", "0", "1", "0"])
+        groups = [item(PlaneOrientationSequence=[plane], PixelMeasuresSequence=[measures])]
+        return seg(path, frames, numbers=(1,), SharedFunctionalGroupsSequence=groups)
+
+    scan = Grid.of((9, 4, 4), (2.0, 0.5, 0.25), (0.0, 0.0, 0.0))
+    path = thin(tmp_path / "thin.dcm", 2.0)
+    found = open_segmentation(path, Silent(), scan)
+    assert found.grid.spacing_mm_zyx[0] == 2.0
+    assert masks(found)[0].any(axis=(1, 2)).tolist() == [True, True, False, False, True]
+    other = Grid.of((9, 4, 4), (2.0, 0.7, 0.7), (0.0, 0.0, 0.0))
+    assert open_segmentation(path, Silent(), other).grid.spacing_mm_zyx[0] == 1.0
+    said = thin(tmp_path / "said.dcm", 2.0, SpacingBetweenSlices="1")
+    assert open_segmentation(said, Silent(), scan).grid.spacing_mm_zyx[0] == 1.0
+
+
 def test_a_fraction_of_one_half_is_inside(tmp_path):
     plane = np.array([[0, 49, 50, 100]], np.uint8)
     path = seg(tmp_path / "f.dcm", [(1, (0, 0, 0), plane)], kind="FRACTIONAL", MaximumFractionalValue=100, numbers=(1,))
@@ -144,6 +164,44 @@ def test_a_folder_has_a_segment_for_each_mask(tmp_path):
     ]
     nibabel.save(nibabel.Nifti1Image(mask, np.diag([1, 1, 2, 1])), tmp_path / "tumor.nii.gz")
     assert code_of(lambda: opened(tmp_path)) == "VP1408"
+
+
+def _save(path: Path, values, affine=None) -> None:
+    nibabel.save(nibabel.Nifti1Image(values, np.eye(4) if affine is None else affine), path)
+
+
+def test_a_mask_of_fractions_is_inside_from_one_half_on(tmp_path):
+    for name, column in (("a", (0.004, 0.49, 0.5, 1)), ("b", (0, 0, 255, 255)), ("c", (0, 1, 3, 2))):
+        dtype = np.float32 if name == "a" else np.uint8
+        _save(tmp_path / f"{name}.nii", np.array(column, dtype).reshape(1, 1, 4))
+    found = opened(tmp_path)
+    inside = [mask.ravel().astype(int).tolist() for mask in masks(found)]
+    assert inside == [[0, 0, 1, 1], [0, 0, 1, 1], [0, 1, 1, 1]]
+    assert [remark.split(";")[0] for remark in found.remarks] == [
+        "masks with fractions: 1",
+        "masks with several numbers above 0: 3",
+    ]
+
+
+@pytest.mark.parametrize(("values", "says"), [((0, 1, -5), "-5"), ((0, 0.5, 40), "40")])
+def test_a_scan_among_masks_is_refused_with_its_value(tmp_path, values, says):
+    _save(tmp_path / "ct.nii", np.array(values, np.float32).reshape(1, 1, 3))
+    with pytest.raises(VolprepError, match=f"VP1415 .* slice 2 has the value {says};"):
+        opened(tmp_path)
+
+
+def test_a_file_of_several_volumes_offers_no_option_of_the_scan(tmp_path):
+    _save(tmp_path / "four.nii", np.ones((2, 3, 4, 5), np.uint8))
+    with pytest.raises(VolprepError, match=r"VP1414 .* 2×3×4×5 .* a file of its own"):
+        opened(tmp_path / "four.nii")
+
+
+def test_label_numbers_of_an_atlas_may_be_large(tmp_path):
+    numbers = np.array([0, 997, 2**24, 2**24 + 1, 614454277, 182305689, 997, 0], np.uint32)
+    _save(tmp_path / "atlas.nii", numbers.reshape(2, 2, 2))
+    found = opened(tmp_path / "atlas.nii")
+    assert [each.number for each in found.segments] == [997, 2**24, 2**24 + 1, 182305689, 614454277]
+    assert [mask.sum() for mask in masks(found)] == [2, 1, 1, 1, 1]
 
 
 def test_data_files_of_headers_are_not_told_as_other_entries(tmp_path):
@@ -201,4 +259,6 @@ def test_what_cannot_be_a_segmentation_is_refused(tmp_path, make, code):
 def test_values_that_are_no_labels_are_refused(tmp_path):
     nibabel.save(nibabel.Nifti1Image(np.full((3, 3, 3), 1.5, np.float32), np.eye(4)), tmp_path / "scan.nii")
     assert code_of(lambda: opened(tmp_path / "scan.nii")) == "VP1407"
+    _save(tmp_path / "below.nii", np.full((3, 3, 3), -1, np.int16))
+    assert code_of(lambda: opened(tmp_path / "below.nii")) == "VP1407"
     assert code_of(lambda: opened(tmp_path / "none.nii")) == "VP1001"

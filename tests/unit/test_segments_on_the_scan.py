@@ -14,7 +14,7 @@ from volprep.scan.segments.combine import combine
 from volprep.scan.segments.contours import plane_coverage
 from volprep.scan.segments.fitted import fitted_segments
 from volprep.scan.segments.onto_grid import onto_grid
-from volprep.scan.segments.record import FoundSegment, FoundSegments, VoxelBox
+from volprep.scan.segments.record import FoundSegment, FoundSegments, VoxelBox, found_segments, holding_segments
 from volprep.scan.segments.smoothing import smoothed_labels
 from volprep.scene.segments import SegmentsSettings
 from volprep.truth.box import frequent_level
@@ -37,10 +37,20 @@ def test_overlaps_get_labels_of_their_own_that_know_their_segments():
 def test_a_style_of_segments_without_a_voxel_names_no_function():
     boxes = (VoxelBox(start_zyx=(0, 0, 0), stop_zyx=(1, 1, 1)),)
     segment = FoundSegment(number=1, name="", code=None, colour=None, volume_ml=0.0)
-    found = FoundSegments(segments=(segment,), members=((),), boxes=boxes, blocks="00", sha256="0" * 64)
+    found = FoundSegments(segments=(segment,), members=((),), boxes=boxes, voxels=(1,), blocks="00", sha256="0" * 64)
     record, _ = segments_of(found, SegmentsSettings(source="s"), ["veil", "inside"], "scene")
     assert record.transfers == ("veil",)
     assert [each.transfer for each in record.segments] == ["veil"]
+
+
+def test_a_segment_around_another_one_holds_it(fit):
+    planes = {1: PLANE, 2: PLANE * (np.arange(9) < 3), 3: PLANE * (np.arange(9) < 4), 5: PLANE}
+    frames = [(number, (1, 2, z), plane) for number, plane in planes.items() for z in (3, 5)]
+    frames.append((3, (1, 2, 7), planes[3]))
+    found = found_segments(fit(lambda path: seg(path, frames, numbers=(1, 2, 3, 4, 5))), "0" * 64)
+    # Segment 2 lies in 1, 3 and 5; 3 lies in none, as a third of it does not, and 1 and 5 are the same voxels.
+    assert holding_segments(found) == (1, 3, 5)
+    assert sum(found.voxels) == 5 * 8 * 9
 
 
 def slow_coverage(src, shape, matrix, samples):
@@ -153,6 +163,7 @@ PLANE = np.ones((8, 9), np.uint8)
         (lambda path: seg(path, [(1, (1.1, 2, 3), PLANE)]), "", "VP1411", "no common frame"),
         (lambda path: seg(path, [(1, (-3, -5.5, z), PLANE) for z in (3, 5, 7, 9, 11)]), "", "VP1411", "x and y turned"),
         (lambda path: structure_set(path, [[[(0, 0, 3), (2, 0, 4), (2, 2, 5)]]]), FRAME, "VP1412", "turned by"),
+        (lambda path: seg(path, [(1, (1, 2, z), PLANE * (z > 12)) for z in (11, 13)]), FRAME, "VP1411", "100.00% of"),
         (lambda path: structure_set(path, [[ring_at(500.0)], []]), FRAME, "VP1411", "mm apart"),
         (lambda path: structure_set(path, [[], []]), FRAME, "VP1400", "none of its structures has a closed contour"),
     ],

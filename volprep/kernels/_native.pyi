@@ -679,6 +679,39 @@ def median_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.ND
         If an array has another type or order.
     """
 
+def mixed_light(values: numpy.typing.NDArray[numpy.float64], looks: numpy.typing.NDArray[numpy.float32], styles: Sequence[tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]], samples: int, length_mm: float, light: numpy.typing.NDArray[numpy.float64], brightness: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None:
+    """
+    Write the light of rays on which the media of several styles are mixed.
+
+    Values, looks and brightness are known in the middles of equal segments of a ray, and linear between these. A ray has so
+    many `samples` in the middles of equal segments, each with opacity 1 - exp(-extinction · length), front to back.
+
+    Parameters
+    ----------
+    values
+        float64 [place, n], finite: front to back.
+    looks
+        float32 [style, place, n, 4]: factors of the style's colour times extinction, and of its extinction.
+    styles
+        The transfer function of each style: values float64 [k] ascending, linear RGB [k, 3], extinctions per millimetre
+        [k], not negative. Linear between control points and constant outside; at a jump the upper side counts.
+    samples, length_mm
+        Samples of a ray, and how far apart they are.
+    light
+        float64 [n, 4], written: premultiplied linear colour, and opacity.
+    brightness
+        float64 [place, n], or None for 1: a factor of the colour.
+    threads
+        Threads to use, 0 for all. The result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit, or values do not ascend.
+    TypeError
+        If an array has another type or order.
+    """
+
 def mode_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.NDArray[numpy.generic], factors_zyx: Sequence[int], background: int | None = None, threads: int = 0) -> None:
     """
     Write the most frequent label of each block of factors_zyx voxels of src to dst.

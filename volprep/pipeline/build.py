@@ -25,6 +25,8 @@ from volprep.plan.device_records import DeviceRecord
 from volprep.plan.level_choice import LevelChoice
 from volprep.plan.records import Plan
 from volprep.scan.import_segments import find_segments
+from volprep.scan.segments.record import FoundSegments, holding_segments
+from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import measure
 from volprep.scene.channels import SceneChannel
 from volprep.scene.first_look import with_first_look, with_segment_styles
@@ -105,14 +107,17 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
         require_same_scan(*device, prepared.profile.name, sources)
     scanned = [each for _, each in read]
     scene = prepared.scene
+    segments: tuple[FoundSegments, RawVolume] | tuple[()] = ()
+    if prepared.segments is not None:
+        record, labels = find_segments(prepared.segments, scanned[0].info.grid, progress)
+        segments = record, InMemory.of(labels)
     if prepared.first_look:
         found = scanned[0].measured
         scene = with_first_look(scene, prepared.profile, scanned[0].info, found.statistics, found.rays_zyx[0])
-        scene = with_segment_styles(scene, prepared.profile, scanned[0].info, found.statistics)
-    segments = None
-    if prepared.segments is not None:
-        segments = find_segments(prepared.segments, scanned[0].info.grid, progress)
-    return make_plan(scene, prepared.profile, scanned, segments)
+        if segments:
+            holding = holding_segments(segments[0])
+            scene = with_segment_styles(scene, prepared.profile, scanned[0].info, found.statistics, holding)
+    return make_plan(scene, prepared.profile, scanned, *segments)
 
 
 def scan_digests(request: Request, progress: Progress) -> dict[str, str]:

@@ -12,6 +12,7 @@ from volprep.parts.classification.decision import StepLengths, choose_tables, re
 from volprep.parts.compression.decision import choose_form
 from volprep.parts.compression.source_level import WholeSource
 from volprep.parts.layout.decision import lay_out
+from volprep.parts.levels.label_rays import LabelLooks
 from volprep.parts.levels.view_rays import FINER_PER_VOXEL, view_rays
 from volprep.parts.light.trial import try_light
 from volprep.parts.part import Decided, LaidOut
@@ -20,6 +21,7 @@ from volprep.parts.programs.early_end import EarlyEnd, behind_cutoff, cutoff_of,
 from volprep.parts.programs.patch_rays import PatchRays
 from volprep.parts.programs.step import choose_steps, has_error_of_steps, layers_of
 from volprep.parts.registry import PARTS
+from volprep.parts.segments.looks import segments_of, style_looks
 from volprep.parts.skip.occupancy import shown_blocks
 from volprep.parts.slices.decision import SlicesChoice, describe_slices, plan_of_slices
 from volprep.parts.values.decision import choose_values
@@ -36,6 +38,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import LAID_OVER
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
@@ -60,6 +63,8 @@ class ChannelScan:
     """Segments of the scan; None if the scene wants none."""
     voxels: RawVolume | None = None
     """Stored values of the source, if known; the step of level 0 is measured along rays through them."""
+    labels: RawVolume | None = None
+    """Label of each voxel of the source, as the import numbered them, if known."""
     finest: Sequence[PatchRays] = ()
     """These rays."""
     finer: Callable[[], Sequence[PatchRays]] | None = None
@@ -78,8 +83,17 @@ class ChannelScan:
         if self.scene.render.lighting != "none":
             # Samples are hidden only behind samples that are blended.
             lit = tables if compositing.ends_early else ()
-        sample = partial(view_rays, self.voxels, self.info, self.measured, seen, crop, grid, lit=lit)
+        labelled = self._labelled()
+        sample = partial(view_rays, self.voxels, self.info, self.measured, seen, crop, grid, lit=lit, labelled=labelled)
         return replace(self, finest=sample(), finer=partial(sample, per_voxel=FINER_PER_VOXEL))
+
+    def _labelled(self) -> LabelLooks | None:
+        """Return the labels of segments that are laid over each other, and their looks; None without them."""
+        wanted, found = self.scene.segments, self.segments
+        if wanted is None or found is None or self.labels is None or self.scene.render.compositing not in LAID_OVER:
+            return None
+        record, order = segments_of(found, wanted, [each.name for each in self.scene.transfer], self.scene.name)
+        return LabelLooks(self.labels, style_looks(record)[:, list(order)])
 
     def valued(self, profile: DeviceProfile) -> ValueChoice:
         """Choose its codes.

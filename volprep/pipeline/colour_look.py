@@ -25,6 +25,7 @@ IN_COLOUR = frozenset(("VP1022", "VP1035", "VP1101", "VP1121", "VP1141", "VP1164
 """Errors of readers that colours may cause."""
 _CHANNELS = "VP1221"
 """Several channels, which in OME-Zarr are rather stains than colours."""
+_NO_COLOURS = "VP1290"
 _SLICES, _PIXELS = 9, 512
 """Slices that are looked at, and rows and columns of each that are taken, about."""
 _DENSE_SHARE = 150.0
@@ -53,7 +54,8 @@ class _Pixels:
 def in_colour(scene: Scene, error: VolprepError) -> Scene:
     """Return the scene of a scan in colour that no scene describes, drawn in its colours.
 
-    Raises `error`, which says that the scan cannot be read as values, again if colours are not the reason.
+    Raises `error`, which says that the scan cannot be read as values, again if colours are not the reason, and another
+    error if colours are not the only reason.
     """
     spec = scene.source
     if error.code not in IN_COLOUR or spec.rgb is not None or spec.colour is not None or spec.channels:
@@ -62,8 +64,10 @@ def in_colour(scene: Scene, error: VolprepError) -> Scene:
         raise error
     try:
         pixels = _pixels(spec)
-    except VolprepError:
-        raise error from None
+    except VolprepError as other:
+        # Colours were found, and something else is wrong: that is what the user has to know.
+        is_about_colours = other.code in IN_COLOUR or other.code == _NO_COLOURS
+        raise (error if is_about_colours else other) from None
     said, table = _look(pixels)
     tables = scene.model_dump(mode="json", exclude_unset=True, exclude={"source", "transfer", "recognised"})
     text = f"recognised as a volume in colour, {said}; a scene with [colour], or --rgb luminance, draws it otherwise"

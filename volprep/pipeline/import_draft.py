@@ -12,6 +12,7 @@ from volprep.pipeline.machine_start import START
 from volprep.pipeline.prepare import Prepared
 from volprep.scan.import_segments import import_segments
 from volprep.scan.import_volume import NAME, import_key, import_volume
+from volprep.scan.segments.record import holding_segments
 from volprep.scan.statistics import Measured
 from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.scene import Scene
@@ -65,14 +66,17 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
         records.append(SourceRecord(info=info, sha256=found.sha256))
         measured.append(found)
     assert draft is not None  # noqa: S101 - a scene has at least one channel
+    segments = None
     if prepared.segments is not None:
-        import_segments(draft, prepared.segments, records[0].info.grid, progress)
+        segments = import_segments(draft, prepared.segments, records[0].info.grid, progress)
     scene = prepared.scene
     if prepared.first_look:
         scene = with_first_look(
             scene, prepared.profile, records[0].info, measured[0].statistics, measured[0].rays_zyx[0]
         )
-        scene = with_segment_styles(scene, prepared.profile, records[0].info, measured[0].statistics)
+        if segments is not None:
+            holding = holding_segments(segments)
+            scene = with_segment_styles(scene, prepared.profile, records[0].info, measured[0].statistics, holding)
     draft.write(SCENE, "work", scene_bytes(scene))
     if start:
         draft.write(START, "work", start)

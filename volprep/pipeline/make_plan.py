@@ -73,9 +73,15 @@ class Scanned:
 
 
 def make_plan(
-    scene: Scene, profile: DeviceProfile, scanned: Sequence[Scanned], segments: FoundSegments | None = None
+    scene: Scene,
+    profile: DeviceProfile,
+    scanned: Sequence[Scanned],
+    segments: FoundSegments | None = None,
+    labels: RawVolume | None = None,
 ) -> Plan:
     """Decide everything for the channels that are drawn, in the order of `drawn_channels`.
+
+    `labels` are the labels of `segments` on the grid of the source, if known: steps are measured with them.
 
     Raises the errors of `begin` and `ChannelScan.valued`, VP1244 for parts that do not support several channels, VP3031
     and VP3032 for impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3043 for one that mixes labels,
@@ -84,7 +90,7 @@ def make_plan(
     wanted = scene.render.classification
     kinds = possible_kinds(scene, lambda each: _prepared(each, profile, len(scanned)))
     scene = _prepared(scene.with_classification(kinds[0]), profile, len(scanned))
-    scans = _channel_scans(scene, scanned, segments)
+    scans = [replace(scan, labels=labels) for scan in _channel_scans(scene, scanned, segments)]
     crop = _common_crop(scene, scans)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
     require_light_outside(scene, grid)

@@ -3,17 +3,20 @@
 import json
 from collections.abc import Sequence
 
+import numpy as np
+
 from volprep.parts.compression.source_level import WholeSource
 from volprep.parts.work import FORMS, source_volume
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.records import Plan
 from volprep.scan.segments.record import FoundSegments
+from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured, measure_again
 from volprep.scene.scene import Scene
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.storage.files import FOUND_SEGMENTS
+from volprep_formats.package.storage.files import FOUND_SEGMENTS, SEGMENT_LABELS
 from volprep_formats.progress import Progress
 
 
@@ -46,14 +49,16 @@ def plan_draft(
         )
         for channel, found, volume in zip(channels, measured, volumes, strict=True)
     ]
-    return make_plan(scene, profile, scanned, _found_segments(draft))
+    return make_plan(scene, profile, scanned, *_segments(draft))
 
 
-def _found_segments(draft: Draft) -> FoundSegments | None:
-    """Return what the import found of the segments of the scan, if the scene has any."""
+def _segments(draft: Draft) -> tuple[FoundSegments, RawVolume] | tuple[()]:
+    """Return what the import found of the segments of the scan, and their labels, if the scene has any."""
     if all(record.path != FOUND_SEGMENTS for record in draft.files):
-        return None
-    return FoundSegments.model_validate_json(draft.read_bytes(FOUND_SEGMENTS))
+        return ()
+    shape_zyx = draft.manifest.channels[0].source.info.grid.shape_zyx
+    labels = RawVolume(draft.folder / SEGMENT_LABELS, shape_zyx, np.dtype(np.uint16))
+    return FoundSegments.model_validate_json(draft.read_bytes(FOUND_SEGMENTS)), labels
 
 
 def _tried(draft: Draft) -> list[FormTrial]:

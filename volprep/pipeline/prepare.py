@@ -93,7 +93,7 @@ class Prepared:
 
 
 def prepare(request: Request) -> Prepared:
-    """List the channels of a request, and look whether a scan without a scene is a label map.
+    """List the channels of a request, and look whether a scan without a scene is a label map, also with a preset.
 
     Raises VP1001 for a source that is not there, and what listing and opening it raise.
     """
@@ -102,10 +102,12 @@ def prepare(request: Request) -> Prepared:
         if not path.exists():
             raise no_such_path(path)
     first_look = request.first_look
-    if first_look and scene.source.labels is None and not scene.source.channels:
+    if request.scene_path is None and scene.source.labels is None and not scene.source.channels:
         try:
             scene = _with_recognised_labels(scene)
         except VolprepError as error:
+            if not first_look:
+                raise
             scene, first_look = in_colour(scene, error), False
     return Prepared(scene, request.profile, drawn_channels(scene), request.scene_path, first_look)
 

@@ -2,20 +2,35 @@
 
 from collections.abc import Iterator
 
-from volprep.plan.item_kinds import FIRST_LOOK, LEVEL, LIT_CODES, SEGMENT_LIGHT, SEGMENT_NAMES, SEGMENT_REMARK
+from volprep.plan.item_kinds import (
+    BAKED_LIGHT,
+    FIRST_LOOK,
+    LEVEL,
+    LIT_CODES,
+    SEGMENT_LIGHT,
+    SEGMENT_NAMES,
+    SEGMENT_REMARK,
+)
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Manifest
+
+_TRANSPARENT = (
+    "no voxel absorbs light: alpha, or what extinction follows, is 0 everywhere, and pictures are empty; --rgb "
+    "luminance draws the volume in grey, without its alpha"
+)
 
 
 def remarks(manifest: Manifest) -> Iterator[str]:
     """Return what a scan without a scene was recognised as, and the remarks of the readers with their channels.
 
-    Also names of segments that are left out, remarks about the source of segments, and levels where they lose light.
+    Also names of segments that are left out, remarks about the source of segments, levels where they lose light, and
+    baked light that is left out or beyond the tolerance.
     """
     yield from (item.reason for item in manifest.plan if item.kind == FIRST_LOOK)
     yield from (item.reason for item in manifest.plan if item.kind == SEGMENT_NAMES and not item.kept)
     yield from (item.reason for item in manifest.plan if item.kind == SEGMENT_REMARK)
     yield from (item.reason for item in manifest.plan if item.kind == SEGMENT_LIGHT and not item.kept)
+    yield from (item.reason for item in manifest.plan if item.kind == BAKED_LIGHT)
     # The channels of a volume in colour are made of one source.
     several = len(manifest.channels) > 1 and all(each.classification != "colour" for each in manifest.programs)
     for channel in manifest.channels:
@@ -27,6 +42,10 @@ def warnings(manifest: Manifest) -> Iterator[str]:
     """Return what a user should act on: empty functions, full resolution left out, codes too coarse for light."""
     yield from _missing_resolution(manifest)
     yield from (item.reason for item in manifest.plan if item.kind == LIT_CODES)
+    if any(each.classification == "colour" for each in manifest.programs):
+        if manifest.channels[-1].statistics.maximum == 0.0:
+            yield _TRANSPARENT
+        return
     for channel in manifest.channels:
         low, high = channel.statistics.minimum, channel.statistics.maximum
         for function in channel.transfer_functions:

@@ -87,6 +87,8 @@ class LightChoice:
     """Voxels along the edge of a texel; None if the light is left out."""
     reason: str
     """Why."""
+    remark: str = ""
+    """Note for the user; empty if the light is kept and within the tolerance."""
     cut: CutChoice | None = None
     """Light of the cut volume; None if the scene does not ask for it."""
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from volprep.scan.segments.combine import LabelArray
 from volprep.scan.segments.fitted import Fitted, fitted_segments
 from volprep.scan.segments.record import FoundSegments, found_segments
 from volprep.scan.segments.smoothing import smoothed_labels, widest_smoothing_mm
@@ -53,21 +54,26 @@ class SegmentSource:
         return tuple(dict.fromkeys(files))
 
 
-def find_segments(source: SegmentSource, grid: Grid, progress: Progress) -> FoundSegments:
-    """Return what an import would find.
+def find_segments(source: SegmentSource, grid: Grid, progress: Progress) -> tuple[FoundSegments, LabelArray]:
+    """Return what an import would find, and the labels [z, y, x].
 
     Raises what `fitted_segments` raises, VP1300 for a table that is not one, VP3225 for too wide a smoothing.
     """
     fitted = _fitted(source, grid, progress)
-    return found_segments(fitted, hashlib.sha256(bytes_of(fitted.labels)).hexdigest(), source.known_table)
+    sha256 = hashlib.sha256(bytes_of(fitted.labels)).hexdigest()
+    return found_segments(fitted, sha256, source.known_table), fitted.labels
 
 
-def import_segments(draft: Draft, source: SegmentSource, grid: Grid, progress: Progress) -> None:
-    """Write labels and descriptions of the segments of a scan to a draft. Raises what `find_segments` raises."""
+def import_segments(draft: Draft, source: SegmentSource, grid: Grid, progress: Progress) -> FoundSegments:
+    """Write labels and descriptions of the segments of a scan to a draft, and return these.
+
+    Raises what `find_segments` raises.
+    """
     fitted = _fitted(source, grid, progress)
     written = draft.write(SEGMENT_LABELS, "work", bytes(bytes_of(fitted.labels)))
     found = found_segments(fitted, written.sha256, source.known_table)
     draft.write(FOUND_SEGMENTS, "work", found.model_dump_json().encode())
+    return found
 
 
 def _fitted(source: SegmentSource, grid: Grid, progress: Progress) -> Fitted:

@@ -7,18 +7,21 @@ surrounds the object transparent and the object in warm grey; bright vessels sta
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.scene.label_look import label_transfer
 from volprep.scene.points import ScenePoint
 from volprep.scene.presets import PRESET_LABELS, load_preset
 from volprep.scene.scene import LightingSettings, Scene, SceneRender
+from volprep.scene.segments import SegmentStyle
 from volprep.scene.transfer import SceneTransfer
 from volprep.scene.values import BONE_HU, Values, hounsfield_offset, values_of
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Statistics
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.segmentations.records import numbers_text
 from volprep_formats.source import SourceInfo
 
 _DENSE_SHARE = 50.0
@@ -28,6 +31,8 @@ _INSIDE_SHARE = 4.0
 light on their borders shows their shape."""
 _VEIL = 0.06
 """Factor of the extinction of what belongs to no segment."""
+_FAINT = 2 / 255
+"""Factor of the extinction of segments that hold others, a step of the table of looks: half of a body is hidden."""
 _BOTH_SIDES = 0.2
 """Part of the farther side of 0 that the nearer one must reach, so that the ringing of a filter makes no signed map."""
 _SLICES = "slices"
@@ -144,8 +149,12 @@ def _lit(scene: Scene, profile: DeviceProfile) -> Scene:
     return scene.model_copy(update={"render": render, "lighting": lighting})
 
 
-def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics) -> Scene:
+def with_segment_styles(
+    scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, holding: Sequence[int] = ()
+) -> Scene:
     """Return a scene without a scene file, with a second transfer function for the inside of its segments.
+
+    Segments with the numbers `holding` have other segments inside, and are faint.
 
     The first function becomes a veil around them: a ramp, or soft tissue of a CT. A thin stack keeps the function of
     its slices, which the colours of segments tint: a veil of so few hides nothing, and light says nothing.
@@ -154,7 +163,8 @@ def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, 
         return scene
     if any(transfer.name == _SLICES for transfer in scene.transfer):
         return scene.model_copy(update={"recognised": _recognised("a thin stack, its slices tinted by its segments")})
-    veiled = scene.segments.model_copy(update={"outside_opacity": _VEIL})
+    faint = (SegmentStyle(labels=tuple(holding), opacity=_FAINT),) if holding else ()
+    veiled = scene.segments.model_copy(update={"outside_opacity": _VEIL, "style": (*faint, *scene.segments.style)})
     if scene.transfer[0].preset in {_BONE, _SOFT_TISSUE} or info.unit == "HU":
         scene = scene.with_preset(_SOFT_TISSUE, profile)
     else:
@@ -170,7 +180,8 @@ def with_segment_styles(scene: Scene, profile: DeviceProfile, info: SourceInfo, 
     if "classification" not in scene.render.model_fields_set:
         # A few points take less time than two tables (parts/classification/automatic.py).
         scene = scene.model_copy(update={"render": scene.render.model_copy(update={"classification": "auto"})})
-    return _lit(scene, profile).model_copy(update={"recognised": _recognised("a scan with segments")})
+    held = f"; those that hold others are faint: {numbers_text(holding)}" if holding else ""
+    return _lit(scene, profile).model_copy(update={"recognised": _recognised(f"a scan with segments{held}")})
 
 
 def _recognised(kind: str) -> str:

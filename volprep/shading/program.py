@@ -14,10 +14,10 @@ from volprep.shading.components import component_letter
 from volprep.shading.compose import Dialect, Slot, compose, literal
 from volprep.shading.compositing import compositing
 from volprep.shading.feature import Feature
-from volprep.shading.groups import SINGLE_SAMPLES, group_size, in_groups
+from volprep.shading.groups import SINGLE_SAMPLES, in_groups
 from volprep.shading.lighting import lighting
 from volprep.shading.raycast import BACKWARDS
-from volprep.shading.segments import drawn_with_segments, longest_groups_mm, values_alone
+from volprep.shading.segments import drawn_with_segments, samples_of_group, values_alone
 from volprep.shading.shadows import SHADOW_MAP, layer_feature, light_texels, map_feature
 from volprep.shading.skipping import skipping_of
 from volprep.shading.tiles import TileTexts, cost_feature, tile_texts
@@ -229,11 +229,8 @@ def _from_light(features: Sequence[Feature]) -> tuple[Uniform, ...]:
 
 
 def _groups(package: Package, program: ProgramDesign, render: RenderSettings, walk: Walk) -> Feature | None:
-    """Return the loop of a program that reads labels once for a group of samples; None if it reads none so."""
-    longest_mm = longest_groups_mm(package.manifest, program, walk)
-    if longest_mm is None:
-        return None
-    size = group_size(mm / render.step_of(level) for level, mm in longest_mm.items())
+    """Return the loop of a program that reads once what a group of samples shares; None if they share nothing."""
+    size = samples_of_group(package.manifest, program, render, walk)
     return in_groups(walk, size) if size > 1 else None
 
 
@@ -250,9 +247,8 @@ def _features(
         features = [*drawn_together(manifest, program)]
     elif manifest.segments is not None and program.transfer == manifest.segments.name:
         sampled = _sampling(package, program, grid, pieces)
-        grouped = groups is not None
-        drawn = drawn_with_segments(manifest, manifest.segments, program, sampled, pieces, grouped=grouped)
-        features = [*drawn]
+        group = 1 if groups is None else int(groups.offers["GROUP"])
+        features = [*drawn_with_segments(manifest, manifest.segments, program, sampled, pieces, group=group)]
     else:
         features = [_sampling(package, program, grid, pieces), _classification(package, program)]
     skipping = skipping_of(manifest, program, manifest.profile.dialect) if skips else None

@@ -6,9 +6,6 @@ from numpy.typing import NDArray
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.parts.segments.record import Segments, looks
 
-OUTSIDE = "outside"
-"""Name of the voxels that belong to no segment."""
-
 
 def shown_labels(segments: Segments, scan: Float64Array) -> NDArray[np.bool_]:
     """Return which labels are visible and give light in the scan; `scan` is the light of each label."""
@@ -21,12 +18,13 @@ def kept_segments(
 ) -> dict[str, float]:
     """Return the part of its light that each visible segment keeps in the `wanted` labels.
 
-    Voxels outside all segments are one of them. `scan` and `level` are the light of each label.
+    Voxels outside all segments are left out, because nothing there could vanish. `scan` and `level` are the
+    light of each label.
     """
     visible = {segment.name for segment in segments.segments if segment.visible}
     named: dict[str, list[int]] = {}
     for number in np.flatnonzero(wanted).tolist():
-        for name in segments.labels[number].segments or (OUTSIDE,):
-            if name == OUTSIDE or name in visible:
+        for name in segments.labels[number].segments:
+            if name in visible:
                 named.setdefault(name, []).append(number)
     return {name: float(level[labels].sum() / scan[labels].sum()) for name, labels in named.items()}

@@ -8,7 +8,8 @@ ENTRIES: dict[str, Diagnostic] = {
         'lighting.baked = "{baked}" cannot be combined with {what}',
         "Leave out one of the two. Baked light works with ray casting (also with technique two-pass or slabs), the "
         "compositings emission-absorption and back-to-front, and the "
-        "classifications lookup, palette and control-points.",
+        "classifications lookup, palette and control-points. A preset with baked light goes with the same; labels are "
+        "drawn without it, or with --no-labels as values.",
     ),
     "VP3241": Diagnostic(
         ExitStatus.SCENE,
@@ -18,7 +19,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3242": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: baked light of {programs} is off by RMSE {rmse:.3g} from path tracing, allowed is {allowed:.3g}",
-        "Set lighting.resolution to 2 or 1, or allow more with tolerance.rmse. {report} shows the pictures.",
+        "volprep inspect has the errors of small pictures at each resolution that the build tried: set "
+        "lighting.resolution to a better one, or allow more with tolerance.rmse. {report} shows the pictures.",
     ),
     "VP3243": Diagnostic(
         ExitStatus.SCENE,

@@ -41,7 +41,7 @@ SOURCE_ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1407": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: slice {z} has the value {value:g}, which is not a label: labels are whole numbers from 0 to 16777216",
+        "{path}: slice {z} has the value {value:g}, which is not a label: labels are whole numbers from 0 to 2^53",
         "Check that this is the label volume and not the scan.",
     ),
     "VP1408": Diagnostic(
@@ -74,6 +74,16 @@ SOURCE_ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: overlaps of segments make {count} combinations; {most} labels can be drawn",
         "Leave segments out of the file, or make segments that do not overlap.",
+    ),
+    "VP1414": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the file has {shape} values along x, y, z, ...; one volume of labels is needed",
+        "Write each volume into a file of its own. A folder of masks, one for each segment, is a segmentation, too.",
+    ),
+    "VP1415": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: slice {z} has the value {value:g}; a mask has 0 outside, and one number or fractions up to 1 inside",
+        "Move files that are no masks, such as the scan, out of the folder.",
     ),
 }
 

@@ -95,8 +95,8 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: the image is in colour ({kind}); a volume needs one grey value in each pixel",
         "Choose the grey series that this picture was made from, keep colours with a table [colour] in the scene, or "
-        'make them grey with rgb = "luminance" in [source], or --rgb luminance. Palettes and more than 16 bits are not '
-        "read.",
+        'make them grey with rgb = "luminance" in [source], or --rgb luminance. Palettes, big-endian colours and more '
+        "than 16 bits are not read.",
     ),
     "VP1036": Diagnostic(
         ExitStatus.SOURCE,

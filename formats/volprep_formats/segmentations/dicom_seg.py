@@ -29,12 +29,12 @@ _OFF_PLACE = 0.02
 """How far a frame may lie from its even place, in distances of frames, and beside the others, in pixels."""
 
 
-def read_dicom_seg(path: Path) -> LabelLayers:
-    """Read a segmentation. Raises VP1400 to VP1405, VP2020 and VP2021."""
+def read_dicom_seg(path: Path, scan: Grid | None = None) -> LabelLayers:
+    """Read a segmentation of the scan with the grid `scan`. Raises VP1400 to VP1405, VP2020 and VP2021."""
     with parsed(path) as data:
         segments = _segments(path, data)
         frames = _Frames(path, data)
-        grid, places = _grid(path, frames)
+        grid, places = _grid(path, frames, scan)
         layers, remarks = _layers(frames, places, segments, grid.shape_zyx)
         return LabelLayers(
             segments=segments,
@@ -124,7 +124,7 @@ class _Frames:
         return np.frombuffer(octets, f"{order}u2" if self.bits == 16 else "u1", -(-bits // 8) // max(1, self.bits // 8))
 
 
-def _grid(path: Path, frames: _Frames) -> tuple[Grid, list[int]]:
+def _grid(path: Path, frames: _Frames, scan: Grid | None) -> tuple[Grid, list[int]]:
     """Return the grid of all frames, and the slice z of each. Raises VP1405 if they form no grid."""
     orientations = np.array([_numbers(frames, i, "PlaneOrientationSequence", "ImageOrientationPatient", 6)
                              for i in range(frames.count)])  # fmt: skip
@@ -141,7 +141,8 @@ def _grid(path: Path, frames: _Frames) -> tuple[Grid, list[int]]:
     if not beside <= _OFF_PLACE * spacings[0].min():
         problem = f"its frames lie up to {beside:.4g} mm beside each other"
         raise VolprepError("VP1405", path=path, problem=problem)
-    pitch_mm, places = _places(path, frames, relative @ normal)
+    of_scan_mm = 0.0 if scan is None else _pitch_of_scan(scan, row, column, spacings[0])
+    pitch_mm, places = _places(path, frames, relative @ normal, of_scan_mm)
     first = int(np.argmin(places))
     columns = np.stack([row * spacings[0, 1], column * spacings[0, 0], normal * pitch_mm], axis=1)
     shape = (max(places) + 1, frames.rows, frames.columns)
@@ -149,17 +150,25 @@ def _grid(path: Path, frames: _Frames) -> tuple[Grid, list[int]]:
     return grid_from_affine(path, "functional groups", shape, columns, positions[first]), places
 
 
-def _places(path: Path, frames: _Frames, along_mm: Float64Array) -> tuple[float, list[int]]:
+def _pitch_of_scan(scan: Grid, row: Float64Array, column: Float64Array, spacing_mm: Float64Array) -> float:
+    """Return the distance of the slices of a scan whose pixels are as large as those of the frames; else 0."""
+    z, *of_scan = scan.spacing_mm_zyx
+    same_normal = abs(float(np.cross(row, column) @ np.array(scan.direction)[:, 2])) > 1 - _SAME_COSINE**2
+    return z if same_normal and np.allclose(sorted(of_scan), sorted(spacing_mm), rtol=1e-3) else 0.0
+
+
+def _places(path: Path, frames: _Frames, along_mm: Float64Array, of_scan_mm: float) -> tuple[float, list[int]]:
     """Return the distance of slices and the slice of each frame. Raise VP1405 if the gaps are not multiples of one."""
     along_mm = along_mm - along_mm.min()
     measures = frames.group(0, "PixelMeasuresSequence") or {}
-    said = float(measures.get("SpacingBetweenSlices", 0) or measures.get("SliceThickness", 0) or 0)
+    stated, thickness = (float(measures.get(key, 0) or 0) for key in ("SpacingBetweenSlices", "SliceThickness"))
     distinct = np.unique(along_mm)
     gaps = np.diff(distinct)
-    gaps = gaps[gaps > 1e-3 * (said or 1.0)]
-    pitch = float(gaps.min()) if len(gaps) else said
-    # The stated distance counts where it explains all places: missing frames make gaps of several slices.
-    for guess in (said, pitch):
+    gaps = gaps[gaps > 1e-3 * (stated or thickness or 1.0)]
+    pitch = float(gaps.min()) if len(gaps) else stated or of_scan_mm or thickness
+    # The stated distance counts where it explains all places: missing frames make gaps of several slices. Slices may
+    # be thinner than their distance, so that of the scan comes before their thickness.
+    for guess in (stated, of_scan_mm, thickness, pitch):
         if guess > 0:
             steps = np.rint(along_mm / guess)
             if np.abs(along_mm - steps * guess).max() <= _OFF_PLACE * guess and steps.max() < LONGEST_AXIS:

@@ -1,6 +1,8 @@
 """Label volumes: whole numbers in any format that `open_source` reads, each a segment."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,28 +15,55 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers import open_source
 from volprep_formats.segmentations.layers import check_size
 from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, LayerArray, SourceSegment
-from volprep_formats.source import SourceSpec, VolumeSource
+from volprep_formats.source import LARGEST_NUMBER, ROUNDED, SourceSpec, VolumeSource, read_labels
 
-_LARGEST_NUMBER = 2**24
-"""Whole numbers up to here are exact in every type that readers give."""
+_LARGEST_IN_TABLE = 2**24
+"""Larger numbers, as the Allen atlases have them, are sorted: 20 times slower than one look into a table."""
+_HALF = 0.5
+_ROUNDING = 1e-3
+"""How far rounding may move the numbers of a mask."""
 
 
 def read_label_volume(path: Path, progress: Progress) -> LabelLayers:
     """Read a volume of labels; 0 is the background.
 
-    Raises VP1401 (too many labels), VP1402 (too large), VP1407 (no labels), and what the reader raises.
+    Raises VP1401 (too many labels), VP1402 (too large), VP1407 (no labels), VP1414 (several volumes), and what the
+    reader raises.
     """
-    with open_source(SourceSpec(path=path_text(path)), Path(), progress) as source:
+    with _opened(path, progress) as source:
+        shape = source.info.grid.shape_zyx
+        numbers = _numbers(whole_planes(path, source))
+        layer, segments = layer_of(path, numbers, whole_planes(path, source), shape)
+        remarks = tuple(f"segmentation: {remark}" for remark in source.info.remarks if not remark.startswith(ROUNDED))
+        return LabelLayers(segments, source.info.grid, (layer,), remarks=remarks)
+
+
+@contextmanager
+def _opened(path: Path, progress: Progress) -> Iterator[VolumeSource]:
+    """Open one volume. Raises VP1402 (too large), VP1414 (several volumes), and what the reader raises."""
+    try:
+        source = open_source(SourceSpec(path=path_text(path)), Path(), progress)
+    except VolprepError as error:
+        if error.code == "VP1021":
+            raise VolprepError("VP1414", path=path, shape=error.fields["shape"]) from error
+        raise
+    with source:
         shape = source.info.grid.shape_zyx
         check_size(path, shape, 1, shape[0] * shape[1] * shape[2])
-        seen = np.zeros(_LARGEST_NUMBER + 1, np.bool_)
-        for plane in whole_planes(path, source):
-            seen[plane] = True
-        numbers = np.flatnonzero(seen)
-        numbers = numbers[numbers > 0]
-        layer, segments = layer_of(path, numbers, whole_planes(path, source), shape)
-        remarks = tuple(f"segmentation: {remark}" for remark in source.info.remarks)
-        return LabelLayers(segments, source.info.grid, (layer,), remarks=remarks)
+        yield source
+
+
+def _numbers(planes: Iterator[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Return the numbers above 0 in some planes, ascending."""
+    seen = np.zeros(_LARGEST_IN_TABLE + 1, np.bool_)
+    large: set[int] = set()
+    for plane in planes:
+        beyond = plane > _LARGEST_IN_TABLE
+        if beyond.any():
+            large.update(np.unique(plane[beyond]).tolist())
+        seen[np.where(beyond, 0, plane)] = True
+    seen[0] = False
+    return np.concatenate([np.flatnonzero(seen), np.array(sorted(large), np.int64)])
 
 
 def layer_of(
@@ -43,33 +72,61 @@ def layer_of(
     """Turn slices of ascending label numbers into a layer and its segments. Raises VP1401."""
     if not 0 < len(numbers) <= MOST_SEGMENTS:
         raise VolprepError("VP1401", path=path, count=len(numbers), most=MOST_SEGMENTS)
-    table = np.zeros(int(numbers[-1]) + 1, np.uint16)
-    table[numbers] = np.arange(1, len(numbers) + 1)
+    small = numbers[numbers <= _LARGEST_IN_TABLE]
+    table = np.zeros(_LARGEST_IN_TABLE + 1, np.uint16)
+    table[small] = np.arange(1, len(small) + 1)
     layer = np.empty(shape_zyx, np.uint16)
     for z, plane in enumerate(planes):
-        layer[z] = table[plane]
+        layer[z] = table[np.minimum(plane, _LARGEST_IN_TABLE)]
+        beyond = plane > _LARGEST_IN_TABLE
+        if beyond.any():
+            layer[z][beyond] = np.searchsorted(numbers, plane[beyond]) + 1
     return layer, tuple(SourceSegment(number) for number in numbers.tolist())
 
 
-def read_mask(path: Path, progress: Progress) -> tuple[Grid, NDArray[np.bool_]]:
-    """Read a mask: values above 0 are inside. Raises VP1402 and the errors of the reader."""
-    with open_source(SourceSpec(path=path_text(path)), Path(), progress) as source:
+@dataclass(frozen=True)
+class Mask:
+    """A mask, and what its values were."""
+
+    grid: Grid
+    inside: NDArray[np.bool_]
+    """[z, y, x]"""
+    has_fractions: bool
+    """Whether values between 0 and 1 occur."""
+    has_several_numbers: bool
+    """Whether different numbers above 0 occur."""
+
+
+def read_mask(path: Path, progress: Progress) -> Mask:
+    """Read a mask of 0 and one number, or of fractions: values of one half or more are inside.
+
+    Raises VP1402, VP1414, VP1415 (another volume than a mask), and the errors of the reader.
+    """
+    with _opened(path, progress) as source:
         info = source.info
-        shape = info.grid.shape_zyx
-        check_size(path, shape, 1, shape[0] * shape[1] * shape[2])
-        mask = np.empty(shape, np.bool_)
-        for z in range(shape[0]):
-            mask[z] = info.slope * source.read_slab(z, z + 1)[0].astype(np.float64) + info.intercept > 0.0
-        return info.grid, mask
+        inside = np.empty(info.grid.shape_zyx, np.bool_)
+        has_fractions = False
+        least, most, least_inside = (np.inf, 0), (-np.inf, 0), np.inf
+        for z in range(len(inside)):
+            values = info.slope * source.read_slab(z, z + 1)[0].astype(np.float64) + info.intercept
+            inside[z] = values >= _HALF
+            least, most = min(least, (values.min(), z)), max(most, (values.max(), z))
+            least_inside = min(least_inside, values[inside[z]].min(initial=np.inf))
+            has_fractions = has_fractions or bool((np.abs(values - np.rint(values)) > _ROUNDING).any())
+        if least[0] <= -_HALF or (has_fractions and most[0] > 1 + _ROUNDING):
+            value, z = least if least[0] <= -_HALF else most
+            raise VolprepError("VP1415", path=path, value=float(value), z=z)
+        has_several_numbers = not has_fractions and bool(most[0] > least_inside + _ROUNDING)
+        return Mask(info.grid, inside, has_fractions, has_several_numbers)
 
 
 def whole_planes(path: Path, source: VolumeSource) -> Iterator[NDArray[np.int64]]:
     """Give the slices [y, x] of a volume as whole numbers from 0 on. Raises VP1407 for any other value."""
     info = source.info
     for z in range(info.grid.shape_zyx[0]):
-        values = info.slope * source.read_slab(z, z + 1)[0].astype(np.float64) + info.intercept
-        usable = (values >= 0) & (values <= _LARGEST_NUMBER)
-        whole = np.where(usable, values, -1.0).astype(np.int64)
+        values = info.slope * read_labels(source, z, z + 1)[0].astype(np.float64) + info.intercept
+        usable = (values >= 0) & (values <= LARGEST_NUMBER)
+        whole = np.where(usable, values, 0.0).astype(np.int64)
         wrong = whole != values
         if wrong.any():
             raise VolprepError("VP1407", path=path, value=float(values[wrong][0]), z=z)

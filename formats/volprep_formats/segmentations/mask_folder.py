@@ -10,7 +10,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.segmentations.label_volume import read_mask
 from volprep_formats.segmentations.layers import LayerStack
-from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, SourceSegment
+from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, SourceSegment, numbers_text
 
 _HEADERS = (".nhdr", ".mhd")
 """Endings of masks whose voxels lie in a data file."""
@@ -34,21 +34,33 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
         raise VolprepError("VP1401", path=folder, count=len(files), most=MOST_SEGMENTS)
     layers: LayerStack | None = None
     grid: Grid | None = None
+    fractions: list[int] = []
+    several: list[int] = []
     for index, file in enumerate(files):
-        own, mask = read_mask(file, progress)
+        mask = read_mask(file, progress)
+        own = mask.grid
         if layers is None or grid is None:
             grid, layers = own, LayerStack(folder, own.shape_zyx)
         elif not same_grid(own, grid):
             raise VolprepError("VP1408", path=file, first=files[0].name, found=described(own), expected=described(grid))
-        layers.add(index + 1, mask)
+        layers.add(index + 1, mask.inside)
+        if mask.has_fractions:
+            fractions.append(index + 1)
+        if mask.has_several_numbers:
+            several.append(index + 1)
     if layers is None or grid is None:
         raise VolprepError("VP1401", path=folder, count=0, most=MOST_SEGMENTS)
     segments = tuple(SourceSegment(index + 1, match[1]) for index, match in enumerate(masks.values()))
     headers = {match[1] for match in masks.values() if match[2].lower() in _HEADERS}
     data = [file for file in visible if (match := _DATA.fullmatch(file.name)) and match[1] in headers]
     others = len(visible) - len(files) - len(data)
-    remark = f"{others} other entries of the folder are no masks ({', '.join(_ENDINGS)}); left out"
-    return LabelLayers(segments, grid, layers.arrays, remarks=(remark,) if others else ())
+    alone = "all of them count as inside. Give such a file alone to get a segment for each number"
+    remarks = (
+        (others, f"{others} other entries of the folder are no masks ({', '.join(_ENDINGS)}); left out"),
+        (fractions, f"masks with fractions: {numbers_text(fractions)}; a voxel counts as inside from one half on"),
+        (several, f"masks with several numbers above 0: {numbers_text(several)}; {alone}"),
+    )
+    return LabelLayers(segments, grid, layers.arrays, remarks=tuple(text for found, text in remarks if found))
 
 
 def same_grid(one: Grid, other: Grid) -> bool:

@@ -1,5 +1,6 @@
 """Records of a segmentation: its segments, with their voxels or contours."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,8 @@ MOST_SEGMENTS = 4096
 """Largest number of segments in one segmentation."""
 MOST_VOXELS = 2**31
 """Largest number of voxels of a segmentation, all its layers together."""
+_NAMED = 20
+"""Segments that a remark names."""
 CODING_SCHEMES = frozenset(("SCT", "SRT", "SNM3", "FMA", "DCM", "UBERON", "RADLEX", "NEU", "UMLS"))
 """Public vocabularies. A meaning from any other scheme is free text."""
 
@@ -93,3 +96,9 @@ class Contours:
 
 
 Segmentation = LabelLayers | Contours
+
+
+def numbers_text(numbers: Sequence[int]) -> str:
+    """List numbers of segments, the first ones of many."""
+    more = f" and {len(numbers) - _NAMED} more" if len(numbers) > _NAMED else ""
+    return f"{', '.join(map(str, numbers[:_NAMED]))}{more}"

@@ -39,6 +39,7 @@ void light_samples(nb::module_& module);
 void linear_reduce(nb::module_& module);
 void lit_level(nb::module_& module);
 void median_reduce(nb::module_& module);
+void mixed_light(nb::module_& module);
 void mode_reduce(nb::module_& module);
 void nearest_reduce(nb::module_& module);
 void normals(nb::module_& module);

@@ -21,6 +21,7 @@ NB_MODULE(_native, module) {
     volprep::bind::linear_reduce(module);
     volprep::bind::lit_level(module);
     volprep::bind::median_reduce(module);
+    volprep::bind::mixed_light(module);
     volprep::bind::mode_reduce(module);
     volprep::bind::nearest_reduce(module);
     volprep::bind::normals(module);

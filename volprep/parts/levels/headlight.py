@@ -4,7 +4,7 @@ Gradients need six more samples for each. Only samples that show something, and 
 lit head one in seven.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,11 @@ _HIDDEN_DEPTH = 14.0
 """Optical depth behind which nothing changes a picture: a millionth of the light is left."""
 _LONGEST_STEP = 2
 """Voxels. A sample this far behind hidden ones counts still: long steps look less deep."""
+
+
+BorderSlopes = Callable[[RaySegments, NDArray[np.intp], NDArray[np.bool_]], Float64Array]
+"""Returns the slopes of borders of segments [xyz, sample], in codes per millimetre, at the wanted samples: takes the
+pieces of rays that these are on, how many each piece has, and which of all samples they are."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +83,12 @@ def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible s
     between: SampleFilter = "linear",
     *,
     halved_zyx: HalvedAxes = (False, False, False),
+    borders: BorderSlopes | None = None,
 ) -> Float64Array:
     """Return the absolute cosine of ray and gradient at each sample; 1 where the slope is less than `least_per_mm`.
 
-    Differences are of values one voxel to each side, along `halved_zyx` half a voxel. Samples that are not `wanted`
-    have 1.
+    Differences are of values one voxel to each side, along `halved_zyx` half a voxel. `borders` are added to them.
+    Samples that are not `wanted` have 1.
     """
     result = np.ones(len(along.values))
     if not wanted.any():
@@ -94,9 +100,10 @@ def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible s
     beside = [RaySegments(pieces.starts_mm_xyz + each, pieces.directions_xyz, pieces.lengths_mm) for each in steps_mm]
     around = sample_at(volume, spacing_mm_zyx, RaySegments.joined(beside), np.tile(counts, len(beside)), between)
     values = around.values.reshape(len(beside), -1).astype(np.float64)
+    added = np.zeros((3, values.shape[1])) if borders is None else borders(pieces, counts, wanted)
     forward, squared = np.zeros(values.shape[1]), np.zeros(values.shape[1])
     for axis, apart_mm in enumerate(apart_mm_zyx[::-1]):
-        slope = (values[2 * axis] - values[2 * axis + 1]) * (around.scale / (2 * apart_mm))
+        slope = (values[2 * axis] - values[2 * axis + 1]) * (around.scale / (2 * apart_mm)) + added[axis]
         forward += slope * np.repeat(pieces.directions_xyz[:, axis], counts)
         squared += slope**2
     length = np.sqrt(squared)

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from volprep.parts.levels.headlight import Shown, headlight
 from volprep.parts.levels.in_memory import InMemory
+from volprep.parts.levels.label_rays import LabelLooks
 from volprep.parts.levels.rays import RaySegments, inside_box, sample_level
 from volprep.parts.programs.patch_rays import FINE, PatchRays
 from volprep.plan.records import CropPlan
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import MEASURED_BLOCK, Measured
-from volprep_formats.arrays import Float64Array
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.parts.normals.record import LEAST_SLOPE, HalvedAxes
@@ -59,6 +60,8 @@ class Headlit:
     """Below this slope, in the codes' own unit, a sample is lit as without a gradient."""
     halved_zyx: HalvedAxes = (False, False, False)
     """Axes along which differences are of values half a voxel to each side."""
+    border_per_mm: float = 1.0
+    """Weight of the slope of a border of segments beside a slope of codes, both per millimetre."""
 
 
 @dataclass(frozen=True)
@@ -80,12 +83,14 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     grid: Grid,
     *,
     lit: Sequence[Table] | None = None,
+    labelled: LabelLooks | None = None,
     per_voxel: int = PER_VOXEL,
 ) -> list[PatchRays]:
     """Return the physical values along rays through the part of a source that is level 0, whose grid is `grid`.
 
     `seen` says in which of the measured blocks [z, y, x] a transfer function shows something. Returns no rays if no
-    block does. Where samples are lit, `lit` are the transfer functions: what all show is lit, all of it for none.
+    block does. Where samples are lit, `lit` are the transfer functions: what all show is lit, all of it for none. Of
+    segments, `labelled` are the labels of the source.
     """
     spacing_mm_xyz = np.array(grid.spacing_mm_zyx[::-1])
     offset_mm = np.array(crop.start_zyx[::-1]) * spacing_mm_xyz
@@ -98,8 +103,9 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     codes, window = _codes(volume, info, (lowest, highest))
     # The least slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
     share = (highest - lowest) / abs(window[1] - window[0]) if highest > lowest else 1.0
-    light = None if lit is None else Headlit(Shown(lit, window), share * LEAST_SLOPE / min(grid.spacing_mm_zyx))
-    return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel)
+    least_per_mm = share * LEAST_SLOPE / min(grid.spacing_mm_zyx)
+    light = None if lit is None else Headlit(Shown(lit, window), least_per_mm, border_per_mm=share)
+    return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel, labelled)
 
 
 def sampled(  # noqa: PLR0917 - where, what, and how fine
@@ -109,10 +115,11 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
     window: tuple[float, float],
     lit: Headlit | None,
     per_voxel: int = FINE,
+    labelled: LabelLooks | None = None,
 ) -> list[PatchRays]:
     """Sample a volume of codes along groups of rays; `window` are the physical values of its codes 0 and the largest.
 
-    `lit` says which samples are lit, and how; None if none is.
+    `lit` says which samples are lit, and how; None if none is. `labelled` are the labels of segments.
     """
     if not groups:
         return []
@@ -123,7 +130,20 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
     shown = None
     if lit is not None:
         wanted = lit.shown.samples(samples, per_voxel)
-        shown = headlight(codes, spacing_mm_zyx, lines, samples, wanted, lit.least_per_mm, halved_zyx=lit.halved_zyx)
+        borders = None
+        if labelled is not None and lit.shown.tables:
+            borders = labelled.border_slopes(spacing_mm_zyx, lit.shown.tables, values, lit.border_per_mm)
+        shown = headlight(
+            codes,
+            spacing_mm_zyx,
+            lines,
+            samples,
+            wanted,
+            lit.least_per_mm,
+            halved_zyx=lit.halved_zyx,
+            borders=borders,
+        )
+    looks = None if labelled is None else labelled.along(spacing_mm_zyx, lines, np.diff(samples.offsets))
     views = 1 + max(group.view for group in groups)
     rays: list[PatchRays] = []
     begin = 0
@@ -133,7 +153,8 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
         step_mm = float(group.lines.lengths_mm[0]) * count / (end - first)
         light = None if shown is None else _by_ray(shown[first:end], count)
         own = tuple(slice(0, count if number == group.view else 0) for number in range(views))
-        rays.append(PatchRays(_by_ray(values[first:end], count), step_mm, own, light))
+        of_labels = None if looks is None else _looks_by_ray(looks[:, first:end], count)
+        rays.append(PatchRays(_by_ray(values[first:end], count), step_mm, own, light, of_labels))
         begin += count
     return rays
 
@@ -285,6 +306,12 @@ class _Rescaled(RawVolume):
         share = (stored - np.float32(first)) / np.float32((last - first) or 1.0)
         codes: NDArray[np.uint16] = np.rint(np.clip(share, 0.0, 1.0) * np.float32(65535)).astype(np.uint16)
         return codes
+
+
+def _looks_by_ray(looks: Float32Array, rays: int) -> Float32Array:
+    """Return [style, sample, 4] of so many rays of one length as [style, sample, ray, 4]."""
+    styles = len(looks)
+    return np.ascontiguousarray(looks.reshape(styles, rays, -1, 4).transpose(0, 2, 1, 3))
 
 
 def _by_ray(values: Float64Array, rays: int) -> Float64Array:

@@ -8,6 +8,7 @@ from volprep.parts.light.trial import MOST_TEXELS, light_model
 from volprep.parts.mosaic.decision import mosaic_text
 from volprep.parts.mosaic.packing import Packing, fit_mosaic, room_of
 from volprep.plan.decisions import CutChoice, LightChoice
+from volprep.plan.item_kinds import BAKED_LIGHT
 from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import LevelPlan
 from volprep.plan.room import Beside, Misfit, first_of
@@ -177,6 +178,9 @@ def light_items(
     plan: LightPlan | None, scene: Scene, grid: Grid, profile: DeviceProfile, tried: LightChoice | None
 ) -> Iterator[PlanItem]:
     """List the decisions about baked light."""
+    if tried is not None and tried.remark:
+        kept = plan is not None
+        yield PlanItem(name="error of baked light", kind=BAKED_LIGHT, kept=kept, reason=tried.remark)
     if plan is None:
         reason = tried.reason if tried else "the scene does not ask for it"
         texel = first_of(_FORMATS[2], profile) or "RG8"

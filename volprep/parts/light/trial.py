@@ -90,7 +90,9 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
     if model.turnable:
         # The surroundings may have colours, although the volume scatters as grey.
         model = model.model_copy(update={"channels": "rgb"})
-    lit = [lit_volume(volume, info, crop, grid, function, model) for function in functions]
+    first = lit_volume(volume, info, crop, grid, functions[0], model)
+    progress = _Trying(progress)
+    lit = [replace(first, transfer_function=function) for function in functions]
     wanted = scene.lighting
     planes = plane_numbers(planes_in_box(wanted.clip_planes, grid)) if wanted.clip_planes else middle_plane(grid)
     trials = [_tried(each, planes, progress, cut_light=wanted.clip_aware) for each in lit]
@@ -102,7 +104,7 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
         full = math.sqrt(max(_at_full_resolution(each, progress) for each in lit))
     found = choice(np.array(errors), tolerance, wanted.resolution, texels(grid, 2), full)
     if found.factor is None:
-        return found
+        return replace(found, remark=f"baked light is left out: {found.reason}; lighting.resolution = 2 keeps it")
     reason = f"{found.reason}; the fit leaves a residual of {max(trial.residual for trial in trials):.1g}"
     where = (
         f"{len(planes)} plane{'s' if len(planes) > 1 else ''}" if wanted.clip_planes else "a plane through its middle"
@@ -112,7 +114,8 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
         reason += f"; a brightness is RMSE {brightness:.2g} from light in colour (lighting.channels)"
     reason += hues_text(max(trial.left_out for trial in trials), tolerance)
     cut_choice = choice_for_a_cut(cut, own, tolerance) if wanted.clip_aware else None
-    return replace(found, reason=reason, cut=cut_choice)
+    error = full if found.factor == 1 and full is not None else errors[1 if found.factor == 4 else 2]
+    return replace(found, reason=reason, remark=remark_of(error, tolerance), cut=cut_choice)
 
 
 def choice(
@@ -138,6 +141,16 @@ def choice(
         return LightChoice(1, f"{told}, {without}; half misses the tolerance of {tolerance:.2g}")
     is_enough = quarter <= max(_SHARE * tolerance, _NEARLY * half)
     return LightChoice(4 if is_enough else 2, f"{told}, {without}")
+
+
+def remark_of(error: float, tolerance: float) -> str:
+    """Return what a user should know of light with an error; empty if it is within the tolerance."""
+    if error <= tolerance:
+        return ""
+    return (
+        f"baked light is RMSE {error:.2g} from path tracing in small pictures, more than the tolerance of "
+        f"{tolerance:.2g}: volprep validate may refuse it (VP3242) unless tolerance.rmse allows more"
+    )
 
 
 def hues_text(left: float, tolerance: float) -> str:
@@ -170,6 +183,19 @@ def _decibels(rmse: float) -> str:
 def texels(grid: Grid, factor: int) -> int:
     """Return how many texels the light of a grid has at a resolution."""
     return math.prod(-(-n // factor) for n in grid.shape_zyx)
+
+
+class _Trying:
+    """Progress of fits in trials: users see it apart from that of the light that the package holds."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+
+    def start(self, _: str, total: int) -> None:
+        self._progress.start("trying light", total)
+
+    def advance(self, units: int = 1) -> None:
+        self._progress.advance(units)
 
 
 class _Trial(NamedTuple):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.kernels import _native
-from volprep_formats.arrays import Float64Array
+from volprep_formats.arrays import Float32Array, Float64Array
 
 FINE = 8
 """Samples of a ray for each of the smallest edges of a voxel."""
@@ -33,6 +33,9 @@ class PatchRays:
     """Rays that run like the rays of one view: oblique to all axes, along z, along y, along x."""
     headlight: Float64Array | None = None
     """[sample, ray]: cosine between ray and gradient, if samples are lit."""
+    looks: Float32Array | None = None
+    """[style, sample, ray, 4]: tint times opacity factor, and opacity factor, of the labels around a sample that have
+    each style, if segments are drawn."""
 
 
 def patch_rays(patches: Float64Array, spacing_mm_zyx: Sequence[float], length_mm: float, *, lit: bool) -> PatchRays:

@@ -33,8 +33,8 @@ from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
 LONGEST_AT_BORDERS: dict[Border, float] = {"mixed": 1.0, "crisp": 0.5}
-"""Longest step in voxels where segments meet: the rays that measure steps have no labels. A crisp border is drawn
-within half a step of its place."""
+"""Longest step in voxels where segments meet and rays have no labels. A crisp border is drawn within half a step of its
+place, which rays do not measure."""
 
 MARGIN_OF_VIEWS = 0.8
 """Part of the promise that the rays of views may take: the worst of 17 pictures had up to 1.3 times their error."""
@@ -93,9 +93,11 @@ def choose_steps(
             of_finest = voxels if level.index == 0 else of_finest
             if level.index == 0 and not of_views:
                 reason = f"{reason}; an estimate along rays through parts of the scan; a build measures all of it"
-            if scene.segments is not None and voxels > LONGEST_AT_BORDERS[scene.segments.border]:
-                voxels = LONGEST_AT_BORDERS[scene.segments.border]
-                reason = f"borders of segments, {scene.segments.border}, need samples as close as that"
+            border = None if scene.segments is None else scene.segments.border
+            is_measured = border == "mixed" and any(each.looks is not None for each in rays)
+            if border is not None and not is_measured and voxels > LONGEST_AT_BORDERS[border]:
+                voxels = LONGEST_AT_BORDERS[border]
+                reason = f"borders of segments, {border}, need samples as close as that"
             if scene.colour is not None and voxels > _LONGEST_IN_COLOUR:
                 voxels = _LONGEST_IN_COLOUR
                 reason = "light and extinction were measured one by one, and the picture needs both"

@@ -7,9 +7,11 @@ segments, too, but each is rounded to the format of the picture.
 Where the scene lights samples, rays are lit by a headlight, whatever the light is. The angle of a surface changes
 faster along a ray than its opacity: on a ball and on a masked head of 20 to 36 voxels, steps of 0.35 to 1 voxel had 3
 to 6 times the error with a headlight, and the worst view of `validate` had the same.
+
+Segments are drawn all together, and each style without the others, as an app may show them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +21,7 @@ from volprep.kernels import _native
 from volprep.parts.programs.patch_rays import PatchRays
 from volprep.plan.probe import PictureDifference, difference, worst
 from volprep.transfer.segment_light import segment_light
-from volprep_formats.arrays import Float64Array
+from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.program import PassTarget
@@ -92,15 +94,24 @@ class _Part(NamedTuple):
 
     values: Float64Array  # [sample, ray]
     headlight: Float64Array | None  # [sample, ray], if samples are lit
+    looks: Float32Array | None  # [style, sample, ray, 4], if segments are drawn
     fine_mm: float  # distance of the samples
 
 
+class _Drawn(NamedTuple):
+    """One function, or the styles of segments that are drawn together."""
+
+    exact: tuple[Table, ...]
+    tables: tuple[Table, ...]
+    """The tables that shaders use for them."""
+    styles: tuple[int, ...] = ()
+
+
 class _Case(NamedTuple):
-    """One function in one view."""
+    """One function, or some styles, in one view."""
 
     view: int
-    exact: Table
-    drawn: Table
+    drawn: _Drawn
     parts: tuple[_Part, ...]
     truth: Float64Array  # [ray, 4], of all parts
 
@@ -127,13 +138,14 @@ class StepBench:
         self._compositing = compositing
         self._layers = layers
         self._cases: list[_Case] = []
-        for table, used in zip(tables, drawn or tables, strict=True):
+        is_labelled = any(each.looks is not None for each in rays)
+        for one in _each_drawn(tables, drawn or tables, is_labelled=is_labelled):
             for number, views in enumerate(zip(*(each.views for each in rays), strict=True)):
                 pairs = zip(rays, views, strict=True)
-                found = [each for one, view in pairs for each in [self._seen(one, table, view)] if each is not None]
+                found = [each for these, view in pairs for each in [self._seen(these, one, view)] if each is not None]
                 if found:
                     parts, truths = zip(*found, strict=True)
-                    self._cases.append(_Case(number, table, used, parts, np.concatenate(truths)))
+                    self._cases.append(_Case(number, one, parts, np.concatenate(truths)))
 
     @property
     def rounds(self) -> bool:
@@ -157,56 +169,55 @@ class StepBench:
             found[case.view] = worst([error, found.get(case.view, error)])
         return found
 
-    def _seen(self, rays: PatchRays, table: Table, view: slice) -> tuple[_Part, Float64Array] | None:
+    def _seen(self, rays: PatchRays, drawn: _Drawn, view: slice) -> tuple[_Part, Float64Array] | None:
         """Return the rays of a view that show something, and their light in truth; or None."""
         values = np.ascontiguousarray(rays.values[:, view])
         if not values.size:
             return None
-        lit = None if rays.headlight is None else rays.headlight[:, view]
-        part = _Part(values, lit, rays.step_mm)
-        truth = self._truth(part, table) if lit is None else self._lit_truth(part, table, lit)
+        lit = None if rays.headlight is None else np.ascontiguousarray(rays.headlight[:, view])
+        looks = None if rays.looks is None else np.ascontiguousarray(rays.looks[list(drawn.styles), :, view])
+        part = _Part(values, lit, looks, rays.step_mm)
+        truth = self._truth(part, drawn.exact)
         (chosen,) = np.nonzero(truth[:, 3] > _SEEN)
         if not len(chosen):
             return None
         headlight = None if lit is None else lit.take(chosen, axis=1)
-        return _Part(values.take(chosen, axis=1), headlight, rays.step_mm), truth[chosen]
+        shown = None if looks is None else looks.take(chosen, axis=2)
+        return _Part(values.take(chosen, axis=1), headlight, shown, rays.step_mm), truth[chosen]
 
-    def _truth(self, part: _Part, table: Table) -> Float64Array:
-        """Return the light of straight pieces between fine samples; where no such light is known, of the samples."""
+    def _truth(self, part: _Part, tables: Sequence[Table]) -> Float64Array:
+        """Return the light of straight pieces between fine samples; where no such light is known, of finer samples."""
+        if part.headlight is not None or part.looks is not None:
+            return self._of_samples(part, _BETWEEN * len(part.values), part.fine_mm / _BETWEEN, tables)
         if "preintegrated" in self._compositing.classifications:
-            return _straight_light(part, table, part.fine_mm)
-        return self._compositing.rays(part.values, part.fine_mm, table, "nearest")
-
-    def _lit_truth(self, part: _Part, table: Table, headlight: Float64Array) -> Float64Array:
-        between = (np.arange(_BETWEEN * len(part.values)) + 0.5) / _BETWEEN
-        values, shown = _at(part.values, between), _at(headlight, between)
-        return self._of_samples(values, part.fine_mm / _BETWEEN, table, shown)
+            return _straight_light(part, tables[0], part.fine_mm)
+        return self._compositing.rays(part.values, part.fine_mm, tables[0], "nearest")
 
     def _light(self, case: _Case, step_mm: float) -> Float64Array:
         draw = self._part_drawn(step_mm)
-        table = case.exact if self._segments else case.drawn
-        return np.concatenate([draw(part, table) for part in case.parts])
+        tables = case.drawn.exact if self._segments else case.drawn.tables
+        return np.concatenate([draw(part, tables) for part in case.parts])
 
-    def _part_drawn(self, step_mm: float) -> Callable[[_Part, Table], Float64Array]:
+    def _part_drawn(self, step_mm: float) -> Callable[[_Part, Sequence[Table]], Float64Array]:
         if self._layers is not None:
-            return lambda part, table: self._layers_light(part, table, step_mm)
+            return lambda part, tables: self._layers_light(part, tables[0], step_mm)
         if self._segments:
-            return lambda part, table: _segments_light(part, table, step_mm)
-        return lambda part, table: self._samples_light(part, table, step_mm)
+            return lambda part, tables: _segments_light(part, tables[0], step_mm)
+        return lambda part, tables: self._samples_light(part, tables, step_mm)
 
-    def _of_samples(
-        self, values: Float64Array, step_mm: float, table: Table, headlight: Float64Array | None
-    ) -> Float64Array:
-        """Return the light of samples [sample, ray] that lie so far apart."""
+    def _samples_light(self, part: _Part, tables: Sequence[Table], step_mm: float) -> Float64Array:
+        return self._of_samples(part, *_cut(part, step_mm), tables)
+
+    def _of_samples(self, part: _Part, count: int, step_mm: float, tables: Sequence[Table]) -> Float64Array:
+        """Return the light of so many samples of each ray, which lie so far apart."""
+        if part.looks is not None:
+            return _mixed_light(part, part.looks, count, step_mm, tables)
+        places = _middles(part, count)
+        values = _at(part.values, places)
+        headlight = None if part.headlight is None else _at(part.headlight, places)
         if headlight is None or self._compositing.lit_rays is None:
-            return self._compositing.rays(values, step_mm, table, "nearest")
-        return self._compositing.lit_rays(values, step_mm, table, "nearest", headlight)
-
-    def _samples_light(self, part: _Part, table: Table, step_mm: float) -> Float64Array:
-        count, segment_mm = _cut(part, step_mm)
-        middles = _middles(part, count)
-        shown = None if part.headlight is None else _at(part.headlight, middles)
-        return self._of_samples(_at(part.values, middles), segment_mm, table, shown)
+            return self._compositing.rays(values, step_mm, tables[0], "nearest")
+        return self._compositing.lit_rays(values, step_mm, tables[0], "nearest", headlight)
 
     def _layers_light(self, part: _Part, table: Table, step_mm: float) -> Float64Array:
         """Return the light of segments that are blended front to back, rounding each."""
@@ -232,6 +243,24 @@ def _media(part: _Part, table: Table, step_mm: float, *, is_segments: bool) -> t
     if part.headlight is not None:
         colour = colour * _at(part.headlight, middles)[..., None]
     return colour, extinction, segment_mm
+
+
+def _each_drawn(tables: Sequence[Table], used: Sequence[Table], *, is_labelled: bool) -> Iterator[_Drawn]:
+    """Yield each function; of segments, all styles together and then each of several alone."""
+    if not is_labelled:
+        yield from (_Drawn((exact,), (drawn,)) for exact, drawn in zip(tables, used, strict=True))
+        return
+    every = range(len(tables))
+    for styles in dict.fromkeys((tuple(every), *((style,) for style in every))):
+        yield _Drawn(tuple(tables[each] for each in styles), tuple(used[each] for each in styles), styles)
+
+
+def _mixed_light(part: _Part, looks: Float32Array, count: int, step_mm: float, tables: Sequence[Table]) -> Float64Array:
+    """Return the light of so many samples of each ray, in which styles are mixed."""
+    light = np.empty((part.values.shape[1], 4))
+    styles = [table.points for table in tables]
+    _native.mixed_light(part.values, looks, styles, count, step_mm, light, part.headlight)
+    return light
 
 
 def _segments_light(part: _Part, table: Table, step_mm: float) -> Float64Array:

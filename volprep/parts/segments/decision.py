@@ -248,10 +248,9 @@ def segment_items(plan: SegmentsPlan, found: FoundSegments, scene: Scene) -> Ite
         name="names of segments",
         kind=SEGMENT_NAMES,
         kept=not unnamed,
-        reason="every segment has a name that may be written"
-        if not unnamed
-        else f"{unnamed} of {len(plan.segments)} segments have no coded name and are called by their numbers; "
-        'segments.names = "free" in a scene, or --segment-names free, writes typed names',
+        reason=_names_reason(
+            unnamed, len(plan.segments), free=scene.segments is not None and scene.segments.names == "free"
+        ),
     )
     for transfer in scene.transfer:
         if transfer.name not in plan.transfers:
@@ -259,6 +258,17 @@ def segment_items(plan: SegmentsPlan, found: FoundSegments, scene: Scene) -> Ite
             yield PlanItem(name=f"transfer function {transfer.name}", kind="style", kept=False, reason=reason)
     for number, remark in enumerate(found.remarks, 1):
         yield PlanItem(name=f"source of segments {number}", kind=SEGMENT_REMARK, kept=True, reason=remark)
+
+
+def _names_reason(unnamed: int, count: int, *, free: bool) -> str:
+    if not unnamed:
+        return "every segment has a name that may be written"
+    if free:
+        return f"{unnamed} of {count} segments have no name and are called by their numbers; a table gives them names"
+    return (
+        f"{unnamed} of {count} segments have no coded name and are called by their numbers; "
+        'segments.names = "free" in a scene, or --segment-names free, writes typed names'
+    )
 
 
 def look_bytes(plan: Segments) -> int:

@@ -3,11 +3,14 @@
 import re
 from collections.abc import Sequence
 
+import numpy as np
+
 from volprep.scan.segments.record import FoundSegment, FoundSegments, srgb_of
 from volprep.scene.segments import SegmentsSettings, SegmentStyle
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.label_tables.table import made_colour
-from volprep_formats.package.parts.segments.record import Segment, SegmentCode, SegmentLabel, Segments
+from volprep_formats.package.parts.segments.record import Segment, SegmentCode, SegmentLabel, Segments, looks
 from volprep_formats.srgb import linear_of_srgb
 
 _LONGEST_NAME = 60
@@ -52,6 +55,21 @@ def segments_of(
         sha256=found.sha256,
     )
     return record, tuple(order.index(label) for label in range(len(order)))
+
+
+def style_looks(record: Segments) -> Float64Array:
+    """Return tint times opacity factor, and opacity factor, of each label [style, label, 4]; 0 in other styles.
+
+    Hidden segments count as visible, because an app may show them.
+    """
+    shown = record.model_copy(
+        update={"segments": tuple(each.model_copy(update={"visible": True}) for each in record.segments)}
+    )
+    of_label = np.array(looks(shown))
+    of_label[:, :3] *= of_label[:, 3:]
+    of_style = np.array([[label.transfer == name for label in record.labels] for name in record.transfers])
+    result: Float64Array = of_label * of_style[..., None]
+    return result
 
 
 def _segment(found: FoundSegment, style: SegmentStyle, name: str, inside: str, *, free: bool) -> Segment:

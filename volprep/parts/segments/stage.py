@@ -93,9 +93,12 @@ def _light(draft: Draft, channel: ChannelPlan, segments: SegmentsPlan, labels: L
     finest, level = codes_of_source(draft, channel), codes_of_level(draft, channel, index)
     every = [functions[label.transfer] for label in segments.labels]
     whole = finest.read_slab(0, finest.shape_zyx[0])
+    wanted = light_of_labels(whole, slope, first, labels, every, 1 / math.prod(channel.level(index).factors_zyx))
     physical = first + slope * np.arange(2**channel.quantize.bits)
     return LevelLight(
-        wanted=light_of_labels(whole, slope, first, labels, every, 1 / math.prod(channel.level(index).factors_zyx)),
+        # Nothing outside the segments could vanish. On a CT with four masks it took 20 % of the voxels of the bone at
+        # an eighth, to keep half of its own light: FLIP was 0.50, and 0.40 with box means.
+        wanted=np.where([bool(label.segments) for label in segments.labels], wanted, 0.0),
         extinctions=np.stack([Table.exact(style).at(physical)[1] for style in styles]),
         style_of=np.array([segments.transfers.index(label.transfer) for label in segments.labels], np.intp),
         codes=level.read_slab(0, level.shape_zyx[0]),

@@ -49,7 +49,7 @@ def fitted_segments(path: Path, grid: Grid, frame: ScanFrame, progress: Progress
     from volprep_formats.segmentations import open_segmentation  # noqa: PLC0415 - loads readers of DICOM
     from volprep_formats.segmentations.mask_folder import described  # noqa: PLC0415 - loads readers of DICOM
 
-    found = open_segmentation(path, progress)
+    found = open_segmentation(path, progress, grid)
     own = found.frame_of_reference
     is_other = bool(own and frame.uid and own != frame.uid)
     is_drawn_on_scan = isinstance(found, Contours) and bool(found.images & frame.images)
@@ -63,14 +63,17 @@ def fitted_segments(path: Path, grid: Grid, frame: ScanFrame, progress: Progress
         combined = combine(path, layers)
         remarks = (*found.remarks, *((_DRAWN_ON_SCAN,) if is_other else ()), *contours_beyond(found.rings, grid))
         return Fitted(combined.labels, combined.members, found.segments, volumes, remarks)
+    boxes = {"own": described(found.grid), "scan": described(grid)}
     problem = difference(found.grid, grid, same_frame=bool(own and frame.uid))
     if problem:
-        fields = {"own": described(found.grid), "scan": described(grid)}
-        raise VolprepError("VP1411", path=path, difference=problem, **fields)
+        raise VolprepError("VP1411", path=path, difference=problem, **boxes)
     combined = combine(path, found.layers)
     labels = onto_grid(combined.labels, found.grid, grid)
-    remarks = (*found.remarks, *voxels_beyond(combined.labels, found.grid, grid))
-    return Fitted(labels, combined.members, found.segments, _volumes(found), remarks)
+    beyond = voxels_beyond(combined.labels, found.grid, grid)
+    if combined.labels.any() and not labels.any():
+        problem = "; ".join(("no segment has a voxel of the scan", *beyond))
+        raise VolprepError("VP1411", path=path, difference=problem, **boxes)
+    return Fitted(labels, combined.members, found.segments, _volumes(found), (*found.remarks, *beyond))
 
 
 def _box_of(contours: Contours) -> str:

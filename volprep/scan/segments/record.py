@@ -1,6 +1,8 @@
 """Record of the segments that an import found in a scan: working data of a draft."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Annotated
 
@@ -16,9 +18,10 @@ from volprep_formats.label_tables import table_of
 from volprep_formats.label_tables.table import LABEL_TABLES
 from volprep_formats.package.values import Sha256
 from volprep_formats.record import Record
+from volprep_formats.segmentations.records import numbers_text
 
-_NAMED = 20
-"""Segments that a remark names."""
+_INSIDE, _SMALLER = 0.9, 0.8
+"""A segment holds another one with this part of its voxels, which are at most this part of its own."""
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
@@ -70,6 +73,8 @@ class FoundSegments(Record):
     """For each label from 0: indices of its segments."""
     boxes: tuple[VoxelBox | None, ...]
     """For each label the box around its voxels; None if it has none."""
+    voxels: tuple[int, ...]
+    """For each label its number of voxels."""
     blocks: str
     """Whether a block of 16³ cells has a voxel of a segment: a bit for each block, in hexadecimal digits."""
     sha256: Sha256
@@ -108,19 +113,39 @@ def found_segments(fitted: Fitted, sha256: str, table: str | None = None) -> Fou
         segments=segments,
         members=fitted.members,
         boxes=boxes,
+        voxels=_voxels(fitted.labels, len(fitted.members)),
         blocks=np.packbits(blocks_with(fitted.labels > 0, MEASURED_BLOCK)).tobytes().hex(),
         sha256=sha256,
         remarks=(*fitted.remarks, *_empty(fitted, boxes)),
     )
 
 
+def holding_segments(found: FoundSegments) -> tuple[int, ...]:
+    """Return the numbers of segments inside which another segment lies: a body around its organs."""
+    shared: Counter[tuple[int, int]] = Counter()
+    for members, voxels in zip(found.members, found.voxels, strict=True):
+        shared.update(dict.fromkeys(product(members, members), voxels))
+    holding = {
+        outer
+        for (outer, inner), voxels in shared.items()
+        if outer != inner and voxels >= _INSIDE * shared[inner, inner] and voxels <= _SMALLER * shared[outer, outer]
+    }
+    return tuple(found.segments[index].number for index in sorted(holding) if shared[index, index])
+
+
+def _voxels(labels: LabelArray, count: int) -> tuple[int, ...]:
+    total = np.zeros(count, np.int64)
+    for plane in labels:
+        total += np.bincount(plane.ravel(), minlength=count)
+    return tuple(total.tolist())
+
+
 def _empty(fitted: Fitted, boxes: Sequence[VoxelBox | None]) -> Iterator[str]:
     """Name segments without a voxel."""
     held = {index for members, box in zip(fitted.members, boxes, strict=True) if box for index in members}
-    numbers = [str(each.number) for index, each in enumerate(fitted.segments) if index not in held]
+    numbers = [each.number for index, each in enumerate(fitted.segments) if index not in held]
     if numbers:
-        more = f" and {len(numbers) - _NAMED} more" if len(numbers) > _NAMED else ""
-        yield f"segments without a voxel of the scan: {', '.join(numbers[:_NAMED])}{more}"
+        yield f"segments without a voxel of the scan: {numbers_text(numbers)}"
 
 
 def _boxes(labels: LabelArray, count: int) -> tuple[VoxelBox | None, ...]:

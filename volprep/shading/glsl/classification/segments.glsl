@@ -5,7 +5,8 @@
 //: have the sections of these names, without the plural, for each style; one_label is the section of its name; borders
 //: is section mixed or crisp; labels and around are the sections of these names, which segments_values.glsl uses too;
 //: corner_labels is section each_corner, or corners_in_turn for sub-volumes; in_turns is section single, or nothing
-//: where slot of_group of the loop is section group.
+//: where slot of_group of the loop is section group; where it is section lit_group, lit_samples has a section lit_sample
+//: for each sample of it, K.
 //: Where it is lit, border_slope gives the normal of borders, and border_row is section each_of_row, or row_in_turn for
 //: sub-volumes; VOXEL and POSITION_PER_MM come from the sampling.
 //: Words: CODE, the texel at `at` as a number; FLAG; PLACE, the position `at` in voxels; OF_VOXELS, how `at` is made
@@ -224,6 +225,29 @@ for (int k = 0; k < $GROUP; k++) {
 if (shown > 0.0) {
   look_around(start + stride * (first + $HALF_GROUP));
 }
+//#section lit_group
+// What the samples are, and the slope of borders halfway between them, which they share: it takes as long as the rest.
+vec4 media[$GROUP];
+float bordered[$GROUP];
+float rows = 0.0;
+//#part shared
+//#part lit_samples
+vec3 at = start + stride * (first + $HALF_GROUP);
+border_place = $PLACE - 0.5;
+border_rows = rows;
+//#part keep_shared
+vec3 slope = border_slope();
+//#section lit_sample
+media[$K] = classify_segments(start + stride * (first + $K.0));
+bordered[$K] = media[$K].a > 0.0 && border_rows > 0.0 ? 1.0 : 0.0;
+rows = max(rows, bordered[$K] * border_rows);
+//#part add_kept
+//#section shared
+float shared$OF = 0.0;
+//#section add_kept
+shared$OF += bordered[$K] * kept$OF;
+//#section keep_shared
+kept$OF = shared$OF;
 //#section declared
 vec4 media$OF[$GROUP];
 //#section media_of_group
