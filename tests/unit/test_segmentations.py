@@ -4,6 +4,7 @@ from pathlib import Path
 
 import nibabel
 import numpy as np
+import pydicom
 import pytest
 from segment_files import FRAME, item, seg, seg_nrrd, structure_set
 from zarr_stores import multiscales, write_store
@@ -122,6 +123,17 @@ def test_a_fraction_of_one_half_is_inside(tmp_path):
     found = opened(path)
     assert masks(found)[0].ravel().tolist() == [False, False, True, True]
     assert "one half" in found.remarks[0]
+
+
+def test_a_deflated_file_is_read_and_one_that_swells_is_refused(tmp_path, monkeypatch):
+    path = seg(tmp_path / "s.dcm", [(1, (0, 0, 0), np.eye(4, dtype=np.uint8))], numbers=(1,))
+    data = pydicom.dcmread(path)
+    data.file_meta.TransferSyntaxUID = "1.2.840.10008.1.2.1.99"
+    data.save_as(tmp_path / "deflated.dcm")
+    found = opened(tmp_path / "deflated.dcm")
+    assert np.array_equal(masks(found)[0][0], np.eye(4))
+    monkeypatch.setattr("volprep_formats.readers.dicom.inflate._MAX_INFLATED_BYTES", 100)
+    assert code_of(lambda: opened(tmp_path / "deflated.dcm")) == "VP1400"
 
 
 def test_layers_of_slicer_overlap_and_keep_their_names(tmp_path):

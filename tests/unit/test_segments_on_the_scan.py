@@ -53,6 +53,18 @@ def test_a_style_of_segments_without_a_voxel_names_no_function():
     assert [each.transfer for each in record.segments] == ["veil"]
 
 
+def test_names_of_segments_keep_letters_with_marks():
+    texts = ("Wirbelsäule", "Leber (groß)", "Rückenmark – hinten", "肝臓")
+    segments = tuple(
+        FoundSegment(number=number, name=text, code=None, colour=None, volume_ml=0.0)
+        for number, text in enumerate(texts, 1)
+    )
+    found = FoundSegments(segments=segments, members=((),), boxes=(None,), voxels=(1,), blocks="00", sha256="0" * 64)
+    record, _ = segments_of(found, SegmentsSettings(source="s", names="free"), ["veil"], "scene")
+    assert [each.name for each in record.segments] == ["wirbelsaule", "leber-gross", "ruckenmark-hinten", "segment-4"]
+    assert [each.title for each in record.segments] == list(texts)
+
+
 def test_a_segment_around_another_one_holds_it(fit):
     planes = {1: PLANE, 2: PLANE * (np.arange(9) < 3), 3: PLANE * (np.arange(9) < 4), 5: PLANE}
     frames = [(number, (1, 2, z), plane) for number, plane in planes.items() for z in (3, 5)]
