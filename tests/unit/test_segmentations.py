@@ -6,6 +6,7 @@ import nibabel
 import numpy as np
 import pytest
 from segment_files import FRAME, item, seg, seg_nrrd, structure_set
+from zarr_stores import multiscales, write_store
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -262,3 +263,18 @@ def test_values_that_are_no_labels_are_refused(tmp_path):
     _save(tmp_path / "below.nii", np.full((3, 3, 3), -1, np.int16))
     assert code_of(lambda: opened(tmp_path / "below.nii")) == "VP1407"
     assert code_of(lambda: opened(tmp_path / "none.nii")) == "VP1001"
+
+
+def test_the_label_image_of_an_ome_zarr_store_is_found_and_several_are_listed(tmp_path):
+    store = tmp_path / "s.ome.zarr"
+    write_store(store, [np.full((2, 3, 4), 9, np.uint8)], multiscales("zyx"), 2)
+    (store / "labels").mkdir()
+    (store / "labels/.zgroup").write_text('{"zarr_format": 2}')
+    labels = np.array([0, 1, 0, 5] * 6, np.uint8).reshape(2, 3, 4)
+    write_store(store / "labels/cells", [labels], multiscales("zyx"), 2)
+    for path in (store, store / "labels", store / "labels/cells"):
+        assert [each.number for each in opened(path).segments] == [1, 5]
+    write_store(store / "labels/nuclei", [labels], multiscales("zyx"), 2)
+    with pytest.raises(VolprepError, match=r"VP1416 .* 2 label images, and one is needed: cells, nuclei"):
+        opened(store)
+    assert len(opened(store / "labels/nuclei").segments) == 2

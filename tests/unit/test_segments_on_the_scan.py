@@ -34,6 +34,16 @@ def test_overlaps_get_labels_of_their_own_that_know_their_segments():
     assert found.labels.ravel().tolist() == [1, 4, 2, 3]
 
 
+def test_combined_layers_are_what_their_slow_twin_says():
+    rng = np.random.default_rng(3)
+    layers = [rng.integers(0, 4, (3, 4, 5)).astype(np.uint16) * (rng.random((3, 4, 5)) < 0.6) for _ in range(4)]
+    layers = [np.where(layer, layer + 3 * place, 0).astype(np.uint16) for place, layer in enumerate(layers)]
+    found = combine(Path("x"), layers)
+    for place in np.ndindex(3, 4, 5):
+        assert found.members[found.labels[place]] == tuple(int(layer[place]) - 1 for layer in layers if layer[place])
+    assert list(found.members) == sorted(set(found.members), key=lambda each: (len(each), each))
+
+
 def test_a_style_of_segments_without_a_voxel_names_no_function():
     boxes = (VoxelBox(start_zyx=(0, 0, 0), stop_zyx=(1, 1, 1)),)
     segment = FoundSegment(number=1, name="", code=None, colour=None, volume_ml=0.0)

@@ -149,8 +149,6 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
         "GOING": "",
         "OF": "",
         "FROM_VIEWER": "ray",
-        # The term added to the normal of the value where labels meet.
-        "BORDER": "",
         "LOW_CORNER_MM": "vec3(0.0)",
         "HIGH_CORNER_MM": literal(*grid.extent_mm_zyx[::-1]),
     }
@@ -159,6 +157,7 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
         words |= feature.words
         offered |= feature.offers
     offered.setdefault("FROM", offered.get("FIRST", ""))
+    offered.setdefault("NORMAL", f"normal_at({offered.get('LIT_AT', '')})")
     return compose("ray/fragment", dialect, slots, words, offered)
 
 

@@ -226,9 +226,10 @@ if (shown > 0.0) {
   look_around(start + stride * (first + $HALF_GROUP));
 }
 //#section lit_group
-// What the samples are, and the slope of borders halfway between them, which they share: it takes as long as the rest.
+// Media of the samples, which share the gradient, and the slope of borders, halfway between them.
 vec4 media[$GROUP];
 float bordered[$GROUP];
+float visible = 0.0;
 float rows = 0.0;
 //#part shared
 //#part lit_samples
@@ -237,8 +238,13 @@ border_place = $PLACE - 0.5;
 border_rows = rows;
 //#part keep_shared
 vec3 slope = border_slope();
+vec3 gradient = vec3(0.0);
+if (visible > 0.0) {
+  gradient = normal_at(at);
+}
 //#section lit_sample
 media[$K] = classify_segments(start + stride * (first + $K.0));
+visible = max(visible, media[$K].a);
 bordered[$K] = media[$K].a > 0.0 && border_rows > 0.0 ? 1.0 : 0.0;
 rows = max(rows, bordered[$K] * border_rows);
 //#part add_kept

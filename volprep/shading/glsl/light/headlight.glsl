@@ -5,7 +5,7 @@
 vec3 direction = normalize($FROM_VIEWER);
 //#section sample
 if (medium.a > 0.0) {
-  vec3 normal = normal_at($LIT_AT)$BORDER;
+  vec3 normal = $NORMAL;
   float squared = dot(normal, normal);
   // A sample without a normal is no surface, and keeps its colour.
   if (squared > $LEAST_SQUARED) {

@@ -18,7 +18,7 @@ vec3 lit(vec3 colour, vec3 normal, vec3 to_light, vec3 to_viewer$REACHING) {
 //#section sample
 if (medium.a > 0.0) {
   vec3 place = $LIT_AT;
-  vec3 normal = normal_at(place)$BORDER;
+  vec3 normal = $NORMAL;
   float squared = dot(normal, normal);
   // A sample without a normal is no surface, and keeps its colour.
   if (squared > $LEAST_SQUARED) {

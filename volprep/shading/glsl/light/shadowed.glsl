@@ -3,7 +3,7 @@
 if (medium.a > 0.0) {
   vec3 place = $LIT_AT;
   vec3 place_mm = place / $POSITION_PER_MM;
-  vec3 normal = normal_at(place)$BORDER;
+  vec3 normal = $NORMAL;
   float squared = dot(normal, normal);
   if (squared > $LEAST_SQUARED) {
     normal *= (dot(normal, direction) > 0.0 ? -1.0 : 1.0) * inversesqrt(squared);
