@@ -315,9 +315,7 @@ def test_what_is_outside_all_segments_takes_no_voxels_from_them(tmp_path):
     values = np.where(labels > 0, 40, np.where(x == 11, 250, 0))
     for name, voxels in (("scan", values.astype(np.uint8)), ("labels", labels.astype(np.int16))):
         nibabel.save(nibabel.Nifti1Image(voxels, AFFINE), tmp_path / f"{name}.nii")
-    # Three values in flat regions look like labels.
-    scan = {"source": {"path": str(tmp_path / "scan.nii"), "labels": False}}
-    package = built(tmp_path, "sheet", change=scan, coarsest=6, border="mixed", style=[])
+    package = built(tmp_path, "sheet", coarsest=6, border="mixed", style=[])
     held = held_labels(package.manifest.textures, 2, package.read_bytes)
     np.testing.assert_array_equal(
         held, coarse_labels(labels.T.astype(np.uint16), package.manifest.levels[2].factors_zyx)
