@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.parts.headlight import softened_cosine
 from volprep.parts.levels.rays import RaySamples, RaySegments, sample_at
 from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float64Array
@@ -74,12 +75,12 @@ def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible s
     lines: RaySegments,
     along: RaySamples,
     wanted: NDArray[np.bool_],
-    least_per_mm: float,
+    soft_per_mm: float,
     between: SampleFilter = "linear",
     *,
     halved_zyx: HalvedAxes = (False, False, False),
 ) -> Float64Array:
-    """Return the absolute cosine of ray and gradient at each sample; 1 where the slope is less than `least_per_mm`.
+    """Return the light at each sample: the cosine of ray and gradient, nearly 1 where slopes are below `soft_per_mm`.
 
     Differences are of values one voxel to each side, along `halved_zyx` half a voxel. Samples that are not `wanted`
     have 1.
@@ -99,9 +100,7 @@ def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible s
         slope = (values[2 * axis] - values[2 * axis + 1]) * (around.scale / (2 * apart_mm))
         forward += slope * np.repeat(pieces.directions_xyz[:, axis], counts)
         squared += slope**2
-    length = np.sqrt(squared)
-    is_flat = length < least_per_mm
-    result[wanted] = np.where(is_flat, 1.0, np.abs(forward) / np.where(is_flat, 1.0, length))
+    result[wanted] = softened_cosine(forward, squared, soft_per_mm)
     return result
 
 

@@ -23,7 +23,7 @@ from volprep.scan.statistics import MEASURED_BLOCK, Measured
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE, HalvedAxes
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE, HalvedAxes
 from volprep_formats.source import SourceInfo
 
 _OBLIQUE = 10
@@ -55,8 +55,8 @@ class Headlit:
 
     shown: Shown
     """Their visible samples."""
-    least_per_mm: float
-    """Below this slope, in the codes' own unit, a sample is lit as without a gradient."""
+    soft_per_mm: float
+    """Slope of what is half a surface, in the codes' own unit."""
     halved_zyx: HalvedAxes = (False, False, False)
     """Axes along which differences are of values half a voxel to each side."""
 
@@ -96,9 +96,9 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     ]
     lowest, highest = measured.statistics.minimum, measured.statistics.maximum
     codes, window = _codes(volume, info, (lowest, highest))
-    # The least slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
+    # The soft slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
     share = (highest - lowest) / abs(window[1] - window[0]) if highest > lowest else 1.0
-    light = None if lit is None else Headlit(Shown(lit, window), share * LEAST_SLOPE / min(grid.spacing_mm_zyx))
+    light = None if lit is None else Headlit(Shown(lit, window), share * SOFT_SLOPE / min(grid.spacing_mm_zyx))
     return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel)
 
 
@@ -123,7 +123,7 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
     shown = None
     if lit is not None:
         wanted = lit.shown.samples(samples, per_voxel)
-        shown = headlight(codes, spacing_mm_zyx, lines, samples, wanted, lit.least_per_mm, halved_zyx=lit.halved_zyx)
+        shown = headlight(codes, spacing_mm_zyx, lines, samples, wanted, lit.soft_per_mm, halved_zyx=lit.halved_zyx)
     views = 1 + max(group.view for group in groups)
     rays: list[PatchRays] = []
     begin = 0

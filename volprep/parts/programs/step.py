@@ -26,6 +26,7 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import LevelStep, PlanItem, RenderSettings
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE
 from volprep_formats.package.parts.segments.record import Border
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import PassTarget, TechniqueName
@@ -138,7 +139,11 @@ def source_rays(
     patches += info.intercept
     z, y, x = (f * h for f, h in zip(factors_zyx, grid.spacing_mm_zyx, strict=True))
     length_mm = float(np.mean(grid.extent_mm_zyx))
-    return patch_rays(patches, (z, y, x), length_mm, lit=scene.render.lighting != "none")
+    soft_per_mm = None
+    if scene.render.lighting != "none":
+        values_range = measured.statistics.maximum - measured.statistics.minimum
+        soft_per_mm = SOFT_SLOPE * values_range / min(grid.spacing_mm_zyx)
+    return patch_rays(patches, (z, y, x), length_mm, soft_per_mm=soft_per_mm)
 
 
 def layers_of(technique: TechniqueName, profile: DeviceProfile) -> PassTarget | None:
