@@ -3,6 +3,16 @@
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE
+from volprep_formats.package.program import NormalsFrom
+
+_SOFT_BESIDE_HELD = 5e-4
+"""Soft slope where a package holds normals: they have the same length on flat places, so that light changes as fast."""
+
+
+def soft_slope(normals_from: NormalsFrom) -> float:
+    """Return the slope of what is half a surface, as SOFT_SLOPE, for samples that model the light of a program."""
+    return _SOFT_BESIDE_HELD if normals_from == "volume" else SOFT_SLOPE
 
 
 def softened_cosine(forward: Float64Array, squared: Float64Array, soft_per_mm: float) -> Float64Array:

@@ -11,6 +11,7 @@ from volprep.parts.case import Case
 from volprep.parts.classification.decision import StepLengths, choose_tables, require_isovalues
 from volprep.parts.compression.decision import choose_form
 from volprep.parts.compression.source_level import WholeSource
+from volprep.parts.headlight import soft_slope
 from volprep.parts.layout.decision import lay_out
 from volprep.parts.levels.view_rays import FINER_PER_VOXEL, view_rays
 from volprep.parts.light.trial import try_light
@@ -78,7 +79,8 @@ class ChannelScan:
         if self.scene.render.lighting != "none":
             # Samples are hidden only behind samples that are blended.
             lit = tables if compositing.ends_early else ()
-        sample = partial(view_rays, self.voxels, self.info, self.measured, seen, crop, grid, lit=lit)
+        soft = soft_slope(self.scene.lighting.normals)
+        sample = partial(view_rays, self.voxels, self.info, self.measured, seen, crop, grid, lit=lit, soft_slope=soft)
         return replace(self, finest=sample(), finer=partial(sample, per_voxel=FINER_PER_VOXEL))
 
     def valued(self, profile: DeviceProfile) -> ValueChoice:

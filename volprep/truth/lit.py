@@ -34,7 +34,7 @@ class ShaderSlopes:
         return self.range * SOFT_LENGTH / self.soft_per_mm
 
     def scale(self, slope: float) -> float:
-        """Return the factor of slopes of stored values after which half a surface has 0.01. Physical = slope · stored + b."""
+        """Return the factor of stored slopes that makes half a surface 0.01; physical = slope · stored + b."""
         return abs(slope) * SOFT_LENGTH / self.soft_per_mm
 
 

@@ -100,6 +100,8 @@ class LevelSteps:
     """Format of the picture, if layers are blended."""
     lit: bool = False
     """Whether samples are lit."""
+    soft_slope: float = SOFT_SLOPE
+    """Slope of what is half a surface."""
     labelled: bool = False
     """Whether segments are drawn, whose shaders take differences of whole voxels at every level."""
 
@@ -167,7 +169,7 @@ class LevelSteps:
         if self.lit:
             shown = Shown(level.tables if self.compositing.ends_early else (), self.window)
             halved_zyx = (False, False, False) if self.labelled else halved_axes(level.factors)
-            light = Headlit(shown, SOFT_SLOPE / min(self.scan.grid.spacing_mm_zyx), halved_zyx)
+            light = Headlit(shown, self.soft_slope / min(self.scan.grid.spacing_mm_zyx), halved_zyx)
         rays = sampled(level.codes, level.spacing_mm_zyx, groups, self.window, light, per_voxel)
         return StepBench(self.compositing, level.tables, rays, is_segments=self.is_segments, layers=self.layers)
 

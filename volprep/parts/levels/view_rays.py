@@ -80,6 +80,7 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     grid: Grid,
     *,
     lit: Sequence[Table] | None = None,
+    soft_slope: float = SOFT_SLOPE,
     per_voxel: int = PER_VOXEL,
 ) -> list[PatchRays]:
     """Return the physical values along rays through the part of a source that is level 0, whose grid is `grid`.
@@ -98,7 +99,7 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     codes, window = _codes(volume, info, (lowest, highest))
     # The soft slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
     share = (highest - lowest) / abs(window[1] - window[0]) if highest > lowest else 1.0
-    light = None if lit is None else Headlit(Shown(lit, window), share * SOFT_SLOPE / min(grid.spacing_mm_zyx))
+    light = None if lit is None else Headlit(Shown(lit, window), share * soft_slope / min(grid.spacing_mm_zyx))
     return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel)
 
 

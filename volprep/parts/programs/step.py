@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.headlight import soft_slope
 from volprep.parts.programs.patch_rays import PatchRays, patch_rays
 from volprep.parts.programs.step_bench import FINER_VOXELS, LongestStep, StepBench, in_voxels, longest_step
 from volprep.parts.values.labels import label_step_voxels
@@ -26,7 +27,6 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import LevelStep, PlanItem, RenderSettings
-from volprep_formats.package.parts.normals.record import SOFT_SLOPE
 from volprep_formats.package.parts.segments.record import Border
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import PassTarget, TechniqueName
@@ -142,7 +142,7 @@ def source_rays(
     soft_per_mm = None
     if scene.render.lighting != "none":
         values_range = measured.statistics.maximum - measured.statistics.minimum
-        soft_per_mm = SOFT_SLOPE * values_range / min(grid.spacing_mm_zyx)
+        soft_per_mm = soft_slope(scene.lighting.normals) * values_range / min(grid.spacing_mm_zyx)
     return patch_rays(patches, (z, y, x), length_mm, soft_per_mm=soft_per_mm)
 
 
