@@ -11,15 +11,15 @@ _SOFT_BESIDE_HELD = 5e-4
 
 
 def soft_slope(normals_from: NormalsFrom) -> float:
-    """Return the slope of what is half a surface, as SOFT_SLOPE, for samples that model the light of a program."""
+    """Return the slope, as SOFT_SLOPE, for measurements of a program along rays."""
     return _SOFT_BESIDE_HELD if normals_from == "volume" else SOFT_SLOPE
 
 
 def softened_cosine(forward: Float64Array, squared: Float64Array, soft_per_mm: float) -> Float64Array:
-    """Return the cosine of ray and gradient, which the less counts the flatter a place is; 1 without a gradient.
+    """Return the cosine of ray and gradient, raised to 1 where the gradient vanishes.
 
-    `forward` is the slope along the ray, `squared` the square of the gradient's length, and `soft_per_mm` the slope of
-    what is half a surface.
+    `forward` is the slope along the ray, `squared` the square of the gradient's length, and `soft_per_mm` the slope
+    at which a place is half a surface.
     """
     soft = soft_per_mm**2
     shares: Float64Array = np.divide(forward**2 + soft, squared + soft, out=np.ones_like(squared), where=squared > 0.0)

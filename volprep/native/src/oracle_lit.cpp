@@ -1,20 +1,20 @@
 // The light of one piece of a ray, lit from where the viewer is, to a prescribed bound.
 //
-// The colour is multiplied by L = sqrt(((n . d)^2 + e^2) / (n . n + e^2)), where n is the trilinear interpolation of the
-// voxels' normals, a cubic vector on the piece, d the direction of the ray, and e = 0.01: the cosine of both where n is
-// long, 1 where it is 0. The extinction is as without light. With A = 1 - exp(-T) the piece sends
+// The colour is multiplied by L = sqrt(((n . d)^2 + e^2) / (n . n + e^2)), where n is the trilinear interpolation of
+// the voxels' normals, a cubic vector on the piece, d the direction of the ray, and e = 0.01: the cosine of both where
+// n is long, 1 where it is 0. The extinction is as without light. With A = 1 - exp(-T) the piece sends
 //
 //   integral of c L dA = c(1) M + c' N,   M = integral of L dA,   N = integral of (v(y) - v(1)) L dA,   c' = dc/dv.
 //
-// No closed form: Gauss's rule. With N = (n, e), a vector of four components, and U = (n . d, e), L is |U| / |N|, and the
-// integrands are analytic where N . N and U . U are not 0. With a = N(0), write N = a + s a / |a| + w, where w is
+// No closed form: Gauss's rule. With N = (n, e), a vector of four components, and U = (n . d, e), L is |U| / |N|, and
+// the integrands are analytic where N . N and U . U are not 0. With a = N(0), write N = a + s a / |a| + w, where w is
 // perpendicular to a; s and w are polynomials without a constant. On a disc |y| <= R, |N . N| is at least (|a| - S)^2 -
 // W^2, where S and W are the sums of |s_k| R^k and |w_k| R^k; and at least p(0) minus the sum of the other |p_k| R^k,
-// where p is N . N, of degree 6. U . U is (n . d + i e)(n . d - i e), of which no factor is 0 where n . d has changed by
-// less than |U(0)|. Bounds of extinction, exp(-T), n . d, 1 / |N| and v on the disc bound the integrands on the Bernstein
-// ellipse in it, and |error| <= 64/15 M r^-2n / (1 - r^-2) as in oracle_beam.cpp: a rule of n points is of order 2n in
-// the length of the piece. The smallest rule that keeps the piece's share of the tolerance is taken; where none does,
-// the piece is cut in two.
+// where p is N . N, of degree 6. U . U is (n . d + i e)(n . d - i e), of which no factor is 0 where n . d has changed
+// by less than |U(0)|. Bounds of extinction, exp(-T), n . d, 1 / |N| and v on the disc bound the integrands on the
+// Bernstein ellipse in it, and |error| <= 64/15 M r^-2n / (1 - r^-2) as in oracle_beam.cpp: a rule of n points is of
+// order 2n in the length of the piece. The smallest rule that keeps the piece's share of the tolerance is taken; where
+// none does, the piece is cut in two.
 #include <array>
 #include <limits>
 

@@ -67,7 +67,7 @@ class _Drawing(Record):
     central: bool
     """Whether every lit program takes central differences of the voxels that it draws."""
     soft_slope: float
-    """The least slope of what is half a surface, of all lit programs."""
+    """The least slope at which a place is half a surface, of all lit programs."""
     tolerance: Tolerance
     measure_steps: bool
     segments: bool

@@ -56,7 +56,7 @@ class Headlit:
     shown: Shown
     """Their visible samples."""
     soft_per_mm: float
-    """Slope of what is half a surface, in the codes' own unit."""
+    """Slope at which a place is half a surface, in the codes' own unit."""
     halved_zyx: HalvedAxes = (False, False, False)
     """Axes along which differences are of values half a voxel to each side."""
 

@@ -11,7 +11,7 @@ from volprep.validation.witness.independent.scan import CannotWitnessError, Floa
 MOST_VOXELS = 2**25
 """Normals of more voxels would take 400 MB and more."""
 _SOFT_LENGTH = 0.01
-"""Length of the normal of what is half a surface."""
+"""Length of the normal at which a place is half a surface."""
 _ACROSS = {"thesis": ((6, 3), (3, 1)), "sobel": ((4, 2), (2, 1)), "isotropic": ((16, 4), (4, 1))}
 """Weights of the 3×3 voxels across a difference: middle and edge, edge and corner."""
 

@@ -56,10 +56,10 @@ def halved_axes(factors_zyx: tuple[int, int, int]) -> HalvedAxes:
 
 
 SOFT_SLOPE = 4e-3
-"""Slope of what is half a surface, where shaders compute gradients: steeper places are lit, flatter ones keep their
-colours. In parts of the range of codes over the smallest spacing of level 0: one code of 8 bits for each voxel; of
-smaller slopes rounding decides the direction. A gradient turns fast where it is small: with a threshold of 0.0005 three
-of four scans took 1.4 to 2.8 times as many samples, and with one of 0.001 the rounding of half floats moved single
+"""Slope at which a sample counts half as a surface, where shaders compute gradients: steeper ones are lit, flatter ones
+keep their colours. In parts of the range of codes over the smallest spacing of level 0: one code of 8 bits for each
+voxel; rounding decides the direction of smaller slopes. A gradient turns fast where it is small: with a threshold of
+0.0005 three of four scans took 1.4 to 2.8 times the samples, and with one of 0.001 rounding to half floats moved single
 pixels of a small MR by 0.5."""
 SOFT_LENGTH = 0.01
-"""The same for normals that a package holds, which are about 1 long: length of the vector of what is half a surface."""
+"""Length at which a normal that a package holds counts half; most are about 1 long."""

@@ -18,8 +18,8 @@ struct Light {
     double rgba[4] = {0.0, 0.0, 0.0, 0.0};
 };
 
-// Colour [3] of the medium, lit by a light at a place, as far as it is a surface. transmittance() is asked for what faces
-// the light, and for a medium without a surface if the light casts shadows.
+// Colour [3] of the medium, lit by a light at a place, as far as it is a surface. transmittance() is asked for what
+// faces the light, and for a medium without a surface if the light casts shadows.
 template <typename Transmittance>
 void light_at(const OracleLight& light, const double n[3], const double at_mm[3], const double direction[3],
               double colour[3], Transmittance&& transmittance) noexcept {

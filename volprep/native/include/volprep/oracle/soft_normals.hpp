@@ -1,11 +1,12 @@
-// How far a place is a surface: normals that are short count less, so that light changes evenly where a gradient vanishes.
+// How far a place is a surface: normals that are short count less, so that light changes evenly where a gradient
+// vanishes.
 #pragma once
 
 #include <cmath>
 
 namespace volprep::oracle {
 
-// Length of the normal of what is half a surface. Slopes that a shader takes are scaled to it.
+// Length of the normal at which a place is half a surface. Slopes that a shader takes are scaled to it.
 inline constexpr double kSoftLength = 0.01;
 inline constexpr double kSoftSquare = kSoftLength * kSoftLength;
 
