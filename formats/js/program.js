@@ -11,14 +11,14 @@ export const WHOLE = "attribute vec2 a_ndc;\nvoid main() {\n  gl_Position = vec4
 /** Of corners of the picture, of the box and of layers, and of vertices of meshes. */
 const ATTRIBUTES = ["a_ndc", "a_position", "a_corner", "a_slice"];
 
-/** Turns off all that changes or leaves out pixels. @param {Gl} gl */
+/** Turns off everything that changes or leaves out pixels. @param {Gl} gl */
 export function drawAll(gl) {
   for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.STENCIL_TEST, gl.CULL_FACE, gl.SCISSOR_TEST])
     gl.disable(each);
   gl.colorMask(true, true, true, true);
 }
 
-/** Forgets errors, so that the next one is known to be of what follows. @param {Gl} gl */
+/** Forgets earlier errors, so that the next one belongs to the next calls. @param {Gl} gl */
 export function forgetErrors(gl) {
   while (gl.getError() !== gl.NO_ERROR && !gl.isContextLost());
 }

@@ -207,7 +207,7 @@ export class Picture {
   }
 
   /**
-   * Reads texels, and says what they stand for.
+   * Reads texels; `value` converts one of them to linear light.
    * @param {number} width @param {number} height
    * @returns {{texels: ArrayLike<number>, value: (texel: number, channel: number) => number}}
    */

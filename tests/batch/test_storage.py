@@ -6,6 +6,7 @@ import json
 import logging
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -133,7 +134,7 @@ def test_scans_of_a_store_become_packages_in_it_with_the_bytes_of_local_builds(s
     (nifti,) = (each for each in found if each.shape_zyx == (12, 11, 13))
     (job,) = find_jobs(file, Place(tmp_path / "other"), Defaults(), Silent())
     scene = job.request.scene.model_copy(update={"name": nifti.name})
-    build(type(job.request)(scene, job.request.profile, None, first_look=True), tmp_path / "a.volpkg", Silent())
+    build(replace(job.request, scene=scene), tmp_path / "a.volpkg", Silent())
     assert unpacked(f"{TO}/{nifti.stored}", tmp_path / "zip") == files_of(tmp_path / "a.volpkg")
     assert json.loads((out / "gles3" / f"{nifti.name}.volpkg.origin.json").read_text())["scene"]["source"][
         "path"

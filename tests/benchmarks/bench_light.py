@@ -22,7 +22,7 @@ import numpy as np
 
 from volprep.library.scans import read_scan
 from volprep.pipeline.build import build
-from volprep.render.gl import TargetFormat
+from volprep.render.gl_records import TargetFormat
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views

@@ -123,7 +123,7 @@ def test_a_shader_that_takes_gradients_needs_no_normals(tmp_path) -> None:
 def test_light_is_taken_only_where_something_is_seen(tmp_path) -> None:
     package = package_of(tmp_path, "phong", PHONG.format("central"))
     text = package.read_text(package.manifest.programs[0].fragment)
-    before, behind = text.split("normal_at(place)")
+    before, behind = text.split("vec3 normal = normal_at(")
     assert "if (medium.a > 0.0) {" in before[before.rindex("classify(") :]
     assert "u_light_mm - place" in behind
 

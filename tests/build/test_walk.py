@@ -227,7 +227,7 @@ def test_a_package_may_name_the_step_of_its_pieces_and_no_other_of_a_level_that_
 
 def test_a_box_that_was_not_cut_is_not_shown(tmp_path) -> None:
     with pytest.raises(VolprepError, match=r"VP3181 step 1 .*none was cut"):
-        walked(built(tmp_path), tmp_path, "[[step]]\nshow = 'place'\n")
+        walked(built(tmp_path, level_filter="box"), tmp_path, "[[step]]\nshow = 'place'\n")
 
 
 def test_a_package_without_sub_volumes_has_no_walk(built_package, tmp_path) -> None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from volprep.parts.levels.headlight import Shown, headlight
 from volprep.parts.levels.in_memory import InMemory
@@ -32,23 +33,28 @@ def lit(request):
     def of(wanted):
         return headlight(volume, SPACING, lines, along, wanted, 1e-9, halved_zyx=request.param)
 
-    return along, of, twin(volume, lines, along, request.param)
+    return along, of, twin(codes, lines, along, request.param)
 
 
-def twin(volume, lines, along, halved_zyx):
-    """The same light by whole rays beside the rays."""
+def twin(codes, lines, along, halved_zyx):
+    """The same light, sample by sample; in the outer half voxels it is that at their inner ends, as in shaders."""
+    counts = np.diff(along.offsets)
+    number = np.arange(len(along.values)) - np.repeat(along.offsets[:-1], counts)
+    aside_mm = (number + 0.5) * np.repeat(along.lengths_mm / counts, counts)
+    starts, directions = (np.repeat(each, counts, axis=0) for each in (lines.starts_mm_xyz, lines.directions_xyz))
+    places_zyx = ((starts + aside_mm[:, None] * directions) / SPACING[::-1] - 0.5)[:, ::-1]
+    assert (places_zyx < 0).any()
+    places_zyx = np.clip(places_zyx, 0, np.array(codes.shape) - 1)
     slopes = []
-    for axis, spacing_mm in enumerate(np.where(halved_zyx, 0.5, 1.0)[::-1] * SPACING[::-1]):
-        aside_mm = np.eye(3)[axis] * spacing_mm
+    for axis, apart in enumerate(np.where(halved_zyx, 0.5, 1.0)):
         upper, lower = (
-            sample_level(
-                volume, SPACING, replace(lines, starts_mm_xyz=lines.starts_mm_xyz + each), per_voxel=PER_VOXEL
-            ).values.astype(float)
-            for each in (aside_mm, -aside_mm)
+            ndimage.map_coordinates(
+                codes / 1.0, (places_zyx + side * apart * np.eye(3)[axis]).T, order=1, mode="nearest"
+            )
+            for side in (1, -1)
         )
-        slopes.append((upper - lower) / (2 * spacing_mm))
-    directions = np.repeat(lines.directions_xyz, np.diff(along.offsets), axis=0)
-    return np.abs((np.array(slopes).T * directions).sum(axis=1)) / np.linalg.norm(slopes, axis=0)
+        slopes.append((upper - lower) / (2 * apart * SPACING[axis]))
+    return np.abs((np.array(slopes[::-1]).T * directions).sum(axis=1)) / np.linalg.norm(slopes, axis=0)
 
 
 def test_samples_that_are_wanted_have_the_same_light_as_if_all_were(lit) -> None:

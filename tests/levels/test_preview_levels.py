@@ -20,6 +20,7 @@ from volprep.transfer.lookup import lookup_table
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import Manifest, Tolerance
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
 
@@ -155,7 +156,7 @@ def test_light_tells_levels_apart_that_look_alike_without(tmp_path) -> None:
 
 
 def test_light_from_the_viewer_is_the_cosine_of_ray_and_gradient(tmp_path) -> None:
-    """Opaque matter whose values grow along z alone: its light is that of its first sample times |direction z|."""
+    """Opaque matter whose values grow along z alone: its light is that of its first sample, and follows direction z."""
     z = np.arange(24)[:, None, None]
     voxels = np.broadcast_to(100 + 4 * z, (24, 20, 20)).astype(np.uint8)
     path = tmp_path / "ramp.raw"
@@ -167,7 +168,15 @@ def test_light_from_the_viewer_is_the_cosine_of_ray_and_gradient(tmp_path) -> No
     seen = SeenLevels(scan, dataclasses.replace(PLAIN, functions=(opaque,), lit=True))
     light = seen.truth["shell"]
     assert np.allclose(light[:, 3], 1.0)
-    assert np.allclose(light[:, 0], np.abs(seen._lines.directions_xyz[:, 2]), atol=1e-3)
+    lines = seen._lines
+    voxels_from_end = np.minimum(lines.starts_mm_xyz[:, 2], 48.0 - lines.starts_mm_xyz[:, 2]) / 2.0
+    # In the outer half voxels one of the values beside is that of the outer voxel: half of the slope.
+    outer, inner = voxels_from_end < 0.3, voxels_from_end > 1.7
+    assert outer.sum() > 100
+    slope_per_mm = np.where(outer, 0.5, 1.0) * 4 / 255 / 2
+    expected = np.hypot(slope_per_mm * lines.directions_xyz[:, 2], SOFT_SLOPE) / np.hypot(slope_per_mm, SOFT_SLOPE)
+    chosen = outer | inner
+    assert np.allclose(light[chosen, 0], expected[chosen], atol=1e-3)
 
 
 def test_labels_are_sampled_where_the_sample_lies_and_never_mixed(monkeypatch, tmp_path) -> None:

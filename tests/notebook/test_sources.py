@@ -1,6 +1,9 @@
 """What `show` and `from_pyvista` take: objects of other libraries keep their place, values and functions."""
 
+import io
+import json
 import sys
+import zipfile
 
 import numpy as np
 import pytest
@@ -59,6 +62,16 @@ def plotter():
     made = pyvista.Plotter(off_screen=True)
     yield made
     made.close()
+
+
+def test_a_volume_of_a_plotter_that_looks_like_labels_is_drawn_as_values(plotter) -> None:
+    layers = np.repeat(np.array([0, 40, 250], np.uint8), 8)[:, None, None] * np.ones((1, 24, 24), np.uint8)
+    flat = pyvista.ImageData(dimensions=(24, 24, 24))
+    flat.point_data["values"] = layers.ravel()
+    plotter.add_volume(flat, cmap="bone", opacity="linear")
+    with zipfile.ZipFile(io.BytesIO(volprep.from_pyvista(plotter).package)) as package:
+        manifest = json.loads(package.read("manifest.json"))
+    assert {each["filter"] for each in manifest["textures"] if each["role"] == "volume"} == {"linear"}
 
 
 def test_a_volume_of_a_plotter_has_its_colours_and_opacities(plotter) -> None:

@@ -11,7 +11,8 @@ import pytest
 import texture2ddecoder
 
 from volprep.render.egl import context
-from volprep.render.gl import Bindings, Gl, ShaderText
+from volprep.render.gl import Gl
+from volprep.render.gl_records import Bindings, ShaderText
 from volprep_formats.package.texture import Texture
 from volprep_formats.srgb import linear_of_srgb
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat, blocks_shape

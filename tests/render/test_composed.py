@@ -16,7 +16,8 @@ from volprep.compositing import COMPOSITINGS
 from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic
 from volprep.parts.subvolumes.cuts import grid_points
 from volprep.render.egl import Context
-from volprep.render.gl import Gl, ShaderText
+from volprep.render.gl import Gl
+from volprep.render.gl_records import ShaderText
 from volprep.scene.scene import BrickSettings, NormalSettings, ProxySettings
 from volprep.shading.half_floats import in_half_floats, with_half_coordinates
 from volprep.shading.program import compose_program

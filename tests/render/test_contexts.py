@@ -12,7 +12,8 @@ from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.render import egl
 from volprep.render.bindings import GLES3
-from volprep.render.gl import Gl, ShaderText
+from volprep.render.gl import Gl
+from volprep.render.gl_records import ShaderText
 from volprep.render.renderer import Renderer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package import api as api_records

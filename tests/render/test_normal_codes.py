@@ -7,7 +7,8 @@ import pytest
 from tiny_packages import function, tiny_package
 
 from volprep.render.egl import Context
-from volprep.render.gl import Bindings, Gl, ShaderText
+from volprep.render.gl import Gl
+from volprep.render.gl_records import Bindings, ShaderText
 from volprep.scene.scene import NormalSettings
 from volprep.truth.normal_codes import decoded
 from volprep_formats.textures import ktx2

@@ -9,7 +9,8 @@ from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.parts.mosaic.packing import Packing
 from volprep.render.egl import Context
-from volprep.render.gl import Gl, ShaderText
+from volprep.render.gl import Gl
+from volprep.render.gl_records import ShaderText
 from volprep.shading.compose import compose, literal
 from volprep_formats.diagnostics import VolprepError
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.render.egl import Context
-from volprep.render.gl import Bindings, Gl, ShaderText
+from volprep.render.gl import Gl
+from volprep.render.gl_records import Bindings, ShaderText
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.render.egl import GlDriver
-from volprep.render.gl import Bindings, Gl, LinkedProgram, PictureTarget, ShaderText
+from volprep.render.gl import Gl
+from volprep.render.gl_records import Bindings, LinkedProgram, PictureTarget, ShaderText
 from volprep.shading import raycast_mosaic
 from volprep.shading.compose import compose
 from volprep.shading.feature import Feature

@@ -8,7 +8,8 @@ from mosaic_probe import MosaicProbe, declarations, fetch_text
 from numpy.typing import NDArray
 
 from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, pack_mosaic
-from volprep.render.gl import Gl, PictureTarget, ShaderText
+from volprep.render.gl import Gl
+from volprep.render.gl_records import PictureTarget, ShaderText
 from volprep.shading.lighting import normals_of
 from volprep.shading.rays import vertex_shader
 from volprep_formats.package.parts.normals.record import NormalCode, Normals

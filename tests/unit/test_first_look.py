@@ -249,7 +249,7 @@ def test_a_segment_that_holds_others_does_not_hide_them():
     assert style.labels == (7,)
     dense_per_mm = min(point.extinction_per_mm for point in shown.transfer[1].resolved().points)
     assert 0.3 < style.opacity * dense_per_mm * 20 < 2.0
-    assert "those that hold others are faint: 7" in shown.recognised
+    assert "segments around others are faint: 7" in shown.recognised
 
 
 def test_slices_of_a_thin_stack_are_tinted_by_its_segments_without_veil_or_light():

@@ -13,7 +13,7 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 
 HALVED_ZYX = (True, False, True)
-LEAST_PER_MM = 1e-3
+SOFT_PER_MM = 1e-3
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def arguments(lines):
     counts = ray_counts(lines.lengths_mm, SPACING, per_voxel=3)
     apart = np.where(HALVED_ZYX[::-1], 0.5, 1.0)
     rays = (lines.starts_mm_xyz / spacing - 0.5, lines.directions_xyz / spacing, lines.lengths_mm)
-    return *rays, np.concatenate([[0], np.cumsum(counts)]), spacing, apart, LEAST_PER_MM, TABLE
+    return *rays, np.concatenate([[0], np.cumsum(counts)]), spacing, apart, SOFT_PER_MM, TABLE
 
 
 def light_of(codes, lines, threads=0):
@@ -65,9 +65,8 @@ def cosines_of(codes, lines, offsets):
             for side in (1, -1)
         )
         slopes.append((above - below) / (2 * apart[axis] * spacing_mm))
-    length = np.linalg.norm(slopes, axis=0)
-    cosines = np.abs((np.array(slopes[::-1]).T * directions).sum(axis=1)) / length
-    return np.where(length < LEAST_PER_MM, 1.0, cosines)
+    along = (np.array(slopes[::-1]).T * directions).sum(axis=1)
+    return np.hypot(along, SOFT_PER_MM) / np.hypot(np.linalg.norm(slopes, axis=0), SOFT_PER_MM)
 
 
 def test_the_light_is_that_of_samples_and_their_gradients(codes, lines) -> None:

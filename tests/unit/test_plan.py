@@ -353,6 +353,15 @@ class TestTables:
         decided = plan(voxels, scene(points, quantize={"bits": 16, "window": [0.0, 4095.0]}))
         assert decided.lookups[0].entries > 256
 
+    def test_a_table_is_right_at_rare_values_of_a_single_slice(self) -> None:
+        """Rays through more slices mix values, which a table of 256 entries is enough for."""
+        points = [(100.0, 0.0), (103.0, 1.5), (4000.0, 8.0)]
+        window = {"quantize": {"bits": 16, "window": [0.0, 4095.0]}, "crop": "none"}
+        for slices, entries in ((1, 1024), (6, 256)):
+            voxels = np.full((slices, 40, 40), 2000, np.uint16)
+            voxels[:, 0, :2], voxels[:, 1, 0] = (0, 4095), 101
+            assert plan(voxels, scene(points, **window)).lookups[0].entries == entries
+
     def test_a_table_is_never_longer_than_a_texture_may_be(self) -> None:
         points = [(1000.0, 0.0), (1003.0, 2.0), (1006.0, 0.0), (3990.0, 0.0), (4000.0, 2.0)]
         small = GLES3.model_copy(update={"max_texture_size": 200})

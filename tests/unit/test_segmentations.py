@@ -4,8 +4,10 @@ from pathlib import Path
 
 import nibabel
 import numpy as np
+import pydicom
 import pytest
 from segment_files import FRAME, item, seg, seg_nrrd, structure_set
+from zarr_stores import multiscales, write_store
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -121,6 +123,17 @@ def test_a_fraction_of_one_half_is_inside(tmp_path):
     found = opened(path)
     assert masks(found)[0].ravel().tolist() == [False, False, True, True]
     assert "one half" in found.remarks[0]
+
+
+def test_a_deflated_file_is_read_and_one_that_swells_is_refused(tmp_path, monkeypatch):
+    path = seg(tmp_path / "s.dcm", [(1, (0, 0, 0), np.eye(4, dtype=np.uint8))], numbers=(1,))
+    data = pydicom.dcmread(path)
+    data.file_meta.TransferSyntaxUID = "1.2.840.10008.1.2.1.99"
+    data.save_as(tmp_path / "deflated.dcm")
+    found = opened(tmp_path / "deflated.dcm")
+    assert np.array_equal(masks(found)[0][0], np.eye(4))
+    monkeypatch.setattr("volprep_formats.readers.dicom.inflate._MAX_INFLATED_BYTES", 100)
+    assert code_of(lambda: opened(tmp_path / "deflated.dcm")) == "VP1400"
 
 
 def test_layers_of_slicer_overlap_and_keep_their_names(tmp_path):
@@ -262,3 +275,18 @@ def test_values_that_are_no_labels_are_refused(tmp_path):
     _save(tmp_path / "below.nii", np.full((3, 3, 3), -1, np.int16))
     assert code_of(lambda: opened(tmp_path / "below.nii")) == "VP1407"
     assert code_of(lambda: opened(tmp_path / "none.nii")) == "VP1001"
+
+
+def test_the_label_image_of_an_ome_zarr_store_is_found_and_several_are_listed(tmp_path):
+    store = tmp_path / "s.ome.zarr"
+    write_store(store, [np.full((2, 3, 4), 9, np.uint8)], multiscales("zyx"), 2)
+    (store / "labels").mkdir()
+    (store / "labels/.zgroup").write_text('{"zarr_format": 2}')
+    labels = np.array([0, 1, 0, 5] * 6, np.uint8).reshape(2, 3, 4)
+    write_store(store / "labels/cells", [labels], multiscales("zyx"), 2)
+    for path in (store, store / "labels", store / "labels/cells"):
+        assert [each.number for each in opened(path).segments] == [1, 5]
+    write_store(store / "labels/nuclei", [labels], multiscales("zyx"), 2)
+    with pytest.raises(VolprepError, match=r"VP1416 .* 2 label images, and one is needed: cells, nuclei"):
+        opened(store)
+    assert len(opened(store / "labels/nuclei").segments) == 2

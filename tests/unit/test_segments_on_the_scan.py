@@ -34,6 +34,16 @@ def test_overlaps_get_labels_of_their_own_that_know_their_segments():
     assert found.labels.ravel().tolist() == [1, 4, 2, 3]
 
 
+def test_combined_layers_are_what_their_slow_twin_says():
+    rng = np.random.default_rng(3)
+    layers = [rng.integers(0, 4, (3, 4, 5)).astype(np.uint16) * (rng.random((3, 4, 5)) < 0.6) for _ in range(4)]
+    layers = [np.where(layer, layer + 3 * place, 0).astype(np.uint16) for place, layer in enumerate(layers)]
+    found = combine(Path("x"), layers)
+    for place in np.ndindex(3, 4, 5):
+        assert found.members[found.labels[place]] == tuple(int(layer[place]) - 1 for layer in layers if layer[place])
+    assert list(found.members) == sorted(set(found.members), key=lambda each: (len(each), each))
+
+
 def test_a_style_of_segments_without_a_voxel_names_no_function():
     boxes = (VoxelBox(start_zyx=(0, 0, 0), stop_zyx=(1, 1, 1)),)
     segment = FoundSegment(number=1, name="", code=None, colour=None, volume_ml=0.0)
@@ -41,6 +51,18 @@ def test_a_style_of_segments_without_a_voxel_names_no_function():
     record, _ = segments_of(found, SegmentsSettings(source="s"), ["veil", "inside"], "scene")
     assert record.transfers == ("veil",)
     assert [each.transfer for each in record.segments] == ["veil"]
+
+
+def test_names_of_segments_keep_letters_with_marks():
+    texts = ("Wirbelsäule", "Leber (groß)", "Rückenmark – hinten", "肝臓")
+    segments = tuple(
+        FoundSegment(number=number, name=text, code=None, colour=None, volume_ml=0.0)
+        for number, text in enumerate(texts, 1)
+    )
+    found = FoundSegments(segments=segments, members=((),), boxes=(None,), voxels=(1,), blocks="00", sha256="0" * 64)
+    record, _ = segments_of(found, SegmentsSettings(source="s", names="free"), ["veil"], "scene")
+    assert [each.name for each in record.segments] == ["wirbelsaule", "leber-gross", "ruckenmark-hinten", "segment-4"]
+    assert [each.title for each in record.segments] == list(texts)
 
 
 def test_a_segment_around_another_one_holds_it(fit):

@@ -227,7 +227,7 @@ def test_rays_through_patches_see_the_field_of_the_volume_and_are_the_same_each_
     z, y, x = np.indices((9, 6, 7)).astype(np.float64)
     spacing = (2.0, 1.0, 1.5)
     for ramp, h, last in ((z, 2.0, 8), (y, 1.0, 5), (x, 1.5, 6)):
-        found, again = (patch_rays(ramp[None], spacing, 30.0, lit=True) for _ in range(2))
+        found, again = (patch_rays(ramp[None], spacing, 30.0, soft_per_mm=1e-9) for _ in range(2))
         rays, step_mm = found.values[:, found.views[0]], found.step_mm
         np.testing.assert_array_equal(found.values, again.values)
         assert len(rays) == 30 * FINE

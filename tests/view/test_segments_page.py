@@ -110,3 +110,21 @@ def test_on_a_telephone_what_is_touched_is_not_scrolled_below_the_picture(page) 
     page.send("Emulation.clearDeviceMetricsOverride")
     assert scrolled > 0
     assert below >= 0
+
+
+_SEARCHED = """
+const { segmentControls } = await import(new URL("page/segments.js", document.baseURI));
+const segments = Array.from({ length: 9 }, (_, i) => ({ name: `organ-${i}`, volume_ml: 1 }));
+const renderer = { setSegments: async () => {} };
+segmentControls({ gl: window.volprep.stage.gl, renderer }, { segments: { segments } }, () => {});
+const field = document.querySelector("#segments-body input[type=search]");
+return ["7", "spleen"].map((text) => {
+  field.value = text;
+  field.dispatchEvent(new Event("input"));
+  return document.querySelector("#segments-body").innerText.split("\\n").filter((line) => /rgan|egment/.test(line));
+});
+"""
+
+
+def test_a_search_that_finds_no_segment_says_so(page) -> None:
+    assert page.run(_SEARCHED) == [["organ-7"], ["No segment has this in its name."]]

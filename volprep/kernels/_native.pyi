@@ -587,7 +587,7 @@ def linear_reduce(src: numpy.typing.NDArray[numpy.generic], dst: numpy.typing.ND
         If an array has another type or order.
     """
 
-def lit_light(src: numpy.typing.NDArray[numpy.generic], scale: float, origins: numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: numpy.typing.NDArray[numpy.float64], least_per_mm: float, table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
+def lit_light(src: numpy.typing.NDArray[numpy.generic], scale: float, origins: numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: numpy.typing.NDArray[numpy.float64], soft_per_mm: float, table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None:
     """
     Write the light of rays, lit by the viewer.
 
@@ -606,8 +606,8 @@ def lit_light(src: numpy.typing.NDArray[numpy.generic], scale: float, origins: n
         float64 [3]: distances of voxels.
     apart_xyz
         float64 [3]: voxels to each side that central differences are taken of.
-    least_per_mm
-        Smallest slope of the value with a shade.
+    soft_per_mm
+        Slope of the value at which a place is half a surface, above 0.
     table
         float64 [entries, 4]: linear colour, and extinction per millimetre.
     light
@@ -623,7 +623,7 @@ def lit_light(src: numpy.typing.NDArray[numpy.generic], scale: float, origins: n
         If a shape does not fit.
     """
 
-def lit_sums(level: numpy.typing.NDArray[numpy.float32], origins: numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: numpy.typing.NDArray[numpy.float64], least_per_mm: float, table: numpy.typing.NDArray[numpy.float64], slopes: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], sums: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> float:
+def lit_sums(level: numpy.typing.NDArray[numpy.float32], origins: numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: numpy.typing.NDArray[numpy.float64], soft_per_mm: float, table: numpy.typing.NDArray[numpy.float64], slopes: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], sums: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> float:
     """
     Add the gradient of the lit light of rays by the voxels of a level, and a curvature that bounds a step.
 
@@ -634,7 +634,7 @@ def lit_sums(level: numpy.typing.NDArray[numpy.float32], origins: numpy.typing.N
     ----------
     level
         float32 [z, y, x]: values from 0, the first entry of the table, to 1, the last.
-    origins, directions, lengths_mm, offsets, spacing_mm_xyz, apart_xyz, least_per_mm, table
+    origins, directions, lengths_mm, offsets, spacing_mm_xyz, apart_xyz, soft_per_mm, table
         As for lit_light.
     slopes, light, weights, sums
         As for refine_sums.

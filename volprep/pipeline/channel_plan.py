@@ -11,6 +11,7 @@ from volprep.parts.case import Case
 from volprep.parts.classification.decision import StepLengths, choose_tables, require_isovalues
 from volprep.parts.compression.decision import choose_form
 from volprep.parts.compression.source_level import WholeSource
+from volprep.parts.headlight import soft_slope
 from volprep.parts.layout.decision import lay_out
 from volprep.parts.levels.label_rays import LabelLooks
 from volprep.parts.levels.view_rays import FINER_PER_VOXEL, view_rays
@@ -83,8 +84,9 @@ class ChannelScan:
         if self.scene.render.lighting != "none":
             # Samples are hidden only behind samples that are blended.
             lit = tables if compositing.ends_early else ()
-        labelled = self._labelled()
-        sample = partial(view_rays, self.voxels, self.info, self.measured, seen, crop, grid, lit=lit, labelled=labelled)
+        soft, labelled = soft_slope(self.scene.lighting.normals), self._labelled()
+        rays = partial(view_rays, self.voxels, self.info, self.measured, seen, crop, grid, lit=lit, soft_slope=soft)
+        sample = partial(rays, labelled=labelled)
         return replace(self, finest=sample(), finer=partial(sample, per_voxel=FINER_PER_VOXEL))
 
     def _labelled(self) -> LabelLooks | None:

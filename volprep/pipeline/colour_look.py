@@ -65,7 +65,7 @@ def in_colour(scene: Scene, error: VolprepError) -> Scene:
     try:
         pixels = _pixels(spec)
     except VolprepError as other:
-        # Colours were found, and something else is wrong: that is what the user has to know.
+        # Colours were found, and something else is wrong, which the user has to know.
         is_about_colours = other.code in IN_COLOUR or other.code == _NO_COLOURS
         raise (error if is_about_colours else other) from None
     said, table = _look(pixels)

@@ -102,7 +102,7 @@ def prepare(request: Request) -> Prepared:
         if not path.exists():
             raise no_such_path(path)
     first_look = request.first_look
-    if request.scene_path is None and scene.source.labels is None and not scene.source.channels:
+    if request.finds_labels and scene.source.labels is None and not scene.source.channels:
         try:
             scene = _with_recognised_labels(scene)
         except VolprepError as error:

@@ -15,7 +15,7 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Manifest
 
 _TRANSPARENT = (
-    "no voxel absorbs light: alpha, or what extinction follows, is 0 everywhere, and pictures are empty; --rgb "
+    "no voxel absorbs light: alpha, or the number of the extinction, is 0 everywhere, and pictures are empty; --rgb "
     "luminance draws the volume in grey, without its alpha"
 )
 

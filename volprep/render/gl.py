@@ -1,31 +1,46 @@
 """The calls of OpenGL ES 2.0 and 3.0 that drawing needs, typed. OpenGL ES 2.0 and 3.0 specifications."""
 
 import ctypes
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.render.bindings import EXT_NORM16, GLES3
-from volprep.render.bindings import KHR_ASTC as _ASTC
+from volprep.render.bindings import GLES3
+from volprep.render.gl_calls import (
+    active_uniforms,
+    begin,
+    constant,
+    delete_buffer,
+    delete_framebuffer,
+    delete_renderbuffer,
+    delete_texture,
+    new_buffer,
+    new_framebuffer,
+    new_renderbuffer,
+    new_texture,
+    restrict,
+    set_filter,
+    text_of,
+    upload_3d,
+    use,
+)
 from volprep.render.gl_objects import GlObjects
+from volprep.render.gl_records import (
+    Bindings,
+    Corners,
+    LinkedProgram,
+    MeshPart,
+    PicturePart,
+    PictureTarget,
+    ShaderText,
+    TargetFormat,
+)
 from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import Lines, VolprepError
-from volprep_formats.package.program import Blend
 from volprep_formats.package.texture import Texture
 
-TargetFormat = Literal["rgba8", "rgba16f", "rgba32f"]
-
-_UNIFORM_TYPES: dict[int, str] = {
-    GLES3.GL_FLOAT: "float",
-    GLES3.GL_FLOAT_VEC3: "vec3",
-    GLES3.GL_FLOAT_MAT4: "mat4",
-    GLES3.GL_SAMPLER_2D: "sampler2D",
-    GLES3.GL_SAMPLER_3D: "sampler3D",
-}
 _TARGETS: dict[TargetFormat, tuple[int, int, tuple[str, ...]]] = {
     "rgba8": (GLES3.GL_RGBA, GLES3.GL_UNSIGNED_BYTE, ()),
     "rgba16f": (
@@ -39,85 +54,6 @@ _TARGETS: dict[TargetFormat, tuple[int, int, tuple[str, ...]]] = {
 
 TRIANGLE = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]], dtype=np.float32)
 """Corners of a triangle that covers the picture, x and y in clip space."""
-
-
-@dataclass(frozen=True)
-class ShaderText:
-    """A shader, and the name of its file."""
-
-    path: str
-    text: str
-
-
-@dataclass(frozen=True)
-class LinkedProgram:
-    """A program, and its active uniforms after linking."""
-
-    handle: int
-    uniforms: dict[str, str]
-    """GLSL type of every active uniform, samplers too, by name; "other" for a type that no package has."""
-
-    def location(self, name: str) -> int:
-        """Location of an active uniform."""
-        return int(GLES3.glGetUniformLocation(self.handle, name.encode("ascii")))
-
-
-@dataclass(frozen=True)
-class Bindings:
-    """Inputs of a program."""
-
-    textures: Mapping[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]
-    """Kind and handle of the texture of each sampler, in the order of texture units."""
-    uniforms: dict[str, Float32Array]
-    """Value of each uniform: shape (), (3,) or (4, 4)."""
-
-    def without(self, sampler: str) -> "Bindings":
-        """Return them without the texture of a sampler."""
-        return Bindings({name: each for name, each in self.textures.items() if name != sampler}, self.uniforms)
-
-
-@dataclass(frozen=True)
-class PictureTarget:
-    """Framebuffer to draw into."""
-
-    handle: int
-    texture: int
-    """The picture, as a texture."""
-    format: TargetFormat
-    shape_hw: tuple[int, int]
-
-
-@dataclass(frozen=True)
-class MeshPart:
-    """Geometry of one draw call: buffers, and the number of indices."""
-
-    vertices: int
-    indices: int
-    count: int
-
-
-@dataclass(frozen=True)
-class Corners:
-    """Triangles, or lines."""
-
-    places: Float32Array
-    """[n, 2, 3 or 4], three corners or two ends for each, in the order in which they are drawn."""
-    blend: Blend | None = None
-    """Blending of fragments; if None, they replace the picture."""
-    clears: bool = True
-    """Whether the picture is emptied first."""
-    lines: bool = False
-    """Whether these are lines, one pixel wide."""
-
-
-@dataclass(frozen=True)
-class PicturePart:
-    """A part of a picture: a rectangle, or the pixels of one number of `Gl.orders`."""
-
-    rectangle: tuple[int, int, int, int] | None = None
-    """Column and row of its lower left pixel, width and height; rows from the bottom."""
-    share: float | None = None
-    """The number of its pixels."""
 
 
 class Gl(GlObjects):
@@ -141,20 +77,20 @@ class Gl(GlObjects):
                 GLES3.glBindAttribLocation(handle, 0, attribute)
             GLES3.glLinkProgram(handle)
             if not GLES3.glGetProgramiv(handle, GLES3.GL_LINK_STATUS):
-                log = Lines(_text(GLES3.glGetProgramInfoLog(handle)).splitlines())
+                log = Lines(text_of(GLES3.glGetProgramInfoLog(handle)).splitlines())
                 paths = f"{vertex.path}, {fragment.path}"
                 raise VolprepError("VP5006", name=name, paths=paths, driver=self.driver, log=log)
-            yield LinkedProgram(handle, _active_uniforms(handle))
+            yield LinkedProgram(handle, active_uniforms(handle))
 
     @contextmanager
     def texture(self, record: Texture, *levels: NDArray[np.generic]) -> Iterator[int]:
         """Upload texels of the record's size and type, with its filter and clamped edges; mipmaps the finest first."""
         with (
             self._checked(f"uploading texture {record.name}"),
-            self._object("texture", _new_texture, _delete_texture) as handle,
+            self._object("texture", new_texture, delete_texture) as handle,
         ):
             gl = record.gl
-            target, internal = (_constant(word) for word in (gl.target, gl.internal_format))
+            target, internal = (constant(word) for word in (gl.target, gl.internal_format))
             GLES3.glBindTexture(target, handle)
             GLES3.glPixelStorei(GLES3.GL_UNPACK_ALIGNMENT, 1)
             texels = np.ascontiguousarray(levels[0])
@@ -163,11 +99,11 @@ class Gl(GlObjects):
             if gl.format is None or gl.type is None:
                 GLES3.glCompressedTexImage2D(target, 0, internal, width, height, 0, texels.nbytes, pointer)
             elif target == GLES3.GL_TEXTURE_3D:
-                _upload_3d(internal, _constant(gl.format), _constant(gl.type), levels)
+                upload_3d(internal, constant(gl.format), constant(gl.type), levels)
             else:
-                pixels, kind = _constant(gl.format), _constant(gl.type)
+                pixels, kind = constant(gl.format), constant(gl.type)
                 GLES3.glTexImage2D(target, 0, internal, width, height, 0, pixels, kind, pointer)
-            _filter(target, GLES3.GL_LINEAR if record.filter == "linear" else GLES3.GL_NEAREST)
+            set_filter(target, GLES3.GL_LINEAR if record.filter == "linear" else GLES3.GL_NEAREST)
             if record.mipmap is not None:
                 between = "LINEAR" if record.filter == "linear" else "NEAREST"
                 mode = getattr(GLES3, f"GL_{between}_MIPMAP_{between}")
@@ -198,13 +134,13 @@ class Gl(GlObjects):
             if not (1 <= width <= limit and 1 <= height <= limit):
                 raise VolprepError("VP5009", width=width, height=height, driver=self.driver, limit=limit)
             with (
-                self._object("texture", _new_texture, _delete_texture) as texture,
-                self._object("framebuffer", _new_framebuffer, _delete_framebuffer) as handle,
+                self._object("texture", new_texture, delete_texture) as texture,
+                self._object("framebuffer", new_framebuffer, delete_framebuffer) as handle,
                 ExitStack() as stack,
             ):
                 GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, texture)
                 GLES3.glTexImage2D(GLES3.GL_TEXTURE_2D, 0, internal, width, height, 0, GLES3.GL_RGBA, kind, None)
-                _filter(GLES3.GL_TEXTURE_2D, GLES3.GL_LINEAR if linear else GLES3.GL_NEAREST)
+                set_filter(GLES3.GL_TEXTURE_2D, GLES3.GL_LINEAR if linear else GLES3.GL_NEAREST)
                 GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, 0)
                 GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, handle)
                 attachment = (GLES3.GL_COLOR_ATTACHMENT0, GLES3.GL_TEXTURE_2D)
@@ -219,7 +155,7 @@ class Gl(GlObjects):
     @contextmanager
     def triangle(self) -> Iterator[int]:
         """Make a buffer of the corners of a triangle that covers the picture, x and y in clip space."""
-        with self._checked("making the triangle"), self._object("buffer", _new_buffer, _delete_buffer) as handle:
+        with self._checked("making the triangle"), self._object("buffer", new_buffer, delete_buffer) as handle:
             corners = TRIANGLE
             GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, handle)
             pointer = corners.ctypes.data_as(ctypes.c_void_p)
@@ -229,7 +165,7 @@ class Gl(GlObjects):
     @contextmanager
     def corners(self) -> Iterator[int]:
         """Make an empty buffer for `draw_corners`."""
-        with self._checked("making a buffer"), self._object("buffer", _new_buffer, _delete_buffer) as handle:
+        with self._checked("making a buffer"), self._object("buffer", new_buffer, delete_buffer) as handle:
             yield handle
 
     def draw_corners(
@@ -242,7 +178,7 @@ class Gl(GlObjects):
     ) -> None:
         """Draw triangles or lines into `target`, in their order, after filling it with nothing if they are to."""
         with self._checked(f"drawing into {target.shape_hw[1]}×{target.shape_hw[0]}"):
-            _begin(target)
+            begin(target)
             if corners.clears:
                 GLES3.glClearColor(0.0, 0.0, 0.0, 0.0)
                 GLES3.glClear(GLES3.GL_COLOR_BUFFER_BIT)
@@ -250,8 +186,8 @@ class Gl(GlObjects):
                 GLES3.glEnable(GLES3.GL_BLEND)
                 GLES3.glBlendEquation(GLES3.GL_FUNC_ADD)
                 factors = (*corners.blend.colour, *corners.blend.alpha)
-                GLES3.glBlendFuncSeparate(*(_constant(factor) for factor in factors))
-            _use(program, bindings)
+                GLES3.glBlendFuncSeparate(*(constant(factor) for factor in factors))
+            use(program, bindings)
             GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, buffer)
             places = corners.places
             pointer = places.ctypes.data_as(ctypes.c_void_p)
@@ -270,10 +206,10 @@ class Gl(GlObjects):
     ) -> None:
         """Fill `target`, or a part of it, with `program`. Returns before the driver has finished."""
         with self._checked(f"drawing a picture of {target.shape_hw[1]}×{target.shape_hw[0]}"):
-            _begin(target)
+            begin(target)
             if part is not None:
-                _restrict(part)
-            _use(program, bindings)
+                restrict(part)
+            use(program, bindings)
             GLES3.glBindBuffer(GLES3.GL_ARRAY_BUFFER, triangle)
             GLES3.glEnableVertexAttribArray(0)
             GLES3.glVertexAttribPointer(0, 2, GLES3.GL_FLOAT, GLES3.GL_FALSE, 0, None)
@@ -287,7 +223,7 @@ class Gl(GlObjects):
         """
         with (
             self._checked("uploading the order of pixels"),
-            self._object("texture", _new_texture, _delete_texture) as handle,
+            self._object("texture", new_texture, delete_texture) as handle,
         ):
             height, width = target.shape_hw
             texels = np.ascontiguousarray(share[::-1], np.float32)
@@ -295,7 +231,7 @@ class Gl(GlObjects):
             kind = (GLES3.GL_DEPTH_COMPONENT, GLES3.GL_FLOAT)
             GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, handle)
             GLES3.glTexImage2D(GLES3.GL_TEXTURE_2D, 0, GLES3.GL_DEPTH_COMPONENT32F, width, height, 0, *kind, pointer)
-            _filter(GLES3.GL_TEXTURE_2D, GLES3.GL_NEAREST)
+            set_filter(GLES3.GL_TEXTURE_2D, GLES3.GL_NEAREST)
             GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, 0)
             attachment = (GLES3.GL_FRAMEBUFFER, GLES3.GL_DEPTH_ATTACHMENT, GLES3.GL_TEXTURE_2D)
             GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
@@ -318,14 +254,14 @@ class Gl(GlObjects):
             GLES3.glAttachShader(handle, shader)
             GLES3.glLinkProgram(handle)
             if not GLES3.glGetProgramiv(handle, GLES3.GL_LINK_STATUS):
-                log = Lines(_text(GLES3.glGetProgramInfoLog(handle)).splitlines())
+                log = Lines(text_of(GLES3.glGetProgramInfoLog(handle)).splitlines())
                 raise VolprepError("VP5006", name=name, paths=text.path, driver=self.driver, log=log)
-            yield LinkedProgram(handle, _active_uniforms(handle))
+            yield LinkedProgram(handle, active_uniforms(handle))
 
     @contextmanager
     def numbers(self, count: int) -> Iterator[int]:
         """Make a storage buffer of so many zeros of 32 bits, OpenGL ES 3.1."""
-        with self._checked("making a buffer"), self._object("buffer", _new_buffer, _delete_buffer) as handle:
+        with self._checked("making a buffer"), self._object("buffer", new_buffer, delete_buffer) as handle:
             GLES3.glBindBuffer(GLES3.GL_SHADER_STORAGE_BUFFER, handle)
             zeros = np.zeros(count, np.uint32)
             pointer = zeros.ctypes.data_as(ctypes.c_void_p)
@@ -335,7 +271,7 @@ class Gl(GlObjects):
     def dispatch(self, program: LinkedProgram, bindings: Bindings, buffers: Sequence[int], groups: int) -> None:
         """Run a compute shader in so many groups; buffers are bound from 0 on. Later commands see its writes."""
         with self._checked("computing"):
-            _use(program, bindings)
+            use(program, bindings)
             for place, handle in enumerate(buffers):
                 GLES3.glBindBufferBase(GLES3.GL_SHADER_STORAGE_BUFFER, place, handle)
             GLES3.glDispatchCompute(groups, 1, 1)
@@ -358,8 +294,8 @@ class Gl(GlObjects):
         """Upload vertices [n, 3] and the triangles [m, 3] between them."""
         with (
             self._checked("uploading a mesh"),
-            self._object("buffer", _new_buffer, _delete_buffer) as vertices,
-            self._object("buffer", _new_buffer, _delete_buffer) as indices,
+            self._object("buffer", new_buffer, delete_buffer) as vertices,
+            self._object("buffer", new_buffer, delete_buffer) as indices,
         ):
             for target, handle, data in (
                 (GLES3.GL_ARRAY_BUFFER, vertices, np.ascontiguousarray(positions_xyz)),
@@ -378,11 +314,11 @@ class Gl(GlObjects):
         `target` has a depth buffer; pixels without the mesh are 0.
         """
         with self._checked(f"drawing a mesh into {target.shape_hw[1]}×{target.shape_hw[0]}"):
-            _begin(target)
+            begin(target)
             GLES3.glEnable(GLES3.GL_DEPTH_TEST)
             GLES3.glClearColor(0.0, 0.0, 0.0, 0.0)
             GLES3.glClear(GLES3.GL_COLOR_BUFFER_BIT)
-            _use(program, bindings)
+            use(program, bindings)
             for nearest in (True, False):
                 GLES3.glColorMask(nearest, nearest, not nearest, not nearest)
                 GLES3.glClearDepthf(float(nearest))
@@ -419,7 +355,7 @@ class Gl(GlObjects):
     @contextmanager
     def _depth_buffer(self, shape_hw: tuple[int, int]) -> Iterator[None]:
         """Attach a depth buffer of 16 bits, which every OpenGL ES 2.0 has, to the framebuffer that is bound."""
-        with self._object("renderbuffer", _new_renderbuffer, _delete_renderbuffer) as handle:
+        with self._object("renderbuffer", new_renderbuffer, delete_renderbuffer) as handle:
             GLES3.glBindRenderbuffer(GLES3.GL_RENDERBUFFER, handle)
             GLES3.glRenderbufferStorage(GLES3.GL_RENDERBUFFER, GLES3.GL_DEPTH_COMPONENT16, *shape_hw[::-1])
             attachment = (GLES3.GL_DEPTH_ATTACHMENT, GLES3.GL_RENDERBUFFER)
@@ -432,126 +368,6 @@ class Gl(GlObjects):
             GLES3.glShaderSource(handle, source.text)
             GLES3.glCompileShader(handle)
             if not GLES3.glGetShaderiv(handle, GLES3.GL_COMPILE_STATUS):
-                log = Lines(_text(GLES3.glGetShaderInfoLog(handle)).splitlines())
+                log = Lines(text_of(GLES3.glGetShaderInfoLog(handle)).splitlines())
                 raise VolprepError("VP5005", path=source.path, driver=self.driver, log=log)
             yield handle
-
-
-def _constant(word: str) -> int:
-    extension = _ASTC if "_ASTC_" in word else EXT_NORM16 if word == "R16_EXT" else GLES3
-    value: int = getattr(extension, f"GL_{word}")
-    return value
-
-
-def _new_buffer() -> int:
-    return int(GLES3.glGenBuffers(1))
-
-
-def _delete_buffer(handle: int) -> None:
-    GLES3.glDeleteBuffers(1, [handle])
-
-
-def _new_framebuffer() -> int:
-    return int(GLES3.glGenFramebuffers(1))
-
-
-def _delete_framebuffer(handle: int) -> None:
-    GLES3.glDeleteFramebuffers(1, [handle])
-
-
-def _new_renderbuffer() -> int:
-    return int(GLES3.glGenRenderbuffers(1))
-
-
-def _delete_renderbuffer(handle: int) -> None:
-    GLES3.glDeleteRenderbuffers(1, [handle])
-
-
-def _new_texture() -> int:
-    return int(GLES3.glGenTextures(1))
-
-
-def _delete_texture(handle: int) -> None:
-    GLES3.glDeleteTextures(1, [handle])
-
-
-def _upload_3d(internal: int, pixels: int, kind: int, levels: Sequence[NDArray[np.generic]]) -> None:
-    for level, texels in enumerate(np.ascontiguousarray(each) for each in levels):
-        depth, height, width = texels.shape[:3]
-        pointer = texels.ctypes.data_as(ctypes.c_void_p)
-        target = GLES3.GL_TEXTURE_3D
-        GLES3.glTexImage3D(target, level, internal, width, height, depth, 0, pixels, kind, pointer)
-    GLES3.glTexParameteri(GLES3.GL_TEXTURE_3D, GLES3.GL_TEXTURE_WRAP_R, GLES3.GL_CLAMP_TO_EDGE)
-
-
-def _filter(target: int, mode: int) -> None:
-    for name, value in (
-        (GLES3.GL_TEXTURE_MIN_FILTER, mode),
-        (GLES3.GL_TEXTURE_MAG_FILTER, mode),
-        (GLES3.GL_TEXTURE_WRAP_S, GLES3.GL_CLAMP_TO_EDGE),
-        (GLES3.GL_TEXTURE_WRAP_T, GLES3.GL_CLAMP_TO_EDGE),
-    ):
-        GLES3.glTexParameteri(target, name, value)
-
-
-def _active_uniforms(program: int) -> dict[str, str]:
-    uniforms: dict[str, str] = {}
-    for index in range(GLES3.glGetProgramiv(program, GLES3.GL_ACTIVE_UNIFORMS)):
-        name, _, kind = GLES3.glGetActiveUniform(program, index)
-        uniforms[_text(name)] = _UNIFORM_TYPES.get(int(kind), "other")
-    return uniforms
-
-
-def _begin(target: PictureTarget) -> None:
-    """Draw into a target from now on, with nothing switched on that a picture may have left."""
-    GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
-    GLES3.glViewport(0, 0, target.shape_hw[1], target.shape_hw[0])
-    for state in (
-        GLES3.GL_BLEND,
-        GLES3.GL_DITHER,
-        GLES3.GL_DEPTH_TEST,
-        GLES3.GL_CULL_FACE,
-        GLES3.GL_SCISSOR_TEST,
-    ):
-        GLES3.glDisable(state)
-    GLES3.glDepthMask(True)
-    GLES3.glDepthRangef(0.0, 1.0)
-
-
-def _restrict(part: PicturePart) -> None:
-    """Draw into a part of a target from now on, until `_begin`."""
-    if part.rectangle is not None:
-        GLES3.glEnable(GLES3.GL_SCISSOR_TEST)
-        GLES3.glScissor(*part.rectangle)
-    if part.share is not None:
-        GLES3.glEnable(GLES3.GL_DEPTH_TEST)
-        GLES3.glDepthMask(False)
-        GLES3.glDepthFunc(GLES3.GL_EQUAL)
-        GLES3.glDepthRangef(part.share, part.share)
-
-
-def _use(program: LinkedProgram, bindings: Bindings) -> None:
-    """Make a program current with its textures and uniforms; names that it does not have are skipped."""
-    GLES3.glUseProgram(program.handle)
-    for unit, (name, (dimensions, texture)) in enumerate(bindings.textures.items()):
-        if name in program.uniforms:
-            GLES3.glActiveTexture(GLES3.GL_TEXTURE0 + unit)
-            GLES3.glBindTexture(getattr(GLES3, f"GL_{dimensions}"), texture)
-            GLES3.glUniform1i(program.location(name), unit)
-    for name, value in bindings.uniforms.items():
-        if name in program.uniforms:
-            _set_uniform(program.location(name), value)
-
-
-def _set_uniform(location: int, value: Float32Array) -> None:
-    if value.shape == (4, 4):
-        # OpenGL ES 2.0 takes matrices by columns only.
-        GLES3.glUniformMatrix4fv(location, 1, GLES3.GL_FALSE, np.ascontiguousarray(value.T))
-    elif value.shape == (3,):
-        GLES3.glUniform3fv(location, 1, value)
-    else:
-        GLES3.glUniform1f(location, float(value))
-
-
-def _text(data: bytes | str) -> str:
-    return data if isinstance(data, str) else data.decode("utf-8", "replace").rstrip("\0\n")

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 import numpy as np
 
 from volprep.render.box_lines import BoxLines
-from volprep.render.gl import TRIANGLE, Bindings, Corners, Gl, LinkedProgram, PictureTarget, ShaderText
+from volprep.render.gl import TRIANGLE, Gl
+from volprep.render.gl_records import Bindings, Corners, LinkedProgram, PictureTarget, ShaderText
 from volprep.render.layers import clip_from_box_of
 from volprep.shading.overlay import overlay_texts
 from volprep_formats.arrays import Float32Array, Float64Array

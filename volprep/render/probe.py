@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from volprep.render.capabilities import PIXELS, Capability, ProbeTexture, capabilities_of, probe_of
 from volprep.render.egl import Context, context
-from volprep.render.gl import Bindings, Gl, ShaderText
+from volprep.render.gl import Gl
 from volprep.render.gl1 import Gl1
+from volprep.render.gl_records import Bindings, ShaderText
 from volprep.render.probe_results import Colour, ProbeResult, ProfileProbes
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError

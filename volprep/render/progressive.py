@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.render.gl import PicturePart
+from volprep.render.gl_records import PicturePart
 from volprep.render.renderer import Renderer
 from volprep.render.timing import Clock
 from volprep_formats.arrays import Float32Array, Float64Array

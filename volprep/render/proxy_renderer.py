@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from volprep.render.gl import TargetFormat
+from volprep.render.gl_records import TargetFormat
 from volprep.render.inputs import find_textures, level_inputs
 from volprep.render.layers import clip_from_box_of
 from volprep.render.limits import check_program

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from volprep.render.gl import LinkedProgram, MeshPart, PictureTarget
+from volprep.render.gl_records import LinkedProgram, MeshPart, PictureTarget
 from volprep_formats.package.program import Program
 
 Handles = Mapping[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]

@@ -18,11 +18,10 @@ from volprep.render.block_inputs import block_inputs
 from volprep.render.box_lines import BoxLines
 from volprep.render.egl import Context, GlDriver
 from volprep.render.faces import face_corners
-from volprep.render.gl import (
-    TRIANGLE,
+from volprep.render.gl import TRIANGLE, Gl
+from volprep.render.gl_records import (
     Bindings,
     Corners,
-    Gl,
     LinkedProgram,
     PicturePart,
     PictureTarget,

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from volprep.render.gl import Bindings, Gl, ShaderText
+from volprep.render.gl import Gl
+from volprep.render.gl_records import Bindings, ShaderText
 from volprep.shading.compose import compose
 from volprep.shading.compositing import CELL_BY_CELL, SURFACES
 from volprep.shading.raycast import most_faces

@@ -180,7 +180,7 @@ def with_segment_styles(
     if "classification" not in scene.render.model_fields_set:
         # A few points take less time than two tables (parts/classification/automatic.py).
         scene = scene.model_copy(update={"render": scene.render.model_copy(update={"classification": "auto"})})
-    held = f"; those that hold others are faint: {numbers_text(holding)}" if holding else ""
+    held = f"; segments around others are faint: {numbers_text(holding)}" if holding else ""
     return _lit(scene, profile).model_copy(update={"recognised": _recognised(f"a scan with segments{held}")})
 
 

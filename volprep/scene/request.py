@@ -39,6 +39,8 @@ class Request:
     """The scene file, absolute; None for a source without a scene."""
     first_look: bool = False
     """Whether no transfer function was given. One is then made when the source has been measured."""
+    finds_labels: bool = False
+    """Whether a source that looks like a label map is one: without a scene, also with a preset."""
 
     def with_preset(self, name: str) -> Self:
         """Return the same request with a preset as its transfer function. Raises VP3005 for an unknown one."""
@@ -166,4 +168,4 @@ def request_for_source(source: Path, profile: str | None = None) -> Request:
         ),
     )
     device = load_profile(profile or scene.profile, Path())
-    return Request(scene=scene, profile=device, scene_path=None, first_look=True)
+    return Request(scene=scene, profile=device, scene_path=None, first_look=True, finds_labels=True)

@@ -34,6 +34,17 @@ _SIDES: dict[CompositingName, str] = {
 }
 """Whether the value on the viewer's side of a surface is below the isovalue, as an argument."""
 
+_CELLS: dict[str, Slot] = {
+    "cells": "ray/cells:declared",
+    "classification_start": "ray/cells:start",
+    "face": "ray/cells:face",
+    "passed": "ray/cells:passed",
+    "enter": "ray/cells:enter",
+    "cubic": "compositing/cubic:greatest",
+    "sampled": "compositing/cubic:sampled",
+}
+"""Parts of rays that go from cell to cell."""
+
 
 def compositing(
     manifest: Manifest, program: ProgramDesign, render: RenderSettings, walk: Walk, *, ends_early: bool
@@ -55,29 +66,13 @@ def compositing(
     }
     if program.compositing in SURFACES:
         # Only light and labels ask for the place of a surface, not just its segment.
-        is_placed = program.lighting != "none" or segments is not None
-        slots |= {
-            "stop": f"{glsl}:stop",
-            "touch": "compositing/refinement:touch",
-            "refinement": "compositing/refinement:between" if is_placed else None,
-            "hit": f"{glsl}:hit" if is_placed else None,
-            "classification_start": "compositing/refinement:start",
-            "restart": "compositing/refinement:restart",
-        }
+        slots |= _surface(glsl, is_placed=program.lighting != "none" or segments is not None)
         words = {"ISOVALUE": literal(_stored(manifest, function))}
         return Feature(
             slots, words, {**offers, "LIT_AT": "hit", "SIDE": _SIDES[program.compositing], "GOING": _GOING["surface"]}
         )
     if program.compositing in CELL_BY_CELL:
-        slots |= {
-            "cells": "ray/cells:declared",
-            "classification_start": "ray/cells:start",
-            "face": "ray/cells:face",
-            "passed": "ray/cells:passed",
-            "enter": "ray/cells:enter",
-            "cubic": "compositing/cubic:greatest",
-            "sampled": "compositing/cubic:sampled",
-        }
+        slots |= _CELLS
         if segments:
             slots |= {
                 part: f"{glsl}:{name}_placed" for part, name in (("compositing_start", "start"), ("sample", "sample"))
@@ -94,6 +89,18 @@ def compositing(
     ends = f"compositing/{program.compositing.replace('-', '_')}"
     slots |= {name: f"{ends}:{name}" for name in ("stop_start", "stop", "stop_picture")}
     return Feature(slots, words, {**offers, "GOING": _GOING["ray"]})
+
+
+def _surface(glsl: str, *, is_placed: bool) -> dict[str, Slot]:
+    """Return the parts of rays that end at a surface; `is_placed` if its place in a segment is looked for."""
+    return {
+        "stop": f"{glsl}:stop",
+        "touch": "compositing/refinement:touch",
+        "refinement": "compositing/refinement:between" if is_placed else None,
+        "hit": f"{glsl}:hit" if is_placed else None,
+        "classification_start": "compositing/refinement:start",
+        "restart": "compositing/refinement:restart",
+    }
 
 
 def _intensity_words(manifest: Manifest, function: TransferFunction | None) -> dict[str, str]:

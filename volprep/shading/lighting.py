@@ -1,7 +1,8 @@
 """Light on samples: diffuse light from where the viewer is (Lambert 1760), or a light with a place.
 
-Normals are read from the package, or computed by the shader as differences of values. A sample without a normal,
-because the gradient is nearly zero or codes around it cancel, keeps its own colour: it is not a surface.
+Normals are read from the package, or computed by the shader as differences of values. The shorter a normal is, because
+the gradient is nearly zero or codes around it cancel, the less is its sample a surface, and the more it keeps its own
+colour. Such places are where directions change fast, and steps would have to be shorter.
 """
 
 from volprep.shading.compose import Instance, Slot, literal
@@ -9,12 +10,10 @@ from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
 from volprep.shading.shadows import shadows_of
 from volprep_formats.grid import Grid
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.parts.normals.record import SOFT_LENGTH, SOFT_SLOPE
 from volprep_formats.package.program import Light, ProgramDesign, Sampler
 from volprep_formats.package.texture import Texture
 
-# Linear filtering of 8-bit codes leaves about a thousandth of a zero vector.
-_LEAST_LENGTH = 0.01
 _SHINE = {
     "phong": "dot(reflect(-to_light, normal), to_viewer)",
     "blinn-phong": "dot(normal, normalize(to_light + to_viewer))",
@@ -31,11 +30,11 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid, *, of_
         if normals is None:
             msg = f"program {program.name} reads normals that its package does not hold"
             raise ValueError(msg)
-        found, least = normals_of(normals), _LEAST_LENGTH
+        found, soft = normals_of(normals), SOFT_LENGTH
     else:
         found = _slopes(program, grid, of_segments=of_segments)
-        least = LEAST_SLOPE / min(grid.spacing_mm_zyx)
-    words = {**found.words, "LEAST_SQUARED": literal(least**2)}
+        soft = SOFT_SLOPE / min(grid.spacing_mm_zyx)
+    words = {**found.words, "SOFT_SQUARED": literal(soft**2)}
     slots: dict[str, Slot] = {**found.slots, "lighting_start": "light/headlight:start"}
     if program.light is None:
         return Feature({**slots, "light": "light/headlight:sample"}, words, samplers=found.samplers)

@@ -24,7 +24,7 @@ from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.light.environment import environment_of, shares_of, turned
 from volprep_formats.package.parts.light.record import form_of, two_colours
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE, GradientKernel, halved_axes
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE, GradientKernel, halved_axes
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.tables import table_for
@@ -70,8 +70,8 @@ def _slopes(manifest: Manifest, lit: Program) -> Lit:
         msg = "a shader takes gradients of codes on a grid"
         raise ValueError(msg)
     low, high = manifest.quantization.window
-    least_per_mm = LEAST_SLOPE * abs(high - low) / min(manifest.grid.spacing_mm_zyx)
-    return Lit(ShaderSlopes(lit.normals_from, least_per_mm, abs(high - low)), lit.light, lit.lighting == "blinn-phong")
+    soft_per_mm = SOFT_SLOPE * abs(high - low) / min(manifest.grid.spacing_mm_zyx)
+    return Lit(ShaderSlopes(lit.normals_from, soft_per_mm, abs(high - low)), lit.light, lit.lighting == "blinn-phong")
 
 
 def light_at_level(manifest: Manifest, light: Normals, factors_zyx: tuple[int, int, int]) -> Normals:

@@ -11,8 +11,8 @@ from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.parts.normals.record import GradientKernel, HalvedAxes
 from volprep_formats.package.program import Light
 
-_LEAST_LENGTH = 0.01
-"""Gradients up to this length are not a surface for the oracles."""
+SOFT_LENGTH = 0.01
+"""Length of the normal at which a place is half a surface for the oracles."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class ShaderSlopes:
 
     kernel: Literal["forward", "central"]
     """Kernel of the differences."""
-    least_per_mm: float
-    """Slope, physical per millimetre, that is no surface any more."""
+    soft_per_mm: float
+    """Slope at which a place is half a surface, physical per millimetre."""
     range: float = 1.0
     """Physical range of the codes: slopes of borders of segments count as parts of it."""
     halved_zyx: HalvedAxes = (False, False, False)
@@ -31,11 +31,11 @@ class ShaderSlopes:
     @property
     def border_scale(self) -> float:
         """Return the factor of slopes of borders, beside slopes of values times `scale`."""
-        return self.range * _LEAST_LENGTH / self.least_per_mm
+        return self.range * SOFT_LENGTH / self.soft_per_mm
 
     def scale(self, slope: float) -> float:
-        """Return the factor of slopes of stored values after which 0.01 is the least; physical = slope · stored + b."""
-        return abs(slope) * _LEAST_LENGTH / self.least_per_mm
+        """Return the factor of stored slopes that makes half a surface 0.01; physical = slope · stored + b."""
+        return abs(slope) * SOFT_LENGTH / self.soft_per_mm
 
 
 VoxelNormals = GradientKernel | Float32Array

@@ -11,11 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep.kernels import _native
 from volprep.truth.lit import native_normals
 from volprep.truth.volume import Medium, Volume, require_field
 from volprep_formats.arrays import Float64Array
+from volprep_formats.grid import Vector
 from volprep_formats.package.transfer_function import TransferFunction
 
 DEFAULT_TOLERANCE = 1e-6
@@ -69,19 +71,13 @@ def oracle_picture(
     ValueError
         If the volume does not have the grid's shape.
     """
-    stored, grid = volume.stored, volume.grid
-    require_field(stored, grid)
-    points = transfer_function.points
+    values, colours, extinctions_per_mm = native_function(transfer_function)
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     _native.render_oracle(
-        stored,
-        volume.slope,
-        volume.intercept,
-        grid.spacing_mm_zyx[::-1],
-        grid.extent_mm_zyx[::-1],
-        np.array([point.value for point in points]),
-        np.array([point.colour for point in points]),
-        np.array([point.extinction_per_mm for point in points]),
+        *native_field(volume),
+        values,
+        colours,
+        extinctions_per_mm,
         np.ascontiguousarray(box_from_clip, dtype=np.float64),
         tolerance,
         picture.rgba,
@@ -90,6 +86,26 @@ def oracle_picture(
         *native_normals(volume.normals, volume.slope),
     )
     return picture
+
+
+def native_field(volume: Volume) -> tuple[NDArray[np.generic], float, float, Vector, Vector]:
+    """Return the arguments `volume`, `slope`, `intercept`, `spacing_mm_xyz` and `extent_mm_xyz` of native oracles.
+
+    Raises the errors of `require_field`.
+    """
+    require_field(volume.stored, volume.grid)
+    (hz, hy, hx), (z, y, x) = volume.grid.spacing_mm_zyx, volume.grid.extent_mm_zyx
+    return volume.stored, volume.slope, volume.intercept, (hx, hy, hz), (x, y, z)
+
+
+def native_function(function: TransferFunction) -> tuple[Float64Array, Float64Array, Float64Array]:
+    """Return the arguments `values`, `colours` and `extinctions_per_mm` of native oracles."""
+    points = function.points
+    return (
+        np.array([point.value for point in points]),
+        np.array([point.colour for point in points]),
+        np.array([point.extinction_per_mm for point in points]),
+    )
 
 
 def oracle_of_media(

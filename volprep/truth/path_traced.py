@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
+from volprep.truth.oracle import native_function
 from volprep.truth.volume import require_field
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
@@ -103,8 +104,8 @@ class LitVolume:
     def native(self) -> NativeLight:
         """Return the arguments that the native kernels of light share. Raises the errors of `require_field`."""
         require_field(self.volume, self.grid)
-        points, model = self.transfer_function.points, self.model
-        colours = np.array([point.colour for point in points])
+        model = self.model
+        values, colours, extinctions_per_mm = native_function(self.transfer_function)
         sky, suns = _surroundings(model, self.environment, self.grid)
         place = None if model.light_mm is None or model.kind != "shadow" else _place(self.grid, model.light_mm)
         return NativeLight(
@@ -113,9 +114,9 @@ class LitVolume:
             intercept=self.intercept,
             spacing_mm_xyz=self.grid.spacing_mm_zyx[::-1],
             extent_mm_xyz=self.grid.extent_mm_zyx[::-1],
-            values=np.array([point.value for point in points]),
+            values=values,
             colours=colours,
-            extinctions_per_mm=np.array([point.extinction_per_mm for point in points]),
+            extinctions_per_mm=extinctions_per_mm,
             albedos=_in_channels(colours, model),
             sky=sky,
             suns=suns,

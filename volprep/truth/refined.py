@@ -8,9 +8,9 @@ import numpy as np
 
 from volprep.kernels import _native
 from volprep.truth.lit import BakedField, Lit, light_numbers, native_normals, shadow_light
-from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
+from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture, native_field, native_function
 from volprep.truth.path_traced import LitVolume
-from volprep.truth.volume import Volume, require_field
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -32,20 +32,12 @@ def refined_picture(
     and 1, the picture is of maximum intensity difference accumulation. `planes` [n, 4] in box space cut the volume: it
     ends where a·x + b·y + c·z + d falls below 0, in millimetres.
     """
-    stored, grid, normals = volume.stored, volume.grid, volume.normals
-    require_field(stored, grid)
-    points = transfer_function.points
+    grid, normals = volume.grid, volume.normals
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     kernel, vectors, slope_scale, halved = native_normals(normals, volume.slope)
     _native.render_refined(
-        stored,
-        volume.slope,
-        volume.intercept,
-        grid.spacing_mm_zyx[::-1],
-        grid.extent_mm_zyx[::-1],
-        np.array([point.value for point in points]),
-        np.array([point.colour for point in points]),
-        np.array([point.extinction_per_mm for point in points]),
+        *native_field(volume),
+        *native_function(transfer_function),
         np.ascontiguousarray(box_from_clip, dtype=np.float64),
         tolerance,
         picture.rgba,

@@ -4,9 +4,9 @@
    either side; or, if values above the isovalue are solid, at its entry if the field there is the isovalue or above.
 2. The pixel is the transfer function's value for the field there: the isovalue, or the value where the ray enters the
    solid. A surface has no path length, so its opacity is that of the reference length, as for a maximum.
-3. Under a headlight, the colour is multiplied by the absolute cosine between the ray and the normal, which is the
-   trilinear interpolation of the normals of voxels; at a length of 0.01 or less there is no surface. A light with a
-   place lights as it does in `volprep.truth.refined`.
+3. Under a headlight, the colour is multiplied by sqrt(((n · d)² + e²) / (n · n + e²)), where d is the direction of the
+   ray, n the trilinear interpolation of the normals of voxels, and e = 0.01: the cosine of both, unless n is short. A
+   light with a place lights as it does in `volprep.truth.refined`.
 4. With shadows, light reaches a place if the whole way to the light, from half of the smallest spacing off the place
    on, is on the viewer's side of the surface.
 
@@ -18,15 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.truth.lit import Lit, native_normals, place_in_box, shadow_light
-from volprep.truth.oracle import OraclePicture
+from volprep.truth.lit import SOFT_LENGTH, Lit, native_normals, place_in_box, shadow_light
+from volprep.truth.oracle import OraclePicture, native_field
 from volprep.truth.shown import shown_picture
-from volprep.truth.volume import Volume, require_field
+from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.program import Light
 from volprep_formats.package.transfer_function import TransferFunction
 
-_LEAST_LENGTH = 0.01
 _OFFSET_VOXELS = 0.5
 _ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 
@@ -60,17 +59,12 @@ def surface_hits(
 ) -> Hits:
     """Return the points where rays meet the surface. Errors as in `surface_picture`."""
     grid, normals = volume.grid, volume.normals
-    require_field(volume.stored, grid)
     t_mm, error_mm, value, change = (np.empty(shape_hw) for _ in range(4))
     normal = np.empty((*shape_hw, 3))
     reaching = np.ones(shape_hw)
     light = shadow_light(normals)
     _native.render_surface(
-        volume.stored,
-        volume.slope,
-        volume.intercept,
-        grid.spacing_mm_zyx[::-1],
-        grid.extent_mm_zyx[::-1],
+        *native_field(volume),
         np.ascontiguousarray(box_from_clip, dtype=np.float64),
         isovalue,
         solid,
@@ -175,23 +169,21 @@ def _placed(rgba: Float64Array, hits: Hits, along: Float64Array, to_light: Float
     diffuse = light.ambient + light.diffuse * np.maximum(facing, 0.0) * reaching
     bare = rgba[..., :3] * (light.ambient + (1.0 - light.ambient) * reaching)
     colour = np.minimum(colour * diffuse + shine * reaching, 1.0)
-    is_lit = np.linalg.norm(hits.normal, axis=-1, keepdims=True) > _LEAST_LENGTH
-    return np.concatenate(
-        [np.where(is_lit, colour * alpha, bare if lit.throws_shadows else rgba[..., :3]), alpha], axis=-1
-    )
+    squared = (hits.normal**2).sum(axis=-1, keepdims=True)
+    share = squared / (squared + SOFT_LENGTH**2)
+    unlit = bare if lit.throws_shadows else rgba[..., :3]
+    return np.concatenate([share * colour * alpha + (1.0 - share) * unlit, alpha], axis=-1)
 
 
 def _moved(hits: Hits) -> Float64Array:
     """Return bounds on how much the uncertainty of the hits may turn their normals."""
-    length = np.maximum(np.linalg.norm(hits.normal, axis=-1), _LEAST_LENGTH)
+    length = np.hypot(np.linalg.norm(hits.normal, axis=-1), SOFT_LENGTH)
     moved: Float64Array = np.where(np.isfinite(hits.error_mm), hits.error_mm, 0.0) * hits.normal_per_mm / length
     return 2.0 * moved
 
 
 def headlight(hits: Hits, directions: Float64Array) -> tuple[Float64Array, Float64Array]:
     """Return the light from the viewer at the hits, with a bound on its change by the uncertainty of the hits."""
-    length = np.linalg.norm(hits.normal, axis=-1)
-    is_lit = length > _LEAST_LENGTH
-    safe = np.where(is_lit, length, 1.0)
-    light = np.where(is_lit, np.abs((hits.normal * directions).sum(axis=-1)) / safe, 1.0)
-    return light, np.where(is_lit, _moved(hits) + _ROUNDING, 0.0)
+    along = (hits.normal * directions).sum(axis=-1)
+    light: Float64Array = np.hypot(along, SOFT_LENGTH) / np.hypot(np.linalg.norm(hits.normal, axis=-1), SOFT_LENGTH)
+    return light, _moved(hits) + _ROUNDING

@@ -1,4 +1,4 @@
-"""What the oracles draw: a scalar field on a grid, and the transfer function that gives it extinction and colour."""
+"""Input of the oracles: a scalar field on a grid, and the transfer function that gives it extinction and colour."""
 
 from dataclasses import dataclass
 

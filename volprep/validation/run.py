@@ -122,12 +122,7 @@ def measure_package(
             made=_made(path),
             forms=_forms(path, package.manifest),
             driver=measured.driver,
-            cost=Cost(
-                seconds=clock.so_far(),
-                threads=_native.max_threads(),
-                peak_memory_bytes=_peak_memory_bytes(),
-                source_bytes=sum(each.scan.stored.nbytes for each in channels.values()),
-            ),
+            cost=_cost(clock, channels),
         )
 
 
@@ -304,6 +299,15 @@ def _facts(package: Package) -> PackageFacts:
         manifest_sha256=hashlib.sha256(manifest).hexdigest(),
         size_bytes=len(manifest) + sum(record.size_bytes for record in package.manifest.files),
         manifest=package.manifest,
+    )
+
+
+def _cost(clock: Clock, channels: Mapping[str, Subject]) -> Cost:
+    return Cost(
+        seconds=clock.so_far(),
+        threads=_native.max_threads(),
+        peak_memory_bytes=_peak_memory_bytes(),
+        source_bytes=sum(each.scan.stored.nbytes for each in channels.values()),
     )
 
 

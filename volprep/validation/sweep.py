@@ -254,15 +254,7 @@ def measure_sweep(
         [point.step_mm for point in points],
         [point.quadrature.rmse for point in points if point.quadrature is not None],
         precise.target if precise else None,
-        OrderFacts(
-            technique=program.technique,
-            compositing=program.compositing,
-            classification=program.classification,
-            lighting=program.lighting,
-            labels=subject.scan.nearest,
-            borders=subject.has_jumps_at_borders,
-            functions=subject.functions(program.transfer),
-        ),
+        _order_facts(subject, program),
     )
     small_truth = small.of_its_rays(viewed.truth.rgba)
     for level in coarser:
@@ -280,6 +272,18 @@ def measure_sweep(
         convergence=order,
     )
     return sweep, of_others
+
+
+def _order_facts(subject: Subject, program: Program) -> OrderFacts:
+    return OrderFacts(
+        technique=program.technique,
+        compositing=program.compositing,
+        classification=program.classification,
+        lighting=program.lighting,
+        labels=subject.scan.nearest,
+        borders=subject.has_jumps_at_borders,
+        functions=subject.functions(program.transfer),
+    )
 
 
 def nominal_time(sweep: Sweep, level: int) -> Milliseconds:

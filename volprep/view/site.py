@@ -47,7 +47,7 @@ _TYPES = {
 
 
 class ViewSettings(Record):
-    """What the page needs beside the manifest; addresses are relative to the page."""
+    """Data of the page beside the manifest; addresses are relative to the page."""
 
     generator: str
     """Program and version that made the page."""

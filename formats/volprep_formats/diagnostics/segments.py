@@ -85,6 +85,11 @@ SOURCE_ENTRIES: dict[str, Diagnostic] = {
         "{path}: slice {z} has the value {value:g}; a mask has 0 outside, and one number or fractions up to 1 inside",
         "Move files that are no masks, such as the scan, out of the folder.",
     ),
+    "VP1416": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the store has {count} label images, and one is needed: {names}",
+        "Name the folder of one of them, STORE/labels/NAME.",
+    ),
 }
 
 SCENE_ENTRIES: dict[str, Diagnostic] = {

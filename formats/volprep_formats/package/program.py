@@ -226,7 +226,7 @@ class ProgramDesign(Record):
     """Classification of samples."""
     lighting: Lighting = "none"
     """Lighting. headlight: diffuse light from the viewer's position. phong, blinn-phong: `light`, with highlights after
-    Phong, or after Blinn. A sample without a normal has its own colour."""
+    Phong, or after Blinn. The shorter a normal is, the more a sample keeps its own colour."""
     normals_from: NormalsFrom = "volume"
     """Source of the normals of lit samples. volume: a texture of normals. forward, central: differences of the stored
     values, computed in the shader."""

@@ -17,7 +17,8 @@ def open_segmentation(path: Path, progress: Progress, scan: Grid | None = None) 
 
     The grid of the scan gives the distance of frames of a DICOM SEG that does not say it.
 
-    Raises VP1001 to VP1003 for what cannot be found or known, VP1400 to VP1408, and what readers of volumes raise.
+    Raises VP1001 to VP1003 for what cannot be found or known, VP1400 to VP1409, VP1414 to VP1416, and what readers of
+    volumes raise.
     """
     try:
         check_regular_or_folder(path)
@@ -42,6 +43,7 @@ def _read(path: Path, head: bytes, progress: Progress, scan: Grid | None) -> Seg
     from volprep_formats.segmentations.mask_folder import has_masks  # noqa: PLC0415 - readers take time to load
     from volprep_formats.segmentations.rtstruct import SOP_CLASS, read_rtstruct  # noqa: PLC0415 - readers take time to load
     from volprep_formats.segmentations.seg_nrrd import is_segmentation, read_seg_nrrd  # noqa: PLC0415 - readers take time to load
+    from volprep_formats.segmentations.zarr_labels import label_image  # noqa: PLC0415 - readers take time to load
 
     if has_prefix(head):
         kind = sop_class(path)
@@ -54,7 +56,7 @@ def _read(path: Path, head: bytes, progress: Progress, scan: Grid | None) -> Seg
             return read_seg_nrrd(path, progress)
     elif path.is_dir() and (format_of(path) == "dicom" or has_masks(path)):
         return _read_folder(path, progress, scan)
-    return read_label_volume(path, progress)
+    return read_label_volume(label_image(path), progress)
 
 
 def _read_folder(path: Path, progress: Progress, scan: Grid | None) -> Segmentation:

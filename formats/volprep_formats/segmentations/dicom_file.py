@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom.inflate import DEFLATED, inflated_data_set
 from volprep_formats.regular_files import open_regular
 from volprep_formats.segmentations.records import Code
 
@@ -13,9 +14,11 @@ _MOST_BYTES = 2**32
 _LONGEST_CODE = 64
 _UNDEFINED = 0xFFFFFFFF
 _PLAIN_SYNTAXES = frozenset(
-    ("", "1.2.840.10008.1.2", "1.2.840.10008.1.2.1", "1.2.840.10008.1.2.2", "1.2.840.10008.1.2.5")
+    ("", "1.2.840.10008.1.2", "1.2.840.10008.1.2.1", "1.2.840.10008.1.2.2", "1.2.840.10008.1.2.5", DEFLATED)
 )
-"""Uncompressed, and RLE, which is decoded in Python. A file that does not say is uncompressed."""
+"""Uncompressed, deflated as a whole, and RLE, which is decoded in Python. A file that does not say is uncompressed."""
+_META_BYTES = 1024
+"""The file meta information, which has the transfer syntax, begins within these."""
 
 Item = Any
 """A data set or an item of a sequence. pydicom has no types for values."""
@@ -27,15 +30,13 @@ def parsed(path: Path) -> Iterator[Item]:
 
     Raises VP1003 (too large or unreadable), VP1400 and VP1403 (compressed).
     """
-    import pydicom  # noqa: PLC0415 - heavy
-
     if path.stat().st_size > _MOST_BYTES:
         raise VolprepError("VP1003", path=path, error=f"it has more than {_MOST_BYTES} bytes")
     from volprep_formats.readers.dicom.any_file import quiet_pydicom  # noqa: PLC0415 - pydicom takes time to load
 
     with quiet_pydicom(), open_regular(path) as file:
         try:
-            data = pydicom.dcmread(file, force=True)
+            data = _data_set(path, file)
             _require_whole(path, data)
             _require_plain(path, str(data.file_meta.get("TransferSyntaxUID", "")))
             yield data
@@ -47,6 +48,21 @@ def parsed(path: Path) -> Iterator[Item]:
             raise VolprepError("VP1400", path=path, problem=str(error)) from error
         except Exception as error:
             raise VolprepError("VP1400", path=path, problem=f"{type(error).__name__}: {error}") from error
+
+
+def _data_set(path: Path, file: BinaryIO, only: list[str] | None = None) -> Item:
+    """Parse a file, or only some elements of it. pydicom would inflate a deflated one without a limit."""
+    from pydicom import FileDataset, dcmread  # noqa: PLC0415 - heavy
+    from pydicom.filereader import read_dataset, read_file_meta_info  # noqa: PLC0415 - heavy
+    from pydicom.tag import Tag  # noqa: PLC0415 - heavy
+
+    head = file.read(_META_BYTES)
+    file.seek(0)
+    if DEFLATED.encode() not in head:
+        return dcmread(file, force=True, stop_before_pixels=only is not None, specific_tags=only)
+    with inflated_data_set(path) as stream:
+        data = read_dataset(stream, False, True, specific_tags=None if only is None else [Tag(each) for each in only])
+        return FileDataset(path, data, file_meta=read_file_meta_info(path), is_implicit_VR=False)
 
 
 def _require_whole(path: Path, data: Item) -> None:
@@ -66,13 +82,11 @@ def _require_plain(path: Path, syntax: str) -> None:
 
 def sop_class(path: Path) -> str:
     """Return the SOPClassUID of a file, empty if it has none. Raises VP1400."""
-    import pydicom  # noqa: PLC0415 - heavy
-
     from volprep_formats.readers.dicom.any_file import quiet_pydicom  # noqa: PLC0415 - pydicom takes time to load
 
     with quiet_pydicom(), open_regular(path) as file:
         try:
-            data = pydicom.dcmread(file, force=True, stop_before_pixels=True, specific_tags=["SOPClassUID"])
+            data = _data_set(path, file, ["SOPClassUID"])
             return str(data.get("SOPClassUID", "") or data.file_meta.get("MediaStorageSOPClassUID", ""))
         except Exception as error:
             raise VolprepError("VP1400", path=path, problem=f"{type(error).__name__}: {error}") from error

@@ -151,7 +151,7 @@ def _grid(path: Path, frames: _Frames, scan: Grid | None) -> tuple[Grid, list[in
 
 
 def _pitch_of_scan(scan: Grid, row: Float64Array, column: Float64Array, spacing_mm: Float64Array) -> float:
-    """Return the distance of the slices of a scan whose pixels are as large as those of the frames; else 0."""
+    """Return the distance of the slices of a scan whose pixels have the size of the frames' pixels; else 0."""
     z, *of_scan = scan.spacing_mm_zyx
     same_normal = abs(float(np.cross(row, column) @ np.array(scan.direction)[:, 2])) > 1 - _SAME_COSINE**2
     return z if same_normal and np.allclose(sorted(of_scan), sorted(spacing_mm), rtol=1e-3) else 0.0

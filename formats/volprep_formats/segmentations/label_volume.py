@@ -107,16 +107,21 @@ def read_mask(path: Path, progress: Progress) -> Mask:
         inside = np.empty(info.grid.shape_zyx, np.bool_)
         has_fractions = False
         least, most, least_inside = (np.inf, 0), (-np.inf, 0), np.inf
+        # Integers as they are: as floating-point numbers they take six times as long.
+        is_whole = (info.slope, info.intercept) == (1.0, 0.0) and info.stored_type != "float32"
         for z in range(len(inside)):
-            values = info.slope * source.read_slab(z, z + 1)[0].astype(np.float64) + info.intercept
-            inside[z] = values >= _HALF
-            least, most = min(least, (values.min(), z)), max(most, (values.max(), z))
-            least_inside = min(least_inside, values[inside[z]].min(initial=np.inf))
-            has_fractions = has_fractions or bool((np.abs(values - np.rint(values)) > _ROUNDING).any())
+            values = source.read_slab(z, z + 1)[0]
+            if not is_whole:
+                values = info.slope * values.astype(np.float64) + info.intercept
+                has_fractions = has_fractions or bool((np.abs(values - np.rint(values)) > _ROUNDING).any())
+            inside[z] = values > 0 if is_whole else values >= _HALF
+            least, most = min(least, (float(values.min()), z)), max(most, (float(values.max()), z))
+            if inside[z].any():
+                least_inside = min(least_inside, float(values[inside[z]].min()))
         if least[0] <= -_HALF or (has_fractions and most[0] > 1 + _ROUNDING):
             value, z = least if least[0] <= -_HALF else most
-            raise VolprepError("VP1415", path=path, value=float(value), z=z)
-        has_several_numbers = not has_fractions and bool(most[0] > least_inside + _ROUNDING)
+            raise VolprepError("VP1415", path=path, value=value, z=z)
+        has_several_numbers = not has_fractions and most[0] > least_inside + _ROUNDING
         return Mask(info.grid, inside, has_fractions, has_several_numbers)
 
 

@@ -9,22 +9,22 @@ namespace {
 using Three = nb::ndarray<const double, nb::shape<3>, nb::c_contig, nb::device::cpu>;
 using Light = nb::ndarray<double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
 
-Headlight checked_headlight(const Three& spacing_mm_xyz, const Three& apart_xyz, double least_per_mm) {
+Headlight checked_headlight(const Three& spacing_mm_xyz, const Three& apart_xyz, double soft_per_mm) {
     for (int axis = 0; axis < 3; ++axis) {
         require(spacing_mm_xyz.data()[axis] > 0.0 && apart_xyz.data()[axis] > 0.0,
                 "spacing_mm_xyz and apart_xyz must be positive");
     }
-    return {spacing_mm_xyz.data(), apart_xyz.data(), least_per_mm};
+    return {spacing_mm_xyz.data(), apart_xyz.data(), soft_per_mm};
 }
 
 void light(const AnyVolume& src, double scale, const Points& origins, const Points& directions,
            const Numbers& lengths_mm, const Offsets& offsets, const Three& spacing_mm_xyz, const Three& apart_xyz,
-           double least_per_mm, const Table& table, const Light& result, int threads) {
+           double soft_per_mm, const Table& table, const Light& result, int threads) {
     const Shape3 shape = shape_of(src);
     require_voxels(shape);
     require_threads(threads);
     const Rays rays = checked_rays(origins, directions, lengths_mm, offsets);
-    const Headlight headlight = checked_headlight(spacing_mm_xyz, apart_xyz, least_per_mm);
+    const Headlight headlight = checked_headlight(spacing_mm_xyz, apart_xyz, soft_per_mm);
     require(table.shape(0) >= 2, "table must have at least 2 entries");
     require(static_cast<int64_t>(result.shape(0)) == rays.count, "light must have a row for each ray");
     const SlopedTable entries{static_cast<int64_t>(table.shape(0)), table.data(), nullptr};
@@ -36,14 +36,14 @@ void light(const AnyVolume& src, double scale, const Points& origins, const Poin
 }
 
 double sums(const Level& level, const Points& origins, const Points& directions, const Numbers& lengths_mm,
-            const Offsets& offsets, const Three& spacing_mm_xyz, const Three& apart_xyz, double least_per_mm,
+            const Offsets& offsets, const Three& spacing_mm_xyz, const Three& apart_xyz, double soft_per_mm,
             const Table& table, const Table& slopes, const Table& light, const Numbers& weights, const Sums& sums,
             int threads) {
     const Shape3 shape = shape_of(level);
     require_voxels(shape);
     require_threads(threads);
     const Rays rays = checked_rays(origins, directions, lengths_mm, offsets);
-    const Headlight headlight = checked_headlight(spacing_mm_xyz, apart_xyz, least_per_mm);
+    const Headlight headlight = checked_headlight(spacing_mm_xyz, apart_xyz, soft_per_mm);
     const RefineTarget target = checked_target(rays, shape, table, slopes, light, weights, sums);
     const nb::gil_scoped_release released;
     return volprep::lit_sums(level.data(), shape, rays, headlight, target, sums.data(), threads);
@@ -54,13 +54,13 @@ double sums(const Level& level, const Points& origins, const Points& directions,
 void lit_level(nb::module_& module) {
     module.def("lit_light", &light, nb::arg("src").noconvert(), nb::arg("scale"), nb::arg("origins").noconvert(),
                nb::arg("directions").noconvert(), nb::arg("lengths_mm").noconvert(), nb::arg("offsets").noconvert(),
-               nb::arg("spacing_mm_xyz").noconvert(), nb::arg("apart_xyz").noconvert(), nb::arg("least_per_mm"),
+               nb::arg("spacing_mm_xyz").noconvert(), nb::arg("apart_xyz").noconvert(), nb::arg("soft_per_mm"),
                nb::arg("table").noconvert(), nb::arg("light").noconvert(), nb::arg("threads") = 0,
                nb::sig("def lit_light(src: numpy.typing.NDArray[numpy.generic], scale: float, origins: "
                        "numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], "
                        "lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], "
                        "spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: "
-                       "numpy.typing.NDArray[numpy.float64], least_per_mm: float, table: "
+                       "numpy.typing.NDArray[numpy.float64], soft_per_mm: float, table: "
                        "numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], threads: int "
                        "= 0) -> None"),
                R"(Write the light of rays, lit by the viewer.
@@ -80,8 +80,8 @@ spacing_mm_xyz
     float64 [3]: distances of voxels.
 apart_xyz
     float64 [3]: voxels to each side that central differences are taken of.
-least_per_mm
-    Smallest slope of the value with a shade.
+soft_per_mm
+    Slope of the value at which a place is half a surface, above 0.
 table
     float64 [entries, 4]: linear colour, and extinction per millimetre.
 light
@@ -98,14 +98,14 @@ ValueError
     module.def(
         "lit_sums", &sums, nb::arg("level").noconvert(), nb::arg("origins").noconvert(),
         nb::arg("directions").noconvert(), nb::arg("lengths_mm").noconvert(), nb::arg("offsets").noconvert(),
-        nb::arg("spacing_mm_xyz").noconvert(), nb::arg("apart_xyz").noconvert(), nb::arg("least_per_mm"),
+        nb::arg("spacing_mm_xyz").noconvert(), nb::arg("apart_xyz").noconvert(), nb::arg("soft_per_mm"),
         nb::arg("table").noconvert(), nb::arg("slopes").noconvert(), nb::arg("light").noconvert(),
         nb::arg("weights").noconvert(), nb::arg("sums").noconvert(), nb::arg("threads") = 0,
         nb::sig("def lit_sums(level: numpy.typing.NDArray[numpy.float32], origins: "
                 "numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], "
                 "lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], "
                 "spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: "
-                "numpy.typing.NDArray[numpy.float64], least_per_mm: float, table: "
+                "numpy.typing.NDArray[numpy.float64], soft_per_mm: float, table: "
                 "numpy.typing.NDArray[numpy.float64], slopes: numpy.typing.NDArray[numpy.float64], light: "
                 "numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], sums: "
                 "numpy.typing.NDArray[numpy.float32], threads: int = 0) -> float"),
@@ -118,7 +118,7 @@ Parameters
 ----------
 level
     float32 [z, y, x]: values from 0, the first entry of the table, to 1, the last.
-origins, directions, lengths_mm, offsets, spacing_mm_xyz, apart_xyz, least_per_mm, table
+origins, directions, lengths_mm, offsets, spacing_mm_xyz, apart_xyz, soft_per_mm, table
     As for lit_light.
 slopes, light, weights, sums
     As for refine_sums.

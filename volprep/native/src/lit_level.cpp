@@ -200,18 +200,15 @@ void shade(const Field<T>& field, const Headlight& headlight, const double* dire
         along += gradient[axis] * direction[axis] * headlight.spacing_mm_xyz[axis];
         squared += gradient[axis] * gradient[axis];
     }
-    const double length = std::sqrt(squared);
-    sample.shade = 1.0;
-    std::fill_n(sample.shade_by, 3, 0.0);
-    if (length < headlight.least_per_mm || length == 0.0) {
-        return;
-    }
-    sample.shade = std::abs(along) / length;
+    // sqrt((along^2 + soft^2) / (squared + soft^2)), and how it changes with each value beside.
+    const double soft = headlight.soft_per_mm * headlight.soft_per_mm;
+    sample.shade = std::sqrt((along * along + soft) / (squared + soft));
     for (int axis = 0; axis < 3; ++axis) {
         const double apart_mm = 2.0 * headlight.apart_xyz[axis] * headlight.spacing_mm_xyz[axis];
         const double along_axis = direction[axis] * headlight.spacing_mm_xyz[axis];
-        const double by_gradient = along_axis / length - along * gradient[axis] / (squared * length);
-        sample.shade_by[axis] = (along < 0.0 ? -by_gradient : by_gradient) / apart_mm;
+        const double by_gradient =
+            sample.shade * (along * along_axis / (along * along + soft) - gradient[axis] / (squared + soft));
+        sample.shade_by[axis] = by_gradient / apart_mm;
     }
 }
 

@@ -152,22 +152,12 @@ struct LitCell : MediumCell<Voxel> {
         normal(y, n);
         double at_mm[3];
         place(y, at_mm);
-        const double square = oracle::dot(n, n);
-        if (!(square > oracle::kLeastLength * oracle::kLeastLength)) {
-            // A place without a normal is not a surface, but may lie in a shadow.
-            if (light.placed != nullptr && light.placed->shadows) {
-                const double ambient = light.placed->ambient;
-                const double share = ambient + (1.0 - ambient) * reaching(at_mm);
-                for (double& channel : sample.colour) channel *= share;
-            }
-            return sample;
-        }
         if (light.placed != nullptr) {
             oracle::light_at(*light.placed, n, at_mm, ray.direction, sample.colour, [&] { return reaching(at_mm); });
             return sample;
         }
-        const double cosine = std::fabs(oracle::dot(n, ray.direction)) / std::sqrt(square);
-        for (double& channel : sample.colour) channel *= cosine;
+        const double light_of_viewer = oracle::headlight(n, ray.direction);
+        for (double& channel : sample.colour) channel *= light_of_viewer;
         return sample;
     }
 };
@@ -212,11 +202,6 @@ void list_kinks(Work& work, const LitCell<Voxel>& lit) {
             oracle::find_changes(work.kinks, from + inset, to - inset, function);
         };
         find([&](double y) { return along(lit.ray.direction, y); });
-        find([&](double y) {
-            double n[3];
-            lit.normal(y, n);
-            return oracle::dot(n, n) - oracle::kLeastLength * oracle::kLeastLength;
-        });
         if (lit.light.placed == nullptr) continue;
         find([&](double y) {
             double at_mm[3];

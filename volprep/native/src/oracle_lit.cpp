@@ -1,47 +1,45 @@
 // The light of one piece of a ray, lit from where the viewer is, to a prescribed bound.
 //
-// The colour is multiplied by L = |n . d| / |n|, where n is the trilinear interpolation of the voxels' normals, a cubic
-// vector on the piece, and d the direction of the ray; where |n| is 0.01 or less there is no surface, and L is 1. The
-// extinction is as without light. With A = 1 - exp(-T) the piece sends
+// The colour is multiplied by L = sqrt(((n . d)^2 + e^2) / (n . n + e^2)), where n is the trilinear interpolation of
+// the voxels' normals, a cubic vector on the piece, d the direction of the ray, and e = 0.01: the cosine of both where
+// n is long, 1 where it is 0. The extinction is as without light. With A = 1 - exp(-T) the piece sends
 //
 //   integral of c L dA = c(1) M + c' N,   M = integral of L dA,   N = integral of (v(y) - v(1)) L dA,   c' = dc/dv.
 //
-// No closed form: Gauss's rule. Cut at the zeros of n . d, at most three, the integrands are analytic as long as n . n
-// is nowhere 0. With a = n(0), write n = a + s a / |a| + w, where w is perpendicular to a; s and w are polynomials
-// without a constant. On a disc |y| <= R, |n . n| is at least (|a| - S)^2 - W^2, where S and W are the sums of |s_k|
-// R^k and |w_k| R^k; and at least p(0) minus the sum of the other |p_k| R^k, where p is n . n, of degree 6. Bounds of
-// extinction, exp(-T), n . d, 1 / |n| and v on the disc bound the integrands on the Bernstein ellipse in it, and
-// |error| <= 64/15 M r^-2n / (1 - r^-2) as in oracle_beam.cpp: a rule of n points is of order 2n in the length of the
-// piece. The smallest rule that keeps the piece's share of the tolerance is taken; where none does, or |n| may pass
-// 0.01, the piece is cut in two. Around a place where it does pass, cutting ends when all light of the rest, which may
-// be lit or not, is below a sixteenth of the share.
+// No closed form: Gauss's rule. With N = (n, e), a vector of four components, and U = (n . d, e), L is |U| / |N|, and
+// the integrands are analytic where N . N and U . U are not 0. With a = N(0), write N = a + s a / |a| + w, where w is
+// perpendicular to a; s and w are polynomials without a constant. On a disc |y| <= R, |N . N| is at least (|a| - S)^2 -
+// W^2, where S and W are the sums of |s_k| R^k and |w_k| R^k; and at least p(0) minus the sum of the other |p_k| R^k,
+// where p is N . N, of degree 6. U . U is (n . d + i e)(n . d - i e), of which no factor is 0 where n . d has changed
+// by less than |U(0)|. Bounds of extinction, exp(-T), n . d, 1 / |N| and v on the disc bound the integrands on the
+// Bernstein ellipse in it, and |error| <= 64/15 M r^-2n / (1 - r^-2) as in oracle_beam.cpp: a rule of n points is of
+// order 2n in the length of the piece. The smallest rule that keeps the piece's share of the tolerance is taken; where
+// none does, the piece is cut in two.
 #include <array>
 #include <limits>
 
 #include "volprep/oracle/beam.hpp"
 #include "volprep/oracle/extinction.hpp"
 #include "volprep/oracle/gauss.hpp"
+#include "volprep/oracle/soft_normals.hpp"
 
 namespace volprep::oracle {
 
 namespace {
 
-constexpr double kLeastLength = 0.01;
-constexpr double kLeastSquare = kLeastLength * kLeastLength;
-// L goes up and down at most nine times on a piece: the numerator of its slope has degree 8.
-constexpr double kTurns = 9.0;
-constexpr double kLeafShare = 1.0 / 16.0;
+// L goes up and down at most eleven times on a piece: the numerator of the slope of its square has degree 10.
+constexpr double kTurns = 11.0;
 
-// Normals along a piece: n . d, a cubic, |n|^2, and how n changes along n(0) and across.
+// Normals along a piece: n . d, a cubic, |N|^2, and how N changes along N(0) and across.
 struct Shade {
     Cubic along{0.0, 0.0, 0.0, 0.0};
     std::array<double, 7> square{};
-    double middle = 0.0;             // |n(0)|
+    double middle = 0.0;             // |N(0)|
     std::array<double, 3> longer{};  // |s_k|, k = 1 to 3
     std::array<double, 3> aside{};   // |w_k|
 
     explicit Shade(const Piece& piece) noexcept {
-        double c[4][3];
+        double c[4][4] = {{0.0, 0.0, 0.0, kSoftLength}};
         for (int axis = 0; axis < 3; ++axis) {
             const Cubic n = piece.normals->axes[axis].between(piece.from, piece.to);
             const double d = piece.normals->direction[axis];
@@ -56,48 +54,51 @@ struct Shade {
             for (std::size_t j = i + 1; j < 4; ++j) square[i + j] += 2.0 * dot(c[i], c[j]);
         }
         middle = std::sqrt(square[0]);
-        for (std::size_t k = 0; k < 3 && middle > 0.0; ++k) {
+        for (std::size_t k = 0; k < 3; ++k) {
             const double rise = dot(c[k + 1], c[0]) / middle;
-            double across[3];
-            for (int axis = 0; axis < 3; ++axis) across[axis] = c[k + 1][axis] - rise * c[0][axis] / middle;
+            double across[4];
+            for (int axis = 0; axis < 4; ++axis) across[axis] = c[k + 1][axis] - rise * c[0][axis] / middle;
             longer[k] = std::fabs(rise);
             aside[k] = std::sqrt(dot(across, across));
         }
     }
-    // How far |n|^2 may be from that at 0, on the disc |y| <= radius.
+    // How far |N|^2 may be from that at 0, on the disc |y| <= radius.
     double spread(double radius) const noexcept {
         double sum = 0.0;
         for (std::size_t k = 6; k > 0; --k) sum = radius * (std::fabs(square[k]) + sum);
         return sum;
     }
-    // The least |n . n(0)| / |n(0)| on the disc, or a little less.
+    // The least |N . N(0)| / |N(0)| on the disc, or a little less.
     double ahead(double radius) const noexcept { return middle - sum_of(longer, radius); }
-    // The least |n . n| on the disc, or a little less; not positive where it may be 0.
+    // The least |N . N| on the disc, or a little less; not positive where it may be 0.
     double least_square(double radius) const noexcept {
         const double near = ahead(radius);
         const double apart = sum_of(aside, radius);
         const double by_direction = near > 0.0 ? near * near - apart * apart : 0.0;
         return std::max(square[0] - spread(radius), by_direction);
     }
-    bool is_nowhere() const noexcept { return square[0] + spread(1.0) <= kLeastSquare; }
-    // For real y what is perpendicular to n(0) makes n longer only.
-    bool is_everywhere() const noexcept { return ahead(1.0) > kLeastLength || square[0] - spread(1.0) > kLeastSquare; }
     double at(double y) const noexcept {
         double sum = 0.0;
         for (std::size_t k = 7; k > 0; --k) sum = y * sum + square[k - 1];
-        return sum > kLeastSquare ? std::fabs(along.at(y)) / std::sqrt(sum) : 1.0;
+        const double cosine = along.at(y);
+        return std::sqrt((cosine * cosine + kSoftSquare) / std::max(sum, kSoftSquare));
     }
-    // The largest |n . d| / |n| on the disc |y| <= radius; infinite where |n| may be 0.
+    // The largest |L| on the disc |y| <= radius; infinite where it may not be analytic.
     double bound(double radius) const noexcept {
         const double least = least_square(radius);
-        if (!(least > 0.0)) return std::numeric_limits<double>::infinity();
-        return (std::fabs(along.c0) +
-                radius * (std::fabs(along.c1) + radius * (std::fabs(along.c2) + radius * std::fabs(along.c3)))) /
-               std::sqrt(least);
+        const double turned =
+            radius * (std::fabs(along.c1) + radius * (std::fabs(along.c2) + radius * std::fabs(along.c3)));
+        if (!(least > 0.0) || !(turned * turned < along.c0 * along.c0 + kSoftSquare)) {
+            return std::numeric_limits<double>::infinity();
+        }
+        const double largest = std::fabs(along.c0) + turned;
+        return std::sqrt((largest * largest + kSoftSquare) / least);
     }
 
   private:
-    static double dot(const double a[3], const double b[3]) noexcept { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+    static double dot(const double a[4], const double b[4]) noexcept {
+        return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+    }
     static double sum_of(const std::array<double, 3>& terms, double radius) noexcept {
         return radius * (terms[0] + radius * (terms[1] + radius * terms[2]));
     }
@@ -154,8 +155,8 @@ void add(Beam& beam, const Piece& piece, const Extinction& extinction, const Sha
         passage.light[channel] = piece.colour(channel, 1.0) * m + segment.colour_slope[channel] * n;
     }
     passage.variation = 2.0 * segment.colour_steepness * piece.value.slope_bound(1.0) + kTurns * limits.colour_max;
-    // A vector that is off by e, and at least so long, has a cosine that is off by 2 e over its length.
-    const double shade_error = 4.0 * piece.normals->error / kLeastLength;
+    // A normal that is off by some length changes L by at most twice that over |N|, which is never below e.
+    const double shade_error = 4.0 * piece.normals->error / kSoftLength;
     passage.error = error + alpha * (segment.colour_steepness * piece.value_error + limits.colour_max * shade_error);
     beam.pass(piece, extinction, limits, passage);
 }
@@ -182,65 +183,34 @@ double share_of(const Beam& beam, const Piece& piece, const RayLimits& limits, d
     return 0.25 * limits.tolerance * (opacity + piece.length_mm / (limits.length_mm * beam.transmittance));
 }
 
-void gather_part(Beam& beam, const Piece& piece, const RayLimits& limits, double leaf, int cuts);
-
-// A piece on which n . d does not change its sign. `leaf` is what may be lost where |n| passes the least length.
-void gather_side(Beam& beam, const Piece& piece, const Extinction& extinction, const Shade& shade,
-                 const RayLimits& limits, double leaf, int cuts) {
-    if (shade.is_nowhere()) {
-        Piece plain = piece;
-        plain.normals = nullptr;
-        gather(beam, plain, limits);
-        return;
-    }
+void gather_part(Beam& beam, const Piece& piece, const RayLimits& limits, int cuts) {
+    if (beam.stopped || !(piece.length_mm > 0.0)) return;
+    const Extinction extinction(piece);
     const double depth = extinction.depth();
     double place = 0.0;
     if (depth > kStiff && cuts < kDeepestCut) {
         place = place_of_depth_one(extinction);
     } else {
-        if (shade.is_everywhere()) {
-            const Choice choice = choose_rule(piece, extinction, shade, limits, share_of(beam, piece, limits, depth));
-            if (choice.rule != nullptr) {
-                integrate(beam, piece, extinction, shade, limits, choice);
-                return;
-            }
+        const Shade shade(piece);
+        const Choice choice = choose_rule(piece, extinction, shade, limits, share_of(beam, piece, limits, depth));
+        if (choice.rule != nullptr) {
+            integrate(beam, piece, extinction, shade, limits, choice);
+            return;
         }
-        if (limits.colour_max * depth <= leaf || cuts >= kDeepestCut) {
+        if (cuts >= kDeepestCut) {
             const double alpha = 1.0 - std::exp(-depth);
             add(beam, piece, extinction, shade, limits, 0.5 * alpha, 0.0, limits.colour_max * alpha);
             return;
         }
     }
-    gather_part(beam, piece.part(-1.0, place), limits, leaf, cuts + 1);
-    gather_part(beam, piece.part(place, 1.0), limits, leaf, cuts + 1);
-}
-
-void gather_part(Beam& beam, const Piece& piece, const RayLimits& limits, double leaf, int cuts) {
-    if (beam.stopped || !(piece.length_mm > 0.0)) return;
-    gather_side(beam, piece, Extinction(piece), Shade(piece), limits, leaf, cuts);
+    gather_part(beam, piece.part(-1.0, place), limits, cuts + 1);
+    gather_part(beam, piece.part(place, 1.0), limits, cuts + 1);
 }
 
 }  // namespace
 
 void gather_lit(Beam& beam, const Piece& piece, const RayLimits& limits) noexcept {
-    const Extinction extinction(piece);
-    const Shade shade(piece);
-    const double leaf = kLeafShare * share_of(beam, piece, limits, extinction.depth());
-    double ends[4] = {-1.0, 1.0, 1.0, 1.0};
-    const int count = extrema(shade.along, ends + 1);
-    ends[count + 1] = 1.0;
-    double place = -1.0;
-    for (int i = 0; i <= count; ++i) {
-        if ((shade.along.at(ends[i]) < 0.0) == (shade.along.at(ends[i + 1]) < 0.0)) continue;
-        const double zero = crossing(shade.along, ends[i], ends[i + 1], 0.0);
-        gather_part(beam, piece.part(place, zero), limits, leaf, 0);
-        place = zero;
-    }
-    if (place == -1.0) {
-        gather_side(beam, piece, extinction, shade, limits, leaf, 0);
-    } else {
-        gather_part(beam, piece.part(place, 1.0), limits, leaf, 0);
-    }
+    gather_part(beam, piece, limits, 0);
 }
 
 }  // namespace volprep::oracle

@@ -1,6 +1,6 @@
 // Light along a ray by refinement, in float64. The ray is cut into parts on which everything is smooth: at the faces of
 // cells, where the field crosses a control point, where it turns, and where it passes the greatest value so far; and
-// where a normal turns away from the viewer or the light, or gets too short, as far as nine places on a part tell. Each
+// where a normal turns away from the viewer or the light, as far as nine places on a part tell. Each
 // part is taken in n equal steps, n = 1, 2, 4, ...; S(n) is the sum over the ray, of order 2, and R(n) = (4 S(n) -
 // S(n / 2)) / 3. The ray is finished when R changes by at most the tolerance twice in a row.
 //
@@ -34,7 +34,6 @@ namespace {
 
 using oracle::dot;
 using oracle::find_changes;
-using oracle::kLeastLength;
 using oracle::Light;
 using oracle::light_at;
 using oracle::settled;
@@ -63,7 +62,6 @@ struct Parts {
     std::vector<oracle::CellNormals> normals;
     oracle::Cuts cuts;
     std::vector<double> kinks;
-    std::vector<double> turns;
 
     void clear() {
         list.clear();
@@ -79,14 +77,6 @@ struct Wanted {
     double width;                                          // 0 where nothing rises
     std::function<double(const double[3])> transmittance;  // between a place and the light; none without shadows
 };
-
-// Matter between casts a shadow on everything, whether or not it has a normal.
-void shade_bare(const Wanted& wanted, const double at_mm[3], double colour[3]) noexcept {
-    if (!wanted.transmittance) return;
-    const double ambient = wanted.picture.light->ambient;
-    const double reaching = ambient + (1.0 - ambient) * wanted.transmittance(at_mm);
-    for (int channel = 0; channel < 3; ++channel) colour[channel] *= reaching;
-}
 
 void medium_at(const Part& part, const Parts& parts, const Wanted& wanted, const oracle::Ray& ray, double y,
                double colour[3], double& extinction) noexcept {
@@ -108,14 +98,9 @@ void medium_at(const Part& part, const Parts& parts, const Wanted& wanted, const
         const double place = 0.5 * (part.from + part.to) + 0.5 * (part.to - part.from) * y;
         for (int axis = 0; axis < 3; ++axis) n[axis] = parts.normals[part.normals].axes[axis].at(place);
     }
-    const double square = dot(n, n);
-    if (!(square > kLeastLength * kLeastLength)) {
-        shade_bare(wanted, at_mm, colour);
-        return;
-    }
     if (wanted.picture.light == nullptr) {
-        const double cosine = std::fabs(dot(n, ray.direction)) / std::sqrt(square);
-        for (int channel = 0; channel < 3; ++channel) colour[channel] *= cosine;
+        const double light = oracle::headlight(n, ray.direction);
+        for (int channel = 0; channel < 3; ++channel) colour[channel] *= light;
         return;
     }
     light_at(*wanted.picture.light, n, at_mm, ray.direction, colour,
@@ -210,19 +195,6 @@ void find_kinks(Parts& parts, double length_mm, double t_mm, double begin, doubl
             return sum;
         };
         find_changes(parts.kinks, begin, end, [&](double y) { return along(y, ray.direction); });
-        // A normal may be too short on a small part only: its length is looked at between where it is least or
-        // greatest.
-        const auto product = [&](double y, bool slopes) {
-            double sum = slopes ? 0.0 : -kLeastLength * kLeastLength;
-            for (const oracle::Cubic& axis : cell.axes) sum += axis.at(y) * (slopes ? axis.slope(y) : axis.at(y));
-            return sum;
-        };
-        parts.turns.assign(1, begin);
-        find_changes(parts.turns, begin, end, [&](double y) { return product(y, true); });
-        parts.turns.push_back(end);
-        for (std::size_t i = 1; i < parts.turns.size(); ++i) {
-            find_changes(parts.kinks, parts.turns[i - 1], parts.turns[i], [&](double y) { return product(y, false); });
-        }
         if (wanted.picture.light != nullptr) {
             find_changes(parts.kinks, begin, end, [&](double y) {
                 const double at_mm = t_mm + 0.5 * length_mm * (1.0 + y);

@@ -70,7 +70,7 @@ class SourceLevel:
         self._reduced = None if level.index == 0 else self._box_reduced()
 
     def medium(self, function: TransferFunction) -> Medium:
-        """Return the values without codes; for level 0 those of the whole source."""
+        """Return the values without codes; for level 0 the whole source."""
         if self._reduced is not None:
             return Medium(Volume(self._reduced, self.grid), function)
         volume, info = self._source.volume, self._source.info

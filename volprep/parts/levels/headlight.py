@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.parts.headlight import softened_cosine
 from volprep.parts.levels.rays import RaySamples, RaySegments, sample_at
 from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float64Array
@@ -79,21 +80,23 @@ def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible s
     lines: RaySegments,
     along: RaySamples,
     wanted: NDArray[np.bool_],
-    least_per_mm: float,
+    soft_per_mm: float,
     between: SampleFilter = "linear",
     *,
     halved_zyx: HalvedAxes = (False, False, False),
     borders: BorderSlopes | None = None,
 ) -> Float64Array:
-    """Return the absolute cosine of ray and gradient at each sample; 1 where the slope is less than `least_per_mm`.
+    """Return the light at each sample: the cosine of ray and gradient, nearly 1 where slopes are below `soft_per_mm`.
 
-    Differences are of values one voxel to each side, along `halved_zyx` half a voxel. `borders` are added to them.
-    Samples that are not `wanted` have 1.
+    Differences are of values one voxel to each side, along `halved_zyx` half a voxel. In the outer half voxels they are
+    those at the centres of the outer voxels, as in shaders. `borders` are added to them. Samples
+    that are not `wanted` have 1.
     """
     result = np.ones(len(along.values))
     if not wanted.any():
         return result
-    pieces, counts = _pieces(lines, along, wanted)
+    extent_mm_xyz = np.array([n * mm for n, mm in zip(volume.shape_zyx, spacing_mm_zyx, strict=True)])[::-1]
+    pieces, counts = _pieces(lines, along, wanted, (np.array(spacing_mm_zyx[::-1]) / 2, extent_mm_xyz))
     apart_mm_zyx = [mm / 2 if halved else mm for mm, halved in zip(spacing_mm_zyx, halved_zyx, strict=True)]
     # To each side along x, y and z, the side of larger coordinates first.
     steps_mm = [sign * step_mm for step_mm in np.diag(apart_mm_zyx[::-1]) for sign in (1, -1)]
@@ -106,22 +109,31 @@ def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible s
         slope = (values[2 * axis] - values[2 * axis + 1]) * (around.scale / (2 * apart_mm)) + added[axis]
         forward += slope * np.repeat(pieces.directions_xyz[:, axis], counts)
         squared += slope**2
-    length = np.sqrt(squared)
-    is_flat = length < least_per_mm
-    result[wanted] = np.where(is_flat, 1.0, np.abs(forward) / np.where(is_flat, 1.0, length))
+    result[wanted] = softened_cosine(forward, squared, soft_per_mm)
     return result
 
 
-def _pieces(lines: RaySegments, along: RaySamples, wanted: NDArray[np.bool_]) -> tuple[RaySegments, NDArray[np.intp]]:
-    """Return the pieces of rays whose samples are wanted, and how many samples each has."""
+def _pieces(
+    lines: RaySegments, along: RaySamples, wanted: NDArray[np.bool_], box_mm_xyz: tuple[Float64Array, Float64Array]
+) -> tuple[RaySegments, NDArray[np.intp]]:
+    """Return the pieces of rays whose samples are wanted, and how many samples each has.
+
+    `box_mm_xyz` is half a voxel and the extent of the volume. Samples in the outer half voxels are pieces of their own,
+    moved to the centres of the outer voxels.
+    """
+    half_mm, extent_mm = box_mm_xyz
+    counts = np.diff(along.offsets)
+    ray = np.repeat(np.arange(len(counts)), counts)
+    segment_mm = (along.lengths_mm / counts)[ray]
+    middles_mm = (np.arange(len(wanted)) - along.offsets[ray] + 0.5) * segment_mm
+    places = lines.starts_mm_xyz[ray] + middles_mm[:, None] * lines.directions_xyz[ray]
+    inner = np.clip(places, half_mm, extent_mm - half_mm)
+    is_outer = (inner != places).any(axis=1)
     is_first = np.zeros(len(wanted), np.bool_)
     is_first[along.offsets[:-1]] = True
-    begins = wanted & (is_first | ~np.append(False, wanted[:-1]))
+    begins = wanted & (is_first | is_outer | ~np.append(False, (wanted & ~is_outer)[:-1]))
     starts = np.flatnonzero(begins)
-    counts = np.bincount(np.cumsum(begins)[wanted] - 1)
-    ray = np.searchsorted(along.offsets, starts, side="right") - 1
-    segment_mm = (along.lengths_mm / np.diff(along.offsets))[ray]
-    aside_mm = (starts - along.offsets[ray]) * segment_mm
-    directions_xyz = lines.directions_xyz[ray]
-    starts_mm_xyz = lines.starts_mm_xyz[ray] + aside_mm[:, None] * directions_xyz
-    return RaySegments(starts_mm_xyz, directions_xyz, counts * segment_mm), counts
+    samples = np.bincount(np.cumsum(begins)[wanted] - 1)
+    directions_xyz = lines.directions_xyz[ray[starts]]
+    starts_mm_xyz = inner[starts] - (0.5 * segment_mm[starts])[:, None] * directions_xyz
+    return RaySegments(starts_mm_xyz, directions_xyz, samples * segment_mm[starts]), samples

@@ -35,7 +35,7 @@ from volprep.plan.level_choice import AdaptedTable, MeasuredStep
 from volprep.scan.slabs import RawVolume
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE, halved_axes
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE, halved_axes
 from volprep_formats.package.program import PassTarget
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -100,6 +100,8 @@ class LevelSteps:
     """Format of the picture, if layers are blended."""
     lit: bool = False
     """Whether samples are lit."""
+    soft_slope: float = SOFT_SLOPE
+    """Slope at which a place is half a surface."""
     labelled: bool = False
     """Whether segments are drawn, whose shaders take differences of whole voxels at every level."""
 
@@ -167,7 +169,7 @@ class LevelSteps:
         if self.lit:
             shown = Shown(level.tables if self.compositing.ends_early else (), self.window)
             halved_zyx = (False, False, False) if self.labelled else halved_axes(level.factors)
-            light = Headlit(shown, LEAST_SLOPE / min(self.scan.grid.spacing_mm_zyx), halved_zyx)
+            light = Headlit(shown, self.soft_slope / min(self.scan.grid.spacing_mm_zyx), halved_zyx)
         rays = sampled(level.codes, level.spacing_mm_zyx, groups, self.window, light, per_voxel)
         return StepBench(self.compositing, level.tables, rays, is_segments=self.is_segments, layers=self.layers)
 

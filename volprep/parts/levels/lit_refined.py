@@ -34,7 +34,7 @@ from volprep.parts.levels.refined import Refinement, rays_at, seen_voxels
 from volprep.plan.level_choice import AdaptedTable, PictureErrors
 from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float32Array, Float64Array
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE, halved_axes
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE, halved_axes
 
 _FEWEST_RAYS = 8000
 _AVERAGED = 8
@@ -96,7 +96,7 @@ class _Shading:
     spacing_mm_xyz: Float64Array
     apart_xyz: Float64Array
     """Voxels to each side of central differences."""
-    least_per_mm: float
+    soft_per_mm: float
 
     @classmethod
     def of(cls, scan: LevelInput, factors: Factors) -> "_Shading":
@@ -105,13 +105,13 @@ class _Shading:
         return cls(
             np.array(scan.spacing_mm_zyx(factors)[::-1]),
             np.array([0.5 if halved else 1.0 for halved in halved_xyz]),
-            LEAST_SLOPE / min(scan.grid.spacing_mm_zyx),
+            SOFT_SLOPE / min(scan.grid.spacing_mm_zyx),
         )
 
     @property
     def numbers(self) -> tuple[Float64Array, Float64Array, float]:
         """The shading as the kernels take it."""
-        return self.spacing_mm_xyz, self.apart_xyz, self.least_per_mm
+        return self.spacing_mm_xyz, self.apart_xyz, self.soft_per_mm
 
     def rays(
         self, lines: RaySegments, per_voxel: int

@@ -24,7 +24,7 @@ from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE, halved_axes
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE, halved_axes
 from volprep_formats.package.texture import SampleFilter
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -132,7 +132,7 @@ class SeenLevels:
             return samples, None
         # Samples are hidden only behind samples that are blended.
         wanted = Shown(tables if drawn.compositing.ends_early else (), drawn.window).samples(samples, _PER_VOXEL)
-        least_per_mm = LEAST_SLOPE / min(self._scan.grid.spacing_mm_zyx)
+        soft_per_mm = SOFT_SLOPE / min(self._scan.grid.spacing_mm_zyx)
         halved_zyx = halved_axes(factors)
         light = headlight(
             volume,
@@ -140,7 +140,7 @@ class SeenLevels:
             self._lines,
             samples,
             wanted,
-            least_per_mm,
+            soft_per_mm,
             drawn.between,
             halved_zyx=halved_zyx,
         )

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.headlight import soft_slope
 from volprep.parts.level_choices import choice_name
 from volprep.parts.levels.appearance import Look
 from volprep.parts.levels.choose_level import Chooser
@@ -33,6 +34,7 @@ from volprep.transfer.lookup import lookup_table
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import ChannelPart, LevelFilter
 from volprep_formats.package.manifest import Contribution, Tolerance
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE
 from volprep_formats.package.program import LAID_OVER, CompositingName, PassTarget
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -64,6 +66,8 @@ class _Drawing(Record):
     lit: bool
     central: bool
     """Whether every lit program takes central differences of the voxels that it draws."""
+    soft_slope: float
+    """The least slope at which a place is half a surface, of all lit programs."""
     tolerance: Tolerance
     measure_steps: bool
     segments: bool
@@ -77,6 +81,7 @@ def _drawing(plan: ChannelPlan) -> _Drawing:
         compositing=plan.shared.compositing,
         lit=bool(lit),
         central=all(program.normals_from == "central" for program in lit),
+        soft_slope=min((soft_slope(program.normals_from) for program in lit), default=SOFT_SLOPE),
         tolerance=plan.render.tolerance,
         measure_steps=plan.shared.measure_steps,
         segments=any(program.classification == "preintegrated" for program in plan.programs),
@@ -244,6 +249,7 @@ def _steps(scan: LevelInput, plan: ChannelPlan) -> LevelSteps | None:
         tolerance=drawing.tolerance,
         layers=drawing.layers,
         lit=drawing.lit,
+        soft_slope=drawing.soft_slope,
         labelled=drawing.labelled,
     )
 

@@ -24,7 +24,7 @@ from volprep.scan.statistics import MEASURED_BLOCK, Measured
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE, HalvedAxes
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE, HalvedAxes
 from volprep_formats.source import SourceInfo
 
 _OBLIQUE = 10
@@ -56,8 +56,8 @@ class Headlit:
 
     shown: Shown
     """Their visible samples."""
-    least_per_mm: float
-    """Below this slope, in the codes' own unit, a sample is lit as without a gradient."""
+    soft_per_mm: float
+    """Slope at which a place is half a surface, in the codes' own unit."""
     halved_zyx: HalvedAxes = (False, False, False)
     """Axes along which differences are of values half a voxel to each side."""
     border_per_mm: float = 1.0
@@ -84,6 +84,7 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     *,
     lit: Sequence[Table] | None = None,
     labelled: LabelLooks | None = None,
+    soft_slope: float = SOFT_SLOPE,
     per_voxel: int = PER_VOXEL,
 ) -> list[PatchRays]:
     """Return the physical values along rays through the part of a source that is level 0, whose grid is `grid`.
@@ -101,10 +102,10 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     ]
     lowest, highest = measured.statistics.minimum, measured.statistics.maximum
     codes, window = _codes(volume, info, (lowest, highest))
-    # The least slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
+    # The soft slope counts in parts of the values that a package holds; codes of 16 bits may be much wider.
     share = (highest - lowest) / abs(window[1] - window[0]) if highest > lowest else 1.0
-    least_per_mm = share * LEAST_SLOPE / min(grid.spacing_mm_zyx)
-    light = None if lit is None else Headlit(Shown(lit, window), least_per_mm, border_per_mm=share)
+    soft_per_mm = share * soft_slope / min(grid.spacing_mm_zyx)
+    light = None if lit is None else Headlit(Shown(lit, window), soft_per_mm, border_per_mm=share)
     return sampled(codes, grid.spacing_mm_zyx, shifted, window, light, per_voxel, labelled)
 
 
@@ -139,7 +140,7 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
             lines,
             samples,
             wanted,
-            lit.least_per_mm,
+            lit.soft_per_mm,
             halved_zyx=lit.halved_zyx,
             borders=borders,
         )

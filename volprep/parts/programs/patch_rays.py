@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.kernels import _native
+from volprep.parts.headlight import softened_cosine
 from volprep_formats.arrays import Float32Array, Float64Array
 
 FINE = 8
@@ -32,14 +33,19 @@ class PatchRays:
     views: tuple[slice, ...]
     """Rays that run like the rays of one view: oblique to all axes, along z, along y, along x."""
     headlight: Float64Array | None = None
-    """[sample, ray]: cosine between ray and gradient, if samples are lit."""
+    """[sample, ray]: light from the viewer, if samples are lit."""
     looks: Float32Array | None = None
     """[style, sample, ray, 4]: tint times opacity factor, and opacity factor, of the labels around a sample that have
     each style, if segments are drawn."""
 
 
-def patch_rays(patches: Float64Array, spacing_mm_zyx: Sequence[float], length_mm: float, *, lit: bool) -> PatchRays:
-    """Return rays of this length through `patches` [patch, z, y, x]; `lit` says whether samples are lit."""
+def patch_rays(
+    patches: Float64Array, spacing_mm_zyx: Sequence[float], length_mm: float, *, soft_per_mm: float | None = None
+) -> PatchRays:
+    """Return rays of this length through `patches` [patch, z, y, x].
+
+    Samples are lit if `soft_per_mm` is given, the slope at which a place is half a surface.
+    """
     samples = max(1, math.ceil(length_mm / min(spacing_mm_zyx) * FINE))
     count = int(np.clip(_SAMPLES // samples, _FEWEST_RAYS, _MOST_RAYS)) // 5 * 5
     views = tuple(slice(first * count // 5, stop * count // 5) for first, stop in ((0, 2), (2, 3), (3, 4), (4, 5)))
@@ -49,14 +55,17 @@ def patch_rays(patches: Float64Array, spacing_mm_zyx: Sequence[float], length_mm
     velocities = directions / np.array(spacing_mm_zyx)
     values = np.empty((samples, count))
     _native.sample_patches(patches, starts, velocities, step_mm, values)
-    if not lit:
+    if soft_per_mm is None:
         return PatchRays(values, step_mm, views)
     squared = np.zeros_like(values)
     for axis, spacing_mm in enumerate(spacing_mm_zyx, 1):
         along = np.empty_like(values)
         _native.sample_patches(_differences(patches, axis, spacing_mm), starts, velocities, step_mm, along)
         squared += along**2
-    return PatchRays(values, step_mm, views, _cosines(values, step_mm, np.sqrt(squared)))
+    # The slope along a ray is the change of its values, also where a patch has thrown it back.
+    forward = _differences(values, 0, step_mm)
+    light = softened_cosine(forward, np.maximum(squared, forward**2), soft_per_mm)
+    return PatchRays(values, step_mm, views, light)
 
 
 def _differences(patches: Float64Array, axis: int, spacing_mm: float) -> Float64Array:
@@ -64,17 +73,6 @@ def _differences(patches: Float64Array, axis: int, spacing_mm: float) -> Float64
     if patches.shape[axis] == 1:
         return np.zeros_like(patches)
     return np.ascontiguousarray(np.gradient(patches, spacing_mm, axis=axis))
-
-
-def _cosines(values: Float64Array, step_mm: float, steepness: Float64Array) -> Float64Array:
-    """Return the cosine between rays [sample, ray] and gradients of length `steepness`; 1 without a gradient.
-
-    The gradient along a ray is the change of its values, also where a patch has thrown it back.
-    """
-    if len(values) == 1:
-        return np.ones_like(values)
-    along = np.abs(np.gradient(values, step_mm, axis=0))
-    return np.divide(along, steepness, out=np.ones_like(values), where=steepness > along)
 
 
 def _lines(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.headlight import soft_slope
 from volprep.parts.programs.patch_rays import PatchRays, patch_rays
 from volprep.parts.programs.step_bench import FINER_VOXELS, LongestStep, StepBench, in_voxels, longest_step
 from volprep.parts.values.labels import label_step_voxels
@@ -140,7 +141,11 @@ def source_rays(
     patches += info.intercept
     z, y, x = (f * h for f, h in zip(factors_zyx, grid.spacing_mm_zyx, strict=True))
     length_mm = float(np.mean(grid.extent_mm_zyx))
-    return patch_rays(patches, (z, y, x), length_mm, lit=scene.render.lighting != "none")
+    soft_per_mm = None
+    if scene.render.lighting != "none":
+        values_range = measured.statistics.maximum - measured.statistics.minimum
+        soft_per_mm = soft_slope(scene.lighting.normals) * values_range / min(grid.spacing_mm_zyx)
+    return patch_rays(patches, (z, y, x), length_mm, soft_per_mm=soft_per_mm)
 
 
 def layers_of(technique: TechniqueName, profile: DeviceProfile) -> PassTarget | None:

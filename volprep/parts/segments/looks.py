@@ -1,6 +1,7 @@
 """How the segments of a scan look: names, styles and tints, from what the source says and the scene wants."""
 
 import re
+import unicodedata
 from collections.abc import Sequence
 
 import numpy as np
@@ -126,7 +127,9 @@ def _names(segments: Sequence[FoundSegment], *, free: bool) -> list[str]:
     for segment in segments:
         coded = segment.code.meaning if segment.code is not None and segment.code.public else ""
         text = coded or segment.public or (segment.name if free else "")
-        plain = re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")[:_LONGEST_NAME] or f"segment-{segment.number}"
+        # Letters with marks, such as umlauts, lose the marks.
+        letters = re.sub(r"[\u0300-\u036f]", "", unicodedata.normalize("NFKD", text.casefold()))
+        plain = re.sub(r"[^a-z0-9]+", "-", letters).strip("-")[:_LONGEST_NAME] or f"segment-{segment.number}"
         suffix = f"-{segment.number}" if plain in names else ""
         names.append(f"{plain[: _LONGEST_NAME - len(suffix)]}{suffix}")
     return names

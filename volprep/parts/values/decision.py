@@ -35,6 +35,8 @@ TABLE_SHARE = 0.05
 """Fraction of the scene's tolerance that a smaller table may add to the error of the largest one."""
 _ENTRIES = (256, 512, 1024, 2048, 4096)
 """Lengths of a lookup table: the longest has 32 kB as half floats, less than one slice of a volume."""
+_EVERY_VALUE = 4096
+"""Values that are tried where a ray meets a single voxel."""
 _MANY_LABELS_WINDOW = (0.0, 65535 / 64)
 """Window of labels above 255: a label is 64 codes, so that its half float is exact, and four entries of the longest
 table: between two entries there is no second label."""
@@ -72,6 +74,25 @@ class _Bench:
             for table, truth in zip(self._tables, self._truth, strict=True)
         ]
         return worst(errors)
+
+    def largest_of_one_voxel(self, quantizer: Quantizer, entries: int) -> float:
+        """Return the largest error that a table makes of any value, on rays that meet a single voxel; else 0.
+
+        No mixture evens out their errors, and a sample of rays misses rare values: one slice of a CT, 20 mm thick, was
+        0.0023 off on the sample with 256 entries over 4492 HU, and 0.42 in a picture.
+        """
+        lengths_mm = [mm for rays, mm in zip(self._rays_zyx, self._spacing_mm_zyx, strict=True) if len(rays) == 1]
+        if not lengths_mm or self._between == "nearest":
+            return 0.0
+        lowest, highest = (
+            getattr(np, end)([getattr(each, end)() for each in self._rays_zyx]) for end in ("min", "max")
+        )
+        values = np.linspace(lowest, highest, _EVERY_VALUE)[None]
+        pairs = [(table, table.resampled(quantizer.window, entries)) for table in self._tables]
+        pictures = [
+            [self._compositing.rays(values, max(lengths_mm), each, self._between) for each in pair] for pair in pairs
+        ]
+        return max(float(np.abs(drawn - exact).max()) for exact, drawn in pictures)
 
     def _pictures(self, rays_zyx: Sequence[Float64Array], table: Table) -> list[Float64Array]:
         return [
@@ -186,8 +207,10 @@ def choose_values(
         entries = min(_EDITABLE_ENTRIES[quantizer.bits], lengths[-1])
         error = bench.error(quantizer, entries)
     else:
-        largest_rmse = last.rays.rmse + TABLE_SHARE * scene.tolerance.rmse
-        entries, error = _shortest_table(bench, quantizer, lengths, largest_rmse)
+        allowed = PictureDifference(
+            last.rays.rmse + TABLE_SHARE * scene.tolerance.rmse, SHARE * scene.tolerance.maximum
+        )
+        entries, error = _shortest_table(bench, quantizer, lengths, allowed)
     return ValueChoice(
         quantize=QuantizePlan(bits=quantizer.bits, window=quantizer.window, labels=bool(scene.source.labels)),
         quantizer=quantizer,
@@ -200,7 +223,7 @@ def choose_values(
 
 
 def _settings(scene: Scene, profile: DeviceProfile, measured: Measured) -> QuantizeSettings:
-    """Return the scene's settings, or those that its labels or colours need."""
+    """Return the scene's settings, or the settings that its labels or colours need."""
     if scene.source.labels:
         return _label_settings(scene.quantize, measured, profile)
     if scene.colour is not None:
@@ -286,10 +309,11 @@ def most_of_flip(tolerance: Tolerance) -> float:
 
 
 def _shortest_table(
-    bench: _Bench, quantizer: Quantizer, lengths: list[int], largest_rmse: float
+    bench: _Bench, quantizer: Quantizer, lengths: list[int], allowed: PictureDifference
 ) -> tuple[int, PictureDifference]:
     for entries in lengths[:-1]:
         error = bench.error(quantizer, entries)
-        if error.rmse <= largest_rmse:
+        one_voxel = bench.largest_of_one_voxel(quantizer, entries)
+        if error.rmse <= allowed.rmse and one_voxel <= allowed.maximum:
             return entries, error
     return lengths[-1], bench.error(quantizer, lengths[-1])

@@ -13,11 +13,12 @@ from functools import cached_property
 import numpy as np
 
 from volprep.compositing.record import LitRays
+from volprep.parts.headlight import softened_cosine
 from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views
 from volprep.scan.statistics import Measured
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.parts.normals.record import LEAST_SLOPE
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE
 from volprep_formats.source import SourceInfo
 
 _VOXELS = 250_000
@@ -32,7 +33,7 @@ class LitBench:
         used = stored[:: max(1, round(stored.size / _VOXELS))]
         self._patches: Float64Array = used.astype(np.float64) * info.slope + info.intercept
         self._spacing_mm_zyx = info.grid.spacing_mm_zyx
-        self._least_per_mm = LEAST_SLOPE / min(self._spacing_mm_zyx)
+        self._soft_per_mm = SOFT_SLOPE / min(self._spacing_mm_zyx)
         self._tables = tables
         self._rays = rays
         self._range = measured.statistics.maximum - measured.statistics.minimum
@@ -50,9 +51,7 @@ class LitBench:
     def _pictures(self, patches: Float64Array, values_range: float) -> list[Float64Array]:
         columns = _columns(patches)
         z, *across = [_columns(_slopes(patches, axis, mm)) for axis, mm in enumerate(self._spacing_mm_zyx, 1)]
-        steepness = np.sqrt(z**2 + across[0] ** 2 + across[1] ** 2)
-        is_surface = steepness > self._least_per_mm * values_range
-        light = np.divide(np.abs(z), steepness, out=np.ones_like(z), where=is_surface)
+        light = softened_cosine(z, z**2 + across[0] ** 2 + across[1] ** 2, self._soft_per_mm * values_range)
         ends = ((columns, light), (np.ascontiguousarray(columns[::-1]), np.ascontiguousarray(light[::-1])))
         return [
             self._rays(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep.scan.segments.combine import LabelArray, combine
+from volprep.scan.segments.combine import LabelArray, combine, count_of
 from volprep.scan.segments.contours import OffPlane, coverage_of
 from volprep.scan.segments.onto_grid import contours_outside, difference, onto_grid
 from volprep.scan.segments.outside import contours_beyond, voxels_beyond
@@ -102,7 +102,7 @@ def _masks(path: Path, contours: Contours, grid: Grid) -> tuple[tuple[LayerArray
 
 
 def _volumes(layers: LabelLayers) -> tuple[float, ...]:
-    count = sum(np.bincount(layer.ravel(), minlength=len(layers.segments) + 1) for layer in layers.layers)
+    count = sum(count_of(layer, len(layers.segments) + 1) for layer in layers.layers)
     return tuple((np.asarray(count)[1:] * _voxel_ml(layers.grid)).tolist())
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep.kernels import _native
 from volprep.scan.segments.combine import LabelArray
@@ -50,11 +51,19 @@ def _copy(labels: LabelArray, source_from_target: Float64Array, result: LabelArr
         step = int(turn[source, axis])
         places = shift[source] + step * np.arange(result.shape[2 - axis])
         there = np.flatnonzero((places >= 0) & (places < labels.shape[2 - source]))
-        wanted.append(there)
-        found.append(places[there])
+        wanted.append(_slice(there, 1))
+        found.append(_slice(places[there], step))
     order = tuple(2 - axes[2 - axis] for axis in range(3))
     turned = np.transpose(labels, order)
-    result[np.ix_(wanted[2], wanted[1], wanted[0])] = turned[np.ix_(found[2], found[1], found[0])]
+    result[wanted[2], wanted[1], wanted[0]] = turned[found[2], found[1], found[0]]
+
+
+def _slice(places: NDArray[np.intp], step: int) -> slice:
+    """Return the slice that takes consecutive places, in steps of 1 or -1."""
+    if not len(places):
+        return slice(0, 0)
+    stop = int(places[-1]) + step
+    return slice(int(places[0]), stop if stop >= 0 else None, step)
 
 
 def difference(grid: Grid, target: Grid, *, same_frame: bool) -> str:

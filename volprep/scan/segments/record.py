@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from volprep.scan.block_ranges import blocks_with
-from volprep.scan.segments.combine import LabelArray
+from volprep.scan.segments.combine import LabelArray, count_of
 from volprep.scan.segments.fitted import Fitted
 from volprep.scan.statistics import MEASURED_BLOCK
 from volprep_formats.label_tables import table_of
@@ -113,7 +113,7 @@ def found_segments(fitted: Fitted, sha256: str, table: str | None = None) -> Fou
         segments=segments,
         members=fitted.members,
         boxes=boxes,
-        voxels=_voxels(fitted.labels, len(fitted.members)),
+        voxels=tuple(count_of(fitted.labels, len(fitted.members)).tolist()),
         blocks=np.packbits(blocks_with(fitted.labels > 0, MEASURED_BLOCK)).tobytes().hex(),
         sha256=sha256,
         remarks=(*fitted.remarks, *_empty(fitted, boxes)),
@@ -131,13 +131,6 @@ def holding_segments(found: FoundSegments) -> tuple[int, ...]:
         if outer != inner and voxels >= _INSIDE * shared[inner, inner] and voxels <= _SMALLER * shared[outer, outer]
     }
     return tuple(found.segments[index].number for index in sorted(holding) if shared[index, index])
-
-
-def _voxels(labels: LabelArray, count: int) -> tuple[int, ...]:
-    total = np.zeros(count, np.int64)
-    for plane in labels:
-        total += np.bincount(plane.ravel(), minlength=count)
-    return tuple(total.tolist())
 
 
 def _empty(fitted: Fitted, boxes: Sequence[VoxelBox | None]) -> Iterator[str]:

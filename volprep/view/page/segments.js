@@ -60,9 +60,11 @@ export function segmentControls(stage, manifest, changed) {
     return make("li", {}, label, only);
   });
   const search = make("input", { type: "search", placeholder: "Search segments", "aria-label": "Search segments" });
+  const noneFound = make("p", { hidden: true }, "No segment has this in its name.");
   search.addEventListener("input", () => {
     const wanted = search.value.trim().toLowerCase();
     rows.forEach((row, i) => (row.hidden = !titleOf(segments[i]).toLowerCase().includes(wanted)));
+    noneFound.hidden = rows.some((row) => !row.hidden);
   });
   const [all, none] = [true, false].map((is) => {
     const button = make("button", { type: "button" }, is ? "Show all" : "Hide all");
@@ -70,7 +72,7 @@ export function segmentControls(stage, manifest, changed) {
     return button;
   });
   const parts = [make("div", { className: "buttons" }, all, none), make("ul", { className: "segments" }, ...rows)];
-  byId("segments-body").replaceChildren(...(segments.length > MANY ? [search, ...parts] : parts));
+  byId("segments-body").replaceChildren(...(segments.length > MANY ? [search, ...parts, noneFound] : parts));
   byId("segments").hidden = false;
   hoverNames(stage, byId("frame"), new Map(segments.map((each) => [each.name, titleOf(each)])));
   return controls;

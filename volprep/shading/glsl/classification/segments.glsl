@@ -5,8 +5,8 @@
 //: have the sections of these names, without the plural, for each style; one_label is the section of its name; borders
 //: is section mixed or crisp; labels and around are the sections of these names, which segments_values.glsl uses too;
 //: corner_labels is section each_corner, or corners_in_turn for sub-volumes; in_turns is section single, or nothing
-//: where slot of_group of the loop is section group; where it is section lit_group, lit_samples has a section lit_sample
-//: for each sample of it, K.
+//: where slot of_group of the loop is section group; where it is section lit_group, lit_samples has a section
+//: lit_sample for each sample of it, K.
 //: Where it is lit, border_slope gives the normal of borders, and border_row is section each_of_row, or row_in_turn for
 //: sub-volumes; VOXEL and POSITION_PER_MM come from the sampling.
 //: Words: CODE, the texel at `at` as a number; FLAG; PLACE, the position `at` in voxels; OF_VOXELS, how `at` is made

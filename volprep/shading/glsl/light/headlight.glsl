@@ -6,9 +6,7 @@ vec3 direction = normalize($FROM_VIEWER);
 //#section sample
 if (medium.a > 0.0) {
   vec3 normal = $NORMAL;
-  float squared = dot(normal, normal);
-  // A sample without a normal is no surface, and keeps its colour.
-  if (squared > $LEAST_SQUARED) {
-    medium.rgb *= abs(dot(normal, direction)) * inversesqrt(squared);
-  }
+  float along = dot(normal, direction);
+  // The cosine of ray and normal. With a short normal a sample is hardly a surface, and keeps its colour.
+  medium.rgb *= sqrt((along * along + $SOFT_SQUARED) / (dot(normal, normal) + $SOFT_SQUARED));
 }

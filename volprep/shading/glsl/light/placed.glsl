@@ -20,10 +20,9 @@ if (medium.a > 0.0) {
   vec3 place = $LIT_AT;
   vec3 normal = $NORMAL;
   float squared = dot(normal, normal);
-  // A sample without a normal is no surface, and keeps its colour.
-  if (squared > $LEAST_SQUARED) {
-    normal *= (dot(normal, direction) > 0.0 ? -1.0 : 1.0) * inversesqrt(squared);
-    vec3 to_light = normalize(u_light_mm - place / $POSITION_PER_MM);
-    medium.rgb = lit(medium.rgb, normal, to_light, -direction);
-  }
+  normal *= (dot(normal, direction) > 0.0 ? -1.0 : 1.0) * inversesqrt(max(squared, 1e-30));
+  vec3 to_light = normalize(u_light_mm - place / $POSITION_PER_MM);
+  vec3 surface = lit(medium.rgb, normal, to_light, -direction);
+  // With a short normal a sample is hardly a surface, and keeps its colour.
+  medium.rgb = mix(medium.rgb, surface, squared / (squared + $SOFT_SQUARED));
 }

@@ -10,7 +10,8 @@ from volprep.validation.witness.independent.scan import CannotWitnessError, Floa
 
 MOST_VOXELS = 2**25
 """Normals of more voxels would take 400 MB and more."""
-_LEAST_LENGTH = 0.01
+_SOFT_LENGTH = 0.01
+"""Length of the normal at which a place is half a surface."""
 _ACROSS = {"thesis": ((6, 3), (3, 1)), "sobel": ((4, 2), (2, 1)), "isotropic": ((16, 4), (4, 1))}
 """Weights of the 3×3 voxels across a difference: middle and edge, edge and corner."""
 
@@ -76,15 +77,14 @@ def lit_colours(
     axes = scan.world_from_index[:3, :3] / np.linalg.norm(scan.world_from_index[:3, :3], axis=0)
     place = np.clip(scan.index_of(world_mm), 0.0, scan.counts_xyz - 1)
     normal = between_eight(light.normals, place) @ axes.T
-    length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    normal /= np.where(length > 0.0, length, 1.0)
+    squared = (normal**2).sum(axis=-1, keepdims=True)
     along = directions[:, None]
     facing = (normal * along).sum(axis=-1, keepdims=True)
     if light.place_mm is None:
-        lit = colours * np.abs(facing)
-    else:
-        lit = _placed(colours, light, normal * np.where(facing > 0.0, -1.0, 1.0), light.place_mm - world_mm, along)
-    return np.where(length > _LEAST_LENGTH, lit, colours)
+        return np.asarray(colours * np.sqrt((facing**2 + _SOFT_LENGTH**2) / (squared + _SOFT_LENGTH**2)))
+    normal *= np.where(facing > 0.0, -1.0, 1.0) / np.sqrt(np.where(squared > 0.0, squared, 1.0))
+    lit = _placed(colours, light, normal, light.place_mm - world_mm, along)
+    return np.asarray(colours + (lit - colours) * (squared / (squared + _SOFT_LENGTH**2)))
 
 
 def _placed(colours: Floats, light: WitnessedLight, normal: Floats, to_light: Floats, along: Floats) -> Floats:

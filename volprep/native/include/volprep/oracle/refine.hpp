@@ -6,11 +6,11 @@
 #include <limits>
 #include <vector>
 
+#include "volprep/oracle/soft_normals.hpp"
 #include "volprep/oracle_refined.hpp"
 
 namespace volprep::oracle {
 
-inline constexpr double kLeastLength = 0.01;
 inline constexpr int kMostSteps = 1024;
 
 // Light and opacity of a ray, premultiplied.
@@ -18,10 +18,8 @@ struct Light {
     double rgba[4] = {0.0, 0.0, 0.0, 0.0};
 };
 
-inline double dot(const double a[3], const double b[3]) noexcept { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-// Colour [3] of the medium, lit by a light at a place. `n` is of any length above 0. transmittance() is asked for what
-// faces the light.
+// Colour [3] of the medium, lit by a light at a place, as far as it is a surface. transmittance() is asked for what
+// faces the light, and for a medium without a surface if the light casts shadows.
 template <typename Transmittance>
 void light_at(const OracleLight& light, const double n[3], const double at_mm[3], const double direction[3],
               double colour[3], Transmittance&& transmittance) noexcept {
@@ -30,16 +28,15 @@ void light_at(const OracleLight& light, const double n[3], const double at_mm[3]
     double normal[3];
     double to_light[3];
     for (int axis = 0; axis < 3; ++axis) {
-        normal[axis] = side * n[axis] / length;
+        normal[axis] = length > 0.0 ? side * n[axis] / length : 0.0;
         to_light[axis] = light.place_mm[axis] - at_mm[axis];
     }
     const double distance = std::sqrt(dot(to_light, to_light));
     for (double& component : to_light) component = distance > 0.0 ? component / distance : 0.0;
     const double facing = dot(normal, to_light);
+    const double reaching = light.shadows || facing > 0.0 ? transmittance() : 0.0;
     double shine = 0.0;
-    double reaching = 0.0;
     if (facing > 0.0) {
-        reaching = transmittance();
         double middle[3];
         for (int axis = 0; axis < 3; ++axis) {
             middle[axis] =
@@ -50,7 +47,13 @@ void light_at(const OracleLight& light, const double n[3], const double at_mm[3]
         shine = light.specular * std::pow(std::max(cosine, 0.0), light.shininess) * reaching;
     }
     const double diffuse = light.ambient + light.diffuse * std::max(facing, 0.0) * reaching;
-    for (int channel = 0; channel < 3; ++channel) colour[channel] = std::min(colour[channel] * diffuse + shine, 1.0);
+    // Matter between casts a shadow on everything, whether or not it is a surface.
+    const double bare = light.shadows ? light.ambient + (1.0 - light.ambient) * reaching : 1.0;
+    const double share = surface_share(n);
+    for (int channel = 0; channel < 3; ++channel) {
+        const double lit = std::min(colour[channel] * diffuse + shine, 1.0);
+        colour[channel] = share * lit + (1.0 - share) * colour[channel] * bare;
+    }
 }
 
 // One step of optical depth `depth`, over which the greatest value rises by `rise`.
