@@ -24,8 +24,6 @@ from volprep_formats.package.parts.segments.texels import flagged, label_texels,
 from volprep_formats.progress import Silent
 from volprep_formats.segmentations.records import ScanFrame
 
-RNG = np.random.default_rng(8)
-
 
 def test_overlaps_get_labels_of_their_own_that_know_their_segments():
     one, two = np.array([[[1, 1, 0, 3]]], np.uint16), np.array([[[0, 2, 2, 0]]], np.uint16)
@@ -92,9 +90,10 @@ def slow_coverage(src, shape, matrix, samples):
 
 @pytest.mark.parametrize("samples", [1, 3])
 def test_the_label_that_covers_most_of_a_voxel_is_what_its_slow_twin_finds(samples):
-    src = RNG.integers(0, 4, (3, 4, 5)).astype(np.uint16)
-    turn, _ = np.linalg.qr(RNG.normal(size=(3, 3)))
-    matrix = np.hstack([turn * [0.7, 1.3, 0.9], RNG.uniform(0, 2, (3, 1))])
+    rng = np.random.default_rng(8)
+    src = rng.integers(0, 4, (3, 4, 5)).astype(np.uint16)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    matrix = np.hstack([turn * [0.7, 1.3, 0.9], rng.uniform(0, 2, (3, 1))])
     found = [np.zeros((4, 3, 5), np.uint16) for _ in range(2)]
     for threads, dst in enumerate(found, 1):
         _native.label_coverage(src, dst, matrix, samples, threads=threads)
@@ -105,7 +104,7 @@ def test_the_label_that_covers_most_of_a_voxel_is_what_its_slow_twin_finds(sampl
 
 def test_labels_on_turned_and_cropped_axes_are_copied_voxel_by_voxel():
     target = Grid.of((4, 5, 6), (2.0, 1.0, 0.5), (10.0, 20.0, 30.0))
-    labels = RNG.integers(1, 9, (4, 5, 6)).astype(np.uint16)
+    labels = np.random.default_rng(8).integers(1, 9, (4, 5, 6)).astype(np.uint16)
     # Axes x, y, z of the segmentation run along -y, z and x of the scan, without the first voxel along z.
     turned = np.transpose(labels, (2, 0, 1))[:, 1:, ::-1]
     direction = np.array([[0, 0, 1], [-1, 0, 0], [0, 1, 0]], float)
@@ -216,7 +215,7 @@ def test_what_lies_beyond_the_scan_is_told(fit):
 
 
 def test_the_flag_tells_cells_with_several_labels():
-    labels = RNG.choice([3, 3, 3, 3, 3, 200], (4, 5, 6)).astype(np.uint16)
+    labels = np.random.default_rng(8).choice([3, 3, 3, 3, 3, 200], (4, 5, 6)).astype(np.uint16)
     padded = np.pad(labels, [(0, 1)] * 3, "edge")
     cells = [padded[dz : dz + 4, dy : dy + 5, dx : dx + 6] for dz, dy, dx in np.ndindex(2, 2, 2)]
     several = np.ptp(np.stack(cells), axis=0) > 0
@@ -230,7 +229,8 @@ def test_the_flag_tells_cells_with_several_labels():
 
 def test_a_coarse_label_is_the_most_frequent_one_where_none_vanishes():
     regions = np.indices((9, 12, 15)).sum(axis=0) // 9
-    labels = np.where(RNG.random(regions.shape) < 0.3, RNG.integers(0, 4, regions.shape), regions).astype(np.uint16)
+    rng = np.random.default_rng(8)
+    labels = np.where(rng.random(regions.shape) < 0.3, rng.integers(0, 4, regions.shape), regions).astype(np.uint16)
     for found in (coarse_labels(labels, (2, 2, 4)), frequent_level(labels, (2, 2, 4))):
         for z, y, x in np.ndindex(5, 6, 4):
             own = labels[2 * z : 2 * z + 2, 2 * y : 2 * y + 2, 4 * x : 4 * x + 4]
@@ -265,7 +265,7 @@ def test_labels_that_share_every_block_have_some_blocks_each():
 
 @pytest.mark.parametrize("smoothing_mm", [1.5, 2.5])
 def test_smoothed_labels_have_the_greatest_filtered_mask_as_scipy_finds_it(smoothing_mm):
-    labels = np.kron(RNG.integers(0, 4, (4, 3, 5)), np.ones((3, 4, 2))).astype(np.uint16)
+    labels = np.kron(np.random.default_rng(8).integers(0, 4, (4, 3, 5)), np.ones((3, 4, 2))).astype(np.uint16)
     spacing_mm_zyx = (2.0, 1.0, 0.8)
     deviations = [smoothing_mm / spacing_mm for spacing_mm in spacing_mm_zyx]
     reach = [int(np.ceil(3 * each - 1e-9)) for each in deviations]
@@ -280,7 +280,7 @@ def test_smoothed_labels_have_the_greatest_filtered_mask_as_scipy_finds_it(smoot
 
 
 def test_smoothing_slab_by_slab_is_smoothing_at_once(monkeypatch):
-    labels = np.kron(RNG.integers(0, 3, (8, 2, 2)), np.ones((3, 4, 4))).astype(np.uint16)
+    labels = np.kron(np.random.default_rng(8).integers(0, 3, (8, 2, 2)), np.ones((3, 4, 4))).astype(np.uint16)
     whole = smoothed_labels(labels, (1.0, 1.0, 1.0), 1.0)
     monkeypatch.setattr("volprep.scan.segments.smoothing.slab_ranges", lambda depth, *_, **__: ((0, 7), (7, depth)))
     assert np.array_equal(smoothed_labels(labels, (1.0, 1.0, 1.0), 1.0), whole)
@@ -290,6 +290,6 @@ def test_a_flat_border_stays_where_it_is_and_flips_with_the_volume():
     labels = np.zeros((6, 7, 9), np.uint16)
     labels[:, 3:] = 5
     assert np.array_equal(smoothed_labels(labels, (1.5, 1.0, 1.0), 1.2), labels)
-    ragged = RNG.integers(0, 2, (6, 7, 9)).astype(np.uint16)
+    ragged = np.random.default_rng(8).integers(0, 2, (6, 7, 9)).astype(np.uint16)
     turned = smoothed_labels(np.ascontiguousarray(ragged[::-1, :, ::-1]), (1.0, 1.0, 1.0), 1.0)
     assert np.array_equal(turned[::-1, :, ::-1], smoothed_labels(ragged, (1.0, 1.0, 1.0), 1.0))
