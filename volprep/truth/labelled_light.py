@@ -35,10 +35,20 @@ def light_of_labels(  # noqa: PLR0917 - a field, its labels, and how they look
     tables = [Table.exact(each) for each in distinct]
     light = np.zeros(len(functions))
     thickness = max(1, _SLAB_VOXELS // max(1, stored[0].size))
-    for z in range(0, len(stored), thickness):
-        own = labels[z : z + thickness].ravel()
-        values, which = np.unique(stored[z : z + thickness], return_inverse=True)
+
+    def extinctions(values: NDArray[np.generic]) -> Float64Array:
         physical = slope * values.astype(np.float64) + intercept
-        extinctions = np.stack([table.at(physical)[1] for table in tables])
-        light += np.bincount(own, extinctions[style_of[own], which.ravel()], len(functions))
+        return np.stack([table.at(physical)[1] for table in tables])
+
+    # Codes are few enough to look all of them up; sorting the voxels for those that occur took five times as long.
+    codes = np.arange(2 ** (8 * stored.dtype.itemsize)) if stored.dtype in (np.uint8, np.uint16) else None
+    of_code = None if codes is None else extinctions(codes)
+    for z in range(0, len(stored), thickness):
+        own, slab = labels[z : z + thickness].ravel(), stored[z : z + thickness]
+        if of_code is not None:
+            of_value, which = of_code, slab
+        else:
+            values, which = np.unique(slab, return_inverse=True)
+            of_value = extinctions(values)
+        light += np.bincount(own, of_value[style_of[own], which.ravel()], len(functions))
     return light * voxel_mm3
