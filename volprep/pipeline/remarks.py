@@ -11,9 +11,12 @@ from volprep.plan.item_kinds import (
     SEGMENT_NAMES,
     SEGMENT_REMARK,
 )
+from volprep.scene.presets import load_preset
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Manifest
 
+_AIR_BELOW_HU = -200.0
+"""Air is -1000 HU; fat, the lightest tissue, above -150."""
 _TRANSPARENT = (
     "no voxel absorbs light: alpha, or the number of the extinction, is 0 everywhere, and pictures are empty; --rgb "
     "luminance draws the volume in grey, without its alpha"
@@ -23,14 +26,16 @@ _TRANSPARENT = (
 def remarks(manifest: Manifest) -> Iterator[str]:
     """Return what a scan without a scene was recognised as, and the remarks of the readers with their channels.
 
-    Also names of segments that are left out, remarks about the source of segments, levels where they lose light, and
-    baked light that is left out or beyond the tolerance.
+    Also names of segments that are left out, remarks about the source of segments, levels where they lose light, baked
+    light that is left out or beyond the tolerance, and presets that a user chose for other values.
     """
     yield from (item.reason for item in manifest.plan if item.kind == FIRST_LOOK)
     yield from (item.reason for item in manifest.plan if item.kind == SEGMENT_NAMES and not item.kept)
     yield from (item.reason for item in manifest.plan if item.kind == SEGMENT_REMARK)
     yield from (item.reason for item in manifest.plan if item.kind == SEGMENT_LIGHT and not item.kept)
     yield from (item.reason for item in manifest.plan if item.kind == BAKED_LIGHT)
+    if all(item.kind != FIRST_LOOK for item in manifest.plan):
+        yield from _without_hounsfield_units(manifest)
     # The channels of a volume in colour are made of one source.
     several = len(manifest.channels) > 1 and all(each.classification != "colour" for each in manifest.programs)
     for channel in manifest.channels:
@@ -52,6 +57,23 @@ def warnings(manifest: Manifest) -> Iterator[str]:
             if Table.exact(function).largest_extinction(low, high) == 0.0:
                 shown = f"shows none of the scan's values, {low:g} to {high:g}"
                 yield f"transfer function {function.name} {shown}: its pictures are empty"
+
+
+def _without_hounsfield_units(manifest: Manifest) -> Iterator[str]:
+    """Name presets of a CT, which count in Hounsfield units, that are used for a scan without such values."""
+    for channel in manifest.channels:
+        statistics = channel.statistics
+        if channel.source.info.unit == "HU" or statistics.minimum < _AIR_BELOW_HU:
+            continue
+        own = {function.name for function in channel.transfer_functions}
+        for item in manifest.plan:
+            preset = item.reason.partition(":")[0]
+            if item.kind == "preset" and item.transfer in own and load_preset(preset).in_hounsfield_units:
+                values = f"{statistics.minimum:g} to {statistics.maximum:g}"
+                yield (
+                    f"preset {preset} is for Hounsfield units, and the scan's values, {values}, hold no air of a CT; "
+                    "volprep presets lists others"
+                )
 
 
 def _missing_resolution(manifest: Manifest) -> Iterator[str]:

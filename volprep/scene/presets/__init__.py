@@ -33,6 +33,11 @@ class Preset(TransferWish):
     label_opacity: Fraction = 0.0
     """Opacity of every label."""
 
+    @property
+    def in_hounsfield_units(self) -> bool:
+        """Whether it is for a CT."""
+        return self.values == "physical" and not self.label_colours
+
     @model_validator(mode="before")
     @classmethod
     def _gives_points_to_labels(cls, data: object) -> object:
