@@ -14,7 +14,9 @@ float light_reaching(vec3 place_mm, float extinction) {
   vec3 across = u_box_from_slices[2].xyz / dot(u_box_from_slices[2].xyz, u_box_from_slices[2].xyz);
   float ahead = dot(place_mm - u_box_from_slices[3].xyz, across) - min(v_layer.x, v_layer.y);
   float fraction = ahead / max(-dot(ray, across), 1e-6);
-  return reaching * exp(-extinction * min(fraction, clip_to_box(place_mm, ray).y) * length(ray));
+  // Not behind the place, where a sample lies a rounding outside of its layer or of the box.
+  float share = max(min(fraction, clip_to_box(place_mm, ray).y), 0.0);
+  return reaching * exp(-extinction * share * length(ray));
 }
 
 //#section about
