@@ -89,8 +89,8 @@ def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible s
     """Return the light at each sample: the cosine of ray and gradient, nearly 1 where slopes are below `soft_per_mm`.
 
     Differences are of values one voxel to each side, along `halved_zyx` half a voxel. In the outer half voxels they are
-    those at the centres of the outer voxels, as in shaders. `borders` are added to them. Samples
-    that are not `wanted` have 1.
+    those at the centres of the outer voxels, as in shaders. `borders` are added to them. Samples that are not `wanted`
+    have 1.
     """
     result = np.ones(len(along.values))
     if not wanted.any():

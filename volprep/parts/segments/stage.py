@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 
@@ -40,13 +41,14 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     labels = _cropped(draft, plan, segments)
     voxels = np.bincount(labels.ravel(), minlength=len(segments.labels))
     progress.start("segments", len(segments.textures))
-    light_of_scan = _light_of_scan(draft, channel, segments, labels)
+    # Once for all coarser levels, and not without one.
+    light_of_scan = cache(lambda: _light_of_scan(draft, channel, segments, labels))
     textures = []
     for texture in segments.textures:
         factors = channel.level(texture.level).factors_zyx
         own = labels
         if factors != (1, 1, 1):
-            light = _light(draft, channel, segments, light_of_scan / math.prod(factors), texture.level)
+            light = _light(draft, channel, segments, light_of_scan() / math.prod(factors), texture.level)
             own = coarse_labels(labels, factors, light)
             kept = level_kept(segments, texture.level, light, own, 2 * voxels >= math.prod(factors))
             draft.write(kept_name(texture.level), "work", kept.model_dump_json().encode())
