@@ -84,15 +84,14 @@ class _Bench:
         lengths_mm = [mm for rays, mm in zip(self._rays_zyx, self._spacing_mm_zyx, strict=True) if len(rays) == 1]
         if not lengths_mm or self._between == "nearest":
             return 0.0
-        lowest, highest = (
-            getattr(np, end)([getattr(each, end)() for each in self._rays_zyx]) for end in ("min", "max")
-        )
+        lowest, highest = min(rays.min() for rays in self._rays_zyx), max(rays.max() for rays in self._rays_zyx)
         values = np.linspace(lowest, highest, _EVERY_VALUE)[None]
-        pairs = [(table, table.resampled(quantizer.window, entries)) for table in self._tables]
-        pictures = [
-            [self._compositing.rays(values, max(lengths_mm), each, self._between) for each in pair] for pair in pairs
-        ]
-        return max(float(np.abs(drawn - exact).max()) for exact, drawn in pictures)
+
+        def light(table: Table) -> Float64Array:
+            return self._compositing.rays(values, max(lengths_mm), table, self._between)
+
+        drawn = ((table, table.resampled(quantizer.window, entries)) for table in self._tables)
+        return max(float(np.abs(light(used) - light(exact)).max()) for exact, used in drawn)
 
     def _pictures(self, rays_zyx: Sequence[Float64Array], table: Table) -> list[Float64Array]:
         return [
@@ -313,7 +312,7 @@ def _shortest_table(
 ) -> tuple[int, PictureDifference]:
     for entries in lengths[:-1]:
         error = bench.error(quantizer, entries)
-        one_voxel = bench.largest_of_one_voxel(quantizer, entries)
-        if error.rmse <= allowed.rmse and one_voxel <= allowed.maximum:
+        within = error.rmse <= allowed.rmse
+        if within and bench.largest_of_one_voxel(quantizer, entries) <= allowed.maximum:
             return entries, error
     return lengths[-1], bench.error(quantizer, lengths[-1])
