@@ -168,7 +168,7 @@ def test_text_in_a_page_is_escaped() -> None:
     made = {"outcome": "built", "shape_zyx": [1, 2, 3], "preview": '"><script>', **fields}
     text = page([failed, JobRecord.model_validate({"name": "<a>", **made})])
     before, ours, after = re.split(r"<script>|</script>", text)
-    assert ours.startswith("\n// Filters and sorts")
+    assert ours.startswith("// Filters and sorts")
     assert "<a>" not in ours
     assert not re.search("<script|<a>|<i>|<b>&", before + after)
     assert "&lt;script&gt;alert(1)" in text

@@ -19,9 +19,9 @@ class Line:
     """Horizontal and vertical place of each."""
 
 
-def line_plot(lines: Sequence[Line], x: str, y: str, name: str) -> Plot:
+def line_plot(lines: Sequence[Line], x: str, y: str) -> Plot:
     """Lines over two linear axes that begin at 0, with the names of the axes."""
-    return plot(lambda axes: _draw_lines(axes, lines, x, y), name)
+    return plot(lambda axes: _draw_lines(axes, lines, x, y))
 
 
 def _draw_lines(axes: Axes, lines: Sequence[Line], x: str, y: str) -> None:

@@ -24,10 +24,7 @@ _CLOCK = {
 def write_page(paper: Paper, others: Sequence[Paper], folder: Path, driver: str, *, quick: bool) -> Path:
     """Write both files of a paper; `others` are those that the page has links to."""
     curves = [part for part in paper.parts if isinstance(part, PaperCurves)]
-    plots = {
-        part.title: line_plot(part.lines, part.x, part.y, f"{paper.name}-{number}")
-        for number, part in enumerate(curves)
-    }
+    plots = {part.title: line_plot(part.lines, part.x, part.y) for part in curves}
     pages = environment(DEFAULT_TOLERANCE)
     pages.loader = ChoiceLoader([FileSystemLoader(Path(__file__).parent), pages.loader or FileSystemLoader(())])
     text = pages.get_template("page.html.j2").render(

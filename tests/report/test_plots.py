@@ -39,6 +39,6 @@ def test_errors_that_are_all_0_have_a_linear_axis() -> None:
     for plot in (
         error_against_time(exact, report),
         error_against_step(exact, report),
-        curves_against_time([curve], 0.01, "devices"),
+        curves_against_time([curve], 0.01),
     ):
         assert ">0<" in plot.wide

@@ -27,8 +27,8 @@ def validate(
         return complete.validate(path, report_path or path.with_suffix(".report"), progress or Silent(), **options)
 
 
-def _drawn(draw: Callable[[Axes], None], *, name: str, **_size: object) -> str:
-    # The narrow plot is the wide one in other axes.
-    if name.endswith("-wide"):
+def _drawn(draw: Callable[[Axes], None], *, legend_columns: int, **_size: object) -> str:
+    # The narrow plot, with one column in its legend, is the wide one in other axes.
+    if legend_columns > 1:
         draw(Figure().add_subplot())
-    return f'<svg aria-hidden="true" data-plot="{name}"></svg>'
+    return '<svg aria-hidden="true"></svg>'

@@ -6,6 +6,7 @@ serves light and dark. Each plot exists in a wide and a narrow form; the page sh
 
 import io
 import re
+import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -42,18 +43,19 @@ class Plot:
     """SVG for phones."""
 
 
-def plot(draw: Callable[[Axes], None], name: str, height_inches: float = 3.3) -> Plot:
-    """Return the plot that `draw` draws, in both forms; `name` is unique in the page."""
+def plot(draw: Callable[[Axes], None], height_inches: float = 3.3) -> Plot:
+    """Return the plot that `draw` draws, in both forms. Names in it may be foreign text."""
     return Plot(
-        wide=_svg(draw, name=f"{name}-wide", axes_inches=(8.6, height_inches), legend_columns=3),
-        narrow=_svg(draw, name=f"{name}-narrow", axes_inches=(3.8, height_inches), legend_columns=1),
+        wide=_svg(draw, axes_inches=(8.6, height_inches), legend_columns=3),
+        narrow=_svg(draw, axes_inches=(3.8, height_inches), legend_columns=1),
     )
 
 
-def _svg(draw: Callable[[Axes], None], *, name: str, axes_inches: tuple[float, float], legend_columns: int) -> str:
+def _svg(draw: Callable[[Axes], None], *, axes_inches: tuple[float, float], legend_columns: int) -> str:
     """Draw into axes of this size, with the legend below: its entries in rows of `legend_columns`."""
-    # A fixed salt and no date: the same numbers give the same bytes.
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.size": 10}):
+    # A fixed salt and no date: the same numbers give the same bytes. Dollars in a name begin no formula.
+    settings = {"svg.fonttype": "none", "svg.hashsalt": "volprep", "font.size": 10, "text.parse_math": False}
+    with rc_context(settings):
         figure = Figure()
         figure.patch.set_visible(False)
         axes = figure.add_subplot()
@@ -80,14 +82,15 @@ def _svg(draw: Callable[[Axes], None], *, name: str, axes_inches: tuple[float, f
             )
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
-    return _for_page(buffer.getvalue(), name)
+    return _for_page(buffer.getvalue())
 
 
-def _for_page(svg: str, name: str) -> str:
+def _for_page(svg: str) -> str:
     """Remove the parts that only a stand-alone file needs, make ids unique in the page, and use the page's colours."""
+    number = zlib.crc32(svg.encode())
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
-    body = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", body)
+    body = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{number}-", body)
     body = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", body, count=1)
     body = re.sub(r'(<svg[^>]*?) height="[^"]*"', r'\1 aria-hidden="true"', body, count=1)
     for marker, variable in _VARIABLES.items():

@@ -49,8 +49,7 @@ def device_parts(report: Report) -> tuple[DevicePart, ...]:
         found = [(record, each) for record in report.devices for each in record.programs if _same(each, program)]
         if found:
             curves = [_curve(_label(record), each.points) for record, each in found]
-            name = f"{program.program}-devices"
-            plot = curves_against_time(curves, report.tolerance.rmse, name)
+            plot = curves_against_time(curves, report.tolerance.rmse)
             parts.append(DevicePart(program.transfer, plot, tuple(_row(record, each) for record, each in found)))
     return tuple(parts)
 
@@ -60,9 +59,8 @@ def _same(measured: DeviceProgram, program: ProgramResult) -> bool:
 
 
 def _label(record: DeviceRecord) -> str:
-    """Return the names of a device as a legend takes them: foreign text, in which dollars would begin a formula."""
-    names = (record.device.gpu, record.device.browser)
-    return ", ".join(shown(each, _LONGEST_LABEL) for each in names).replace("$", r"\$")
+    """Return the names of a device as a legend takes them."""
+    return ", ".join(shown(each, _LONGEST_LABEL) for each in (record.device.gpu, record.device.browser))
 
 
 def _curve(label: str, points: Sequence[DevicePoint]) -> DeviceCurve:

@@ -7,6 +7,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from volprep.report import text
 from volprep.validation.pictures import css_colour
+from volprep_formats.content_policy import source_digest
 
 _TEMPLATES = Path(__file__).parent / "templates"
 
@@ -35,5 +36,6 @@ def environment(truth_bound: float) -> Environment:
         decibel=text.decibel,
         seconds=text.seconds,
         css=css_colour,
+        digest=source_digest,
     )
     return found

@@ -42,19 +42,19 @@ class DeviceCurve:
     """The same values for unconnected points."""
 
 
-def curves_against_time(curves: Sequence[DeviceCurve], tolerance_rmse: float, name: str) -> Plot:
+def curves_against_time(curves: Sequence[DeviceCurve], tolerance_rmse: float) -> Plot:
     """RMSE against milliseconds per draw, a curve for each device."""
-    return plot(lambda axes: _draw_curves(axes, curves, tolerance_rmse), name)
+    return plot(lambda axes: _draw_curves(axes, curves, tolerance_rmse))
 
 
 def error_against_time(program: ProgramResult, report: Report) -> Plot:
     """RMSE against milliseconds per draw: total and drawing error of the finest level, total error of the others."""
-    return plot(lambda axes: _draw_error_against_time(axes, program.sweep, report), f"{program.program}-time")
+    return plot(lambda axes: _draw_error_against_time(axes, program.sweep, report))
 
 
 def error_against_step(program: ProgramResult, report: Report) -> Plot:
     """RMSE against step size at the finest level, with the data error and a line of the expected order."""
-    return plot(lambda axes: _draw_error_against_step(axes, program.sweep, report), f"{program.program}-step")
+    return plot(lambda axes: _draw_error_against_step(axes, program.sweep, report))
 
 
 def error_against_size(report: Report) -> Plot | None:
@@ -63,12 +63,12 @@ def error_against_size(report: Report) -> Plot | None:
     The share is the larger one of RMSE and largest error, as in the verdict. A lossless form has none.
     """
     forms = [form for form in report.forms if form.maximum > 0]
-    return plot(lambda axes: _draw_error_against_size(axes, forms, report), "forms-size", 2.4) if forms else None
+    return plot(lambda axes: _draw_error_against_size(axes, forms, report), 2.4) if forms else None
 
 
 def curve_plot(curve: Curve, allowed_rmse: float) -> Plot:
     """RMSE against the cost of a choice, with the Pareto front, and a ring around the package's variant."""
-    return plot(lambda axes: _draw_curve(axes, curve, allowed_rmse), f"curve-{curve.name.replace(' ', '-')}")
+    return plot(lambda axes: _draw_curve(axes, curve, allowed_rmse))
 
 
 def transfer_plot(
@@ -78,8 +78,7 @@ def transfer_plot(
 
     With `opaque_length_mm`, the opacity of that length.
     """
-    title = f"{function.name}-transfer"
-    return plot(lambda axes: _draw_transfer(axes, function, window, unit, opaque_length_mm), title, 1.7)
+    return plot(lambda axes: _draw_transfer(axes, function, window, unit, opaque_length_mm), 1.7)
 
 
 def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:

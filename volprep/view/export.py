@@ -1,7 +1,6 @@
 """The page without a server of ours: a folder for any server, or one file that opens by double-click."""
 
 import base64
-import hashlib
 import shutil
 import tempfile
 from pathlib import Path
@@ -21,6 +20,7 @@ from volprep.view.site import (
     page_modules,
     read_served,
 )
+from volprep_formats.content_policy import source_digest
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.javascript import stripped
 from volprep_formats.output import new_file, new_folder, output_errors, taken
@@ -104,12 +104,14 @@ def _page_around(site: Site) -> tuple[str, str]:
     script = stripped(bundle(modules, f"{PAGE}/main.js")).replace("</script", "<\\/script").replace("<!--", "<\\!--")
     settings = ViewSettings.model_validate_json(read_served(site[SETTINGS])).model_copy(update={"package": ZIP})
     policy = (
-        f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; img-src blob: data:; "
-        "base-uri 'none'; form-action 'none'"
+        f"default-src 'none'; script-src '{source_digest(script)}'; style-src '{source_digest(style)}'; "
+        "img-src blob: data:; base-uri 'none'; form-action 'none'"
     )
     page = _with_policy(_once(page, _STYLE, f"<style>{style}</style>"), policy)
     before, behind = _once(page, _SCRIPT, "\0").split("\0")
-    told = f'<script type="application/json" id="{SETTINGS}">{settings.model_dump_json()}</script>\n'
+    # Names of transfer functions are foreign text, and a tag in them would end the script.
+    told = settings.model_dump_json().replace("<", "\\u003c")
+    told = f'<script type="application/json" id="{SETTINGS}">{told}</script>\n'
     # The module runs when the document has been read, with all of the data behind it.
     return before + told, f'<script type="module">{script}</script>{behind}'
 
@@ -118,10 +120,6 @@ def _block(address: str, data: bytes) -> bytes:
     # A type that is no script: browsers keep the text and run nothing.
     text = base64.b64encode(data)
     return f'<script type="text/plain" data-file="{address}">'.encode() + text + b"</script>\n"
-
-
-def _digest(text: str) -> str:
-    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
 def _with_policy(page: str, policy: str) -> str:

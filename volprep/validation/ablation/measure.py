@@ -293,7 +293,7 @@ class VariantBench:
 
     def _told(self, error: VolprepError, item: str) -> str:
         """Return code and text of an error, with the item in place of a file that is gone after the measurement."""
-        text = re.sub(rf"{re.escape(str(self._folder))}[^\s:,]*", item, error.summary)
+        text = re.sub(rf"{re.escape(str(self._folder))}[^\s:,]*", lambda _: item, error.summary)
         return f"{error.code} {text}"
 
     def _bytes_of(self, path: str) -> int:
