@@ -2,9 +2,7 @@
 
 import base64
 import io
-import json
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,47 +10,12 @@ from browser import Browser
 from PIL import Image
 from traitlets import TraitError
 from web_server import WebServer
+from widget_page import START, module_served, open_widget
 
 import volprep
 from volprep.library.notebook.widget import VolumeWidget
 
 PARALLEL = {"forward": [0, 0, 1], "up": [0, 0, 2]}
-ROOT = Path(__file__).parents[2]
-PAGE = "<!doctype html><meta charset=utf-8><link rel=icon href='data:,'><body style='margin: 0'></body>"
-START = """
-const wait = async (test) => {
-  for (let turn = 0; turn < 300; turn++) {
-    if (await test()) return true;
-    await new Promise((resolve) => setTimeout(resolve, 20));
-  }
-  throw new Error(`waited in vain for ${test}: ${window.model?.state.error}`);
-};
-const bytes = (text) => Uint8Array.from(atob(text), (each) => each.charCodeAt(0));
-const pixels = (viewer) => {
-  viewer.stage.still();
-  viewer.stage.draw();
-  return Array.from(viewer.renderer.readPixels().pixels);
-};
-const viewer = () => document.querySelector("volume-viewer");
-const apart = (a, b) => a.reduce((most, each, i) => Math.max(most, Math.abs(each - b[i])), 0);
-"""
-MODEL = """
-class Model {
-  constructor(state) { this.state = state; this.heard = {}; this.saved = []; }
-  get(name) { return this.state[name]; }
-  set(name, value) { this.state[name] = value; this.saved.push(name); }
-  save_changes() {}
-  on(event, act) { (this.heard[event] ??= new Set()).add(act); }
-  off(event, act) { this.heard[event].delete(act); }
-  tell(name, value) { this.state[name] = value; this.heard[`change:${name}`]?.forEach((act) => act()); }
-}
-const state = given[0];
-for (const name of ["package", "picture"]) state[name] = new DataView(bytes(state[name]).buffer);
-window.model = new Model(state);
-const { default: widget } = await import("/esm/widget.js");
-window.clean = widget.render({ model, el: document.body });
-await wait(() => viewer().renderer?.level === 0 && model.get("level") === 0);
-"""
 
 
 def ball() -> np.ndarray:
@@ -67,22 +30,14 @@ def widget() -> VolumeWidget:
 
 @pytest.fixture(scope="module")
 def server(widget, tmp_path_factory) -> Iterator[WebServer]:
-    folder = tmp_path_factory.mktemp("esm")
-    (folder / "widget.js").write_text(str(widget._esm), encoding="utf-8")
-    (folder / "index.html").write_text(PAGE)
-    with WebServer({"esm": folder, "js": ROOT / "formats" / "js"}) as serving:
+    with module_served(widget, tmp_path_factory.mktemp("esm")) as serving:
         yield serving
 
 
 @pytest.fixture(scope="module")
 def notebook(widget, server, browser: Browser) -> Browser:
     """A page in which anywidget would have rendered the widget."""
-    state = {name: value for name, value in widget.get_state().items() if not name.startswith("_")}
-    for name in ("package", "picture"):
-        state[name] = base64.b64encode(bytes(state[name])).decode()
-    state.pop("layout", None), state.pop("tabbable", None), state.pop("tooltip", None)
-    browser.open(f"{server.url}/esm/index.html")
-    browser.run(START + MODEL, json.loads(json.dumps(state)))
+    open_widget(browser, widget, server)
     return browser
 
 

@@ -16,7 +16,7 @@ from volprep.view.site import make_site, shown_with
 from volprep_formats.package.digest import manifest_sha256
 
 PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 0.5, "mobile": True}
-_READY = """
+READY = """
 for (let turn = 0; turn < 400; turn++) {
   if (!document.getElementById("problem").hidden) return "problem";
   if (window.volprep) { await window.volprep.stage.renderer.ready; return "ready"; }
@@ -57,7 +57,7 @@ def served(package: Path, devices: Path | None = None) -> Iterator[ViewServer]:
 def opened(browser: Browser, url: str) -> str:
     """Open the page on a small screen; return "ready", or "problem" if it shows one."""
     browser.open(url, PHONE)
-    return str(browser.run(_READY))
+    return str(browser.run(READY))
 
 
 def picture(browser: Browser) -> np.ndarray:

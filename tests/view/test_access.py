@@ -2,7 +2,7 @@
 
 import pytest
 from npm_package import npm_package
-from view_page import _READY, served
+from view_page import READY, served
 
 SCREENS = {
     "telephone": {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True},
@@ -27,7 +27,7 @@ def test_axe_finds_nothing_to_object_to_in_either_theme(browser, phantom, screen
     axe = npm_package("axe-core", "4.10.3") / "node_modules" / "axe-core" / "axe.min.js"
     with served(phantom.package) as server:
         browser.open(server.url, SCREENS[screen])
-        assert browser.run(_READY) == "ready"
+        assert browser.run(READY) == "ready"
         # Evaluated by the tool, not loaded by the page: its content policy stays as it is.
         browser.send("Runtime.evaluate", expression=axe.read_text(encoding="utf-8"))
         browser.run(OPEN_ALL)
