@@ -12,6 +12,7 @@ from unittest.mock import patch
 
 import pytest
 from browser import Browser
+from firefox import Firefox
 from hypothesis import settings
 from long_runs import LONG, MARKERS, split
 from one_after_another import OneAfterAnother
@@ -164,3 +165,17 @@ def browser(tmp_path_factory) -> Iterator[Browser]:
     """Chromium, one for all tests. Skips where there is none."""
     with Browser(tmp_path_factory.mktemp("browser")) as opened:
         yield opened
+
+
+@pytest.fixture(scope="session")
+def firefox(tmp_path_factory) -> Iterator[Firefox]:
+    """Firefox, one for all tests. Skips where there is none."""
+    with Firefox(tmp_path_factory.mktemp("firefox")) as opened:
+        yield opened
+
+
+@pytest.fixture
+def opened(request) -> Browser | Firefox:
+    """The browser that a parameter names."""
+    found: Browser | Firefox = request.getfixturevalue(request.param)
+    return found

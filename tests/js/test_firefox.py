@@ -1,9 +1,6 @@
 """Firefox draws what the reference renderer draws, and its custom element works as in Chromium."""
 
-from collections.abc import Iterator
-
 import pytest
-from firefox import Firefox
 from web_pictures import TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse
 
 SCENES = [
@@ -12,22 +9,15 @@ SCENES = [
 ]
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory) -> Iterator[Firefox]:
-    """Firefox, one for these tests. Skips where there is none."""
-    with Firefox(tmp_path_factory.mktemp("firefox")) as opened:
-        yield opened
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
-def test_views_are_those_of_the_reference_renderer(browser, server, scene_package, name) -> None:
+def test_views_are_those_of_the_reference_renderer(firefox, server, scene_package, name) -> None:
     package = scene_package(name)
     matrices = box_from_clip_of(package)[::3]
     program = package.manifest.programs[0]
     options = {"program": program.transfer, "level": min(program.levels)}
     kind = "webgl2" if package.manifest.profile.api == "es3.0" else "webgl"
-    found = drawn_in_page(browser, server, package.path, matrices, kind=kind, options=options)
+    found = drawn_in_page(firefox, server, package.path, matrices, kind=kind, options=options)
     assert (found.said["program"], found.said["level"], found.said["error"]) == (*options.values(), 0)
     wanted = drawn_by_reference(package, matrices, level=options["level"], transfer=program.transfer)
     for picture, reference in zip(found.pictures, wanted, strict=True):
@@ -36,9 +26,9 @@ def test_views_are_those_of_the_reference_renderer(browser, server, scene_packag
 
 
 @pytest.mark.long
-def test_the_element_loads_and_is_turned_by_keys(browser, server, scene_package) -> None:
+def test_the_element_loads_and_is_turned_by_keys(firefox, server, scene_package) -> None:
     server.folders["package"] = scene_package("lit, skips by distance").path.parent
-    browser.open(f"{server.url}/")
+    firefox.open(f"{server.url}/")
     script = """
     await import("/js/element.js");
     document.body.innerHTML = "<volume-viewer src='/package/p.volpkg' controls annotations style='width: 200px'>";
@@ -55,4 +45,4 @@ def test_the_element_loads_and_is_turned_by_keys(browser, server, scene_package)
     viewer.remove();
     return true;
     """
-    assert browser.run(script)
+    assert firefox.run(script)

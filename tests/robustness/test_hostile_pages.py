@@ -78,19 +78,6 @@ def outside() -> Iterator[WebServer]:
     assert server.asked == []
 
 
-@pytest.fixture(scope="module")
-def firefox(tmp_path_factory) -> Iterator[Firefox]:
-    """Firefox, one for these tests. Skips where there is none."""
-    with Firefox(tmp_path_factory.mktemp("firefox")) as opened:
-        yield opened
-
-
-@pytest.fixture
-def opened(request) -> Browser | Firefox:
-    """The browser of a name."""
-    return request.getfixturevalue(request.param)
-
-
 @pytest.mark.parametrize("opened", BROWSERS, indirect=True)
 @pytest.mark.parametrize("name", PAGES)
 def test_foreign_text_in_every_field_of_a_report_stays_text(opened, outside, tmp_path, name) -> None:

@@ -1,7 +1,7 @@
 """Text that attacks the page it is written into, and packages whose every free text is such a text."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +25,8 @@ ATTACKS = (
     r"\g<9>\1 $\frac$ $x$ ${{window.attacked = 1}} {{{{ 7 * 7 }}}} {{% include 'batch.js' %}}",
 )
 """Each may be written with `format(url=...)`: a request to that address has left the page."""
-_NO_TEXTS = frozenset(("uniforms", "samplers", "role"))
-"""Names of the shaders and words that readers look up: with others nothing is drawn, and a page shows little."""
+_WORDS = {"uniforms": {"name", "source", "type"}, "samplers": {"name", "role"}, "textures": {"role"}}
+"""Names of the shaders and words that readers look up, by list: with others nothing is drawn."""
 
 
 def made_hostile(package: Path, attack: str) -> int:
@@ -57,11 +57,14 @@ def _texts(value: object) -> Iterator[str]:
             yield from _texts(each)
 
 
-def _replaced(value: Any, change: Callable[[str], str]) -> Any:
+def _replaced(value: Any, change: Callable[[str], str], words: Collection[str] = ()) -> Any:
     if isinstance(value, str):
         return change(value)
     if isinstance(value, list):
-        return [_replaced(each, change) for each in value]
+        return [_replaced(each, change, words) for each in value]
     if isinstance(value, dict):
-        return {change(key): each if key in _NO_TEXTS else _replaced(each, change) for key, each in value.items()}
+        inner = {
+            key: each if key in words else _replaced(each, change, _WORDS.get(key, ())) for key, each in value.items()
+        }
+        return {change(key): each for key, each in inner.items()}
     return value

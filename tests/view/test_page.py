@@ -388,3 +388,15 @@ def test_levels_for_previews_are_told_where_levels_are_listed(browser, tmp_path)
         options = browser.run("return [...document.getElementById('level').options].map((each) => each.textContent)")
     told = [text for text in options if text.endswith(", for previews")]
     assert [int(text.partition(":")[0]) for text in told] == marked
+
+
+@pytest.mark.parametrize("opened", ["browser", pytest.param("firefox", marks=pytest.mark.long)], indirect=True)
+def test_the_report_shows_its_pictures_from_the_disk_and_its_policy_stops_nothing(opened, phantom) -> None:
+    opened.open((phantom.report_folder / "index.html").as_uri())
+    widths = opened.run("""
+        for (const each of document.images) each.loading = "eager";
+        while (![...document.images].every((each) => each.complete)) await new Promise((done) => setTimeout(done, 20));
+        return [...document.images].map((each) => each.naturalWidth);
+    """)
+    assert len(widths) > 30
+    assert min(widths) > 0

@@ -54,8 +54,7 @@ def plot(draw: Callable[[Axes], None], height_inches: float = 3.3) -> Plot:
 def _svg(draw: Callable[[Axes], None], *, axes_inches: tuple[float, float], legend_columns: int) -> str:
     """Draw into axes of this size, with the legend below: its entries in rows of `legend_columns`."""
     # A fixed salt and no date: the same numbers give the same bytes. Dollars in a name begin no formula.
-    settings = {"svg.fonttype": "none", "svg.hashsalt": "volprep", "font.size": 10, "text.parse_math": False}
-    with rc_context(settings):
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "volprep", "font.size": 10, "text.parse_math": False}):
         figure = Figure()
         figure.patch.set_visible(False)
         axes = figure.add_subplot()
