@@ -76,3 +76,23 @@ def test_axes_in_another_order_lie_where_the_header_says(tmp_path: Path) -> None
 def test_what_is_no_plain_map_is_refused(tmp_path: Path, words: tuple, code: str) -> None:
     with pytest.raises(VolprepError, match=code):
         read(write(tmp_path / "a.mrc", noise("int16"), odd=words))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "stamp", "flags", "is_signed"),
+    [
+        (0, 250, 1146047817, 0, False),  # IMOD, and a header that agrees
+        (0, 250, 1146047817, 1, False),  # the values of the header decide against the flag
+        (-100, 100, 1146047817, 0, True),
+        (0, 100, 1146047817, 0, False),
+        (0, 100, 1146047817, 1, True),
+        (0, -1, 0, 0, True),  # no statistics
+        (0, 250, 0, 0, False),
+    ],
+)
+def test_the_header_says_whether_bytes_are_signed(tmp_path, low, high, stamp, flags, is_signed) -> None:
+    voxels = np.random.default_rng(3).integers(-128, 128, SHAPE).astype(np.int8)
+    words = {"range": (76, "2f", (low, high)), "imod": (152, "2i", (stamp, flags))}
+    found, info = read(write(tmp_path / "a.mrc", voxels, **words))
+    np.testing.assert_array_equal(found, voxels if is_signed else voxels.view(np.uint8))
+    assert any("unsigned" in remark for remark in info.remarks) == (not is_signed)

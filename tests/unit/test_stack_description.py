@@ -35,6 +35,8 @@ def of_imagej(file: Path, x: float, y: float, **words: object) -> Path:
         (2.0, 2.0, {"unit": "mm", "spacing": -3.0}, (3.0, 0.5, 0.5)),
         (0.5, 0.5, {"unit": "micron"}, (1e-3, 2e-3, 2e-3)),
         (1.0, 1.0, {"unit": "\\u00B5m", "spacing": 5.0}, (5e-3, 1e-3, 1e-3)),
+        (1.0, 0.5, {"unit": "um", "zunit": "nm", "spacing": 2500.0}, (2.5e-3, 2e-3, 1e-3)),
+        (1.0, 0.5, {"unit": "um", "yunit": "nm", "zunit": "mm", "spacing": 3.0}, (3.0, 2e-6, 1e-3)),
     ],
 )
 def test_the_distances_of_imagej_are_taken_and_remarked(tmp_path, x, y, words, spacing_mm_zyx) -> None:

@@ -1,7 +1,8 @@
 """MRC and CCP4 maps (.mrc, .map, .ccp4, .rec): density of electron microscopy and crystallography.
 
-Source: "The MRC2014 file format" (https://www.ccpem.ac.uk/mrc_format/mrc2014.php). Lengths are ångströms. The format
-has no patient: its axes x, y and z are taken as left, back and up. Titles and extended headers are not kept.
+Source: "The MRC2014 file format" (https://www.ccpem.ac.uk/mrc_format/mrc2014.php) and, for bytes, "MRC Image File
+Format" of IMOD (https://bio3d.colorado.edu/imod/doc/mrc_format.txt). Lengths are ångströms. The format has no patient:
+its axes x, y and z are taken as left, back and up. Titles and extended headers are not kept.
 """
 
 from math import prod
@@ -24,22 +25,30 @@ _TYPES = {0: "i1", 1: "i2", 2: "f4", 6: "u2", 12: "f2"}
 _STACK_OF_VOLUMES = range(401, 631)
 _MOST_SYMMETRY_BYTES = 2**31
 _RIGHT_ANGLE_DEG = 90.0
+_IMOD_STAMP = 1146047817
+_IMOD_SIGNED_BYTES = 1
+"""Bit of IMOD's flags."""
 
 
 def _fields(order: str) -> np.dtype[np.void]:
     return np.dtype(
         {
-            "names": ["size_xyz", "mode", "start", "grid", "cell", "angles", "axes", "group", "symmetry", "origin"],
+            "names": [
+                *("size_xyz", "mode", "start", "grid", "cell", "angles", "axes", "range"),
+                *("group", "symmetry", "imod", "origin"),
+            ],
             "formats": [
                 (order + "i4", 3),
                 order + "i4",
                 *[(order + "i4", 3)] * 2,
                 *[(order + "f4", 3)] * 2,
                 (order + "i4", 3),
+                (order + "f4", 2),
                 *[order + "i4"] * 2,
+                (order + "i4", 2),
                 (order + "f4", 3),
             ],
-            "offsets": [0, 12, 16, 28, 40, 52, 64, 88, 92, 196],
+            "offsets": [0, 12, 16, 28, 40, 52, 64, 76, 88, 92, 152, 196],
             "itemsize": HEADER_BYTES,
         }
     )
@@ -73,10 +82,32 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     size = path.stat().st_size
     least, most = (0, size * MAX_DEFLATE_RATIO) if is_gzip(path) else (size, size)
     check_declared(path, prod((nx, ny, nz)) * dtype.itemsize, HEADER_BYTES + symmetry, least, most)
+    of_bytes: tuple[str, ...] = ()
+    if mode == 0:
+        dtype, of_bytes = _bytes(fields)
     columns_mm, origin_mm, remarks = _place(path, fields)
     grid = grid_from_affine(path, "cell", (nz, ny, nx), columns_mm, origin_mm)
     voxels = VoxelFile(path, dtype, (nz, ny, nx), HEADER_BYTES + symmetry)
-    return source_of(HeaderFacts("mrc", grid, remarks), voxels, progress)
+    return source_of(HeaderFacts("mrc", grid, (*remarks, *of_bytes)), voxels, progress)
+
+
+def _bytes(fields: np.void) -> tuple[np.dtype[np.generic], tuple[str, ...]]:
+    """Return the type of bytes, and a remark unless they are signed, as MRC2014 says, without a word against it.
+
+    The least and the greatest value of the header decide. Where they fit both types, IMOD's flag does: IMOD wrote
+    unsigned bytes for years.
+    """
+    low, high = (float(value) for value in fields["range"])
+    stamp, flags = (int(word) for word in fields["imod"])
+    if 0 <= low <= high <= 255 and high > 127:
+        return np.dtype("u1"), (f"its bytes are read as unsigned, because its header says values up to {high:g}",)
+    if -128 <= low < 0 and low <= high <= 127:
+        return np.dtype("i1"), ()
+    if stamp == _IMOD_STAMP and not flags & _IMOD_SIGNED_BYTES:
+        return np.dtype("u1"), (
+            "its bytes are read as unsigned, because IMOD wrote it without its flag of signed bytes",
+        )
+    return np.dtype("i1"), ()
 
 
 def _place(path: Path, fields: np.void) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:

@@ -49,21 +49,26 @@ def check_order(path: Path, description: str, shape: tuple[int, int, int, int]) 
 def spacing_fm_zyx(description: str, resolution: PixelDensity) -> tuple[int, int, int] | None:
     """Return the distances between the voxels of a stack of ImageJ, in femtometres; None if it does not say them.
 
-    As in ImageJ, an absent `spacing` is one unit: it is not written then. A stack without a unit that ImageJ knows as
-    a length says nothing, nor does one whose resolution has another unit than its description.
+    As in ImageJ, an absent `spacing` is one unit, and `yunit` and `zunit` are written where they differ from `unit`. A
+    stack without a unit that ImageJ knows as a length says nothing, nor does one whose resolution has another unit than
+    its description.
     """
     if not description.startswith("ImageJ="):
         return None
-    given = dict(re.findall(r"^(unit|spacing)=(\S{1,40})\s*$", description, re.MULTILINE))
-    unit = given.get("unit", "").lower()
-    if unit not in _UNIT_OF_TAG.get(resolution.unit, (unit,)) or min(resolution.x, resolution.y) <= 0.0:
+    given = dict(re.findall(r"^(unit|yunit|zunit|spacing)=(\S{1,40})\s*$", description, re.MULTILINE))
+    unit = given.get("unit", "")
+    units_zyx = [given.get(name, unit).lower() for name in ("zunit", "yunit", "unit")]
+    of_tag = _UNIT_OF_TAG.get(resolution.unit)
+    if of_tag is not None and not set(units_zyx[1:]) <= set(of_tag):
+        return None
+    if min(resolution.x, resolution.y) <= 0.0:
         return None
     try:
         depth = abs(float(given.get("spacing", "1")))
     except ValueError:
         return None
     sizes = (depth, 1.0 / resolution.y, 1.0 / resolution.x)
-    z, y, x = (size * _FM_PER_UNIT.get(unit, 0.0) for size in sizes)
+    z, y, x = (size * _FM_PER_UNIT.get(each, 0.0) for size, each in zip(sizes, units_zyx, strict=True))
     if not all(_LEAST_FM <= size <= _MOST_FM for size in (z, y, x)):
         return None
     return round(z), round(y), round(x)
