@@ -18,9 +18,9 @@ def noise(dtype: str = "int16", shape_zyx: tuple[int, ...] = SHAPE_ZYX) -> np.nd
     return np.random.default_rng(4).integers(0, 100, shape_zyx).astype(dtype)
 
 
-def read(path: Path) -> tuple[np.ndarray, SourceInfo]:
-    """The whole volume, read in two slabs."""
-    with open_source(SourceSpec(path=str(path)), Path(), Silent()) as source:
+def read(path: Path, **told: object) -> tuple[np.ndarray, SourceInfo]:
+    """The whole volume, read in two slabs; `told` are further fields of the source."""
+    with open_source(SourceSpec(path=str(path), **told), Path(), Silent()) as source:
         depth = source.info.grid.shape_zyx[0]
         return np.concatenate([source.read_slab(0, depth // 2), source.read_slab(depth // 2, depth)]), source.info
 
@@ -32,10 +32,10 @@ def refusal(path: Path) -> VolprepError:
     return error.value
 
 
-def refusal_at_open(path: Path) -> VolprepError:
-    """The coded error of a file that is refused before any voxel is read."""
+def refusal_at_open(path: Path, **told: object) -> VolprepError:
+    """The coded error of a file that is refused before any voxel is read; `told` are further fields of the source."""
     with pytest.raises(VolprepError) as error:
-        open_source(SourceSpec(path=str(path)), Path(), Silent())
+        open_source(SourceSpec(path=str(path), **told), Path(), Silent())
     return error.value
 
 

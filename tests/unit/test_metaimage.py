@@ -319,3 +319,34 @@ def test_nothing_that_could_name_a_patient_is_kept(tmp_path) -> None:
 @pytest.mark.parametrize("is_packed", [False, True])
 def test_every_cut_is_refused(tmp_path, is_packed) -> None:
     check_every_cut(save(tmp_path / "v.mha", **(packed(noise()) if is_packed else {})))
+
+
+@pytest.mark.parametrize("is_packed", [False, True])
+@pytest.mark.parametrize("beside", [False, True])
+def test_one_of_several_volumes_or_channels_is_read(tmp_path, beside, is_packed) -> None:
+    several = np.stack([noise(), noise() + 100, noise() + 200], axis=3 if beside else 0)
+    told = {"ElementNumberOfChannels": "3"}
+    if not beside:
+        told = {
+            "NDims": "4",
+            "DimSize": "4 1 3 3",
+            "ElementSpacing": "2 3 4 0.5",
+            "Offset": "1 2 3 0",
+            "TransformMatrix": "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1",
+        }
+    told |= {"CompressedData": str(is_packed)}
+    data = several.tobytes()
+    file = save(tmp_path / "v.mha", data=zlib.compress(data) if is_packed else data, **told)
+    for volume in (1, 2, 3):
+        values, _ = read(file, volume=volume)
+        assert np.array_equal(values, noise() + 100 * (volume - 1))
+    for wanted, code in ((4, "VP1021"), (None, "VP1121")):
+        assert refusal_at_open(file, volume=wanted).code == code
+
+
+def test_a_fourth_axis_of_one_value_is_dropped(tmp_path) -> None:
+    told = {"NDims": "4", "DimSize": "4 1 3 1", "ElementSpacing": "2 3 4 1"}
+    told |= {"Offset": "1 2 3 0", "TransformMatrix": "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"}
+    values, info = read(save(tmp_path / "v.mha", **told))
+    assert np.array_equal(values, noise())
+    assert (info.grid.spacing_mm_zyx, info.grid.origin_mm_xyz) == ((4, 3, 2), (1, 2, 3))

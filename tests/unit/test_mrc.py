@@ -12,6 +12,7 @@ from volprep_formats.readers import format_of, open_source
 from volprep_formats.source import SourceInfo, SourceSpec
 
 SHAPE = (3, 5, 7)
+IMOD = 1146047817
 MODES = {"int8": 0, "int16": 1, "float32": 2, "uint16": 6, "float16": 12}
 
 
@@ -79,20 +80,20 @@ def test_what_is_no_plain_map_is_refused(tmp_path: Path, words: tuple, code: str
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "stamp", "flags", "is_signed"),
+    ("limits", "imod", "is_signed"),
     [
-        (0, 250, 1146047817, 0, False),  # IMOD, and a header that agrees
-        (0, 250, 1146047817, 1, False),  # the values of the header decide against the flag
-        (-100, 100, 1146047817, 0, True),
-        (0, 100, 1146047817, 0, False),
-        (0, 100, 1146047817, 1, True),
-        (0, -1, 0, 0, True),  # no statistics
-        (0, 250, 0, 0, False),
+        ((0, 250), (IMOD, 0), False),  # IMOD, and a header that agrees
+        ((0, 250), (IMOD, 1), False),  # the values of the header decide against the flag
+        ((-100, 100), (IMOD, 0), True),
+        ((0, 100), (IMOD, 0), False),
+        ((0, 100), (IMOD, 1), True),
+        ((0, -1), (0, 0), True),  # no statistics
+        ((0, 250), (0, 0), False),
     ],
 )
-def test_the_header_says_whether_bytes_are_signed(tmp_path, low, high, stamp, flags, is_signed) -> None:
+def test_the_header_says_whether_bytes_are_signed(tmp_path, limits, imod, is_signed) -> None:
     voxels = np.random.default_rng(3).integers(-128, 128, SHAPE).astype(np.int8)
-    words = {"range": (76, "2f", (low, high)), "imod": (152, "2i", (stamp, flags))}
+    words = {"range": (76, "2f", limits), "imod": (152, "2i", imod)}
     found, info = read(write(tmp_path / "a.mrc", voxels, **words))
     np.testing.assert_array_equal(found, voxels if is_signed else voxels.view(np.uint8))
     assert any("unsigned" in remark for remark in info.remarks) == (not is_signed)

@@ -18,7 +18,7 @@ from header_files import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from volprep_formats.readers.nrrd import _TYPES
+from volprep_formats.readers.nrrd import _TYPES, open_layers
 
 FIELDS = {
     "type": "short",
@@ -267,6 +267,36 @@ def test_an_axis_of_one_value_that_is_not_in_space_is_dropped(tmp_path, place) -
     assert info.grid.spacing_mm_zyx == (4, 3, 2)
 
 
+@pytest.mark.parametrize("encoding", ["raw", "gzip", "ascii"])
+@pytest.mark.parametrize(
+    ("place", "kinds"), [(0, "list domain domain domain"), (3, "domain domain domain time"), (3, None)]
+)
+def test_one_of_several_volumes_is_read(tmp_path, place, kinds, encoding) -> None:
+    several = np.stack([noise(), noise() + 100, noise() + 200], axis=3 if place == 0 else 0)
+    sizes = [4, 1, 3]
+    sizes.insert(place, 3)
+    data = {"raw": bytes, "gzip": gzip.compress, "ascii": lambda _: " ".join(map(str, several.ravel())).encode()}
+    told = {"dimension": "4", "sizes": " ".join(map(str, sizes)), "encoding": encoding}
+    told |= {} if kinds is None else {"kinds": kinds}
+    without = ORIENTATION if kinds else (*ORIENTATION, "kinds")
+    file = save(tmp_path / "v.nrrd", without, data=data[encoding](several.tobytes()), **told)
+    for volume in (1, 2, 3):
+        values, _ = read(file, volume=volume)
+        assert np.array_equal(values, noise() + 100 * (volume - 1))
+    for wanted, code in ((4, "VP1021"), (None, "VP1101")):
+        assert refusal_at_open(file, volume=wanted).code == code
+
+
+def test_volumes_along_an_axis_within_space_are_refused(tmp_path) -> None:
+    told = {"dimension": "4", "sizes": "4 2 1 3", "kinds": "domain list domain domain"}
+    file = save(tmp_path / "v.nrrd", ORIENTATION, data=noise().tobytes() * 2, **told)
+    assert refusal_at_open(file, volume=1).code == "VP1102"
+
+
+def test_a_volume_of_a_file_of_one_is_refused_beyond_it(tmp_path) -> None:
+    assert refusal_at_open(save(tmp_path / "v.nrrd"), volume=2).code == "VP1021"
+
+
 def test_a_sound_file_of_fewer_or_more_axes_is_not_called_invalid(tmp_path) -> None:
     file = tmp_path / "v.nrrd"
     nrrd.write(str(file), np.zeros((4, 3), np.uint8))
@@ -293,7 +323,7 @@ def test_a_sound_file_of_fewer_or_more_axes_is_not_called_invalid(tmp_path) -> N
         ("VP1100", {"space directions": "(1,0) (0,1) (0,0)"}),
         ("VP1100", {"space directions": "(1,0,0) (0,1,0)"}),
         ("VP1100", {"space directions": "(1,0,0) (0,x,0) (0,0,1)"}),
-        ("VP1101", {"space directions": "(1,0,0) (0,1,0) none"}),
+        ("VP1308", {"space directions": "(1,0,0) (0,1,0) none"}),
         ("VP1102", {"encoding": "hex"}),
         ("VP1102", {"encoding": "zstd"}),
         ("VP1102", {"type": "block"}),
@@ -413,3 +443,11 @@ def test_the_oblique_head_lies_where_its_nifti_twin_does(scans) -> None:
     assert np.abs(apart).max() < 1e-4
     independent, _ = nrrd.read(str(scans / "flair_pair" / "FLAIR.nrrd"), index_order="C")
     assert np.array_equal(values, independent)
+
+
+def test_layers_of_a_segmentation_may_be_followed_by_an_axis_of_one(tmp_path) -> None:
+    told = {"dimension": "5", "sizes": "2 4 1 3 1", "kinds": "list domain domain domain ???"}
+    told["space_directions"] = "none (2,0,0) (0,3,0) (0,0,4) none"
+    layered = open_layers(save(tmp_path / "v.nrrd", data=noise().tobytes() * 2, **told), 64)
+    layered.voxels.close()
+    assert (layered.volumes, layered.grid.shape_zyx) == (2, (3, 1, 4))

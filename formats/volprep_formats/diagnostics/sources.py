@@ -222,7 +222,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1101": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: axis {axis} of the NRRD file (kind {kind}) has {size} values for each voxel; one is needed",
-        "Extract one component, or one volume, into a file of its own, or keep colours with a table [colour].",
+        "Use --volume N, or source.volume in a scene, with a number from 1 to {size}, or keep colours with a table "
+        "[colour].",
     ),
     "VP1102": Diagnostic(
         ExitStatus.SOURCE,
@@ -242,7 +243,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1121": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the MetaImage file has {what}; one value at each place of a volume is needed",
-        "Extract one component, or one volume, into a file of its own, or keep colours with a table [colour].",
+        "Use --volume N, or source.volume in a scene, with the number of a volume or channel, from 1 on; or keep "
+        "colours with a table [colour].",
     ),
     "VP1122": Diagnostic(
         ExitStatus.SOURCE,

@@ -191,7 +191,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
     for key, value, format_names in (
         ("raw", spec.raw, {"raw"}),
         ("series", spec.series, {"dicom", *_OME}),
-        ("volume", spec.volume, {"analyze", "dicom", "mgh", "minc", "nifti", *_OME}),
+        ("volume", spec.volume, {"analyze", "dicom", "metaimage", "mgh", "minc", "nifti", "nrrd", *_OME}),
         ("volumes_by", spec.volumes_by, {"dicom"}),
         ("channel", spec.channel, {"volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr", "volpkg"}),

@@ -20,10 +20,11 @@ from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
+from volprep_formats.readers.layout import Layout
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflated, joined, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
 
@@ -59,36 +60,65 @@ Fields = dict[str, str]
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
-    """Open one volume of numbers, or of colours.
+    """Open one volume of numbers, or of colours. Of several volumes or channels, `spec.volume` numbers one.
 
-    Raises VolprepError VP1003, VP1005 to VP1008, VP1120 to VP1122, VP1290, VP1308, VP2020 (sheared) or VP2021 (unusable
-    matrix).
+    Raises VolprepError VP1003, VP1005 to VP1008, VP1021, VP1120 to VP1122, VP1290, VP1308, VP2020 (sheared) or VP2021
+    (unusable matrix).
     """
     fields, end_bytes = _header(path)
+    layout, colours = _layout(path, fields, spec)
+    grid, remarks = _grid(path, fields, layout.shape_zyx)
+    slope, intercept = _intensity(path, fields)
+    voxels = _voxels(path, fields, end_bytes, layout, colours)
+    if spec.colour is None:
+        facts = HeaderFacts("metaimage", grid, remarks, slope, intercept)
+        return source_of(facts, voxels, progress, most_bytes_after=layout.most_bytes_after)
+    if (slope, intercept) != (1.0, 0.0):
+        voxels.close()
+        raise VolprepError(
+            "VP1290", path=path, problem=SafeText("it rescales its components (ElementToIntensityFunction)")
+        )
+    return ColourVoxels(HeaderFacts("metaimage", grid, remarks), voxels, spec.colour)
+
+
+def _layout(path: Path, fields: Fields, spec: SourceSpec) -> tuple[Layout, int | None]:
+    """Return the volume to read and, in colour, the components of a voxel. Leave out a fourth axis in `fields`.
+
+    Raises VP1021, VP1120, VP1121 or VP1308.
+    """
     count = _integers(path, fields, "ndims", "", (0, 99))[0]
-    if count != 3:
+    if count not in {3, 4}:
         words = fields.get("dimsize", "")[:40].split()
         if len(words) == count < 3:
             raise VolprepError("VP1308", path=path, shape="×".join(words), count=count)
         raise VolprepError("VP1121", path=path, what=f"{count} axes")
-    channels = _integers(path, fields, "elementnumberofchannels", "1", (1, LONGEST_AXIS))[0]
-    if channels != 1 and spec.colour is None:
-        raise VolprepError("VP1121", path=path, what=f"{channels} channels")
     sizes = _integers(path, fields, "dimsize", "", (1, LONGEST_AXIS))
-    if len(sizes) != 3:
-        raise VolprepError("VP1120", path=path, error=f"DimSize has {len(sizes)} numbers for 3 axes")
-    shape_zyx = (sizes[2], sizes[1], sizes[0])
-    grid, remarks = _grid(path, fields, shape_zyx)
-    slope, intercept = _intensity(path, fields)
-    if spec.colour is None:
-        voxels = _voxels(path, fields, end_bytes, shape_zyx)
-        return source_of(HeaderFacts("metaimage", grid, remarks, slope, intercept), voxels, progress)
-    if (slope, intercept) != (1.0, 0.0):
-        raise VolprepError(
-            "VP1290", path=path, problem=SafeText("it rescales its components (ElementToIntensityFunction)")
-        )
-    voxels = _voxels(path, fields, end_bytes, shape_zyx, channels)
-    return ColourVoxels(HeaderFacts("metaimage", grid, remarks), voxels, spec.colour)
+    if len(sizes) != count:
+        raise VolprepError("VP1120", path=path, error=f"DimSize has {len(sizes)} numbers for {count} axes")
+    channels = _integers(path, fields, "elementnumberofchannels", "1", (1, LONGEST_AXIS))[0]
+    shape_zyx, volumes = (sizes[2], sizes[1], sizes[0]), prod(sizes[3:])
+    in_colour = spec.colour is not None and volumes == 1
+    several = [f"{volumes} volumes"] * (volumes > 1) + [f"{channels} channels"] * (channels > 1)
+    if not in_colour and (len(several) == 2 or (several and spec.volume is None)):
+        raise VolprepError("VP1121", path=path, what=" of ".join(several))
+    if count == 4:
+        _leave_out_time(path, fields)
+    if in_colour:
+        return Layout(shape_zyx), channels
+    wanted = chosen_volume(path, shape_zyx, max(volumes, channels), spec.volume)
+    return Layout(shape_zyx, channels, volumes, wanted), None
+
+
+def _leave_out_time(path: Path, fields: Fields) -> None:
+    """Leave out the fourth axis in the fields of the place. Raises VP1121 where it has a part in space."""
+    for name in ("elementspacing", "elementsize", "offset"):
+        if name in fields:
+            fields[name] = " ".join(map(repr, _floats(path, fields, name, "", 4).tolist()[:3]))
+    if "transformmatrix" in fields:
+        matrix = _floats(path, fields, "transformmatrix", "", 16).reshape(4, 4)
+        if matrix[3, :3].any() or matrix[:3, 3].any():
+            raise VolprepError("VP1121", path=path, what=SafeText("a fourth axis that has a part in space"))
+        fields["transformmatrix"] = " ".join(map(repr, matrix[:3, :3].ravel().tolist()))
 
 
 def _header(path: Path) -> tuple[Fields, int]:
@@ -147,9 +177,7 @@ def _intensity(path: Path, fields: Fields) -> tuple[float, float]:
     return slope, intercept
 
 
-def _voxels(
-    path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, int, int], colours: int | None = None
-) -> VoxelFile:
+def _voxels(path: Path, fields: Fields, end_bytes: int, layout: Layout, colours: int | None) -> VoxelFile:
     """Voxels in this file, or in the one that it names; their size is checked against the file's.
 
     They have `colours` components each, or one.
@@ -169,28 +197,29 @@ def _voxels(
         if packed or not binary:
             raise VolprepError("VP1122", path=path, what=f"ElementDataFile {name[:40]!r}")
         names = _listed(path, end_bytes) if is_list else _counted(path, name)
-        return _of_slices(path, fields, shape_zyx, dtype, names)
+        return _of_slices(path, fields, layout, dtype, names)
     if not name or name.upper().startswith("LIST "):
         raise VolprepError("VP1122", path=path, what=f"ElementDataFile {name[:40]!r}")
     file, start = (path, end_bytes) if name.upper() == "LOCAL" else (data_file(path, name), 0)
-    voxel_bytes = prod(shape_zyx) * dtype.itemsize
+    voxel_bytes = layout.voxel_bytes(dtype)
     start = _data_start(path, fields, file, start, voxel_bytes, plain=binary and not packed)
     size = file.stat().st_size
     there = max(size - start, 0)
     if packed:
         check_declared(file, voxel_bytes, 0, 0, there * MAX_DEFLATE_RATIO)
-        return VoxelFile(file, dtype, shape_zyx, 0, ForwardStream(lambda: inflated(file, start)))
+        return layout.opened(file, dtype, 0, ForwardStream(lambda: inflated(file, start)))
     if not binary:
         check_declared(file, voxel_bytes, 0, 0, most_text_bytes(there, number))
-        return VoxelFile(file, dtype, shape_zyx, 0, ForwardStream(lambda: numbers_from_text(file, start, number)))
+        return layout.opened(file, dtype, 0, ForwardStream(lambda: numbers_from_text(file, start, number)))
     check_declared(file, voxel_bytes, start, size, size)
-    return VoxelFile(file, dtype, shape_zyx, start, open_unbuffered(file))
+    return layout.opened(file, dtype, start, open_unbuffered(file))
 
 
-def _of_slices(
-    path: Path, fields: Fields, shape_zyx: tuple[int, int, int], dtype: np.dtype[np.generic], names: list[str]
-) -> VoxelFile:
+def _of_slices(path: Path, fields: Fields, layout: Layout, dtype: np.dtype[np.generic], names: list[str]) -> VoxelFile:
     """Return the voxels of slices in a file each."""
+    shape_zyx = layout.shape_zyx
+    if layout.beside * layout.behind > 1:
+        raise VolprepError("VP1122", path=path, what=SafeText("several volumes in a file for each slice"))
     if len(names) != shape_zyx[0]:
         raise VolprepError("VP1120", path=path, error=f"it names {len(names)} files for {shape_zyx[0]} slices")
     header_bytes = _integers(path, fields, "headersize", "0", (0, 2**31))[0]

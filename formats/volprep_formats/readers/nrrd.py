@@ -6,7 +6,6 @@ a few lines. Key/value pairs, content and labels are not kept: they may name the
 """
 
 import re
-from math import prod
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,6 +19,7 @@ from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
+from volprep_formats.readers.layout import Layout
 from volprep_formats.readers.unpacking import (
     MAX_BZIP2_RATIO,
     ForwardStream,
@@ -30,7 +30,7 @@ from volprep_formats.readers.unpacking import (
     unzipped,
 )
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
 
@@ -86,25 +86,34 @@ class _Axes(NamedTuple):
     spatial: list[int]
     vectors: list[str]
     """Space directions as text, or nothing."""
+    of_volumes: int | None = None
+    """The axis along which there are several volumes."""
+
+    @property
+    def shape_zyx(self) -> tuple[int, int, int]:
+        """Number of voxels."""
+        nx, ny, nz = (self.sizes[axis] for axis in self.spatial)
+        return nz, ny, nx
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
-    """Open one volume of numbers, or of colours.
+    """Open one volume of numbers, or of colours. Of several volumes, `spec.volume` numbers one.
 
-    Raises VolprepError VP1003, VP1005 to VP1008, VP1100 to VP1103, VP1290, VP1308, VP2020 (sheared) or VP2021 (unusable
-    directions).
+    Raises VolprepError VP1003, VP1005 to VP1008, VP1021, VP1100 to VP1103, VP1290, VP1308, VP2020 (sheared) or VP2021
+    (unusable directions).
     """
     fields, end_bytes = _header(path)
     colours = None if spec.colour is None else _take_colours(path, fields)
     axes = _axes(path, fields)
-    nx, ny, nz = (axes.sizes[axis] for axis in axes.spatial)
-    grid, remarks = _grid(path, fields, axes, (nz, ny, nx))
-    voxels = _voxels(path, fields, end_bytes, (nz, ny, nx), colours)
+    layout = _layout(path, fields, axes, spec.volume)
+    grid, remarks = _grid(path, fields, axes, axes.shape_zyx)
+    voxels = _voxels(path, fields, end_bytes, layout, colours)
     if spec.colour is not None:
         return ColourVoxels(HeaderFacts("nrrd", grid, remarks), voxels, spec.colour)
     if "old min" in fields or "old max" in fields:
         remarks.append("the values were quantised before they were written (old min, old max); codes are read")
-    return source_of(HeaderFacts("nrrd", grid, remarks), voxels, progress)
+    facts = HeaderFacts("nrrd", grid, remarks)
+    return source_of(facts, voxels, progress, most_bytes_after=layout.most_bytes_after)
 
 
 def _take_colours(path: Path, fields: Fields) -> int:
@@ -150,18 +159,16 @@ def open_layers(path: Path, most: int) -> Layered:
     Raises VP1003, VP1005 to VP1008, VP1100 to VP1103, VP2020 or VP2021.
     """
     fields, end_bytes = _header(path)
-    kinds = fields.get("kinds", "").lower().split()
-    count = 1
-    sizes = _integers(path, fields, "sizes", 1, LONGEST_AXIS)
-    if len(sizes) == 4 and len(kinds) == 4 and kinds[0] == "list" and sizes[0] > 1:
-        count = sizes[0]
-        if count > most:
-            raise VolprepError("VP1101", path=path, axis=1, kind="list", size=count)
-        fields |= {"sizes": " ".join(map(str, [1, *sizes[1:]]))}
     axes = _axes(path, fields)
-    nx, ny, nz = (axes.sizes[axis] for axis in axes.spatial)
-    grid, remarks = _grid(path, fields, axes, (nz, ny, nx))
-    return Layered(grid, count, _voxels(path, fields, end_bytes, (nz, ny, nx * count)), keys_of(path), remarks)
+    count = 1
+    if axes.of_volumes is not None:
+        count = axes.sizes[axes.of_volumes]
+        if axes.of_volumes != 0 or count > most:
+            raise _several(path, fields, axes)
+    nz, ny, nx = axes.shape_zyx
+    grid, remarks = _grid(path, fields, axes, axes.shape_zyx)
+    voxels = _voxels(path, fields, end_bytes, Layout((nz, ny, nx * count)))
+    return Layered(grid, count, voxels, keys_of(path), remarks)
 
 
 def _lines(path: Path) -> tuple[list[str], re.Match[bytes] | None, int]:
@@ -197,7 +204,7 @@ def _header(path: Path) -> tuple[Fields, int]:
 
 
 def _axes(path: Path, fields: Fields) -> _Axes:
-    """Find the three axes of space; all others have one value or the file is refused."""
+    """Find the three axes of space, and the one of volumes; all others have one value or the file is refused."""
     dimension = _integers(path, fields, "dimension", 1, _MOST_AXES)[0]
     sizes = _integers(path, fields, "sizes", 1, LONGEST_AXIS)
     vectors = _VECTOR.findall(fields.get("space directions", ""))
@@ -205,22 +212,43 @@ def _axes(path: Path, fields: Fields) -> _Axes:
     for name, values in (("sizes", sizes), ("space directions", vectors), ("kinds", kinds)):
         if name in fields and len(values) != dimension:
             raise VolprepError("VP1100", path=path, error=f"{name} has not one entry for each of {dimension} axes")
-    spatial = []
-    for axis, size in enumerate(sizes):
-        kind = kinds[axis] if kinds else "domain"
-        if kind in _SPATIAL_KINDS and (not vectors or vectors[axis] != "none"):
-            spatial.append(axis)
-        elif size != 1:
-            raise VolprepError("VP1101", path=path, axis=axis + 1, kind=kind, size=size)
-    # Axes of one value that no field explains, of a file with four or more, come last.
-    while len(spatial) > 3 and sizes[spatial[-1]] == 1:
-        spatial.pop()
-    if len(spatial) > 3:
-        axis = spatial[-1]
-        raise VolprepError("VP1101", path=path, axis=axis + 1, kind=kinds[axis] if kinds else "none", size=sizes[axis])
+    others, spatial = [], []
+    for axis in range(dimension):
+        is_spatial = not kinds or kinds[axis] in _SPATIAL_KINDS
+        (spatial if is_spatial and (not vectors or vectors[axis] != "none") else others).append(axis)
+    # Axes that no field explains, of a file with four or more, come last.
+    others += spatial[3:]
     if len(spatial) < 3:
         raise VolprepError("VP1308", path=path, shape="×".join(map(str, sizes)), count=len(spatial))
-    return _Axes(sizes, spatial, vectors)
+    several = [axis for axis in others if sizes[axis] != 1]
+    axes = _Axes(sizes, spatial[:3], vectors, several[0] if several else None)
+    if len(several) > 1:
+        raise _several(path, fields, axes)
+    return axes
+
+
+def _several(path: Path, fields: Fields, axes: _Axes) -> VolprepError:
+    axis = axes.of_volumes or 0
+    kinds = fields.get("kinds", "").lower().split()
+    return VolprepError(
+        "VP1101", path=path, axis=axis + 1, kind=kinds[axis] if kinds else "none", size=axes.sizes[axis]
+    )
+
+
+def _layout(path: Path, fields: Fields, axes: _Axes, wanted: int | None) -> Layout:
+    """Find the volume that is wanted. Raises VP1021 if there is none, VP1101 where there are several and none is."""
+    if axes.of_volumes is None:
+        chosen_volume(path, axes.shape_zyx, 1, wanted)
+        return Layout(axes.shape_zyx)
+    if wanted is None:
+        raise _several(path, fields, axes)
+    count = axes.sizes[axes.of_volumes]
+    index = chosen_volume(path, axes.shape_zyx, count, wanted)
+    if axes.of_volumes < axes.spatial[0]:
+        return Layout(axes.shape_zyx, beside=count, wanted=index)
+    if axes.of_volumes < axes.spatial[2]:
+        raise VolprepError("VP1102", path=path, what=SafeText("volumes along an axis between those of space"))
+    return Layout(axes.shape_zyx, behind=count, wanted=index)
 
 
 def _grid(path: Path, fields: Fields, axes: _Axes, shape_zyx: tuple[int, int, int]) -> tuple[Grid, list[str]]:
@@ -282,9 +310,7 @@ def _units(path: Path, fields: Fields, name: str, places: list[int]) -> Float64A
     return np.array(known, dtype=np.float64)
 
 
-def _voxels(
-    path: Path, fields: Fields, end_bytes: int, shape_zyx: tuple[int, int, int], colours: int | None = None
-) -> VoxelFile:
+def _voxels(path: Path, fields: Fields, end_bytes: int, layout: Layout, colours: int | None = None) -> VoxelFile:
     """Voxels in this file, or in the one that it names; their size is checked against the file's.
 
     They have `colours` components each, or one.
@@ -310,17 +336,17 @@ def _voxels(
         file, start = data_file(path, fields["data file"]), 0
     start = _skip_lines(file, start, _integers(path, fields, "line skip", 0, 2**31)[0] if "line skip" in fields else 0)
     skip = _integers(path, fields, "byte skip", -1, 2**63)[0] if "byte skip" in fields else 0
-    voxel_bytes = prod(shape_zyx) * dtype.itemsize
+    voxel_bytes = layout.voxel_bytes(dtype)
     if encoding == "raw":
         size = file.stat().st_size
         start = size - voxel_bytes if skip == -1 else start + skip
         check_declared(file, voxel_bytes, max(start, 0), size, size)
-        return VoxelFile(file, dtype, shape_zyx, start, open_unbuffered(file))
+        return layout.opened(file, dtype, start, open_unbuffered(file))
     if skip == -1 or (skip and encoding == "ascii"):
         raise VolprepError("VP1102", path=path, what=f"byte skip {skip} with encoding {encoding}")
     stream, most = _packed(file, start, str(encoding), number)
     check_declared(file, voxel_bytes, skip, 0, most)
-    return VoxelFile(file, dtype, shape_zyx, skip, stream)
+    return layout.opened(file, dtype, skip, stream)
 
 
 def _packed(file: Path, start: int, encoding: str, dtype: np.dtype[np.generic]) -> tuple[Stream, int]:

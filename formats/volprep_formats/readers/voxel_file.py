@@ -31,6 +31,7 @@ class VoxelFile:
     """`shape_zyx` voxels of `dtype` from `offset_bytes` on. The caller has checked the size of a plain file.
 
     They are read from `stream` if given; otherwise from the file itself, unzipped if it starts with the gzip signature.
+    If each voxel has several values beside each other, `values` is their number, and `value` the index of the one read.
     """
 
     def __init__(
@@ -40,12 +41,16 @@ class VoxelFile:
         shape_zyx: tuple[int, int, int],
         offset_bytes: int,
         stream: Stream | None = None,
+        *,
+        values: int = 1,
+        value: int = 0,
     ) -> None:
         self.path = path
         self.dtype = dtype
         self.shape_zyx = shape_zyx
         self.offset_bytes = offset_bytes
-        self.slice_bytes = shape_zyx[1] * shape_zyx[2] * dtype.itemsize
+        self._values, self._value = values, value
+        self.slice_bytes = shape_zyx[1] * shape_zyx[2] * values * dtype.itemsize
         self.end_bytes = offset_bytes + shape_zyx[0] * self.slice_bytes
         """Position after the last voxel; in a gzipped file, of the unpacked data."""
         self.is_gzip = stream is None and is_gzip(path)
@@ -62,7 +67,7 @@ class VoxelFile:
         Raises VolprepError VP1003 when the file cannot be read, VP1005 when a gzip stream is damaged and EOFError
         when it ends before the slab does.
         """
-        slab = np.empty((z1 - z0, *self.shape_zyx[1:]), dtype=self.dtype)
+        slab = np.empty((z1 - z0, *self.shape_zyx[1:], self._values), dtype=self.dtype)
         view = slab.reshape(-1).view(np.uint8).data
         try:
             self._file.seek(self.offset_bytes + z0 * self.slice_bytes)
@@ -73,7 +78,8 @@ class VoxelFile:
                 view = view[count:]
         except (zlib.error, OSError) as error:
             raise self._error(error) from error
-        return slab.astype(self.dtype.newbyteorder("="), copy=False)
+        wanted = np.ascontiguousarray(slab[..., self._value])
+        return wanted.astype(self.dtype.newbyteorder("="), copy=False)
 
     def at_end(self) -> bool:
         """Whether the last voxels read end the file."""
