@@ -23,6 +23,7 @@ SourceFormat = Literal[
     "minc",
     "mosaic",
     "mrc",
+    "mrtrix",
     "nifti",
     "npy",
     "nrrd",
@@ -150,8 +151,8 @@ class SourceSpec(Record):
     """DICOM: SeriesInstanceUID, or a unique ending of it, when the folder holds several series. OME: name of the image,
     or its number from 1, when there are several."""
     volume: Count | None = None
-    """DICOM, NIfTI, FreeSurfer, Analyze, MINC, OME: number of the volume to read, from 1, if there are several: time
-    points, echoes, components, stacks of slices."""
+    """DICOM, NIfTI, NRRD, MetaImage, MRtrix, FreeSurfer, Analyze, MINC, OME: number of the volume to read, from 1, if
+    there are several: time points, echoes, components, stacks of slices."""
     volumes_by: Literal["number"] | None = None
     """DICOM only: attribute that distinguishes the volumes of a series if no other one does. "number": InstanceNumber,
     as for time points of scanners that write nothing else."""

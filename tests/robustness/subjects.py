@@ -130,6 +130,13 @@ def _mrc(_folder: Path) -> bytes:
     return bytes(head) + _noise().tobytes()
 
 
+def _mrtrix(_folder: Path) -> bytes:
+    lines = ("dim: 4,5,3", "vox: 2,1.5,3", "layout: -0,+1,+2", "datatype: Int16LE")
+    transform = ("transform: 0,-1,0,7", "transform: 1,0,0,-6", "transform: 0,0,1,5")
+    head = "\n".join(["mrtrix image", *lines, *transform, "file: . 200", "END", ""]).encode()
+    return head.ljust(200, b"\0") + _noise().tobytes()
+
+
 def _minc(write: Callable[..., Path]) -> Callable[[Path], bytes]:
     return lambda folder: write(folder / "sound.mnc", _noise(), image__valid_range=(0.0, 2000.0)).read_bytes()
 
@@ -416,6 +423,7 @@ SUBJECTS = (
     Subject("NumPy archive", ".npz", _npz, read_volume),
     Subject("NumPy within zip", ".npz", _npy, read_volume, _zip_of_array),
     Subject("MRC", ".mrc", _mrc, read_volume),
+    Subject("MRtrix", ".mif", _mrtrix, read_volume),
     Subject("MINC 1", ".mnc", _minc(minc1), read_volume, cases=300),
     Subject("MINC 2", ".mnc", _minc(minc2), read_volume, cases=300),
     Subject("Analyze header", ".hdr", _analyze, _read_analyze),

@@ -36,6 +36,7 @@ _KINDS = {
     "mgh": "a FreeSurfer volume",
     "minc": "a MINC volume",
     "mrc": "an MRC volume",
+    "mrtrix": "an MRtrix image",
     "mosaic": "a mosaic of slices",
     "nifti": "a NIfTI volume",
     "npy": "a NumPy array",

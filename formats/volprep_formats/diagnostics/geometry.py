@@ -1,4 +1,4 @@
-"""Geometry of DICOM series: VP2xxx."""
+"""Geometry of DICOM series, and sources whose files say little of it: VP2xxx."""
 
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
@@ -93,5 +93,15 @@ ENTRIES: dict[str, Diagnostic] = {
         "one volume: {cause}",
         "Choose one with --volume, or source.volume in a scene, from 1 to {volumes}; volumes of the first stack "
         "come first.",
+    ),
+    "VP2080": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a valid MRtrix image: {error}",
+        "Get the file again from where it came, or correct its header.",
+    ),
+    "VP2081": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: MRtrix images with {what} cannot be read",
+        "Write one volume into one file: mrconvert IN.mif -coord 3 0 -datatype float32 OUT.nii.gz.",
     ),
 }

@@ -104,6 +104,7 @@ READERS = (
         "metaimage",
         lambda _spec, _path, head: re.search(rb"^[ \t]*NDims[ \t]*=", head, re.MULTILINE) is not None,
     ),
+    Reader("mrtrix", "mrtrix", lambda _spec, _path, head: head.startswith(b"mrtrix image")),
     Reader("nrrd", "nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
     Reader("vdb", "vdb.reader", lambda _spec, _path, head: head[:4] == b" BDV"),
     Reader("vti", "vtk.vti", lambda _spec, _path, head: b"<VTKFile" in head),
@@ -191,7 +192,7 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
     for key, value, format_names in (
         ("raw", spec.raw, {"raw"}),
         ("series", spec.series, {"dicom", *_OME}),
-        ("volume", spec.volume, {"analyze", "dicom", "metaimage", "mgh", "minc", "nifti", "nrrd", *_OME}),
+        ("volume", spec.volume, {"analyze", "dicom", "metaimage", "mgh", "minc", "mrtrix", "nifti", "nrrd", *_OME}),
         ("volumes_by", spec.volumes_by, {"dicom"}),
         ("channel", spec.channel, {"volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr", "volpkg"}),
