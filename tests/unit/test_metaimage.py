@@ -350,3 +350,11 @@ def test_a_fourth_axis_of_one_value_is_dropped(tmp_path) -> None:
     values, info = read(save(tmp_path / "v.mha", **told))
     assert np.array_equal(values, noise())
     assert (info.grid.spacing_mm_zyx, info.grid.origin_mm_xyz) == ((4, 3, 2), (1, 2, 3))
+
+
+@pytest.mark.parametrize("name", ["C:\\Users\\DOE JANE\\v.raw", "sub\\v.raw", "\\\\server\\scans\\v.raw"])
+def test_a_data_file_with_a_path_of_windows_is_found_beside_the_header(tmp_path, name) -> None:
+    (tmp_path / "v.raw").write_bytes(noise().tobytes())
+    (tmp_path / "v.mhd").write_bytes(header(ElementDataFile=name))
+    values, _ = read(tmp_path / "v.mhd")
+    assert np.array_equal(values, noise())

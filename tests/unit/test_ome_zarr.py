@@ -559,3 +559,12 @@ def test_metadata_nested_as_deep_as_a_worker_can_read_are_refused_or_read(tmp_pa
         deep = "[" * depth + "]" * depth
         (tmp_path / "a.zarr/zarr.json").write_text('{"attributes": {"ome": {"version": "0.5", "x": ' + deep + "}}}")
         assert refusal(tmp_path / "a.zarr").code == "VP1220"
+
+
+def test_several_scales_of_a_level_are_multiplied_and_remarked(tmp_path) -> None:
+    told = multiscales("zyx", scale=(2.0, 1.0, 1.0))
+    told["datasets"][0]["coordinateTransformations"].append({"type": "scale", "scale": [3.0, 1.0, 1.0]})
+    store(tmp_path / "a.zarr", told=told)
+    info = read(tmp_path / "a.zarr")[0]
+    assert np.isclose(info.grid.spacing_mm_zyx[0], 6e-3, rtol=1e-12)
+    assert any("several scales" in remark for remark in info.remarks)

@@ -214,3 +214,18 @@ def test_the_format_of_each_is_known_without_a_scene(tmp_path) -> None:
     np.savez(tmp_path / "d.npz", noise())
     names = {"a.mgz": "mgh", "b.hdr": "analyze", "b.img": "analyze", "c.npy": "npy", "d.npz": "npy"}
     assert {name: format_of(tmp_path / name) for name in names} == names
+
+
+def test_the_origin_that_spm_writes_is_the_voxel_at_zero(tmp_path) -> None:
+    header = nibabel.Spm99AnalyzeHeader()
+    header.set_data_dtype("int16")
+    header.set_data_shape((5, 4, 3))
+    header.set_zooms((0.5, 2.0, 1.25))
+    for origin, is_used in (((4, 2, 3), True), ((0, 0, 0), False), ((30000, 2, 3), False)):
+        header["origin"][:3] = origin
+        (tmp_path / "a.hdr").write_bytes(bytes(header.binaryblock))
+        (tmp_path / "a.img").write_bytes(noise().tobytes())
+        _, info = read(tmp_path / "a.hdr")
+        assert any("origin" in remark for remark in info.remarks) == is_used
+        if is_used:
+            check_places(info, nibabel.load(tmp_path / "a.hdr").affine)

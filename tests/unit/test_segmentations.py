@@ -290,3 +290,10 @@ def test_the_label_image_of_an_ome_zarr_store_is_found_and_several_are_listed(tm
     with pytest.raises(VolprepError, match=r"VP1416 .* 2 label images, and one is needed: cells, nuclei"):
         opened(store)
     assert len(opened(store / "labels/nuclei").segments) == 2
+
+
+def test_a_mask_that_is_nan_somewhere_is_outside_there_and_remarked(tmp_path):
+    _save(tmp_path / "a.nii", np.array((np.nan, 0, 1, 1), np.float32).reshape(1, 1, 4))
+    found = opened(tmp_path)
+    assert [mask.ravel().astype(int).tolist() for mask in masks(found)] == [[0, 0, 1, 1]]
+    assert [remark.split(";")[0] for remark in found.remarks] == ["masks with NaN: 1"]

@@ -109,3 +109,14 @@ def test_a_label_whose_number_is_not_exact_is_refused(tmp_path: Path) -> None:
         opened_channel("scan", SourceSpec(path=str(tmp_path / "a.npy"), labels=True), None, Silent()),
     ):
         pass
+
+
+def test_a_mask_that_is_nan_somewhere_is_refused_with_the_slice(tmp_path: Path) -> None:
+    np.save(tmp_path / "scan.npy", np.ones((5, 4, 3), np.float32))
+    mask = np.ones((5, 4, 3), np.float32)
+    mask[3, 1, 1] = np.nan
+    np.save(tmp_path / "mask.npy", mask)
+    spec = SourceSpec(path=str(tmp_path / "scan.npy"), mask=str(tmp_path / "mask.npy"), outside=0.0)
+    with opened_channel("scan", spec, None, Silent()) as source, pytest.raises(VolprepError) as error:
+        source.read_slab(0, 5)
+    assert (error.value.code, "slice 3" in error.value.summary) == ("VP2082", True)

@@ -41,6 +41,7 @@ class MeantSource:
 
         Raises VP1286 for a value that the type of the voxels cannot hold, and the errors of the readers.
         """
+        self._spec = spec
         self._source = source
         self._mask = mask
         info = source.info
@@ -65,7 +66,7 @@ class MeantSource:
         return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Stored values of slices z0 to z1 - 1 as [z, y, x]."""
+        """Stored values of slices z0 to z1 - 1 as [z, y, x]. Raises VP2082 for a mask that is NaN somewhere."""
         return self._replaced(self._source.read_slab(z0, z1), z0, z1)
 
     def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
@@ -78,8 +79,11 @@ class MeantSource:
         if self._nan is not None:
             slab = np.where(np.isnan(slab), slab.dtype.type(self._nan), slab)
         if self._mask is not None:
-            inside = self._mask.read_slab(z0, z1) != 0
-            slab = np.where(inside, slab, slab.dtype.type(self._outside))
+            mask = self._mask.read_slab(z0, z1)
+            unknown = np.isnan(mask).any(axis=(1, 2))
+            if unknown.any():
+                raise VolprepError("VP2082", path=self._spec.mask, z=z0 + int(unknown.argmax()))
+            slab = np.where(mask != 0, slab, slab.dtype.type(self._outside))
         return slab
 
     def __enter__(self) -> Self:

@@ -104,4 +104,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: MRtrix images with {what} cannot be read",
         "Write one volume into one file: mrconvert IN.mif -coord 3 0 -datatype float32 OUT.nii.gz.",
     ),
+    "VP2082": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the mask has voxels that are NaN, in slice {z}: they are neither inside nor outside",
+        "Replace NaN in the mask by 0 or by another number.",
+    ),
 }

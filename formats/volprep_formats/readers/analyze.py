@@ -1,7 +1,8 @@
 """Analyze 7.5 volumes: a header .hdr of 348 bytes, and the voxels in a file .img beside it.
 
-Source: "ANALYZE 7.5 file format", Mayo Foundation. The format has no orientation: x is taken as right to left, as SPM
-and nibabel do. Names, dates and the patient's number in the header are not kept.
+Source: "ANALYZE 7.5 file format", Mayo Foundation, and for the origin nibabel's spm99analyze.py. The format has no
+orientation: x is taken as right to left, as SPM and nibabel do. Names, dates and the patient's number in the header are
+not kept.
 """
 
 from math import prod
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.progress import Progress
@@ -22,15 +24,23 @@ from volprep_formats.source import SourceSpec
 HEADER_BYTES = 348
 _UNPLACED = "Analyze files have no orientation: x is taken as right to left, y as back to front, z as up"
 _SCALED = "the header has a factor for the values, as SPM writes it, which is used"
+_WITH_ORIGIN = "the header has an origin, as SPM writes it; that voxel is put at 0, 0, 0"
 _TYPES = {2: "u1", 4: "i2", 8: "i4", 16: "f4", 64: "f8"}
 
 
 def _fields(order: str) -> np.dtype[np.void]:
     return np.dtype(
         {
-            "names": ["bytes", "dim", "type", "bits", "spacing", "offset", "factor"],
-            "formats": [order + "i4", (order + "i2", 8), *[order + "i2"] * 2, (order + "f4", 8), *[order + "f4"] * 2],
-            "offsets": [0, 40, 70, 72, 76, 108, 112],
+            "names": ["bytes", "dim", "type", "bits", "spacing", "offset", "factor", "origin"],
+            "formats": [
+                order + "i4",
+                (order + "i2", 8),
+                *[order + "i2"] * 2,
+                (order + "f4", 8),
+                *[order + "f4"] * 2,
+                (order + "i2", 3),
+            ],
+            "offsets": [0, 40, 70, 72, 76, 108, 112, 253],
             "itemsize": HEADER_BYTES,
         }
     )
@@ -70,9 +80,23 @@ def _opened(
     least, most = (0, size * MAX_DEFLATE_RATIO) if is_gzip(data) else (size, size)
     check_declared(data, volumes * volume_bytes, start, least, most)
     spacing = np.abs(fields["spacing"][1:4].astype(np.float64))
-    grid = grid_from_affine(path, "field pixdim", (nz, ny, nx), np.diag([1.0, -1.0, 1.0] * spacing), np.zeros(3))
+    steps = [1.0, -1.0, 1.0] * spacing
+    origin = _origin_voxel(fields)
+    grid = grid_from_affine(path, "field pixdim", (nz, ny, nx), np.diag(steps), -origin * steps)
     factor = float(fields["factor"])
     scaled = np.isfinite(factor) and factor not in {0.0, 1.0}
     voxels = VoxelFile(data, dtype, (nz, ny, nx), start + volume * volume_bytes)
-    facts = HeaderFacts("analyze", grid, (_UNPLACED, _SCALED) if scaled else (_UNPLACED,), factor if scaled else 1.0)
+    remarks = [_UNPLACED] + [_WITH_ORIGIN] * bool(origin.any()) + [_SCALED] * scaled
+    facts = HeaderFacts("analyze", grid, remarks, factor if scaled else 1.0)
     return source_of(facts, voxels, progress, most_bytes_after=0 if volume == volumes - 1 else None)
+
+
+def _origin_voxel(fields: np.void) -> Float64Array:
+    """Return the index along x, y and z of the voxel that SPM puts at 0: zeros if the header does not name one.
+
+    The field may hold text of other programs: an origin far beyond the volume is none.
+    """
+    origin, sizes = fields["origin"].astype(np.float64), fields["dim"][1:4]
+    if not origin.any() or not ((origin > -sizes) & (origin < 2 * sizes)).all():
+        return np.zeros(3)
+    return origin - 1.0

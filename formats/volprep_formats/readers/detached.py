@@ -1,6 +1,6 @@
 """Data files named by a header: they must be in the folder of the header, or below it."""
 
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 from volprep_formats.diagnostics import VolprepError
 
@@ -9,10 +9,14 @@ def data_file(header: Path, name: str) -> Path:
     """Return the file `name` in the folder of `header`, with links resolved.
 
     Raises VolprepError VP1006 when it leaves the folder, is missing or is not a file: an untrusted header must not be
-    able to read files elsewhere.
+    able to read files elsewhere. Of a path with a drive or backslashes, as programs on Windows write it, the last part
+    is taken if there is no file of the whole name.
     """
     problem = ""
     folder = header.parent.resolve()
+    of_windows = PureWindowsPath(name)
+    if (of_windows.drive or "\\" in name) and not (header.parent / name).is_file():
+        name = of_windows.name
     try:
         path = (folder / name).resolve()
         if not path.is_relative_to(folder):

@@ -67,6 +67,16 @@ _BY_HEAD: tuple[tuple[re.Pattern[bytes], Other], ...] = tuple(
             "a DICOM file without its header, 128 bytes and DICM",
             "Write it with one: dcmconv IN.dcm OUT.dcm, of DCMTK.",
         ),
+        (
+            rb"NanoVDB[0-2]",
+            "a NanoVDB file",
+            "Convert it to OpenVDB: nanovdb_convert IN.nvdb OUT.vdb, of OpenVDB.",
+        ),
+        (
+            rb"HSF-OCT-",
+            "a Heidelberg OCT volume",
+            "Export it from Heidelberg Eye Explorer as DICOM or TIFF, or convert it with eyepy.",
+        ),
         (rb"TRACK\0", "a file of streamlines", "It has no voxels: name the volume that it was traced in."),
         (rb"PK\x03\x04", "a zip archive", _UNPACK),
         (rb".{257}ustar", "a tar archive", _UNPACK),

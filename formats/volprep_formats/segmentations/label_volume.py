@@ -95,6 +95,8 @@ class Mask:
     """Whether values between 0 and 1 occur."""
     has_several_numbers: bool
     """Whether different numbers above 0 occur."""
+    has_nan: bool
+    """Whether voxels are not a number; they are outside."""
 
 
 def read_mask(path: Path, progress: Progress) -> Mask:
@@ -105,7 +107,7 @@ def read_mask(path: Path, progress: Progress) -> Mask:
     with _opened(path, progress) as source:
         info = source.info
         inside = np.empty(info.grid.shape_zyx, np.bool_)
-        has_fractions = False
+        has_fractions = has_nan = False
         least, most, least_inside = (np.inf, 0), (-np.inf, 0), np.inf
         # Integers as they are: as floating-point numbers they take six times as long.
         is_whole = (info.slope, info.intercept) == (1.0, 0.0) and info.stored_type != "float32"
@@ -114,6 +116,8 @@ def read_mask(path: Path, progress: Progress) -> Mask:
             if not is_whole:
                 values = info.slope * values.astype(np.float64) + info.intercept
                 has_fractions = has_fractions or bool((np.abs(values - np.rint(values)) > _ROUNDING).any())
+                has_nan = has_nan or bool(np.isnan(values).any())
+                values = np.nan_to_num(values, nan=0.0)
             inside[z] = values > 0 if is_whole else values >= _HALF
             least, most = min(least, (float(values.min()), z)), max(most, (float(values.max()), z))
             if inside[z].any():
@@ -122,7 +126,7 @@ def read_mask(path: Path, progress: Progress) -> Mask:
             value, z = least if least[0] <= -_HALF else most
             raise VolprepError("VP1415", path=path, value=value, z=z)
         has_several_numbers = not has_fractions and most[0] > least_inside + _ROUNDING
-        return Mask(info.grid, inside, has_fractions, has_several_numbers)
+        return Mask(info.grid, inside, has_fractions, has_several_numbers, has_nan)
 
 
 def whole_planes(path: Path, source: VolumeSource) -> Iterator[NDArray[np.int64]]:

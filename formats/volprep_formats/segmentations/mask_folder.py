@@ -36,6 +36,7 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
     grid: Grid | None = None
     fractions: list[int] = []
     several: list[int] = []
+    with_nan: list[int] = []
     for index, file in enumerate(files):
         mask = read_mask(file, progress)
         own = mask.grid
@@ -48,6 +49,8 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
             fractions.append(index + 1)
         if mask.has_several_numbers:
             several.append(index + 1)
+        if mask.has_nan:
+            with_nan.append(index + 1)
     if layers is None or grid is None:
         raise VolprepError("VP1401", path=folder, count=0, most=MOST_SEGMENTS)
     segments = tuple(SourceSegment(index + 1, match[1]) for index, match in enumerate(masks.values()))
@@ -59,6 +62,7 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
         (others, f"{others} other entries of the folder are no masks ({', '.join(_ENDINGS)}); left out"),
         (fractions, f"masks with fractions: {numbers_text(fractions)}; a voxel counts as inside from one half on"),
         (several, f"masks with several numbers above 0: {numbers_text(several)}; {alone}"),
+        (with_nan, f"masks with NaN: {numbers_text(with_nan)}; these voxels count as outside"),
     )
     return LabelLayers(segments, grid, layers.arrays, remarks=tuple(text for found, text in remarks if found))
 

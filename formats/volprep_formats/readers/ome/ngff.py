@@ -70,6 +70,8 @@ class ResolutionLevel:
     """Distance of neighbours along each axis of the array, in the unit of the axis."""
     translation: tuple[float, ...]
     """Position of the first."""
+    has_several_scales: bool = False
+    """Whether its scale is a product of several, where the format allows one."""
 
 
 @dataclass(frozen=True)
@@ -150,4 +152,5 @@ def _level(path: Path, dataset: _Dataset, common: tuple[_Transformation, ...], r
             translation = tuple(t + b for t, b in zip(translation, by, strict=True))
     if not all(map(math.isfinite, (*scale, *translation))):
         raise VolprepError("VP1220", path=path, error=SafeText("its scales multiply to infinity"))
-    return ResolutionLevel(dataset.path, scale, translation)
+    scales = sum(step.type == "scale" for step in dataset.transformations)
+    return ResolutionLevel(dataset.path, scale, translation, has_several_scales=scales > 1)

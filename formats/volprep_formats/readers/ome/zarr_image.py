@@ -210,6 +210,8 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeZarrSour
         missing = _check_missing(path, pool, volume, is_accepted=spec.missing == "fill")
         grid, remarks = grid_of(path, volume.shape_zyx, *_lengths_mm_zyx(picture, level))
         remarks += missing
+        if level.has_several_scales:
+            remarks.append("the level has several scales, where OME-Zarr allows one; they are multiplied")
         if not picture.has_units:
             remarks.append("the file does not say its unit of length; millimetres are assumed")
         slabs = _Slabs(volume, pool)
