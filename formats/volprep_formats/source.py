@@ -151,13 +151,13 @@ class SourceSpec(Record):
     """DICOM: SeriesInstanceUID, or a unique ending of it, when the folder holds several series. OME: name of the image,
     or its number from 1, when there are several."""
     volume: Count | None = None
-    """DICOM, NIfTI, NRRD, MetaImage, MRtrix, FreeSurfer, Analyze, MINC, OME: number of the volume to read, from 1, if
-    there are several: time points, echoes, components, stacks of slices."""
+    """DICOM, NIfTI, NRRD, MetaImage, MRtrix, FreeSurfer, Analyze, MINC, OME, stacks of ImageJ: number of the volume to
+    read, from 1, if there are several: time points, echoes, components, stacks of slices."""
     volumes_by: Literal["number"] | None = None
     """DICOM only: attribute that distinguishes the volumes of a series if no other one does. "number": InstanceNumber,
     as for time points of scanners that write nothing else."""
     channel: str | Count | None = None
-    """OME, packages: name of the channel, or its number from 1, when there are several."""
+    """OME, packages, stacks of ImageJ: name of the channel, or its number from 1, when there are several."""
     level: Annotated[int, Field(ge=0, le=LONGEST_AXIS)] | None = None
     """OME-Zarr, packages: number of the resolution to read; if absent, the finest one."""
     missing: Literal["fill"] | None = None

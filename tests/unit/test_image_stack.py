@@ -243,7 +243,7 @@ def test_several_pages_in_several_files_are_refused(tmp_path) -> None:
     "description",
     [
         "ImageJ=1.53\nimages=22\nslices=22\n",
-        "ImageJ=1.53\nimages=11\nchannels=11\n",
+        "ImageJ=1.53\nimages=11\nchannels=2\nslices=5\n",
         '<OME><Pixels SizeC="2" SizeT="1"/></OME>',
     ],
 )

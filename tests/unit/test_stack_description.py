@@ -9,7 +9,7 @@ from header_files import read, refusal_at_open
 
 from volprep_formats.isolation import workers
 from volprep_formats.progress import Silent
-from volprep_formats.readers import open_source
+from volprep_formats.readers import channels_of, open_source
 from volprep_formats.readers.pictures.file import unsound
 from volprep_formats.source import SourceSpec, StackLayout
 
@@ -107,3 +107,35 @@ def test_half_floats_are_not_called_spread(tmp_path) -> None:
     values, info = read(tmp_path / "a.tif")
     assert np.array_equal(values, VOXELS)
     assert not any("spread" in remark for remark in info.remarks)
+
+
+def test_one_channel_at_one_time_of_a_hyperstack_of_imagej_is_read(tmp_path) -> None:
+    several = np.arange(3 * 4 * 2 * 3 * 5).reshape(3, 4, 2, 3, 5).astype(np.uint16)  # [t, z, c, y, x]
+    file = tmp_path / "a.tif"
+    tifffile.imwrite(file, several, imagej=True, resolution=(2, 2), metadata={"axes": "TZCYX", "unit": "um"})
+    for time, channel in np.ndindex(3, 2):
+        values, info = read(file, volume=time + 1, channel=channel + 1)
+        assert np.array_equal(values, several[time, :, channel])
+        assert info.grid.shape_zyx == (4, 3, 5)
+    assert channels_of(file) == ["", ""]
+    for told, code in (({}, "VP1221"), ({"channel": 1}, "VP1221"), ({"channel": 3, "volume": 1}, "VP1222")):
+        assert refusal_at_open(file, **told).code == code
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_stack_of_imagej_whose_file_has_one_page_is_read(tmp_path, order) -> None:
+    several = np.arange(4 * 2 * 3 * 5).reshape(4, 2, 3, 5).astype(np.uint16)
+    words = "ImageJ=1.54\nimages=8\nchannels=2\nslices=4\nhyperstack=true\nunit=um\nspacing=3.0\n"
+    told = {"description": words, "metadata": None, "photometric": "minisblack", "resolution": (2, 2)}
+    file = tmp_path / "a.tif"
+    tifffile.imwrite(file, several[0, 0], byteorder=order, resolutionunit="NONE", **told)
+    at = file.read_bytes().index(several[0, 0].astype(order + "u2").tobytes())
+    file.write_bytes(file.read_bytes()[:at] + several.astype(order + "u2").tobytes())
+    for channel in (0, 1):
+        values, info = read(file, channel=channel + 1)
+        assert np.array_equal(values, several[:, channel])
+    assert info.grid.spacing_mm_zyx == pytest.approx((3e-3, 0.5e-3, 0.5e-3))
+    file.write_bytes(file.read_bytes()[:-2])
+    assert refusal_at_open(file, channel=1).code == "VP1008"
+    tifffile.imwrite(file, several[0, 0], compression="zlib", resolutionunit="NONE", **told)
+    assert refusal_at_open(file, channel=1).code == "VP1166"

@@ -28,6 +28,7 @@ _CHANNEL_KEYS: dict[str, Literal["channel", "volume"]] = {
     "nifti": "volume",
     "ome-tiff": "channel",
     "ome-zarr": "channel",
+    "stack": "channel",
     "volpkg": "channel",
 }
 """Formats whose files may hold several channels, and the field of a source that chooses one by its number."""
@@ -192,9 +193,13 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
     for key, value, format_names in (
         ("raw", spec.raw, {"raw"}),
         ("series", spec.series, {"dicom", *_OME}),
-        ("volume", spec.volume, {"analyze", "dicom", "metaimage", "mgh", "minc", "mrtrix", "nifti", "nrrd", *_OME}),
+        (
+            "volume",
+            spec.volume,
+            {"analyze", "dicom", "metaimage", "mgh", "minc", "mrtrix", "nifti", "nrrd", "stack", *_OME},
+        ),
         ("volumes_by", spec.volumes_by, {"dicom"}),
-        ("channel", spec.channel, {"volpkg", *_OME}),
+        ("channel", spec.channel, {"stack", "volpkg", *_OME}),
         ("level", spec.level, {"ome-zarr", "volpkg"}),
         ("missing", spec.missing, {"ome-zarr"}),
         ("repair", spec.repair or None, {"dicom"}),

@@ -80,8 +80,8 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> MosaicSourc
     with workers() as pool:
         progress.start("reading the header of the mosaic", 1)
         (pages,) = read_headers(pool, [path], progress)
-        if len(pages) > 1:
-            raise VolprepError("VP1166", path=path, what=f"{len(pages)} pages as a mosaic")
+        if (count := max(len(pages), pages[0].images)) > 1:
+            raise VolprepError("VP1166", path=path, what=f"{count} pages as a mosaic")
         page = pages[0]
         info = _info(path, page, layout, grey=spec.rgb)
         return MosaicSource(info, path, page, (layout.tiles_y, layout.tiles_x), grey=spec.rgb)

@@ -5,13 +5,17 @@ revision 6.0, section 2; for files beyond 4 GB, the BigTIFF design of the libtif
 """
 
 import struct
+from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Literal
 
 from volprep_formats.regular_files import open_regular
 
 _BIG = 43
 _IMAGE_DESCRIPTION, _ASCII = 270, 2
+_COMPRESSION, _NOT_COMPRESSED, _STRIP_OFFSETS = 259, 1, 273
+_FORMS = {1: "B", 3: "H", 4: "I", 16: "Q"}
+"""Types of whole numbers."""
 
 
 class _Tiff:
@@ -41,6 +45,21 @@ class _Tiff:
         """Number of entries of the directory at `at`, and where they begin."""
         return self.number(self.count_form, at), at + struct.calcsize(self.order + self.count_form)
 
+    def tags_of_first(self) -> Iterator[tuple[int, int, int, int]]:
+        """Tag, type, number of values and place of the values of each entry of the first directory."""
+        entries, begin = self.entries(self.first())
+        link_bytes = struct.calcsize(self.order + self.link_form)
+        for at in range(begin, begin + min(entries, 2**16) * self.entry_bytes, self.entry_bytes):
+            kind, count = self.number("H", at + 2), self.number(self.link_form, at + 4)
+            value = at + 4 + link_bytes
+            value_bytes = count * (struct.calcsize(_FORMS[kind]) if kind in _FORMS else 1)
+            yield (
+                self.number("H", at),
+                kind,
+                count,
+                value if value_bytes <= link_bytes else self.number(self.link_form, value),
+            )
+
 
 def count_pages(path: Path, most: int) -> int | None:
     """Number of directories, at most `most` + 1; None when a link of the chain leads nowhere or back."""
@@ -67,14 +86,27 @@ def description_of(path: Path, most: int) -> bytes | None:
     with open_regular(path) as file:
         tiff = _Tiff(file)
         try:
-            entries, begin = tiff.entries(tiff.first())
-            for at in range(begin, begin + min(entries, 2**16) * tiff.entry_bytes, tiff.entry_bytes):
-                if tiff.number("H", at) == _IMAGE_DESCRIPTION and tiff.number("H", at + 2) == _ASCII:
-                    count = tiff.number(tiff.link_form, at + 4)
-                    value = at + 4 + struct.calcsize(tiff.order + tiff.link_form)
-                    inline = count <= struct.calcsize(tiff.order + tiff.link_form)
-                    text = tiff.read(value if inline else tiff.number(tiff.link_form, value), min(count, most))
+            for tag, kind, count, place in tiff.tags_of_first():
+                if (tag, kind) == (_IMAGE_DESCRIPTION, _ASCII):
+                    text = tiff.read(place, min(count, most))
                     return text if len(text) == min(count, most) else None
         except (struct.error, OverflowError, OSError):  # cut off, or an offset that no file has
             return None
     return None
+
+
+def data_of_first_page(path: Path) -> tuple[int, Literal["<", ">"]] | None:
+    """Where the data of the first page begin, and their byte order; None unless they are one strip, not compressed."""
+    with open_regular(path) as file:
+        tiff = _Tiff(file)
+        try:
+            told = {
+                tag: tiff.number(_FORMS[kind], place)
+                for tag, kind, count, place in tiff.tags_of_first()
+                if tag in {_COMPRESSION, _STRIP_OFFSETS} and count == 1 and kind in _FORMS
+            }
+        except (struct.error, OverflowError, OSError):  # cut off, or an offset that no file has
+            return None
+    if told.get(_COMPRESSION, _NOT_COMPRESSED) != _NOT_COMPRESSED or _STRIP_OFFSETS not in told:
+        return None
+    return told[_STRIP_OFFSETS], "<" if tiff.order == "<" else ">"

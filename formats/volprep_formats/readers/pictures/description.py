@@ -38,12 +38,41 @@ class PixelDensity:
     """"in", "cm" or "none"."""
 
 
-def check_order(path: Path, description: str, shape: tuple[int, int, int, int]) -> None:
-    """Raise VP1168 for pages that are not slices of one volume; `shape` is pages, rows, columns and channels."""
-    pages = shape[0]
-    says = _says(description, shape)
+@dataclass(frozen=True)
+class StackOrder:
+    """How the images of a stack make volumes: channels are fastest, then slices, then frames."""
+
+    images: int
+    """Number of images, which may be more than the pages of a file of ImageJ above 4 GB."""
+    channels: int = 1
+    frames: int = 1
+
+
+def order_of(path: Path, description: str, shape: tuple[int, int, int, int]) -> StackOrder:
+    """Return the order of the images; `shape` is pages, rows, columns and channels.
+
+    Raises VP1168 for pages that are not slices of volumes.
+    """
+    if description.startswith("ImageJ="):
+        order, says = _of_imagej(description, shape[0])
+    else:
+        order, says = StackOrder(shape[0]), _says(description, shape)
     if says is not None:
-        raise VolprepError("VP1168", path=path, pages=pages, says=says)
+        raise VolprepError("VP1168", path=path, pages=shape[0], says=says)
+    return order
+
+
+def _of_imagej(description: str, pages: int) -> tuple[StackOrder, str | None]:
+    """Return the order that ImageJ describes, and the description if it does not fit the pages."""
+    found = re.findall(r"^(images|channels|slices|frames)=(\d{1,9})", description, re.MULTILINE)
+    counts = {name: max(int(count), 1) for name, count in found}
+    images = counts.get("images", pages)
+    channels, frames = counts.get("channels", 1), counts.get("frames", 1)
+    slices = counts.get("slices", images // (channels * frames))
+    says = ", ".join(f"{count} {name}" for name, count in {"images": images, **counts}.items())
+    # A file above 4 GB has one page for all images.
+    fits = pages in {images, 1} and channels * slices * frames == images
+    return StackOrder(images, channels, frames), None if fits else says
 
 
 def spacing_fm_zyx(description: str, resolution: PixelDensity) -> tuple[int, int, int] | None:
@@ -78,18 +107,11 @@ def _says(description: str, shape: tuple[int, int, int, int]) -> str | None:
     """Return how a description contradicts that all pages are slices; None if it does not."""
     if description.startswith("{"):
         return _says_of_array(description, shape)
-    if description.startswith("ImageJ="):
-        found = re.findall(r"^(images|channels|frames)=(\d{1,9})", description, re.MULTILINE)
-    elif "<OME" in description:
-        found = re.findall(r"\bSize([CT])=[\"'](\d{1,9})[\"']", description)
-    else:
+    if "<OME" not in description:
         return None
-    counts = {name: int(count) for name, count in found}
-    images = counts.pop("images", shape[0])
-    several = {name: count for name, count in counts.items() if count > 1}
-    if images == shape[0] and not several:
-        return None
-    return ", ".join([f"{images} images", *(f"{count} {name}" for name, count in several.items())])
+    found = re.findall(r"\bSize([CT])=[\"'](\d{1,9})[\"']", description)
+    several = [f"{count} {name}" for name, count in found if int(count) > 1]
+    return ", ".join([f"{shape[0]} images", *several]) if several else None
 
 
 def _says_of_array(description: str, shape: tuple[int, int, int, int]) -> str | None:

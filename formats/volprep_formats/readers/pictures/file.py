@@ -23,7 +23,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import channel_of_colours, colour_remarks
 from volprep_formats.readers.grey import grey_of, grey_remark
 from volprep_formats.readers.ome.tiff_chain import count_pages
-from volprep_formats.readers.pictures.description import FM_PER_MM, PixelDensity, check_order, spacing_fm_zyx
+from volprep_formats.readers.pictures.description import FM_PER_MM, PixelDensity, order_of, spacing_fm_zyx
 from volprep_formats.readers.pictures.kinds import kind_of
 from volprep_formats.regular_files import open_regular
 from volprep_formats.source import ColourChannel, GreyOf, StoredType
@@ -79,6 +79,12 @@ class Page:
     """Femtometres from row to row, or 0."""
     column_fm: int = 0
     """Femtometres from column to column, or 0."""
+    images: int = 1
+    """Of the only page of a stack of ImageJ above 4 GB: number of images that follow each other in the file."""
+    stains: int = 1
+    """Of the first page of a stack: number of its channels, each with images of its own."""
+    frames: int = 1
+    """Of the first page of a stack: number of its time points."""
 
     @property
     def stored_type(self) -> StoredType:
@@ -128,6 +134,13 @@ class DecodeRequest:
     """Properties of all the pages."""
     grey: GreyOf | ColourChannel | None = None
     """How colours become one value; None refuses colour pictures."""
+    step: int = 1
+    """From page to page: with several channels their number."""
+
+    @property
+    def pages(self) -> range:
+        """Numbers of the pages."""
+        return range(self.first, self.last, self.step)
 
     @property
     def dtype(self) -> np.dtype[np.generic]:
@@ -181,7 +194,7 @@ def page_remarks(page: Page, name: str, *, grey: GreyOf | ColourChannel | None) 
 def decode_request(part: DecodeRequest) -> WorkerRequest:
     """Request values [page, y, x] of type `page.stored_type` from a worker."""
     page = part.page
-    values = (part.last - part.first) * (part.row1 - part.row0) * part.columns
+    values = len(part.pages) * (part.row1 - part.row0) * part.columns
     decoded = page.rows * page.columns * page.channels
     return WorkerRequest(
         _decode,
@@ -189,7 +202,7 @@ def decode_request(part: DecodeRequest) -> WorkerRequest:
         part.path,
         values * part.dtype.itemsize,
         MEMORY_BYTES + MEMORY_BYTES_PER_PIXEL * decoded,
-        SECONDS + SECONDS_PER_PIXEL * decoded * (part.last - part.first),
+        SECONDS + SECONDS_PER_PIXEL * decoded * len(part.pages),
     )
 
 
@@ -311,31 +324,32 @@ def _description(spec: Any) -> str:
 
 
 def _of_stack(path: Path, spec: Any, pages: list[Page]) -> list[Page]:
-    """Return the pages, the first one with the distances that its description gives. Raises VP1168."""
-    description, first = _description(spec), pages[0]
-    check_order(path, description, (len(pages), first.rows, first.columns, first.channels))
+    """Return the pages, the first one with the order and the distances that its description gives. Raises VP1168."""
+    description = _description(spec)
+    order = order_of(path, description, (len(pages), pages[0].rows, pages[0].columns, pages[0].channels))
+    images = order.images if len(pages) == 1 else 1
+    first = replace(pages[0], images=images, stains=order.channels, frames=order.frames)
     x, y = (spec.get_float_attribute(name, 0.0) for name in ("XResolution", "YResolution"))
     resolution = PixelDensity(x, y, spec.get_string_attribute("ResolutionUnit", "none"))
-    found = spacing_fm_zyx(description, resolution) if len(pages) > 1 else None
-    if found is None:
-        return pages
-    z, y, x = found
-    return [replace(first, slice_fm=z, row_fm=y, column_fm=x), *pages[1:]]
+    found = spacing_fm_zyx(description, resolution) if order.images > 1 else None
+    if found is not None:
+        first = replace(first, slice_fm=found[0], row_fm=found[1], column_fm=found[2])
+    return [first, *pages[1:]]
 
 
 def _decode_pages(part: DecodeRequest) -> NDArray[np.generic]:
     picture = opened(part.path)
     page = part.page
     height = part.row1 - part.row0
-    result = np.empty((part.last - part.first, height, part.columns), part.dtype)
-    for index in range(part.first, part.last):
+    result = np.empty((len(part.pages), height, part.columns), part.dtype)
+    for index, target in zip(part.pages, result, strict=True):
         if not picture.seek_subimage(index, 0) or _page(part.path, picture.spec()).kind != page.kind:
             raise unsound(part.path, f"page {index} has changed")
         values = _values(picture, index, part)
         if values is None or values.size != height * page.columns * page.channels:
             raise unsound(part.path, picture.geterror())
         values = values.reshape(height, page.columns, page.channels)[:, : part.columns]
-        result[index - part.first] = _grey(part, values)
+        target[...] = _grey(part, values)
     picture.close()
     return result
 

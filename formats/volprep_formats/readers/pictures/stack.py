@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.isolation import workers
-from volprep_formats.progress import Progress
+from volprep_formats.progress import Progress, Silent
 from volprep_formats.readers.colour import of_colour
 from volprep_formats.readers.decoded_source import DecodedSource
+from volprep_formats.readers.ome.channels import chosen
 from volprep_formats.readers.pictures.file import (
     DecodeRequest,
     Page,
@@ -27,6 +28,7 @@ from volprep_formats.readers.pictures.file import (
     pages_at_once,
     read_headers,
 )
+from volprep_formats.readers.pictures.imagej import OnePageSource, images_behind
 from volprep_formats.readers.pictures.kinds import SUFFIXES, pictures_in
 from volprep_formats.readers.pictures.names import in_order
 from volprep_formats.source import ColourChannel, GreyOf, SourceInfo, SourceSpec, StackLayout
@@ -36,9 +38,9 @@ class StackSource(DecodedSource):
     """Pictures of one size and type, decoded slab by slab in worker processes."""
 
     def __init__(
-        self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, int]], *, grey: GreyOf | ColourChannel | None
+        self, info: SourceInfo, page: Page, files: Sequence[tuple[Path, range]], *, grey: GreyOf | ColourChannel | None
     ) -> None:
-        """Take `files` in their order, each with the number of its pages; all pages are like `page`.
+        """Take `files` in their order, each with the numbers of its pages; all pages are like `page`.
 
         `grey` selects the conversion of colours; None refuses them.
         """
@@ -46,7 +48,7 @@ class StackSource(DecodedSource):
         self._grey = grey
         self._page = page
         self._files = tuple(files)
-        self._starts = (0, *accumulate(count for _, count in files))
+        self._starts = (0, *accumulate(len(pages) for _, pages in files))
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x].
@@ -69,18 +71,29 @@ class StackSource(DecodedSource):
         whole = self._page.rows, self._page.columns
         at_once = pages_at_once(*whole)
         parts = []
-        for (path, _), start, end in zip(self._files, self._starts, self._starts[1:], strict=False):
+        for (path, pages), start, end in zip(self._files, self._starts, self._starts[1:], strict=False):
             for z in range(max(z0, start), min(z1, end), at_once):
-                last = min(z + at_once, z1, end)
-                parts.append((z, DecodeRequest(path, z - start, last - start, 0, *whole, self._page, self._grey)))
+                some = pages[z - start : min(z + at_once, z1, end) - start]
+                request = DecodeRequest(path, some.start, some.stop, 0, *whole, self._page, self._grey, some.step)
+                parts.append((z, request))
         return parts
 
 
-def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource:
+def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
+    """Return a channel without a name for each of a stack of ImageJ; one for other pictures."""
+    if path.is_dir():
+        return [""]
+    with workers() as pool:
+        (pages,) = read_headers(pool, [path], Silent())
+    return [""] * pages[0].stains
+
+
+def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource | OnePageSource:
     """Open the pictures in folder `path`, or the pages of file `path`.
 
-    Raises VolprepError VP1003, VP1160 (no pictures), VP1161 (order not known), VP1162 (numbers missing), VP1163 (they
-    differ), VP1164 (colour), VP1165 (damaged), VP1166 to VP1168 (cannot be read) or VP1270 to VP1273.
+    Raises VolprepError VP1003, VP1008 (cut off), VP1160 (no pictures), VP1161 (order not known), VP1162 (numbers
+    missing), VP1163 (they differ), VP1164 (colour), VP1165 (damaged), VP1166 to VP1168 (cannot be read), VP1221 and
+    VP1222 (choice of a channel or time point) or VP1270 to VP1273.
     """
     layout, wanted = spec.stack or StackLayout(), spec.colour or spec.rgb
     remarks: list[str] = []
@@ -99,18 +112,24 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
         pages = read_headers(pool, files, progress)
         _check_alike(path, names, pages)
         first = pages[0][0]
+        numbers = [range(len(of_file)) for of_file in pages]
+        if len(files) == 1:
+            numbers = [_chosen_images(spec, path, max(len(pages[0]), first.images), first)]
         spacing_mm_zyx, of_spacing = _spacing(spec.stack, first)
         remarks[:0] = of_spacing
         info = SourceInfo(
             format="stack",
-            grid=Grid.of((sum(map(len, pages)), first.rows, first.columns), spacing_mm_zyx),
+            grid=Grid.of((sum(map(len, numbers)), first.rows, first.columns), spacing_mm_zyx),
             stored_type=first.stored_type,
             remarks=(*remarks, *page_remarks(first, names[0], grey=wanted)),
         )
+        if first.images > 1:
+            if spec.colour is not None:
+                raise VolprepError("VP1290", path=path, problem=SafeText("its images are grey"))
+            return OnePageSource(info, images_behind(files[0], first), numbers[0].start, numbers[0].step)
         if spec.colour is not None:
             info = of_colour(info)
-        each = [(file, len(of_file)) for file, of_file in zip(files, pages, strict=True)]
-        source = StackSource(info, first, each, grey=wanted)
+        source = StackSource(info, first, list(zip(files, numbers, strict=True)), grey=wanted)
     if first.channels > 1 or spec.colour is not None:  # colour shows in the first picture, not after an hour
         try:
             source.read_slab(0, 1)
@@ -118,6 +137,14 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
             source.__exit__()
             raise
     return source
+
+
+def _chosen_images(spec: SourceSpec, path: Path, images: int, first: Page) -> range:
+    """Return the numbers of the images of the channel and time point that are chosen, or of the only ones."""
+    channel = chosen(path, "channel", "channel", [""] * first.stains, spec.channel)
+    time = chosen(path, "volume", "time point", [""] * first.frames, spec.volume)
+    of_a_time = images // first.frames
+    return range(time * of_a_time + channel, (time + 1) * of_a_time, first.stains)
 
 
 def _spacing(layout: StackLayout | None, first: Page) -> tuple[tuple[float, float, float], list[str]]:
@@ -134,7 +161,7 @@ def _spacing(layout: StackLayout | None, first: Page) -> tuple[tuple[float, floa
 def _check_alike(path: Path, names: list[str], pages: list[tuple[Page, ...]]) -> None:
     if len(names) > 1:
         for name, of_file in zip(names, pages, strict=True):
-            if len(of_file) > 1:
+            if len(of_file) > 1 or of_file[0].images > 1:
                 raise VolprepError(
                     "VP1166", path=path / name, what=SafeText("several pages in a folder of several pictures")
                 )
