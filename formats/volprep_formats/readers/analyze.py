@@ -96,7 +96,8 @@ def _origin_voxel(fields: np.void) -> Float64Array:
 
     The field may hold text of other programs: an origin far beyond the volume is none.
     """
-    origin, sizes = fields["origin"].astype(np.float64), fields["dim"][1:4]
+    origin: Float64Array = fields["origin"].astype(np.float64)
+    sizes = fields["dim"][1:4]
     if not origin.any() or not ((origin > -sizes) & (origin < 2 * sizes)).all():
         return np.zeros(3)
     return origin - 1.0

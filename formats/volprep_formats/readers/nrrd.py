@@ -212,7 +212,8 @@ def _axes(path: Path, fields: Fields) -> _Axes:
     for name, values in (("sizes", sizes), ("space directions", vectors), ("kinds", kinds)):
         if name in fields and len(values) != dimension:
             raise VolprepError("VP1100", path=path, error=f"{name} has not one entry for each of {dimension} axes")
-    others, spatial = [], []
+    others: list[int] = []
+    spatial: list[int] = []
     for axis in range(dimension):
         is_spatial = not kinds or kinds[axis] in _SPATIAL_KINDS
         (spatial if is_spatial and (not vectors or vectors[axis] != "none") else others).append(axis)

@@ -84,7 +84,7 @@ def spacing_fm_zyx(description: str, resolution: PixelDensity) -> tuple[int, int
     """
     if not description.startswith("ImageJ="):
         return None
-    given = dict(re.findall(r"^(unit|yunit|zunit|spacing)=(\S{1,40})\s*$", description, re.MULTILINE))
+    given: dict[str, str] = dict(re.findall(r"^(unit|yunit|zunit|spacing)=(\S{1,40})\s*$", description, re.MULTILINE))
     unit = given.get("unit", "")
     units_zyx = [given.get(name, unit).lower() for name in ("zunit", "yunit", "unit")]
     of_tag = _UNIT_OF_TAG.get(resolution.unit)
