@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from volprep_cli.console import bytes_text, print_line, print_note
+from volprep_cli.streams import unescaped
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.shown import shown
 
@@ -30,7 +31,7 @@ def watching(*, as_json: bool) -> Iterator["BatchWatcher"]:
     from rich.console import Console
 
     # Lines go above the bar where both are on the terminal; what goes to a file is nothing to it.
-    with bar_on(Console(stderr=True), over_lines=sys.stdout.isatty()) as bar:
+    with bar_on(Console(file=unescaped(sys.stderr)), over_lines=sys.stdout.isatty()) as bar:
         yield BatchWatcher(bar, as_json=as_json)
 
 

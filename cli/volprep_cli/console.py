@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from volprep_cli.streams import unescaped
 from volprep_formats.shown import shown
 
 if TYPE_CHECKING:
@@ -77,9 +78,11 @@ def progress() -> Iterator["Progress"]:
 @contextmanager
 def _bars() -> Iterator["Progress"]:
     from rich.console import Console
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
-    with Bar(console=Console(stderr=True)) as bar:
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=Console(file=unescaped(sys.stderr))) as bar:
         yield _Bars(bar)
 
 
@@ -93,6 +96,7 @@ class _Lines:
         self._began = self._told = time.monotonic()
 
     def start(self, task: str, total: int) -> None:
+        task = shown(task)
         if task == self._task:
             self._total += total
             return
@@ -121,6 +125,7 @@ class _Bars:
         self._total = 0
 
     def start(self, task: str, total: int) -> None:
+        task = shown(task)
         if self._task is not None and task == self._name:
             self._total += total
             self._bar.update(self._task, total=self._total or None)
@@ -173,6 +178,11 @@ def print_line(text: str) -> None:
     print(shown(text, _LONGEST_LINE))
 
 
+def print_colours(text: str) -> None:
+    """Print text to stdout with escape sequences for colours: untrusted text in it must be `shown`."""
+    unescaped(sys.stdout).write(f"{text}\n")
+
+
 def _warn(text: str) -> None:
     print(shown(text, _LONGEST_LINE), file=sys.stderr)
 
@@ -191,7 +201,7 @@ def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     from rich.console import Console
     from rich.table import Column, Table
 
-    columns = [Column(heading, overflow="fold") for heading in headings]
+    columns = [Column(shown(heading), overflow="fold") for heading in headings]
     table = Table(*columns, box=None, pad_edge=False, header_style="bold")
     for row in rows:
         table.add_row(*(shown(cell, _LONGEST_LINE) for cell in row))
@@ -199,7 +209,7 @@ def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     console = Console(width=None if sys.stdout.isatty() else 10_000, highlight=False, markup=False)
     with console.capture() as captured:
         console.print(table)
-    print("\n".join(line.rstrip() for line in captured.get().splitlines()))
+    print_colours("\n".join(line.rstrip() for line in captured.get().splitlines()))
 
 
 def voxels_text(numbers_zyx: Sequence[float]) -> str:

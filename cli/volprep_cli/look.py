@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from volprep_cli.choices import Choices, takes_choices
-from volprep_cli.console import Json, bytes_text, print_json, print_line, voxels_text
+from volprep_cli.console import Json, bytes_text, print_colours, print_json, print_line, voxels_text
 from volprep_cli.outputs import Force, require_new
 
 if TYPE_CHECKING:
@@ -113,4 +113,4 @@ def _draw(looked: "ScanPreview") -> None:
     for upper, lower in zip(y[::2], y[1::2], strict=True):
         cells = ([";".join(map(str, drawn[row, column].tolist())) for row in (upper, lower)] for column in x)
         line = "".join(f"\033[38;2;{above}m\033[48;2;{below}m▀" for above, below in cells)
-        sys.stdout.write(f"{line}\033[0m\n")
+        print_colours(f"{line}\033[0m")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, print_json, print_line, progress
+from volprep_cli.console import Json, print_colours, print_json, print_line, progress
 from volprep_cli.outputs import Force, require_new
 
 if TYPE_CHECKING:
@@ -76,4 +76,4 @@ def _print_strip(name: str, preset: "Preset") -> None:
     cells = "".join(f"\033[48;2;{red};{green};{blue}m " for red, green, blue in strip(function, _CELLS))
     first, last = function.points[0].value, function.points[-1].value
     unit = " %" if preset.values == "range" else ""
-    sys.stdout.write(f"{first:>16g}{unit} {cells}\033[0m {last:g}{unit}\n")
+    print_colours(f"{first:>16g}{unit} {cells}\033[0m {last:g}{unit}")

@@ -4,7 +4,9 @@ import codecs
 import os
 import sys
 from io import BufferedWriter, FileIO, TextIOWrapper
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any, cast
+
+from volprep_formats.shown import escaped
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
@@ -14,7 +16,10 @@ _PLAIN = {"×": "x", "–": "-", "…": "...", "°": " deg", "·": "*", "µ": "u
 
 
 def prepare_streams() -> None:
-    """Open closed standard streams, and make writing to them never fail because of an encoding or a full disk."""
+    """Open closed standard streams, and make writing to them never fail because of an encoding or a full disk.
+
+    Whatever is written to them, by libraries too, is escaped: only `unescaped` can steer a terminal.
+    """
     # Otherwise the next opened file would become standard output, and receive printed text.
     for descriptor in range(3):
         try:
@@ -26,14 +31,40 @@ def prepare_streams() -> None:
     codecs.register_error("volprep", _in_other_letters)
     if isinstance(sys.stdout, TextIOWrapper) and sys.stdout is sys.__stdout__:
         named = BufferedWriter(_Named(1, "w", closefd=False))
-        sys.stdout = TextIOWrapper(named, sys.stdout.encoding, "volprep", line_buffering=sys.stdout.line_buffering)
+        sys.stdout = _Escaping(named, sys.stdout.encoding, "volprep", line_buffering=sys.stdout.line_buffering)
     elif isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="volprep")
     # Tests put streams of their own here.
     if sys.stderr is sys.__stderr__:
         encoding = getattr(sys.stderr, "encoding", "utf-8")
         raw = BufferedWriter(_Lossy(2, "w", closefd=False))
-        sys.stderr = TextIOWrapper(raw, encoding, "volprep", line_buffering=True)
+        sys.stderr = _Escaping(raw, encoding, "volprep", line_buffering=True)
+
+
+def unescaped(stream: IO[str]) -> IO[str]:
+    """Return a standard stream as one for colours and bars; foreign text for it must have been escaped."""
+    return cast("IO[str]", _Unescaped(stream)) if isinstance(stream, _Escaping) else stream
+
+
+class _Escaping(TextIOWrapper):
+    """A text stream whose lines hold printable characters only."""
+
+    def write(self, text: str, /) -> int:
+        super().write("\n".join(map(escaped, text.split("\n"))))
+        return len(text)
+
+
+class _Unescaped:
+    """The stream below an escaping one."""
+
+    def __init__(self, stream: TextIOWrapper) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        return TextIOWrapper.write(self._stream, text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 class _Named(FileIO):

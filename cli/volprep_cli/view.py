@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, print_line, print_note, progress
+from volprep_cli.console import Json, bytes_text, print_colours, print_json, print_line, print_note, progress
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -115,7 +115,7 @@ def _serve(shown: "ShownPackage", devices: Path | None, port: int, *, lan: bool,
         if as_json:
             print_json({"url": server.url})
         elif lan:
-            print(qr_code(server.url))  # noqa: T201 - blocks of a terminal, made here
+            print_colours(qr_code(server.url))
             print_line(
                 "This address is for devices in the same network. Only share it with people who may see the scan."
             )

@@ -51,7 +51,11 @@ def printable(text: str) -> str:
 
     A byte of a file name that is not UTF-8 becomes \xNN. Backslashes stay, so escaping twice changes nothing.
     """
-    text = without_secrets(text)
+    return escaped(without_secrets(text))
+
+
+def escaped(text: str) -> str:
+    """Return `text` with every unprintable character escaped."""
     return text if text.isprintable() else "".join(each if each.isprintable() else _escape(each) for each in text)
 
 

@@ -140,3 +140,58 @@ def test_names_reach_the_terminal_as_visible_escapes_and_json_as_unicode(tmp_pat
     assert told.encode("utf-8")
     assert told.endswith("a.volpkg")
     assert (name in told) == name.isascii() or "caf\\xe9" in told or "\x1b" in told
+
+
+PRINTS = """
+import sys, warnings
+from volprep_cli.streams import prepare_streams, unescaped
+prepare_streams()
+print("one\\x1b[2J\\x9b\\u202etwo\\nthree")
+warnings.warn("four\\x1b]0;five\\x07")
+unescaped(sys.stdout).write("\\x1b[1msix\\n")
+"""
+
+
+def test_whoever_prints_nothing_steers_the_terminal_but_colours_of_our_own() -> None:
+    done = ended([sys.executable, "-c", PRINTS])
+    assert done.stdout == "one\\x1b[2J\\x9b\\u202etwo\nthree\n\x1b[1msix\n"
+    assert "four\\x1b]0;five\\x07" in done.stderr
+
+
+HOSTILE_SCENE = """
+name = {evil}
+[source]
+path = "phantom.raw"
+[source.raw]
+shape_zyx = [21, 34, 45]
+dtype = "uint16"
+spacing_mm_zyx = [2.5, 0.75, 1.0]
+[tolerance]
+rmse = 1.0
+maximum = 1.0
+[render]
+picture_size = 16
+[[transfer]]
+name = {evil}
+points = [
+    {{ value = 200.0, colour = "#804020", extinction_per_mm = 0.0 }},
+    {{ value = 600.0, colour = "#ffc080", extinction_per_mm = 0.2 }},
+]
+"""
+
+
+@pytest.mark.long
+def test_no_name_in_a_scene_steers_the_terminal_or_makes_a_line(tmp_path) -> None:
+    write_phantom_scene(tmp_path)
+    (tmp_path / "s.toml").write_text(HOSTILE_SCENE.format(evil=json.dumps(EVIL)), encoding="utf-8")
+    commands = (
+        *("plan s.toml", "build s.toml -o p.volpkg", "inspect p.volpkg", "inspect p.volpkg --json"),
+        *("validate p.volpkg --quick", "validate p.volpkg --witness", "render p.volpkg --transfer none", "look s.toml"),
+        *("view p.volpkg -o p.html", "zip p.volpkg", "build s.toml --profile gles2-2048 -o p.volpkg"),
+    )
+    said = [volprep(*command.split(), cwd=tmp_path) for command in commands]
+    for command, done in zip(commands, said, strict=True):
+        text = done.stdout + done.stderr
+        assert text.replace("\n", "").isprintable(), command
+        assert not re.search("^volprep: VP9999", text, re.MULTILINE), command
+    assert sum("a\\x1b[31m\\nvolprep" in done.stdout + done.stderr for done in said) > 3

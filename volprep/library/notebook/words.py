@@ -5,6 +5,7 @@ from volprep.validation.folder import DATA_FILE, default_report_path
 from volprep.validation.report_record import Report
 from volprep.view.site import shown_with
 from volprep_formats.package.reader import Package
+from volprep_formats.shown import shown
 
 
 def words_of(package: Package) -> str:
@@ -18,7 +19,8 @@ def words_of(package: Package) -> str:
     spacing = " × ".join(number(each) for each in grid.spacing_mm_zyx[::-1])
     levels = f"{len(manifest.levels)} level{'s' if len(manifest.levels) > 1 else ''}"
     held = size(sum(file.size_bytes for file in manifest.files))
-    return f"{voxels} voxels of {spacing} mm, {levels}, {held}, profile {manifest.profile.name}. {_verdict(package)}"
+    profile = shown(manifest.profile.name)
+    return f"{voxels} voxels of {spacing} mm, {levels}, {held}, profile {profile}. {_verdict(package)}"
 
 
 def _verdict(package: Package) -> str:
