@@ -11,6 +11,7 @@ import nibabel
 import numpy as np
 import pytest
 from command_line import COMMAND, ended, volprep
+from hostile_text import made_hostile
 from phantom_scene import phantom, write_phantom_scene
 
 from volprep_formats.diagnostics import ExitStatus
@@ -158,40 +159,19 @@ def test_whoever_prints_nothing_steers_the_terminal_but_colours_of_our_own() -> 
     assert "four\\x1b]0;five\\x07" in done.stderr
 
 
-HOSTILE_SCENE = """
-name = {evil}
-[source]
-path = "phantom.raw"
-[source.raw]
-shape_zyx = [21, 34, 45]
-dtype = "uint16"
-spacing_mm_zyx = [2.5, 0.75, 1.0]
-[tolerance]
-rmse = 1.0
-maximum = 1.0
-[render]
-picture_size = 16
-[[transfer]]
-name = {evil}
-points = [
-    {{ value = 200.0, colour = "#804020", extinction_per_mm = 0.0 }},
-    {{ value = 600.0, colour = "#ffc080", extinction_per_mm = 0.2 }},
-]
-"""
-
-
 @pytest.mark.long
-def test_no_name_in_a_scene_steers_the_terminal_or_makes_a_line(tmp_path) -> None:
-    write_phantom_scene(tmp_path)
-    (tmp_path / "s.toml").write_text(HOSTILE_SCENE.format(evil=json.dumps(EVIL)), encoding="utf-8")
+def test_no_text_of_a_package_steers_the_terminal_or_makes_a_line(tmp_path) -> None:
+    scene = write_phantom_scene(tmp_path, level_filter="box")
+    assert volprep("build", scene, "-o", tmp_path / "p.volpkg").returncode == 0
+    assert made_hostile(tmp_path / "p.volpkg", EVIL) > 50
     commands = (
-        *("plan s.toml", "build s.toml -o p.volpkg", "inspect p.volpkg", "inspect p.volpkg --json"),
-        *("validate p.volpkg --quick", "validate p.volpkg --witness", "render p.volpkg --transfer none", "look s.toml"),
-        *("view p.volpkg -o p.html", "zip p.volpkg", "build s.toml --profile gles2-2048 -o p.volpkg"),
+        *("inspect p.volpkg", "inspect p.volpkg --json", "validate p.volpkg --quick", "validate p.volpkg --size 16"),
+        *("render p.volpkg --transfer none -o a.png", "view p.volpkg -o p.html", "zip p.volpkg"),
     )
-    said = [volprep(*command.split(), cwd=tmp_path) for command in commands]
-    for command, done in zip(commands, said, strict=True):
+    said = {command: volprep(*command.split(), cwd=tmp_path) for command in commands}
+    for command, done in said.items():
         text = done.stdout + done.stderr
         assert text.replace("\n", "").isprintable(), command
-        assert not re.search("^volprep: VP9999", text, re.MULTILINE), command
-    assert sum("a\\x1b[31m\\nvolprep" in done.stdout + done.stderr for done in said) > 3
+        assert not re.search("^volprep: VP9999|Warning", text, re.MULTILINE), command
+    assert sum("a\\x1b[31m\\nvolprep" in done.stdout + done.stderr for done in said.values()) == 3
+    assert "a\\x1b[31m\\nvolprep" in said["validate p.volpkg --size 16"].stderr

@@ -43,7 +43,7 @@ def made_hostile(package: Path, attack: str) -> int:
 
 def _is_sound(package: Path, manifest: object) -> bool:
     try:
-        require_sound(package, decode_manifest(json.dumps(manifest).encode(), package))
+        require_sound(package, decode_manifest(json.dumps(manifest).encode(), package, strict=True))
     except VolprepError:
         return False
     return True

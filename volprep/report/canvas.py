@@ -6,6 +6,7 @@ serves light and dark. Each plot exists in a wide and a narrow form; the page sh
 
 import io
 import re
+import warnings
 import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -80,7 +81,10 @@ def _svg(draw: Callable[[Axes], None], *, axes_inches: tuple[float, float], lege
                 handlelength=2.8,
             )
         buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+        with warnings.catch_warnings():
+            # Browsers have letters that the font here lacks.
+            warnings.filterwarnings("ignore", "Glyph .* missing from font")
+            figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     return _for_page(buffer.getvalue())
 
 
