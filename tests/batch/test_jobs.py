@@ -66,7 +66,7 @@ def test_files_that_are_no_scans_are_counted_and_no_name_is_said(tree) -> None:
     others: list[OtherFiles] = []
     find_scans(tree, Silent(), has_scene=False, rules=None, facts=False, others=others.append)
     (found,) = others
-    assert str(found) == "6 files are no scans and are left out: 2 .gif, 1 .gipl, 1 .txt, 1 .zip"
+    assert str(found) == "6 files are no scans and are left out: 2 .gif, 1 .gipl, 1 .txt, 1 .zip, 1 with other endings"
     assert found.count == 6, "CANARY.JANE counts, though its ending may be a name"
 
 

@@ -11,6 +11,7 @@ import pytest
 import tifffile
 from dicom_files import save_all, stack
 from header_files import check_every_cut, read, refusal, refusal_at_open, same_or_refused
+from PIL import Image, ImageCms
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import workers
@@ -375,3 +376,47 @@ def test_the_sign_of_a_number_counts_and_a_hyphen_between_is_none(tmp_path, name
     for page, number in zip(values, numbers, strict=True):
         write(folder / f"{name.format(number)}.png", page, "")
     np.testing.assert_array_equal(read(folder)[0], values)
+
+
+def test_one_picture_of_another_name_and_size_among_eleven_is_left_out_and_remarked(tmp_path) -> None:
+    folder = folder_of(tmp_path / "s", voxels())
+    write(folder / "fundus.png", np.zeros((9, 9), np.uint8))
+    values, info = read(folder)
+    assert np.array_equal(values, voxels())
+    assert any("left out" in remark and "fundus" not in remark for remark in info.remarks)
+    write(folder / "fundus.png", voxels()[0])
+    error = refusal_at_open(folder)
+    assert (error.code, "fundus.png" in error.summary) == ("VP1161", True)
+
+
+def test_a_picture_among_volumes_is_no_scan(tmp_path) -> None:
+    write(tmp_path / "preview.png", voxels()[0])
+    for name in ("liver.nii.gz", "spleen.nii.gz"):
+        (tmp_path / name).touch()
+    error = refusal_at_open(tmp_path)
+    assert (error.code, "2 volume" in error.summary, "--segments" in error.remedy) == ("VP2083", True, True)
+    folder_of(tmp_path, voxels())
+    (tmp_path / "preview.png").unlink()
+    assert np.array_equal(read(tmp_path)[0], voxels())
+
+
+def with_chunk(file: Path, name: bytes, data: bytes) -> Path:
+    """Add a chunk after the header of a PNG."""
+    whole = file.read_bytes()
+    chunk = struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+    file.write_bytes(whole[:33] + chunk + whole[33:])
+    return file
+
+
+@pytest.mark.parametrize(("gamma", "is_said"), [(100_000, True), (55_555, True), (45_455, False)])
+def test_a_gamma_that_is_not_that_of_srgb_is_said(tmp_path, gamma, is_said) -> None:
+    Image.fromarray(voxels()[0]).save(tmp_path / "a.png")
+    file = with_chunk(tmp_path / "a.png", b"gAMA", struct.pack(">I", gamma))
+    assert any("gamma" in remark for remark in read(file)[1].remarks) == is_said
+
+
+@pytest.mark.parametrize(("kind", "is_said"), [("LAB", True), ("sRGB", False)])
+def test_a_colour_profile_other_than_srgb_is_said(tmp_path, kind, is_said) -> None:
+    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile(kind)).tobytes()
+    Image.fromarray(voxels()[0]).convert("RGB").save(tmp_path / "a.tif", icc_profile=profile)
+    assert any("profile" in remark for remark in read(tmp_path / "a.tif")[1].remarks) == is_said

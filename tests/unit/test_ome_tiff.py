@@ -7,7 +7,7 @@ import tifffile
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
-from volprep_formats.readers import open_source
+from volprep_formats.readers import format_of, open_source
 from volprep_formats.source import SourceSpec, StackLayout
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
@@ -191,16 +191,21 @@ def test_of_several_images_one_is_chosen_by_name_or_number(tmp_path) -> None:
     assert np.array_equal(read(tmp_path / "a.ome.tif", series="2")[1], noise("YX")[None])
 
 
-def test_slices_in_several_files_are_put_together(tmp_path) -> None:
+def several_files(folder, names):
+    """Write the slices of one volume in a file each; return them."""
     values = noise("ZYX")
-    names = [f"z{z}.ome.tif" for z in range(4)]
     data = "".join(
         f'<TiffData FirstZ="{z}" IFD="0" PlaneCount="1"><UUID FileName="{name}">urn:uuid:{z}</UUID></TiffData>'
         for z, name in enumerate(names)
     )
     for z, name in enumerate(names):
         text = f'<{ROOT} UUID="urn:uuid:{z}"><Image Name="i"><Pixels {PIXELS} SizeZ="4">{data}</Pixels></Image></OME>'
-        tifffile.imwrite(tmp_path / name, values[z], description=text, metadata=None)
+        tifffile.imwrite(folder / name, values[z], description=text, metadata=None)
+    return values
+
+
+def test_slices_in_several_files_are_put_together(tmp_path) -> None:
+    values = several_files(tmp_path, [f"z{z}.ome.tif" for z in range(4)])
     assert np.array_equal(read(tmp_path / "z2.ome.tif")[1], values)
     (tmp_path / "z3.ome.tif").unlink()
     assert "z3.ome.tif, which is missing" in str(refusal(tmp_path / "z0.ome.tif"))
@@ -327,3 +332,18 @@ def test_values_that_grow_from_white_to_black_are_refused(tmp_path) -> None:
     file = tmp_path / "a.ome.tif"
     tifffile.imwrite(file, noise("ZYX"), photometric="miniswhite", ome=True, metadata={"axes": "ZYX"})
     assert refusal(file).code == "VP1166"
+
+
+def test_a_folder_of_the_files_of_one_ome_tiff_is_read_as_one_of_them(tmp_path) -> None:
+    values = several_files(tmp_path, [f"z{z}.ome.tif" for z in (3, 0, 2, 1)])
+    assert np.array_equal(read(tmp_path)[1], values)
+    tifffile.imwrite(tmp_path / "other.tif", values[0])
+    assert refusal(tmp_path).code == "VP2084"
+    with open_source(SourceSpec(path=str(tmp_path / "z0.ome.tif")), tmp_path, Silent()) as source:
+        assert source.info.grid.shape_zyx == values.shape
+
+
+def test_a_folder_of_ome_tiffs_of_their_own_is_no_set(tmp_path) -> None:
+    for z in range(3):
+        tifffile.imwrite(tmp_path / f"z{z}.ome.tif", noise("YX"), ome=True)
+    assert format_of(tmp_path) == "stack"

@@ -37,6 +37,8 @@ class OtherFiles:
     def __str__(self) -> str:
         """Say it in one line."""
         told = ", ".join(f"{count} {ending}" for ending, count in self.endings)
+        if told and (rest := self.count - sum(count for _, count in self.endings)):
+            told += f", {rest} with other endings"
         files = "1 file is no scan and is" if self.count == 1 else f"{self.count} files are no scans and are"
         return f"{files} left out{': ' if told else ''}{told}"
 

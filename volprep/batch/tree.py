@@ -24,7 +24,7 @@ from volprep_formats.readers.pictures.kinds import kind_of, pictures_in
 from volprep_formats.regular_files import open_regular
 from volprep_formats.source import SourceSpec
 
-_WHOLE_FOLDERS = {"ome-zarr", "volpkg", "stack"}
+_WHOLE_FOLDERS = {"ome-tiff", "ome-zarr", "stack", "volpkg"}
 """Formats whose scan is a folder."""
 _HEAD_BYTES = 64
 _NAMES = (*ALONE, *TOGETHER, *FOLDERS, *NOT_READ)

@@ -109,4 +109,14 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: the mask has voxels that are NaN, in slice {z}: they are neither inside nor outside",
         "Replace NaN in the mask by 0 or by another number.",
     ),
+    "VP2083": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the folder holds {count} volume file(s), and no DICOM images",
+        "Name one of the files. A folder of masks holds the segments of a scan: volprep build SCAN --segments FOLDER.",
+    ),
+    "VP2084": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the folder holds files of an OME-TIFF of {files} files, and {others} other picture(s)",
+        "Name one of the files of the OME-TIFF, or move the other pictures out of the folder.",
+    ),
 }

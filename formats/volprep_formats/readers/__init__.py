@@ -17,7 +17,7 @@ from volprep_formats.readers.dicom.kind import has_prefix
 from volprep_formats.readers.header_pair import header_beside
 from volprep_formats.readers.ome.zarr_kind import is_zarr
 from volprep_formats.readers.others import recognised
-from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of
+from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of, pictures_in
 from volprep_formats.readers.voxel_file import is_gzip
 from volprep_formats.regular_files import check_regular_or_folder, open_gzipped, open_regular
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
@@ -56,10 +56,18 @@ def _is_stack(spec: SourceSpec, folder: Path) -> bool:
 def _is_ome_tiff(spec: SourceSpec, path: Path, head: bytes) -> bool:
     if spec.stack is not None or kind_of(head) != "tiff":
         return False
-    from volprep_formats.readers.ome.tiff_chain import description_of  # noqa: PLC0415 - seldom needed
+    from volprep_formats.readers.ome.tiff_set import has_description  # noqa: PLC0415 - seldom needed
 
-    text = description_of(path, _HEAD_BYTES) or b""
-    return b"<OME" in text and b"openmicroscopy.org" in text
+    return has_description(path)
+
+
+def _of_set(spec: SourceSpec, path: Path) -> Path:
+    """Return a file of the OME-TIFF whose files are the pictures of the folder `path`, or `path` itself."""
+    if spec.stack is not None or spec.format not in {"auto", "ome-tiff"} or not path.is_dir() or not pictures_in(path):
+        return path
+    from volprep_formats.readers.ome.tiff_set import file_of_set  # noqa: PLC0415 - seldom needed
+
+    return file_of_set(path) or path
 
 
 def _ends(path: Path, *suffixes: str) -> bool:
@@ -181,6 +189,7 @@ def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
     path = header_beside(spec.place(base))
     try:
         check_regular_or_folder(path)
+        path = _of_set(spec, path)
     except (FileNotFoundError, NotADirectoryError, ValueError) as error:  # ValueError: a zero byte
         raise no_such_path(path) from error
     except OSError as error:

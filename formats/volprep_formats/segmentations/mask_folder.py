@@ -8,14 +8,12 @@ import numpy as np
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
+from volprep_formats.readers.volume_files import HEADERS, SUFFIXES
 from volprep_formats.segmentations.label_volume import read_mask
 from volprep_formats.segmentations.layers import LayerStack
 from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, SourceSegment, numbers_text
 
-_HEADERS = (".nhdr", ".mhd")
-"""Endings of masks whose voxels lie in a data file."""
-_ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha", ".mgz", ".mgh", *_HEADERS)
-_MASK = re.compile(rf"(.+?)({'|'.join(map(re.escape, _ENDINGS))})", re.IGNORECASE)
+_MASK = re.compile(rf"(.+?)({'|'.join(map(re.escape, SUFFIXES))})", re.IGNORECASE)
 _DATA = re.compile(r"(.+?)\.(?:z?raw|raw\.gz)", re.IGNORECASE)
 _SAME_VOXELS = 1e-3
 
@@ -54,12 +52,12 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
     if layers is None or grid is None:
         raise VolprepError("VP1401", path=folder, count=0, most=MOST_SEGMENTS)
     segments = tuple(SourceSegment(index + 1, match[1]) for index, match in enumerate(masks.values()))
-    headers = {match[1] for match in masks.values() if match[2].lower() in _HEADERS}
+    headers = {match[1] for match in masks.values() if match[2].lower() in HEADERS}
     data = [file for file in visible if (match := _DATA.fullmatch(file.name)) and match[1] in headers]
     others = len(visible) - len(files) - len(data)
     alone = "all of them count as inside. Give such a file alone to get a segment for each number"
     remarks = (
-        (others, f"{others} other entries of the folder are no masks ({', '.join(_ENDINGS)}); left out"),
+        (others, f"{others} other entries of the folder are no masks ({', '.join(SUFFIXES)}); left out"),
         (fractions, f"masks with fractions: {numbers_text(fractions)}; a voxel counts as inside from one half on"),
         (several, f"masks with several numbers above 0: {numbers_text(several)}; {alone}"),
         (with_nan, f"masks with NaN: {numbers_text(with_nan)}; these voxels count as outside"),

@@ -11,6 +11,7 @@ from volprep_formats.readers.dicom.header import SliceImage
 from volprep_formats.readers.dicom.naming import series_name
 from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
 from volprep_formats.readers.others import Other, recognised
+from volprep_formats.readers.volume_files import volumes_in
 from volprep_formats.regular_files import open_regular
 from volprep_formats.tree import broken_links_in, files_below
 
@@ -91,7 +92,12 @@ def scan(path: Path, progress: Progress) -> Scan:
 
 
 def no_images(path: Path, files: int) -> VolprepError:
-    """Return VP1030; or VP1309 if all files below `path` are of one format without a reader, as GIF."""
+    """Return VP1030; or VP1309 if all files below `path` are of one format without a reader, as GIF.
+
+    VP2083 if `path` is a folder with volumes of other formats.
+    """
+    if path.is_dir() and (count := volumes_in(path)):
+        return VolprepError("VP2083", path=path, count=count)
     seen = [] if path.is_file() else [file for file in _files(path) if not file.name.startswith(".")]
     found = _only_format(seen)
     if found is None:

@@ -23,6 +23,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import channel_of_colours, colour_remarks
 from volprep_formats.readers.grey import grey_of, grey_remark
 from volprep_formats.readers.ome.tiff_chain import count_pages
+from volprep_formats.readers.pictures.colour_notes import colour_note, colour_note_remarks
 from volprep_formats.readers.pictures.description import FM_PER_MM, PixelDensity, order_of, spacing_fm_zyx
 from volprep_formats.readers.pictures.kinds import kind_of
 from volprep_formats.regular_files import open_regular
@@ -83,6 +84,8 @@ class Page:
     """Of the only page of a stack of ImageJ above 4 GB: number of images that follow each other in the file."""
     stains: int = 1
     """Of the first page of a stack: number of its channels, each with images of its own."""
+    colour_note: int = 0
+    """What its file says about colours and is not applied (`colour_notes.py`)."""
     frames: int = 1
     """Of the first page of a stack: number of its time points."""
 
@@ -178,6 +181,7 @@ def page_remarks(page: Page, name: str, *, grey: GreyOf | ColourChannel | None) 
         remarks += colour_remarks(grey, has_alpha=page.alpha >= 0, is_linear=page.stored_type == "float32")
     elif grey is not None and page.channels - (page.alpha >= 0) == 3:
         remarks.append(grey_remark(grey))
+    remarks += colour_note_remarks(page.colour_note)
     if page.has_resolution and page.spacing_mm_zyx is None:
         remarks.append("the resolution in the pictures is meant for paper and not used")
     if page.spread:
@@ -313,6 +317,7 @@ def _page(path: Path, spec: Any) -> Page:
         int(spec.getattribute("XResolution") is not None),
         spec.get_int_attribute("Orientation", 1),
         int(spec.alpha_channel >= 0 and not spec.get_int_attribute("oiio:UnassociatedAlpha", 0)),
+        colour_note=colour_note(spec),
     )
 
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from volprep_formats.readers.dicom import kind as dicom_kind
+from volprep_formats.readers.volume_files import volumes_in
 from volprep_formats.regular_files import open_regular
 from volprep_formats.tree import files_below
 
@@ -41,8 +42,13 @@ def pictures_in(folder: Path) -> list[str]:
 
 
 def holds_only_pictures(folder: Path) -> bool:
-    """Whether there are pictures in a folder, and no DICOM files in it or below. Raises OSError."""
-    return bool(pictures_in(folder)) and not any(_is_dicom(Path(entry.path)) for entry in files_below(folder))
+    """Whether there are pictures in a folder, more than volumes, and no DICOM files in it or below. Raises OSError.
+
+    A picture among volumes is a preview of them, and no scan.
+    """
+    return len(pictures_in(folder)) > volumes_in(folder) and not any(
+        _is_dicom(Path(entry.path)) for entry in files_below(folder)
+    )
 
 
 def _is_dicom(file: Path) -> bool:

@@ -1,6 +1,7 @@
 """Order of the pictures of a stack, by the one number that changes from name to name."""
 
 import re
+from collections import Counter
 from itertools import pairwise
 from math import gcd
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Literal
 from volprep_formats.diagnostics import VolprepError
 
 _LISTED = 12
+_MOST_STRAYS = 0.1
 _NUMBER = re.compile(r"([0-9]+)")
 _HYPHEN = re.compile(r"-$")
 _SIGN = re.compile(r"[^0-9A-Za-z)\]]-$")
@@ -18,6 +20,14 @@ _SIGN = re.compile(r"[^0-9A-Za-z)\]]-$")
 def _fixed(parts: list[str]) -> list[str]:
     """Return a name without its numbers and their signs."""
     return [_HYPHEN.sub("", text.lower()) for text in parts[:-1:2]] + [parts[-1].lower()]
+
+
+def strays_of(names: list[str]) -> list[str]:
+    """Return the names, at most a tenth, that differ from all others in more than a number; none if there are more."""
+    fixed = {name: tuple(_fixed(_NUMBER.split(name))) for name in names}
+    usual, count = Counter(fixed.values()).most_common(1)[0]
+    strays = sorted(name for name in names if fixed[name] != usual)
+    return strays if len(strays) <= _MOST_STRAYS * count else []
 
 
 def in_order(folder: Path, names: list[str], gaps: Literal["refuse", "ignore"]) -> tuple[list[str], int]:
@@ -30,16 +40,16 @@ def in_order(folder: Path, names: list[str], gaps: Literal["refuse", "ignore"]) 
     first = next(iter(parts))
     for name, part in parts.items():
         if _fixed(part) != _fixed(parts[first]):
-            raise _unordered(folder, first, name, "differ in more than a number")
+            raise unordered(folder, first, name, "differ in more than a number")
     numbers = _with_signs(parts)
     changing = [i for i, column in enumerate(zip(*numbers.values(), strict=True)) if len(set(column)) > 1]
     if len(changing) > 1:
         other = next(n for n in numbers if sum(numbers[n][i] != numbers[first][i] for i in changing) > 0)
-        raise _unordered(folder, first, other, f"belong to a stack in whose names {len(changing)} numbers change")
+        raise unordered(folder, first, other, f"belong to a stack in whose names {len(changing)} numbers change")
     ordered = sorted(parts, key=numbers.__getitem__)
     for below, above in pairwise(ordered):
         if numbers[below] == numbers[above]:
-            raise _unordered(folder, below, above, "have the same number")
+            raise unordered(folder, below, above, "have the same number")
     if not changing:
         return ordered, 1
     column = [numbers[name][changing[0]] for name in ordered]
@@ -83,5 +93,6 @@ def _check_gaps(folder: Path, ordered: list[str], column: list[int], step: int) 
     )
 
 
-def _unordered(folder: Path, first: str, other: str, how: str) -> VolprepError:
+def unordered(folder: Path, first: str, other: str, how: str) -> VolprepError:
+    """Return VP1161 for two names that do not tell their order."""
     return VolprepError("VP1161", path=folder, first=first, other=other, how=how)

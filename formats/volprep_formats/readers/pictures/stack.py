@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.isolation import workers
+from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress, Silent
 from volprep_formats.readers.colour import of_colour
 from volprep_formats.readers.decoded_source import DecodedSource
@@ -30,7 +30,7 @@ from volprep_formats.readers.pictures.file import (
 )
 from volprep_formats.readers.pictures.imagej import OnePageSource, images_behind
 from volprep_formats.readers.pictures.kinds import SUFFIXES, pictures_in
-from volprep_formats.readers.pictures.names import in_order
+from volprep_formats.readers.pictures.names import in_order, strays_of, unordered
 from volprep_formats.source import ColourChannel, GreyOf, SourceInfo, SourceSpec, StackLayout
 
 
@@ -97,13 +97,14 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
     """
     layout, wanted = spec.stack or StackLayout(), spec.colour or spec.rgb
     remarks: list[str] = []
-    names = [path.name]
+    names, strays = [path.name], []
     if path.is_dir():
         names = pictures_in(path)
         if not names:
             raise VolprepError("VP1160", path=path, known=", ".join(sorted(SUFFIXES)))
         others = sum(entry.is_file() for entry in path.iterdir()) - len(names)
-        names, step = in_order(path, names, layout.gaps)
+        strays = strays_of(names)
+        names, step = in_order(path, [name for name in names if name not in strays], layout.gaps)
         remarks += [f"{others} other file(s) in the folder are ignored"] if others else []
         remarks += [f"the numbers of the pictures go in steps of {step}"] if step > 1 else []
     files = [(path if path.is_dir() else path.parent) / name for name in names]
@@ -112,6 +113,9 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
         pages = read_headers(pool, files, progress)
         _check_alike(path, names, pages)
         first = pages[0][0]
+        if strays:
+            _check_strays(pool, path, names[0], first, strays)
+            remarks.append(f"{len(strays)} picture(s) of another name and another size or type are left out")
         numbers = [range(len(of_file)) for of_file in pages]
         if len(files) == 1:
             numbers = [_chosen_images(spec, path, max(len(pages[0]), first.images), first)]
@@ -156,6 +160,13 @@ def _spacing(layout: StackLayout | None, first: Page) -> tuple[tuple[float, floa
     return StackLayout().spacing_mm_zyx, [
         "pictures do not say how far apart their pixels are; 1 mm is assumed: see source.stack in the scene"
     ]
+
+
+def _check_strays(pool: Workers, folder: Path, name: str, first: Page, strays: list[str]) -> None:
+    """Raise VP1161 for a picture of another name that is like the slices: it may be one of them."""
+    for stray, (page, *_) in zip(strays, read_headers(pool, [folder / each for each in strays], Silent()), strict=True):
+        if page.kind == first.kind:
+            raise unordered(folder, name, stray, "differ in more than a number")
 
 
 def _check_alike(path: Path, names: list[str], pages: list[tuple[Page, ...]]) -> None:
