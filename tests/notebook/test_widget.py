@@ -13,6 +13,7 @@ from web_server import WebServer
 from widget_page import START, module_served, open_widget
 
 import volprep
+from volprep.library.notebook.static_picture import captioned
 from volprep.library.notebook.widget import VolumeWidget
 
 PARALLEL = {"forward": [0, 0, 1], "up": [0, 0, 2]}
@@ -166,3 +167,13 @@ def test_points_begin_as_those_of_the_function(widget) -> None:
     widget.points = points
     assert widget.points == points
     widget.points = None
+
+
+def test_a_preview_that_is_too_large_damaged_or_no_png_is_not_unpacked() -> None:
+    file = io.BytesIO()
+    Image.new("RGB", (8, 8)).save(file, "PNG")
+    sound = file.getvalue()
+    assert captioned(sound, "words") is not None
+    large = sound[:16] + (14_000).to_bytes(4, "big") * 2 + sound[24:]
+    for picture in (large, sound[:40], sound[:20], b"GIF89a" + bytes(60)):
+        assert captioned(picture, "words") is None

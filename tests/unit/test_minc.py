@@ -217,3 +217,11 @@ def test_minc_2_without_h5py_names_the_extra(tmp_path: Path, monkeypatch: pytest
     error = refused(minc2(tmp_path / "a.mnc", noise()))
     assert error.code == "VP1305"
     assert "[minc]" in str(error)
+
+
+@pytest.mark.parametrize("write", [minc1, minc2])
+def test_ends_of_values_whose_distance_is_infinite_are_refused(tmp_path, write) -> None:
+    path = write(tmp_path / "a.mnc", np.arange(60, dtype=np.int16).reshape(3, 4, 5), low=-1.5e308, high=1.5e308)
+    with pytest.raises(VolprepError) as error:
+        open_source(SourceSpec(path=str(path)), Path(), Silent())
+    assert error.value.code == "VP1304"

@@ -126,8 +126,7 @@ class VolumeWidget(anywidget.AnyWidget):
         found = super()._repr_mimebundle_(**options)
         data, metadata = ({}, {}) if found is None else found
         data = {**data, "text/plain": self.label}
-        if self.picture:
-            picture = base64.b64encode(captioned(self.picture, self.label)).decode()
-            data["image/png"] = picture
+        if self.picture and (picture := captioned(self.picture, self.label)):
+            data["image/png"] = base64.b64encode(picture).decode()
             metadata = {**metadata, "image/png": {"alt": self.label}}
         return data, metadata

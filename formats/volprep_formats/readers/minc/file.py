@@ -122,7 +122,7 @@ def _facts(request: MincFile) -> MincFacts:
         cosines=[_cosines(name, dim) for name, dim in zip(file._spatial_dims, dims, strict=True)],
         origin=[float(each) for each in file.get_affine()[:3, 3]],
         units=[_text(getattr(dim, "units", b"mm")) for dim in dims],
-        scale=_scale(file, valid),
+        scale=_scale(path, file, valid),
         beyond=0 if valid is None else _count_beyond(file, dtype, valid),
         valid=None if valid is None else [float(end) for end in valid],
         odd_axes=[name for name, dim, n in zip(names, file._dims, shape, strict=True) if _is_odd(dim, n)],
@@ -227,8 +227,8 @@ def _is_odd(dim: Any, length: int) -> bool:
     return not is_regular or int(getattr(dim, "length", length)) != length
 
 
-def _scale(file: Any, valid: NDArray[np.float64] | None) -> list[float] | None:
-    """Return slope and intercept if all slices have the same; floats are physical values already."""
+def _scale(path: Path, file: Any, valid: NDArray[np.float64] | None) -> list[float] | None:
+    """Return slope and intercept if all slices have the same; floats are physical values already. Raises VP1304."""
     if valid is None:
         return [1.0, 0.0]
     ends = [
@@ -241,7 +241,10 @@ def _scale(file: Any, valid: NDArray[np.float64] | None) -> list[float] | None:
         return None
     low, high = (float(each.flat[0]) for each in ends)
     slope = (high - low) / float(valid[1] - valid[0])
-    return [slope, low - float(valid[0]) * slope] if slope else None
+    intercept = low - float(valid[0]) * slope
+    if not np.isfinite([slope, intercept]).all():
+        raise _refusal(path, f"its slices have values from {low:g} to {high:g}")
+    return [slope, intercept] if slope else None
 
 
 def _count_beyond(file: Any, dtype: np.dtype[Any], valid: NDArray[np.float64]) -> int:
