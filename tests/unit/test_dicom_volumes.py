@@ -1,10 +1,10 @@
-"""Volumes of one DICOM series: told apart, counted, and said to be missing; doses, whose frames have offsets."""
+"""Volumes of one DICOM series: told apart, counted, and said to be missing."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-from dicom_files import image, save, save_all
+from dicom_files import image, save_all
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
@@ -92,19 +92,3 @@ def test_values_above_the_stored_bits_are_remarked_when_they_have_been_read(
         source.read_slab(0, 5)
         remarked = any("above BitsStored" in remark for remark in source.info.remarks)
     assert remarked == (beyond != -5), "a sign that is carried on is no value above"
-
-
-@pytest.mark.parametrize("first", ["0", "-30"])
-def test_a_dose_has_frames_at_its_offsets_and_values_in_gray(tmp_path: Path, first: str) -> None:
-    frames = np.arange(3 * 4 * 5, dtype=np.uint16).reshape(3, 4, 5)
-    offsets = [str(float(first) + 2.5 * k) for k in range(3)]
-    dose = image(frames[0], (1.0, 2.0, -30.0), Modality="RTDOSE", DoseUnits="GY", DoseGridScaling="0.01")
-    dose.NumberOfFrames = 3
-    dose.GridFrameOffsetVector = offsets
-    dose.SOPClassUID = "1.2.840.10008.5.1.4.1.1.481.2"
-    dose.PixelData = frames.tobytes()
-    voxels, info = read(save(dose, tmp_path / "dose.dcm"))
-    np.testing.assert_array_equal(voxels, frames)
-    assert info.grid.spacing_mm_zyx == (2.5, 1.0, 1.0)
-    assert info.grid.origin_mm_xyz == (1.0, 2.0, -30.0)
-    assert (info.slope, info.unit) == (0.01, "Gy")

@@ -18,9 +18,10 @@ from pydicom.tag import BaseTag
 from pydicom.uid import UID, ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
 
 from volprep_formats.diagnostics import SafeText, VolprepError
+from volprep_formats.readers.dicom.data_set import elements_of, sequence
 from volprep_formats.readers.dicom.element import PIXEL_DATA, pixel_element
 from volprep_formats.readers.dicom.fields import PRIVATE_TAGS, TAGS, raw_text, raw_value
-from volprep_formats.readers.dicom.frames import elements_of, frame_count, frame_slices, sequence
+from volprep_formats.readers.dicom.frames import frame_count, frame_slices
 from volprep_formats.readers.dicom.header import SliceImage, slice_image
 from volprep_formats.readers.dicom.inflate import inflated_data_set
 from volprep_formats.readers.dicom.mosaic import is_mosaic, mosaic_slices

@@ -43,6 +43,8 @@ TAGS = {
     "ImagesInAcquisition": 0x0020_1002,
     "InConcatenationNumber": 0x0020_9162,
     "InConcatenationTotalNumber": 0x0020_9163,
+    "DetectorInformationSequence": 0x0054_0022,
+    "SliceVector": 0x0054_0080,
     "GridFrameOffsetVector": 0x3004_000C,
     "DoseGridScaling": 0x3004_000E,
     "DoseUnits": 0x3004_0002,
@@ -82,6 +84,10 @@ TAGS = {
     "PerFrameFunctionalGroupsSequence": 0x5200_9230,
     "PlanePositionSequence": 0x0020_9113,
     "PlaneOrientationSequence": 0x0020_9116,
+    "PlanePositionVolumeSequence": 0x0020_930E,
+    "PlaneOrientationVolumeSequence": 0x0020_930F,
+    "ImagePositionVolume": 0x0020_9301,
+    "ImageOrientationVolume": 0x0020_9302,
     "PixelMeasuresSequence": 0x0028_9110,
     "PixelValueTransformationSequence": 0x0028_9145,
     "FrameContentSequence": 0x0020_9111,
@@ -117,9 +123,12 @@ _BINARY = frozenset(
         "PixelRepresentation",
         "InConcatenationNumber",
         "InConcatenationTotalNumber",
+        "SliceVector",
     )
 )
-"""Attributes stored as 16-bit numbers; the others are text."""
+"""Attributes stored as 16-bit numbers."""
+_DOUBLES = frozenset(("ImagePositionVolume", "ImageOrientationVolume"))
+"""Attributes stored as 64-bit floating-point numbers; the others are text."""
 _LONGEST_UID = 64
 _UID = re.compile(f"[0-9.]{{1,{_LONGEST_UID}}}")
 _VARIANT_FORMS = {
@@ -188,7 +197,8 @@ class Fields:
     def numbers(self, keyword: str, count: int) -> tuple[float, ...] | None:
         """Return `count` finite numbers of plausible size; None when missing or invalid."""
         value, order = raw_value(self._data, keyword)
-        numbers = _words(value, order) if keyword in _BINARY else _decimals(value)
+        form = "H" if keyword in _BINARY else "d" if keyword in _DOUBLES else ""
+        numbers = _unpacked(value, order, form) if form else _decimals(value)
         if not numbers:
             return None
         if len(numbers) != count or not all(abs(n) <= LARGEST_NUMBER for n in numbers):
@@ -232,8 +242,7 @@ def _decimals(value: bytes) -> tuple[float, ...]:
 
 
 @lru_cache(maxsize=4096)
-def _words(value: bytes, order: str) -> tuple[float, ...]:
-    """Return 16-bit numbers; NaN where a byte is left over."""
-    if len(value) % 2:
-        return (math.nan,)
-    return tuple(float(n) for n in struct.unpack(f"{order}{len(value) // 2}H", value))
+def _unpacked(value: bytes, order: str, form: str) -> tuple[float, ...]:
+    """Return binary numbers; NaN where bytes are left over."""
+    count, left = divmod(len(value), struct.calcsize(f"={form}"))
+    return (math.nan,) if left else tuple(float(n) for n in struct.unpack(f"{order}{count}{form}", value))

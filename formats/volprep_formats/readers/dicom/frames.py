@@ -1,22 +1,22 @@
 """Enhanced multi-frame images: one file with many slices, each with functional groups that hold its position.
 
-The shared groups hold the attributes common to all frames, the per-frame groups the others. A multi-frame image without
-these groups has no frame positions, and is refused. Source: DICOM PS3.3, C.7.6.16; for the frames of encapsulated pixel
-data PS3.5, A.4.
+The shared groups hold the attributes common to all frames, the per-frame groups the others. Ultrasound places its
+frames in a volume instead of the patient. A multi-frame image without these groups has frame positions if it is a dose
+or a reconstruction of nuclear medicine, and is refused otherwise. Source: DICOM PS3.3, C.7.6.16 (C.7.6.16.2.21 and
+2.22 for ultrasound); for the frames of encapsulated pixel data PS3.5, A.4.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-from pydicom.dataelem import RawDataElement
 from pydicom.dataset import Dataset
 from pydicom.uid import UID, ExplicitVRBigEndian
 
 from volprep_formats.diagnostics import SafeText, VolprepError
+from volprep_formats.readers.dicom.data_set import elements_of, sequence
+from volprep_formats.readers.dicom.dose import dose_slices
 from volprep_formats.readers.dicom.element import PixelElement
 from volprep_formats.readers.dicom.fields import (
-    PRIVATE_TAGS,
     TAGS,
     VARIANTS,
     Elements,
@@ -25,6 +25,7 @@ from volprep_formats.readers.dicom.fields import (
     variant_text,
 )
 from volprep_formats.readers.dicom.header import EncodedPixels, SliceImage, pixel_spacing, unit_of
+from volprep_formats.readers.dicom.nuclear import nuclear_slices
 from volprep_formats.readers.dicom.pixels import picture_bytes
 
 _MOST_FRAMES = 2**20
@@ -40,16 +41,11 @@ _GROUP_OF_VARIANT = {
     "ComplexImageComponent": ("MRImageFrameTypeSequence", "ComplexImageComponent"),
 }
 """Functional-group elements of a frame that correspond to `VARIANTS` of a single image."""
-
-
-def elements_of(data: Dataset) -> Elements:
-    """Return the raw values of the wanted elements of a data set."""
-    found = {}
-    for tag in (*TAGS.values(), *PRIVATE_TAGS):
-        element: object = data.get_item(tag) if tag in data else None
-        if isinstance(element, RawDataElement) and isinstance(element.value, bytes):
-            found[tag] = (element.value, "<" if element.is_little_endian else ">")
-    return found
+_PLACED_BY: Mapping[str, Callable[[SliceImage, Dataset, Sequence[EncodedPixels]], tuple[SliceImage, ...]]] = {
+    "RTDOSE": dose_slices,
+    "NM": nuclear_slices,
+}
+"""Modalities whose multi-frame images place their frames without functional groups."""
 
 
 def frame_count(data: Dataset) -> int | None:
@@ -74,8 +70,12 @@ def frame_slices(image: SliceImage, data: Dataset, element: PixelElement, frames
     if image.pixels is None or (image.problem is not None and not is_colour):
         return (replace(image, pixels=None),)
     groups = sequence(data, "PerFrameFunctionalGroupsSequence")
-    if frames and not groups and image.modality == "RTDOSE":
-        return dose_slices(image, data, element, frames)
+    placed = _PLACED_BY.get(image.modality)
+    if frames and not groups and placed is not None:
+        try:
+            return placed(image, data, _frame_pixels(image.pixels, element, frames))
+        except VolprepError as error:
+            return (replace(image, problem=error),)
     if frames == 0 or len(groups) != frames:
         what = f"places for {len(groups)} frames" if groups else "no places for them"
         shown = str(frames) if frames else "an unsound number of"
@@ -89,35 +89,6 @@ def frame_slices(image: SliceImage, data: Dataset, element: PixelElement, frames
         return (replace(image, problem=error),)
 
 
-def dose_slices(image: SliceImage, data: Dataset, element: PixelElement, frames: int) -> tuple[SliceImage, ...]:
-    """Slices of a radiotherapy dose, whose frames lie at offsets along the normal (PS3.3, C.8.8.3.2)."""
-    fields = Fields(image.path, elements_of(data))
-    offsets_mm = fields.numbers("GridFrameOffsetVector", frames)
-    if offsets_mm is None or image.pixels is None or image.orientation is None or image.position_mm_xyz is None:
-        problem = VolprepError("VP1036", path=image.path, keyword="GridFrameOffsetVector")
-        return (replace(image, problem=fields.problem or problem),)
-    normal = np.cross(image.orientation[:3], image.orientation[3:])
-    scaling = fields.number("DoseGridScaling")
-    unit = "Gy" if fields.text("DoseUnits").upper() == "GY" else ""
-    whole = replace(image, slope=scaling or 1.0, unit=unit)
-    try:
-        pixels = _frame_pixels(image.pixels, element, frames)
-    except VolprepError as error:
-        return (replace(image, problem=error),)
-    # Offsets are distances from the first frame, or, where the first is not 0, places along the normal.
-    places = [np.array(image.position_mm_xyz) + (offset - offsets_mm[0]) * normal for offset in offsets_mm]
-    return tuple(
-        replace(whole, number=k + 1, position_mm_xyz=tuple(place.tolist()), pixels=part)
-        for k, (place, part) in enumerate(zip(places, pixels, strict=True))
-    )
-
-
-def sequence(data: Dataset, keyword: str) -> Sequence[Dataset]:
-    """Return the items of a sequence; empty if it is missing or not a sequence."""
-    element = data.get(TAGS[keyword])
-    return element.value if element is not None and element.VR == "SQ" else []
-
-
 def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels: EncodedPixels) -> SliceImage:
     """Return one frame as a slice. Fields missing from its groups come from the image."""
 
@@ -128,6 +99,8 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
     measures = Fields(image.path, group("PixelMeasuresSequence"))
     orientation = Fields(image.path, group("PlaneOrientationSequence"))
     position = Fields(image.path, group("PlanePositionSequence"))
+    of_volume = Fields(image.path, {**group("PlaneOrientationVolumeSequence"), **group("PlanePositionVolumeSequence")})
+    position_of_volume = of_volume.numbers("ImagePositionVolume", 3)
     values = Fields(image.path, group("PixelValueTransformationSequence"))
     slope, intercept = values.number("RescaleSlope"), values.number("RescaleIntercept")
     if slope == 0.0:
@@ -135,8 +108,11 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
     found = replace(
         image,
         number=number,
-        orientation=orientation.numbers("ImageOrientationPatient", 6) or image.orientation,
-        position_mm_xyz=position.numbers("ImagePositionPatient", 3) or image.position_mm_xyz,
+        orientation=orientation.numbers("ImageOrientationPatient", 6)
+        or of_volume.numbers("ImageOrientationVolume", 6)
+        or image.orientation,
+        position_mm_xyz=position.numbers("ImagePositionPatient", 3) or position_of_volume or image.position_mm_xyz,
+        is_in_volume=position_of_volume is not None,
         pixel_spacing_mm_yx=pixel_spacing(measures) or image.pixel_spacing_mm_yx,
         slice_thickness_mm=measures.hint("SliceThickness"),
         spacing_between_slices_mm=measures.hint("SpacingBetweenSlices"),
@@ -149,7 +125,8 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
         has_real_world_values=image.has_real_world_values
         or any(sequence(part, "RealWorldValueMappingSequence") for part in (own, shared)),
     )
-    problems = [fields.problem for fields in (measures, orientation, position, values) if fields.problem is not None]
+    read = (measures, orientation, position, of_volume, values)
+    problems = [fields.problem for fields in read if fields.problem is not None]
     return replace(found, problem=problems[0]) if problems else found
 
 

@@ -145,6 +145,8 @@ class SliceImage:
     """Number of the image in its series."""
     acquired: int | None = None
     """Number of images of the acquisition that it belongs to."""
+    is_in_volume: bool = False
+    """Whether its position is one in a volume, whose place in the patient is not known."""
     part: tuple[int, int] | None = None
     """Part number of the file in a concatenation, and the number of parts."""
 
@@ -188,9 +190,7 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
     pixels = _pixels(fields, transfer_syntax, element)
     image_type = fields.text("ImageType").upper()
     modality = fields.text("Modality")
-    slope, intercept = fields.number("RescaleSlope"), fields.number("RescaleIntercept")
-    if slope == 0.0:
-        fields.refuse("VP1037", keyword="RescaleSlope", wanted="a number other than 0")
+    slope, intercept, unit = _photometry(fields, modality)
     orientation = fields.numbers("ImageOrientationPatient", 6)
     position_mm_xyz = fields.numbers("ImagePositionPatient", 3)
     pixel_spacing_mm_yx = pixel_spacing(fields)
@@ -210,9 +210,9 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         pixel_spacing_mm_yx=pixel_spacing_mm_yx,
         slice_thickness_mm=fields.hint("SliceThickness"),
         spacing_between_slices_mm=fields.hint("SpacingBetweenSlices"),
-        slope=1.0 if slope is None else slope,
-        intercept=0.0 if intercept is None else intercept,
-        unit=unit_of(fields, modality, rescaled=intercept is not None),
+        slope=slope,
+        intercept=intercept,
+        unit=unit,
         has_padding=raw_value(data, "PixelPaddingValue")[0] != b"",
         has_burned_in_text=fields.text("BurnedInAnnotation").upper() == "YES",
         variants=tuple(variant_text(data, keyword) for keyword in VARIANTS),
@@ -223,6 +223,20 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         acquired=_whole(fields.hint("ImagesInAcquisition")),
         part=_part(fields),
     )
+
+
+def _photometry(fields: Fields, modality: str) -> tuple[float, float, str]:
+    """Return slope, intercept and unit of the values. A dose has a scaling instead, without which it has no unit."""
+    keyword = "DoseGridScaling" if modality == "RTDOSE" else "RescaleSlope"
+    slope = fields.number(keyword)
+    if slope == 0.0:
+        fields.refuse("VP1037", keyword=keyword, wanted="a number other than 0")
+    if modality == "RTDOSE":
+        is_gray = slope is not None and fields.text("DoseUnits").upper() == "GY"
+        return (1.0 if slope is None else slope), 0.0, "Gy" if is_gray else ""
+    intercept = fields.number("RescaleIntercept")
+    unit = unit_of(fields, modality, rescaled=intercept is not None)
+    return (1.0 if slope is None else slope), (0.0 if intercept is None else intercept), unit
 
 
 def _whole(number: float | None) -> int | None:

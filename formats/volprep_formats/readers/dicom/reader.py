@@ -336,6 +336,10 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
         )
     if any(image.table is not None for image in images):
         remarks.append("the values come from the table in the header (ModalityLUTSequence), not from the pixels alone")
+    if any(image.is_in_volume for image in images):
+        remarks.append(
+            "the frames lie in a volume of their own (ImagePositionVolume); where the sides of the patient are is not known"
+        )
     if any(image.has_real_world_values for image in images):
         remarks.append(
             "the header also maps its values to real-world ones (RealWorldValueMappingSequence), which is not applied"
