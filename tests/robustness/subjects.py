@@ -363,9 +363,8 @@ def read_segmentation(path: Path) -> None:
         assert len(found.rings) == len(found.segments)
         assert all(np.isfinite(ring).all() for rings in found.rings for ring in rings)
         return
-    for layer in found.layers:
-        assert layer.shape == found.grid.shape_zyx
-        assert layer.max() <= len(found.segments)
+    assert found.labels.shape == found.grid.shape_zyx
+    assert found.labels.max() < len(found.members)
 
 
 _MASK = (_noise() % 2).astype(np.uint8)

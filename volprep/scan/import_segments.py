@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep.scan.segments.combine import LabelArray
 from volprep.scan.segments.fitted import Fitted, fitted_segments
 from volprep.scan.segments.record import FoundSegments, found_segments
 from volprep.scan.segments.smoothing import smoothed_labels, widest_smoothing_mm
@@ -20,6 +19,7 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import FOUND_SEGMENTS, SEGMENT_LABELS
 from volprep_formats.path_text import path_of_text, path_text
 from volprep_formats.progress import Progress
+from volprep_formats.segmentations.records import LabelArray
 from volprep_formats.source import SourceSpec
 
 

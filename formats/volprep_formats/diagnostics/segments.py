@@ -121,3 +121,15 @@ SCENE_ENTRIES: dict[str, Diagnostic] = {
         "Choose a narrower one: its Gaussian may reach a quarter of each axis, or eight voxels.",
     ),
 }
+FITTING_ENTRIES: dict[str, Diagnostic] = {
+    "VP3290": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: more than {most} segments overlap in one voxel",
+        "Leave segments out of the file, or make segments that do not overlap.",
+    ),
+    "VP3291": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: its contours are too intricate: on the grid of the scan they take {work} steps, {most} are allowed",
+        "Export fewer structures, or simpler contours: these cross the slices of the scan again and again.",
+    ),
+}

@@ -7,18 +7,20 @@ from volprep_formats.grid import Grid
 from volprep_formats.path_text import no_such_path
 from volprep_formats.progress import Progress
 from volprep_formats.regular_files import check_regular_or_folder, open_regular
-from volprep_formats.segmentations.records import Segmentation
+from volprep_formats.segmentations.records import ScanFrame, Segmentation
 
 _HEAD_BYTES = 132
 
 
-def open_segmentation(path: Path, progress: Progress, scan: Grid | None = None) -> Segmentation:
+def open_segmentation(
+    path: Path, progress: Progress, scan: Grid | None = None, frame: ScanFrame | None = None
+) -> Segmentation:
     """Read DICOM SEG and RTSTRUCT, .seg.nrrd, a label volume of any source format, or a folder of masks.
 
-    The grid of the scan gives the distance of frames of a DICOM SEG that does not say it.
+    The grid of the scan, and `frame` with its images, give the distance of the frames of a DICOM SEG.
 
-    Raises VP1001 to VP1003 for what cannot be found or known, VP1400 to VP1409, VP1414 to VP1416, and what readers of
-    volumes raise.
+    Raises VP1001 to VP1003 for what cannot be found or known, VP1400 to VP1409, VP1413 to VP1416, VP3290, and what
+    readers of volumes raise.
     """
     try:
         check_regular_or_folder(path)
@@ -26,14 +28,14 @@ def open_segmentation(path: Path, progress: Progress, scan: Grid | None = None) 
         if not path.is_dir():
             with open_regular(path) as file:
                 head = file.read(_HEAD_BYTES)
-        return _read(path, head, progress, scan)
+        return _read(path, head, progress, scan, frame)
     except (FileNotFoundError, NotADirectoryError, ValueError) as error:
         raise no_such_path(path) from error
     except OSError as error:
         raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
 
 
-def _read(path: Path, head: bytes, progress: Progress, scan: Grid | None) -> Segmentation:
+def _read(path: Path, head: bytes, progress: Progress, scan: Grid | None, frame: ScanFrame | None) -> Segmentation:
     from volprep_formats.readers import format_of  # noqa: PLC0415 - readers take time to load
     from volprep_formats.readers.dicom.kind import has_prefix  # noqa: PLC0415 - readers take time to load
     from volprep_formats.readers.nrrd import keys_of  # noqa: PLC0415 - readers take time to load
@@ -48,18 +50,18 @@ def _read(path: Path, head: bytes, progress: Progress, scan: Grid | None) -> Seg
     if has_prefix(head):
         kind = sop_class(path)
         if kind in SOP_CLASSES:
-            return read_dicom_seg(path, scan)
+            return read_dicom_seg(path, scan, frame)
         if kind == SOP_CLASS:
             return read_rtstruct(path)
     elif head[:4] == b"NRRD":
         if is_segmentation(keys_of(path)):
             return read_seg_nrrd(path, progress)
     elif path.is_dir() and (format_of(path) == "dicom" or has_masks(path)):
-        return _read_folder(path, progress, scan)
+        return _read_folder(path, progress, scan, frame)
     return read_label_volume(label_image(path), progress)
 
 
-def _read_folder(path: Path, progress: Progress, scan: Grid | None) -> Segmentation:
+def _read_folder(path: Path, progress: Progress, scan: Grid | None, frame: ScanFrame | None) -> Segmentation:
     """Read a folder that holds one DICOM object, or masks."""
     from volprep_formats.readers.dicom.kind import has_prefix  # noqa: PLC0415 - readers take time to load
     from volprep_formats.segmentations.mask_folder import read_mask_folder  # noqa: PLC0415 - readers take time to load
@@ -71,7 +73,7 @@ def _read_folder(path: Path, progress: Progress, scan: Grid | None) -> Segmentat
             if has_prefix(opened.read(_HEAD_BYTES)):
                 objects.append(file)
     if len(objects) == 1:
-        return open_segmentation(objects[0], progress, scan)
+        return open_segmentation(objects[0], progress, scan, frame)
     if objects:
         raise VolprepError("VP1409", path=path, count=len(objects))
     return read_mask_folder(path, progress)

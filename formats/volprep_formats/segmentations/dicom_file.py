@@ -102,6 +102,12 @@ def first_item(item: Item, *keywords: str) -> Item | None:
     return item
 
 
+def images_in(item: Item, keyword: str) -> frozenset[str]:
+    """Return the SOPInstanceUIDs of the images that a sequence refers to."""
+    found = (str(image.get("ReferencedSOPInstanceUID", "") or "") for image in item.get(keyword) or ())
+    return frozenset(found) - {""}
+
+
 def code_of(item: Item, keyword: str, modifiers: str = "") -> Code | None:
     """Return the coded name in the sequence `keyword`, with the modifiers inside it; None if it is incomplete."""
     first = first_item(item, keyword)

@@ -16,9 +16,9 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.segmentations.cielab import srgb_of_cielab
-from volprep_formats.segmentations.dicom_file import Item, code_of, first_item, parsed
-from volprep_formats.segmentations.layers import LayerStack, check_size
-from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, SourceSegment
+from volprep_formats.segmentations.dicom_file import Item, code_of, first_item, images_in, parsed
+from volprep_formats.segmentations.overlaps import Overlaps, check_size
+from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelVolume, ScanFrame, SourceSegment
 
 SOP_CLASSES = frozenset(("1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"))
 """Segmentation Storage, and Label Map Segmentation Storage."""
@@ -29,20 +29,34 @@ _OFF_PLACE = 0.02
 """How far a frame may lie from its even place, in distances of frames, and beside the others, in pixels."""
 
 
-def read_dicom_seg(path: Path, scan: Grid | None = None) -> LabelLayers:
-    """Read a segmentation of the scan with the grid `scan`. Raises VP1400 to VP1405, VP2020 and VP2021."""
+def read_dicom_seg(path: Path, scan: Grid | None = None, frame: ScanFrame | None = None) -> LabelVolume:
+    """Read a segmentation of the scan with the grid `scan` and the images of `frame`.
+
+    Raises VP1400 to VP1405, VP1413, VP3290, VP2020 and VP2021.
+    """
     with parsed(path) as data:
         segments = _segments(path, data)
         frames = _Frames(path, data)
-        grid, places = _grid(path, frames, scan)
-        layers, remarks = _layers(frames, places, segments, grid.shape_zyx)
-        return LabelLayers(
+        is_of_other_images = frame is not None and _is_of_other_images(data, frame)
+        grid, places, remarks = _grid(path, frames, scan, is_of_other_images=is_of_other_images)
+        overlaps, more = _overlaps(frames, places, segments, grid.shape_zyx)
+        labels, members = overlaps.combined()
+        return LabelVolume(
             segments=segments,
             grid=grid,
-            layers=layers.arrays,
+            labels=labels,
+            members=members,
             frame_of_reference=str(data.get("FrameOfReferenceUID", "") or ""),
-            remarks=tuple(remarks),
+            remarks=(*remarks, *more),
         )
+
+
+def _is_of_other_images(data: Item, frame: ScanFrame) -> bool:
+    """Return whether the images that a segmentation says it is of are known, and none of them is of the scan."""
+    named = images_in(data, "SourceImageSequence")
+    for series in data.get("ReferencedSeriesSequence") or ():
+        named |= images_in(series, "ReferencedInstanceSequence")
+    return bool(named and frame.images) and not named & frame.images
 
 
 def _segments(path: Path, data: Item) -> tuple[SourceSegment, ...]:
@@ -113,7 +127,7 @@ class _Frames:
         bits = self.rows * self.columns * self.count * self.bits
         octets = self.data.PixelData
         if str(self.data.file_meta.get("TransferSyntaxUID", "")) == _RLE:
-            check_size(self.path, (self.count, self.rows, self.columns), 1, self.rows * self.columns * self.count)
+            check_size(self.path, (self.count, self.rows, self.columns), 1)
             array = np.ascontiguousarray(self.data.pixel_array).reshape(-1)
             if self.bits == 1:
                 return np.packbits(array, bitorder="little")
@@ -124,8 +138,10 @@ class _Frames:
         return np.frombuffer(octets, f"{order}u2" if self.bits == 16 else "u1", -(-bits // 8) // max(1, self.bits // 8))
 
 
-def _grid(path: Path, frames: _Frames, scan: Grid | None) -> tuple[Grid, list[int]]:
-    """Return the grid of all frames, and the slice z of each. Raises VP1405 if they form no grid."""
+def _grid(
+    path: Path, frames: _Frames, scan: Grid | None, *, is_of_other_images: bool
+) -> tuple[Grid, list[int], list[str]]:
+    """Return the grid of all frames, the slice z of each, and remarks. Raises VP1405 if they form no grid."""
     orientations = np.array([_numbers(frames, i, "PlaneOrientationSequence", "ImageOrientationPatient", 6)
                              for i in range(frames.count)])  # fmt: skip
     positions = np.array([_numbers(frames, i, "PlanePositionSequence", "ImagePositionPatient", 3)
@@ -142,12 +158,11 @@ def _grid(path: Path, frames: _Frames, scan: Grid | None) -> tuple[Grid, list[in
         problem = f"its frames lie up to {beside:.4g} mm beside each other"
         raise VolprepError("VP1405", path=path, problem=problem)
     of_scan_mm = 0.0 if scan is None else _pitch_of_scan(scan, row, column, spacings[0])
-    pitch_mm, places = _places(path, frames, relative @ normal, of_scan_mm)
+    pitch_mm, places, remarks = _places(path, frames, relative @ normal, of_scan_mm, scan_first=not is_of_other_images)
     first = int(np.argmin(places))
     columns = np.stack([row * spacings[0, 1], column * spacings[0, 0], normal * pitch_mm], axis=1)
     shape = (max(places) + 1, frames.rows, frames.columns)
-    check_size(path, shape, 1, shape[0] * shape[1] * shape[2])
-    return grid_from_affine(path, "functional groups", shape, columns, positions[first]), places
+    return grid_from_affine(path, "functional groups", shape, columns, positions[first]), places, remarks
 
 
 def _pitch_of_scan(scan: Grid, row: Float64Array, column: Float64Array, spacing_mm: Float64Array) -> float:
@@ -157,8 +172,15 @@ def _pitch_of_scan(scan: Grid, row: Float64Array, column: Float64Array, spacing_
     return z if same_normal and np.allclose(sorted(of_scan), sorted(spacing_mm), rtol=1e-3) else 0.0
 
 
-def _places(path: Path, frames: _Frames, along_mm: Float64Array, of_scan_mm: float) -> tuple[float, list[int]]:
-    """Return the distance of slices and the slice of each frame. Raise VP1405 if the gaps are not multiples of one."""
+def _places(
+    path: Path, frames: _Frames, along_mm: Float64Array, of_scan_mm: float, *, scan_first: bool
+) -> tuple[float, list[int], list[str]]:
+    """Return the distance of slices, the slice of each frame, and remarks.
+
+    The first distance that explains all places counts, since missing frames make gaps of several slices. That of the
+    scan comes before what the file states, if the segmentation is of its images; slices may be thinner than their
+    distance, so that it comes before their thickness in any case. Raises VP1405 if the gaps are not multiples of one.
+    """
     along_mm = along_mm - along_mm.min()
     measures = frames.group(0, "PixelMeasuresSequence") or {}
     stated, thickness = (float(measures.get(key, 0) or 0) for key in ("SpacingBetweenSlices", "SliceThickness"))
@@ -166,15 +188,20 @@ def _places(path: Path, frames: _Frames, along_mm: Float64Array, of_scan_mm: flo
     gaps = np.diff(distinct)
     gaps = gaps[gaps > 1e-3 * (stated or thickness or 1.0)]
     pitch = float(gaps.min()) if len(gaps) else stated or of_scan_mm or thickness
-    # The stated distance counts where it explains all places: missing frames make gaps of several slices. Slices may
-    # be thinner than their distance, so that of the scan comes before their thickness.
-    for guess in (stated, of_scan_mm, thickness, pitch):
+    first = (of_scan_mm, stated) if scan_first else (stated, of_scan_mm)
+    for guess in (*first, thickness, pitch):
         if guess > 0:
             steps = np.rint(along_mm / guess)
             if np.abs(along_mm - steps * guess).max() <= _OFF_PLACE * guess and steps.max() < LONGEST_AXIS:
                 largest = steps.max()
                 exact = float(along_mm.max() / largest) if largest else guess
-                return exact, steps.astype(int).tolist()
+                differs = stated > 0 and abs(exact - stated) > _OFF_PLACE * stated
+                remark = (
+                    f"the segmentation states slices {stated:.6g} mm apart (SpacingBetweenSlices), but "
+                    f"{'those of the scan' if guess == of_scan_mm else 'its frames'} are {exact:.6g} mm apart, "
+                    "which is used"
+                )
+                return exact, steps.astype(int).tolist(), [remark] if differs else []
     problem = f"the places of its frames are no multiples of one distance; the smallest gap is {pitch:.4g} mm"
     raise VolprepError("VP1405", path=path, problem=problem)
 
@@ -187,36 +214,40 @@ def _numbers(frames: _Frames, frame: int, sequence: str, keyword: str, count: in
     return numbers
 
 
-def _layers(
+def _overlaps(
     frames: _Frames, places: Sequence[int], segments: Sequence[SourceSegment], shape_zyx: tuple[int, int, int]
-) -> tuple[LayerStack, list[str]]:
-    layers = LayerStack(frames.path, shape_zyx)
+) -> tuple[Overlaps, list[str]]:
+    overlaps = Overlaps(frames.path, shape_zyx, len(segments))
     index = {segment.number: i + 1 for i, segment in enumerate(segments)}
     if frames.kind == "LABELMAP":
+        _require_one_each(frames.path, places)
         for z, plane in _label_planes(frames, places, index):
-            layers.add_plane(0, z, plane)
-        return layers, []
+            overlaps.add(z, plane)
+        return overlaps, []
     threshold = 1.0
     remarks = []
     if frames.kind == "FRACTIONAL":
         most = int(frames.data.get("MaximumFractionalValue", 255) or 255)
         threshold = most / 2
         remarks.append("the segmentation holds fractions; a voxel counts as inside from one half on")
-    of_segment: dict[int, list[int]] = {}
     for frame in range(frames.count):
         item = frames.group(frame, "SegmentIdentificationSequence")
         number = -1 if item is None else int(item.get("ReferencedSegmentNumber", -1))
         if number not in index:
             problem = f"frame {frame + 1} belongs to segment {number}, which the file does not describe"
             raise VolprepError("VP1400", path=frames.path, problem=problem)
-        of_segment.setdefault(number, []).append(frame)
-    mask = np.zeros(shape_zyx, np.bool_)
-    for number, own in sorted(of_segment.items()):
-        mask[...] = False
-        for frame in own:
-            mask[places[frame]] |= frames.pixels(frame) >= threshold
-        layers.add(index[number], mask)
-    return layers, remarks
+        overlaps.add(places[frame], (frames.pixels(frame) >= threshold) * np.uint16(index[number]))
+    return overlaps, remarks
+
+
+def _require_one_each(path: Path, places: Sequence[int]) -> None:
+    """Raise VP1405 for two frames of a label map at one place: a voxel has one label."""
+    firsts: dict[int, int] = {}
+    for frame, place in enumerate(places):
+        if place in firsts:
+            problem = f"frames {firsts[place] + 1} and {frame + 1} of its label map lie at one place"
+            raise VolprepError("VP1405", path=path, problem=problem)
+        firsts[place] = frame
 
 
 def _label_planes(

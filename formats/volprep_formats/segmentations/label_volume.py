@@ -13,8 +13,8 @@ from volprep_formats.grid import Grid
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers import open_source
-from volprep_formats.segmentations.layers import check_size
-from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, LayerArray, SourceSegment
+from volprep_formats.segmentations.overlaps import Overlaps, check_size
+from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelArray, LabelVolume, SourceSegment
 from volprep_formats.source import LARGEST_NUMBER, ROUNDED, SourceSpec, VolumeSource, read_labels
 
 _LARGEST_IN_TABLE = 2**24
@@ -24,7 +24,7 @@ _ROUNDING = 1e-3
 """How far rounding may move the numbers of a mask."""
 
 
-def read_label_volume(path: Path, progress: Progress) -> LabelLayers:
+def read_label_volume(path: Path, progress: Progress) -> LabelVolume:
     """Read a volume of labels; 0 is the background.
 
     Raises VP1401 (too many labels), VP1402 (too large), VP1407 (no labels), VP1414 (several volumes), and what the
@@ -32,10 +32,13 @@ def read_label_volume(path: Path, progress: Progress) -> LabelLayers:
     """
     with _opened(path, progress) as source:
         shape = source.info.grid.shape_zyx
-        numbers = _numbers(whole_planes(path, source))
-        layer, segments = layer_of(path, numbers, whole_planes(path, source), shape)
+        numbers = _numbers(path, whole_planes(path, source))
+        overlaps = Overlaps(path, shape, len(numbers))
+        for z, plane in enumerate(_indices(numbers, whole_planes(path, source))):
+            overlaps.add(z, plane)
+        segments = tuple(SourceSegment(number) for number in numbers.tolist())
         remarks = tuple(f"segmentation: {remark}" for remark in source.info.remarks if not remark.startswith(ROUNDED))
-        return LabelLayers(segments, source.info.grid, (layer,), remarks=remarks)
+        return LabelVolume(segments, source.info.grid, *overlaps.combined(), remarks=remarks)
 
 
 @contextmanager
@@ -48,40 +51,42 @@ def _opened(path: Path, progress: Progress) -> Iterator[VolumeSource]:
             raise VolprepError("VP1414", path=path, shape=error.fields["shape"]) from error
         raise
     with source:
-        shape = source.info.grid.shape_zyx
-        check_size(path, shape, 1, shape[0] * shape[1] * shape[2])
+        check_size(path, source.info.grid.shape_zyx, 1)
         yield source
 
 
-def _numbers(planes: Iterator[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Return the numbers above 0 in some planes, ascending."""
+def _numbers(path: Path, planes: Iterator[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Return the numbers above 0 in some planes, ascending. Raises VP1401 at the first plane with too many."""
     seen = np.zeros(_LARGEST_IN_TABLE + 1, np.bool_)
+    seen[0] = True
     large: set[int] = set()
+    count = 0
     for plane in planes:
         beyond = plane > _LARGEST_IN_TABLE
         if beyond.any():
             large.update(np.unique(plane[beyond]).tolist())
-        seen[np.where(beyond, 0, plane)] = True
+        new = np.unique(plane[~(seen[np.where(beyond, 0, plane)] | beyond)])
+        seen[new] = True
+        count += len(new)
+        if count + len(large) > MOST_SEGMENTS:
+            raise VolprepError("VP1401", path=path, count=f"more than {MOST_SEGMENTS}", most=MOST_SEGMENTS)
     seen[0] = False
+    if not count + len(large):
+        raise VolprepError("VP1401", path=path, count=0, most=MOST_SEGMENTS)
     return np.concatenate([np.flatnonzero(seen), np.array(sorted(large), np.int64)])
 
 
-def layer_of(
-    path: Path, numbers: NDArray[np.int64], planes: Iterator[NDArray[np.int64]], shape_zyx: tuple[int, int, int]
-) -> tuple[LayerArray, tuple[SourceSegment, ...]]:
-    """Turn slices of ascending label numbers into a layer and its segments. Raises VP1401."""
-    if not 0 < len(numbers) <= MOST_SEGMENTS:
-        raise VolprepError("VP1401", path=path, count=len(numbers), most=MOST_SEGMENTS)
+def _indices(numbers: NDArray[np.int64], planes: Iterator[NDArray[np.int64]]) -> Iterator[LabelArray]:
+    """Turn slices of label numbers into indices of the ascending `numbers` + 1."""
     small = numbers[numbers <= _LARGEST_IN_TABLE]
     table = np.zeros(_LARGEST_IN_TABLE + 1, np.uint16)
     table[small] = np.arange(1, len(small) + 1)
-    layer = np.empty(shape_zyx, np.uint16)
-    for z, plane in enumerate(planes):
-        layer[z] = table[np.minimum(plane, _LARGEST_IN_TABLE)]
+    for plane in planes:
+        indices = table[np.minimum(plane, _LARGEST_IN_TABLE)]
         beyond = plane > _LARGEST_IN_TABLE
         if beyond.any():
-            layer[z][beyond] = np.searchsorted(numbers, plane[beyond]) + 1
-    return layer, tuple(SourceSegment(number) for number in numbers.tolist())
+            indices[beyond] = np.searchsorted(numbers, plane[beyond]) + 1
+        yield indices
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.volume_files import HEADERS, SUFFIXES
 from volprep_formats.segmentations.label_volume import read_mask
-from volprep_formats.segmentations.layers import LayerStack
-from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelLayers, SourceSegment, numbers_text
+from volprep_formats.segmentations.overlaps import Overlaps
+from volprep_formats.segmentations.records import MOST_SEGMENTS, LabelVolume, SourceSegment, numbers_text
 
 _MASK = re.compile(rf"(.+?)({'|'.join(map(re.escape, SUFFIXES))})", re.IGNORECASE)
 _DATA = re.compile(r"(.+?)\.(?:z?raw|raw\.gz)", re.IGNORECASE)
@@ -23,14 +23,17 @@ def has_masks(folder: Path) -> bool:
     return any(not file.name.startswith(".") and _MASK.fullmatch(file.name) for file in folder.iterdir())
 
 
-def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
-    """Read all masks in a folder. Raises VP1401, VP1402, VP1408 (grids differ), and the errors of the readers."""
+def read_mask_folder(folder: Path, progress: Progress) -> LabelVolume:
+    """Read all masks in a folder.
+
+    Raises VP1401, VP1402, VP1408 (grids differ), VP1413 and VP3290 (overlaps), and the errors of the readers.
+    """
     visible = [file for file in folder.iterdir() if not file.name.startswith(".")]
     masks = {file: match for file in sorted(visible) if (match := _MASK.fullmatch(file.name))}
     files = list(masks)
     if not 0 < len(files) <= MOST_SEGMENTS:
         raise VolprepError("VP1401", path=folder, count=len(files), most=MOST_SEGMENTS)
-    layers: LayerStack | None = None
+    overlaps: Overlaps | None = None
     grid: Grid | None = None
     fractions: list[int] = []
     several: list[int] = []
@@ -38,18 +41,19 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
     for index, file in enumerate(files):
         mask = read_mask(file, progress)
         own = mask.grid
-        if layers is None or grid is None:
-            grid, layers = own, LayerStack(folder, own.shape_zyx)
+        if overlaps is None or grid is None:
+            grid, overlaps = own, Overlaps(folder, own.shape_zyx, len(files))
         elif not same_grid(own, grid):
             raise VolprepError("VP1408", path=file, first=files[0].name, found=described(own), expected=described(grid))
-        layers.add(index + 1, mask.inside)
+        for z, inside in enumerate(mask.inside):
+            overlaps.add(z, inside * np.uint16(index + 1))
         if mask.has_fractions:
             fractions.append(index + 1)
         if mask.has_several_numbers:
             several.append(index + 1)
         if mask.has_nan:
             with_nan.append(index + 1)
-    if layers is None or grid is None:
+    if overlaps is None or grid is None:
         raise VolprepError("VP1401", path=folder, count=0, most=MOST_SEGMENTS)
     segments = tuple(SourceSegment(index + 1, match[1]) for index, match in enumerate(masks.values()))
     headers = {match[1] for match in masks.values() if match[2].lower() in HEADERS}
@@ -62,7 +66,8 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelLayers:
         (several, f"masks with several numbers above 0: {numbers_text(several)}; {alone}"),
         (with_nan, f"masks with NaN: {numbers_text(with_nan)}; these voxels count as outside"),
     )
-    return LabelLayers(segments, grid, layers.arrays, remarks=tuple(text for found, text in remarks if found))
+    told = tuple(text for found, text in remarks if found)
+    return LabelVolume(segments, grid, *overlaps.combined(), remarks=told)
 
 
 def same_grid(one: Grid, other: Grid) -> bool:

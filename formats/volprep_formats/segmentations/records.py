@@ -12,14 +12,14 @@ from volprep_formats.grid import Grid
 MOST_SEGMENTS = 4096
 """Largest number of segments in one segmentation."""
 MOST_VOXELS = 2**31
-"""Largest number of voxels of a segmentation, all its layers together."""
+"""Largest number of voxels of a segmentation."""
 _NAMED = 20
 """Segments that a remark names."""
 CODING_SCHEMES = frozenset(("SCT", "SRT", "SNM3", "FMA", "DCM", "UBERON", "RADLEX", "NEU", "UMLS"))
 """Public vocabularies. A meaning from any other scheme is free text."""
 
-LayerArray = NDArray[np.uint16]
-"""Indices of segments [z, y, x]: 0 for none, k for segment k - 1 of the segmentation."""
+LabelArray = NDArray[np.uint16]
+"""Labels [z, y, x]; 0 is no segment."""
 
 
 @dataclass(frozen=True)
@@ -64,15 +64,17 @@ class SourceSegment:
 
 
 @dataclass(frozen=True)
-class LabelLayers:
-    """Segments as voxels. Segments of one layer do not overlap."""
+class LabelVolume:
+    """Segments as voxels."""
 
     segments: tuple[SourceSegment, ...]
     """All segments, in the order of their numbers."""
     grid: Grid
-    """Where the voxels of every layer lie."""
-    layers: tuple[LayerArray, ...]
-    """At least one."""
+    """Where the voxels lie."""
+    labels: LabelArray
+    """A label for each voxel; voxels where segments overlap have labels of their own."""
+    members: tuple[tuple[int, ...], ...]
+    """For each label from 0: indices of its segments, ascending. Label 0 has none."""
     frame_of_reference: str = ""
     """UID of the coordinate system in which the grid lies; empty if the file does not say."""
     remarks: tuple[str, ...] = ()
@@ -90,12 +92,12 @@ class Contours:
     frame_of_reference: str = ""
     """UID of the coordinate system of the points; empty if the file does not say."""
     images: frozenset[str] = frozenset()
-    """SOPInstanceUID of each image on which the file says that its contours are drawn."""
+    """SOPInstanceUID of each image on which the file says that the contours are drawn."""
     remarks: tuple[str, ...] = ()
     """Notes for the user."""
 
 
-Segmentation = LabelLayers | Contours
+Segmentation = LabelVolume | Contours
 
 
 def numbers_text(numbers: Sequence[int]) -> str:

@@ -4,7 +4,6 @@ Source: https://slicer.readthedocs.io/en/latest/developer_guide/modules/segmenta
 """
 
 import re
-from math import prod
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +14,8 @@ from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.nrrd import open_layers
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.readers.voxel_source import read_voxels
-from volprep_formats.segmentations.layers import check_size
-from volprep_formats.segmentations.records import MOST_SEGMENTS, Code, LabelLayers, LayerArray, SourceSegment
+from volprep_formats.segmentations.overlaps import Overlaps, check_size
+from volprep_formats.segmentations.records import MOST_SEGMENTS, Code, LabelArray, LabelVolume, SourceSegment
 
 _FIELD = re.compile(r"Segment(\d{1,5})_(\w+)")
 _MOST_LAYERS = 64
@@ -28,42 +27,41 @@ def is_segmentation(keys: dict[str, str]) -> bool:
     return any(_FIELD.fullmatch(key) for key in keys)
 
 
-def read_seg_nrrd(path: Path, _progress: Progress) -> LabelLayers:
+def read_seg_nrrd(path: Path, _progress: Progress) -> LabelVolume:
     """Read a segmentation. Raises VP1100 to VP1103, VP1400 to VP1402, VP1407 and the errors of damaged voxels."""
     layered = open_layers(path, _MOST_LAYERS)
     try:
         shape, count = layered.grid.shape_zyx, layered.volumes
-        check_size(path, shape, count, prod(shape))
+        check_size(path, shape, count)
         described = _described(path, layered.keys)
-        layers = tuple(np.zeros(shape, np.uint16) for _ in range(count))
+        overlaps = Overlaps(path, shape, len(described))
         tables = _tables(path, described, count)
         for z in range(shape[0]):
-            _read_slice(path, layered.voxels, z, layers, tables)
+            _read_slice(path, layered.voxels, z, overlaps, tables)
     finally:
         layered.voxels.close()
     segments = tuple(segment for segment, _, _ in described)
-    return LabelLayers(segments, layered.grid, layers, remarks=tuple(layered.remarks))
+    return LabelVolume(segments, layered.grid, *overlaps.combined(), remarks=tuple(layered.remarks))
 
 
-def _read_slice(
-    path: Path, voxels: VoxelFile, z: int, layers: tuple[LayerArray, ...], tables: list[LayerArray]
-) -> None:
+def _read_slice(path: Path, voxels: VoxelFile, z: int, overlaps: Overlaps, tables: list[LabelArray]) -> None:
     """Read one slice of all layers, which are the fastest axis of the file."""
     stored = read_voxels(voxels, z, z + 1)[0]
     wrong = (stored < 0) | (stored > _LARGEST_LABEL) | (stored != np.rint(stored))
     if wrong.any():
         raise VolprepError("VP1407", path=path, value=float(stored[wrong][0]), z=z)
-    numbers = stored.astype(np.uint16).reshape(stored.shape[0], -1, len(layers))
-    for place, (layer, table) in enumerate(zip(layers, tables, strict=True)):
-        layer[z] = table[numbers[..., place]]
-        unknown = (layer[z] == 0) & (numbers[..., place] > 0)
+    numbers = stored.astype(np.uint16).reshape(stored.shape[0], -1, len(tables))
+    for place, table in enumerate(tables):
+        plane = table[numbers[..., place]]
+        unknown = (plane == 0) & (numbers[..., place] > 0)
         if unknown.any():
             number = int(numbers[..., place][unknown][0])
             problem = f"layer {place} holds label {number}, which no segment has"
             raise VolprepError("VP1400", path=path, problem=problem)
+        overlaps.add(z, plane)
 
 
-def _tables(path: Path, described: list[tuple[SourceSegment, int, int]], count: int) -> list[LayerArray]:
+def _tables(path: Path, described: list[tuple[SourceSegment, int, int]], count: int) -> list[LabelArray]:
     """Return for each layer the segment of each label value: 1 is the first segment, 0 means no segment."""
     tables = [np.zeros(_LARGEST_LABEL + 1, np.uint16) for _ in range(count)]
     for index, (segment, layer, value) in enumerate(described):

@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.scan.segments.combine import LabelArray
 from volprep_formats.arrays import Float64Array
+from volprep_formats.segmentations.records import LabelArray
 
 LEAST_SHARE = 0.5
 """Part of its volume, and of its light, that a label keeps."""

@@ -12,12 +12,12 @@ from volprep.parts.segments.level_labels import LEAST_SHARE, LevelLight
 from volprep.plan.item_kinds import SEGMENT_LIGHT
 from volprep.plan.products import SegmentsPlan
 from volprep.plan.records import Plan
-from volprep.scan.segments.combine import LabelArray
 from volprep.truth.kept_segments import kept_segments, shown_labels
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.record import Record
+from volprep_formats.segmentations.records import LabelArray
 
 
 class LevelKept(Record):

@@ -13,7 +13,6 @@ from volprep.parts.stage import Shapes, Stage, Work, present, required
 from volprep.parts.work import codes_of_level, codes_of_source, source_info
 from volprep.plan.products import LabelTexturePlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, Plan
-from volprep.scan.segments.combine import LabelArray
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.truth.labelled_light import light_of_labels
 from volprep_formats.arrays import Float64Array, UInt8Array
@@ -27,6 +26,7 @@ from volprep_formats.package.storage.files import SEGMENT_LABELS
 from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
+from volprep_formats.segmentations.records import LabelArray
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.gl_formats import KTX2_FORMAT, Target, gl_format
 

@@ -1,21 +1,30 @@
 """The segments of a scan, read and fitted to it: a label for each of its voxels, and what each label means."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from volprep.scan.segments.combine import LabelArray, combine, count_of
-from volprep.scan.segments.contours import OffPlane, coverage_of
+from volprep.scan.segments.contours import covered_slices, steps_of
 from volprep.scan.segments.onto_grid import contours_outside, difference, onto_grid
 from volprep.scan.segments.outside import contours_beyond, voxels_beyond
+from volprep.scan.segments.planes import OffPlane, Planes, planes_of
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
-from volprep_formats.segmentations.layers import LayerStack
-from volprep_formats.segmentations.records import Contours, LabelLayers, LayerArray, ScanFrame, SourceSegment
+from volprep_formats.segmentations.overlaps import Members, Overlaps, count_of
+from volprep_formats.segmentations.records import (
+    Contours,
+    LabelArray,
+    LabelVolume,
+    ScanFrame,
+    SourceSegment,
+    numbers_text,
+)
 
 _HALF = 0.5
+_MOST_STEPS = 2**34
+"""Two minutes of one processor. A hundred structures, each on a hundred slices of 512×512 pixels, take 2^32."""
 _UID_ENDING = 12
 _DRAWN_ON_SCAN = (
     "the contours state another frame of reference than the scan, but are drawn on its images; they are taken to lie "
@@ -29,8 +38,7 @@ class Fitted:
 
     labels: LabelArray
     """[z, y, x]; 0 is no segment."""
-    members: tuple[tuple[int, ...], ...]
-    """For each label from 0: indices of its segments."""
+    members: Members
     segments: tuple[SourceSegment, ...]
     """All segments of the source."""
     volumes_ml: tuple[float, ...]
@@ -42,38 +50,101 @@ class Fitted:
 def fitted_segments(path: Path, grid: Grid, frame: ScanFrame, progress: Progress) -> Fitted:
     """Read the segmentation at `path` and bring it onto the grid of a scan.
 
-    `frame` is that of the scan. Contours that name another one, but are drawn on images of the scan, are in its frame:
-    writers of structure sets are known to invent one. Raises what `open_segmentation` raises, VP1410 (another frame of
-    reference), VP1411 (another place), VP1412 (contours off the slices) and VP1413 (too many labels).
+    `frame` is that of the scan. Contours that name another one, but are all drawn on images of the scan, are in its
+    frame: writers of structure sets are known to invent one. Raises what `open_segmentation` raises, VP1410 (another
+    frame of reference), VP1411 (another place), VP1412 (contours off the slices), VP1413 and VP3290 (overlaps) and
+    VP3291 (intricate contours).
     """
     from volprep_formats.segmentations import open_segmentation  # noqa: PLC0415 - loads readers of DICOM
-    from volprep_formats.segmentations.mask_folder import described  # noqa: PLC0415 - loads readers of DICOM
 
-    found = open_segmentation(path, progress, grid)
+    found = open_segmentation(path, progress, grid, frame)
     own = found.frame_of_reference
     is_other = bool(own and frame.uid and own != frame.uid)
-    is_drawn_on_scan = isinstance(found, Contours) and bool(found.images & frame.images)
+    is_drawn_on_scan = isinstance(found, Contours) and bool(found.images) and found.images <= frame.images
     if is_other and not is_drawn_on_scan:
         raise VolprepError("VP1410", path=path, own=own[-_UID_ENDING:], scan=frame.uid[-_UID_ENDING:])
-    if isinstance(found, Contours):
-        problem = contours_outside(found.rings, grid)
-        if problem:
-            raise VolprepError("VP1411", path=path, difference=problem, own=_box_of(found), scan=described(grid))
-        layers, volumes = _masks(path, found, grid)
-        combined = combine(path, layers)
-        remarks = (*found.remarks, *((_DRAWN_ON_SCAN,) if is_other else ()), *contours_beyond(found.rings, grid))
-        return Fitted(combined.labels, combined.members, found.segments, volumes, remarks)
+    if isinstance(found, LabelVolume):
+        return _of_voxels(path, found, grid, same_frame=bool(own and frame.uid))
+    fitted = _of_contours(path, found, grid)
+    return replace(fitted, remarks=(_DRAWN_ON_SCAN, *fitted.remarks)) if is_other else fitted
+
+
+def _of_voxels(path: Path, found: LabelVolume, grid: Grid, *, same_frame: bool) -> Fitted:
+    """Bring labels onto the grid of a scan. Raises VP1411."""
+    from volprep_formats.segmentations.mask_folder import described  # noqa: PLC0415 - loads readers of DICOM
+
     boxes = {"own": described(found.grid), "scan": described(grid)}
-    problem = difference(found.grid, grid, same_frame=bool(own and frame.uid))
+    problem = difference(found.grid, grid, same_frame=same_frame)
     if problem:
         raise VolprepError("VP1411", path=path, difference=problem, **boxes)
-    combined = combine(path, found.layers)
-    labels = onto_grid(combined.labels, found.grid, grid)
-    beyond = voxels_beyond(combined.labels, found.grid, grid)
-    if combined.labels.any() and not labels.any():
+    counts = count_of(found.labels, len(found.members))
+    volumes = np.zeros(len(found.segments))
+    for members, count in zip(found.members, counts.tolist(), strict=True):
+        volumes[list(members)] += count * _voxel_ml(found.grid)
+    labels = onto_grid(found.labels, found.grid, grid)
+    beyond = voxels_beyond(found.labels, found.grid, grid)
+    if counts[1:].any() and not labels.any():
         problem = "; ".join(("no segment has a voxel of the scan", *beyond))
         raise VolprepError("VP1411", path=path, difference=problem, **boxes)
-    return Fitted(labels, combined.members, found.segments, _volumes(found), (*found.remarks, *beyond))
+    return Fitted(labels, found.members, found.segments, tuple(volumes.tolist()), (*found.remarks, *beyond))
+
+
+def _of_contours(path: Path, found: Contours, grid: Grid) -> Fitted:
+    """Rasterise contours on the grid of a scan. Raises VP1411 to VP1413, VP3290 and VP3291."""
+    from volprep_formats.segmentations.mask_folder import described  # noqa: PLC0415 - loads readers of DICOM
+
+    problem = contours_outside(found.rings, grid)
+    if problem:
+        raise VolprepError("VP1411", path=path, difference=problem, own=_box_of(found), scan=described(grid))
+    planes = _planes(path, found, grid)
+    distances = _distances(planes)
+    steps = sum(steps_of(each, distances[index], grid.shape_zyx) for index, each in planes.items())
+    if steps > _MOST_STEPS:
+        raise VolprepError("VP3291", path=path, work=steps, most=_MOST_STEPS)
+    overlaps = Overlaps(path, grid.shape_zyx, len(found.segments))
+    volumes = np.zeros(len(found.segments))
+    for index, each in planes.items():
+        for place, share in covered_slices(each, distances[index], grid.shape_zyx):
+            volumes[index] += float(share.sum()) * _voxel_ml(grid)
+            overlaps.add(place, (share >= _HALF) * np.uint16(index + 1), 2 - each.axis)
+    remarks = (*found.remarks, *_thickness(found, planes, distances, grid), *contours_beyond(found.rings, grid))
+    return Fitted(*overlaps.combined(), found.segments, tuple(volumes.tolist()), remarks)
+
+
+def _planes(path: Path, found: Contours, grid: Grid) -> dict[int, Planes]:
+    """Return the planes of each segment that has contours, by its index. Raises VP1412."""
+    planes = {}
+    for index, rings in enumerate(found.rings):
+        if not rings:
+            continue
+        each = planes_of(rings, grid)
+        if isinstance(each, OffPlane):
+            number = found.segments[index].number
+            fields = {"contour": each.contour, "off_mm": each.off_mm, "angle": each.angle_deg}
+            raise VolprepError("VP1412", path=path, number=number, **fields)
+        planes[index] = each
+    return planes
+
+
+def _distances(planes: dict[int, Planes]) -> dict[int, float]:
+    """Return the usual distance of the planes of each segment, in slices.
+
+    Segments of a plane or two have that of the others, or else that of the slices.
+    """
+    own = {index: each.usual_distance for index, each in planes.items()}
+    known = sorted(distance for distance in own.values() if distance is not None)
+    others = known[(len(known) - 1) // 2] if known else 1.0
+    return {index: others if distance is None else distance for index, distance in own.items()}
+
+
+def _thickness(found: Contours, planes: dict[int, Planes], distances: dict[int, float], grid: Grid) -> tuple[str, ...]:
+    """Say which slab of the scan a contour stands for, and whose gaps are not filled."""
+    reach_mm = [distances[index] / 2 * grid.spacing_mm_zyx[2 - each.axis] for index, each in planes.items()]
+    least, most = f"{min(reach_mm):.4g}", f"{max(reach_mm):.4g}"
+    reach = least if least == most else f"{least} to {most}"
+    holes = [found.segments[index].number for index, each in planes.items() if each.holes(distances[index])]
+    gaps = f", and gaps that are not filled: segments {numbers_text(holes)}" if holes else ""
+    return (f"contours reach half-way to the next plane, and {reach} mm beyond the first and the last one{gaps}",)
 
 
 def _box_of(contours: Contours) -> str:
@@ -81,29 +152,6 @@ def _box_of(contours: Contours) -> str:
     points = np.concatenate([ring for rings in contours.rings for ring in rings])
     low, high = (", ".join(f"{x:.4g}" for x in ends) for ends in (points.min(axis=0), points.max(axis=0)))
     return f"contours from ({low}) to ({high}) mm"
-
-
-def _masks(path: Path, contours: Contours, grid: Grid) -> tuple[tuple[LayerArray, ...], tuple[float, ...]]:
-    layers = LayerStack(path, grid.shape_zyx)
-    volumes = []
-    voxel_ml = _voxel_ml(grid)
-    for index, rings in enumerate(contours.rings):
-        if not rings:
-            volumes.append(0.0)
-            continue
-        share = coverage_of(rings, grid)
-        if isinstance(share, OffPlane):
-            number = contours.segments[index].number
-            fields = {"contour": share.contour, "off_mm": share.off_mm, "angle": share.angle_deg}
-            raise VolprepError("VP1412", path=path, number=number, **fields)
-        volumes.append(float(share.sum()) * voxel_ml)
-        layers.add(index + 1, share >= _HALF)
-    return layers.arrays, tuple(volumes)
-
-
-def _volumes(layers: LabelLayers) -> tuple[float, ...]:
-    count = sum(count_of(layer, len(layers.segments) + 1) for layer in layers.layers)
-    return tuple((np.asarray(count)[1:] * _voxel_ml(layers.grid)).tolist())
 
 
 def _voxel_ml(grid: Grid) -> float:

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.scan.segments.combine import LabelArray
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.segmentations.records import LabelArray
 
 SAMPLES = 4
 """Points along each axis of a voxel where labels are counted."""

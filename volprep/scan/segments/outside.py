@@ -5,9 +5,9 @@ from itertools import product
 
 import numpy as np
 
-from volprep.scan.segments.combine import LabelArray
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
+from volprep_formats.segmentations.records import LabelArray
 
 _SAME = 1e-3
 """How far beyond the faces of a scan a point may lie that still counts as inside, in voxels."""

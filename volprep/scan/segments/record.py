@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from volprep.scan.block_ranges import blocks_with
-from volprep.scan.segments.combine import LabelArray, count_of
 from volprep.scan.segments.fitted import Fitted
 from volprep.scan.statistics import MEASURED_BLOCK
 from volprep_formats.label_tables import table_of
 from volprep_formats.label_tables.table import LABEL_TABLES
 from volprep_formats.package.values import Sha256
 from volprep_formats.record import Record
-from volprep_formats.segmentations.records import numbers_text
+from volprep_formats.segmentations.overlaps import count_of
+from volprep_formats.segmentations.records import LabelArray, numbers_text
 
 _INSIDE, _SMALLER = 0.9, 0.8
 """A segment holds another one with this part of its voxels, which are at most this part of its own."""

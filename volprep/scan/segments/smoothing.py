@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.scan.segments.combine import LabelArray
 from volprep.scan.slabs import slab_ranges
 from volprep_formats.arrays import Float64Array
+from volprep_formats.segmentations.records import LabelArray
 
 _CUT_OFF = 3.0
 _NARROWEST = 0.1

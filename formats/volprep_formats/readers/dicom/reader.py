@@ -338,7 +338,7 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
         remarks.append("the values come from the table in the header (ModalityLUTSequence), not from the pixels alone")
     if any(image.is_in_volume for image in images):
         remarks.append(
-            "the frames lie in a volume of their own (ImagePositionVolume); where the sides of the patient are is not known"
+            "the frames lie in a volume of their own (ImagePositionVolume), whose place in the patient is not known"
         )
     if any(image.has_real_world_values for image in images):
         remarks.append(
