@@ -7,6 +7,8 @@ import errno
 import gzip
 import os
 import stat
+import zlib
+from contextlib import suppress
 from io import BufferedReader, FileIO
 from pathlib import Path
 
@@ -44,6 +46,20 @@ def open_gzipped(path: Path) -> gzip.GzipFile:
     unpacked = gzip.GzipFile(fileobj=file)
     unpacked.myfileobj = file  # closes it, too
     return unpacked
+
+
+def unpacked_head(path: Path, count: int) -> tuple[bytes, bool]:
+    """Return the first bytes of a regular file, unpacked if it is gzipped and sound, and whether it is gzipped.
+
+    Raises OSError.
+    """
+    with open_regular(path) as file:
+        head = file.read(count)
+    is_gzip = head[:2] == b"\x1f\x8b"
+    if is_gzip:
+        with suppress(EOFError, zlib.error, gzip.BadGzipFile), open_gzipped(path) as unpacked:
+            return unpacked.read(count), True
+    return head, is_gzip
 
 
 def check_regular_or_folder(path: Path) -> None:

@@ -108,12 +108,13 @@ def test_one_missing_of_four_slices_is_noticed(tmp_path) -> None:
     assert refusal([stack(4)[z] for z in (0, 1, 3)], tmp_path).code == "VP2014"
 
 
-def test_a_copy_of_a_slice_is_refused_and_both_are_named(tmp_path) -> None:
+def test_another_slice_with_the_same_uid_is_refused_and_both_are_named(tmp_path) -> None:
     images = [*stack(5), stack(5)[2]]
     images[5].SOPInstanceUID = images[2].SOPInstanceUID = "1.2.3"
+    images[5].PixelData = images[0].PixelData
     error = refusal(images, tmp_path)
     assert error.code == "VP2005"
-    assert "I002 and I005, both at (0.000, 0.000, 5.000) mm; they are copies of one image" in str(error)
+    assert "I002 and I005, both at (0.000, 0.000, 5.000) mm; they have one SOPInstanceUID, but differ" in str(error)
 
 
 def test_several_echoes_at_every_place_are_refused_with_what_tells_them_apart(tmp_path) -> None:

@@ -1,10 +1,13 @@
 """Finding the series that is meant among everything else that lies in a folder tree."""
 
+import gzip
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from dicom_files import image, save, save_all, stack
+from pydicom.uid import DeflatedExplicitVRLittleEndian, ExplicitVRLittleEndian
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
@@ -180,4 +183,53 @@ def test_a_series_whose_uid_is_none_is_refused(tmp_path, uid) -> None:
         at = whole.index(tag) + len(tag)
         file.write_bytes(whole[:at] + len(value).to_bytes(2, "little") + value + whole[at + 2 + whole[at] :])
     with pytest.raises(VolprepError, match="VP1052"):
+        read_info(tmp_path)
+
+
+@pytest.mark.parametrize("syntax", [ExplicitVRLittleEndian, DeflatedExplicitVRLittleEndian])
+def test_copies_of_images_are_left_out_and_said(tmp_path, syntax) -> None:
+    save_all(stack(5), tmp_path / "one", syntax)
+    shutil.copytree(tmp_path / "one", tmp_path / "two")
+    shutil.copy(tmp_path / "one/I003", tmp_path / "I003 (1)")
+    info = read_info(tmp_path)
+    assert info.grid.shape_zyx == (5, 3, 4)
+    assert info.remarks == ("files that are copies of images of the series were left out: 6",)
+
+
+def test_images_that_share_a_uid_and_differ_are_no_copies(tmp_path) -> None:
+    images = stack(4)
+    for data in images:
+        data.SOPInstanceUID = "1.2.3"
+    save_all(images, tmp_path)
+    assert read_info(tmp_path).grid.shape_zyx == (4, 3, 4)
+
+
+def directory(path: Path, *, damaged: bool) -> None:
+    """Write the directory of a medium without records; a damaged one ends in an element without an end."""
+    data = image(np.zeros((2, 2), np.uint8))
+    for keyword in ("Rows", "Columns", "PixelData"):
+        del data[keyword]
+    data.SOPClassUID = "1.2.840.10008.1.3.10"
+    save(data, path)
+    if damaged:
+        path.write_bytes(path.read_bytes() + b"\x08\0\x05\0CS\xff\xff")
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_the_directory_of_a_medium_is_no_slice_however_damaged(tmp_path, damaged) -> None:
+    save_all(stack(4), tmp_path / "scan")
+    directory(tmp_path / "scan/DICOMDIR", damaged=damaged)
+    assert read_info(tmp_path / "scan").remarks == ("other files in the folder were left out: 1",)
+    (tmp_path / "alone").mkdir()
+    shutil.copy(tmp_path / "scan/DICOMDIR", tmp_path / "alone")
+    with pytest.raises(VolprepError, match=r"VP1309 .* a DICOMDIR or a report\. Name the folder that holds the images"):
+        read_info(tmp_path / "alone")
+
+
+def test_a_folder_of_packed_images_is_named(tmp_path) -> None:
+    for k, data in enumerate(stack(4)):
+        file = save(data, tmp_path / f"I{k}.dcm")
+        (tmp_path / f"I{k}.dcm.gz").write_bytes(gzip.compress(file.read_bytes()))
+        file.unlink()
+    with pytest.raises(VolprepError, match=r"VP1309 .* 4 files is a DICOM file packed by gzip\. Unpack it with gunzip"):
         read_info(tmp_path)

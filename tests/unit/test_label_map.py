@@ -109,6 +109,11 @@ def test_a_scan_without_a_scene_says_what_it_was_recognised_as_and_how_to_undo_i
     assert undone.recognised == ""
 
 
+def test_a_scan_of_few_values_beside_its_segments_is_no_label_map(tmp_path: Path) -> None:
+    path = write_nifti(tmp_path / "a.nii", regions([3, 7]).astype(np.uint8))
+    assert not prepare(request_for_source(path).with_segments(path)).scene.source.labels
+
+
 def test_labels_are_recognised_with_a_preset_too(tmp_path: Path) -> None:
     request = request_for_source(write_nifti(tmp_path / "a.nii", regions([3, 7]).astype(np.uint8)))
     scene = prepare(request.with_preset("mr-head")).scene

@@ -102,7 +102,8 @@ def prepare(request: Request) -> Prepared:
         if not path.exists():
             raise no_such_path(path)
     first_look = request.first_look
-    if request.finds_labels and scene.source.labels is None and not scene.source.channels:
+    # A scan beside its segments is a scan, however few values it has.
+    if request.finds_labels and scene.source.labels is None and not scene.source.channels and scene.segments is None:
         try:
             scene = _with_recognised_labels(scene)
         except VolprepError as error:

@@ -1,10 +1,7 @@
 """Source formats, one file each. `open_source` finds the reader."""
 
-import gzip
 import re
-import zlib
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -18,8 +15,7 @@ from volprep_formats.readers.header_pair import header_beside
 from volprep_formats.readers.ome.zarr_kind import is_zarr
 from volprep_formats.readers.others import recognised
 from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of, pictures_in
-from volprep_formats.readers.voxel_file import is_gzip
-from volprep_formats.regular_files import check_regular_or_folder, open_gzipped, open_regular
+from volprep_formats.regular_files import check_regular_or_folder, unpacked_head
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
 _HEAD_BYTES = 4096
@@ -231,14 +227,14 @@ def _reader(spec: SourceSpec, path: Path) -> Reader:
     if spec.format != "auto":
         return next(reader for reader in READERS if reader.name == spec.format)
     try:
-        head = b"" if path.is_dir() else _head(path)
+        head, is_gzip = (b"", False) if path.is_dir() else unpacked_head(path, _HEAD_BYTES)
         # No reader unpacks DICOM, whose preamble may begin like a picture.
-        packed = has_prefix(head) and is_gzip(path)
+        packed = is_gzip and has_prefix(head)
         found = None if packed else next((reader for reader in READERS if reader.knows(spec, path, head)), None)
     except OSError as error:
         raise VolprepError("VP1003", path=error.filename or path, error=error.strerror or error) from error
     if found is None or found.name in {"vti", "vtk"}:
-        other = recognised(path, head)
+        other = recognised(path, head, is_gzip=is_gzip)
         if other is not None:
             raise VolprepError("VP1289", path=path, what=SafeText(other.what), how=SafeText(other.how))
     if found is None:
@@ -246,13 +242,3 @@ def _reader(spec: SourceSpec, path: Path) -> Reader:
         known = SafeText(", ".join(sorted(each.name for each in READERS)))
         raise VolprepError("VP1002", path=path, problem=problem, known=known)
     return found
-
-
-def _head(path: Path) -> bytes:
-    """First bytes of a file, unpacked if it is gzipped and sound. Raises OSError."""
-    with open_regular(path) as file:
-        head = file.read(_HEAD_BYTES)
-    if head[:2] == b"\x1f\x8b":
-        with suppress(EOFError, zlib.error, gzip.BadGzipFile), open_gzipped(path) as unpacked:
-            return unpacked.read(_HEAD_BYTES)
-    return head

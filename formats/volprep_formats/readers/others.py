@@ -4,6 +4,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from volprep_formats.readers.dicom.kind import has_prefix
+
 _SLICER = "Open it in 3D Slicer and save it as NRRD."
 _FIJI = "Open it in Fiji (Bio-Formats) and save it as OME-TIFF, or convert it with bioformats2raw."
 _MESH = (
@@ -60,7 +62,6 @@ _BY_HEAD: tuple[tuple[re.Pattern[bytes], Other], ...] = tuple(
         (rb"\x1aE\xdf\xa3|....ftyp", "a film", "Get the slices themselves, as DICOM or as pictures."),
         (rb"GIF8|RIFF....WEBP", "a GIF or WebP picture", "Save the slices as PNG or TIFF."),
         (rb"7z\xbc\xaf'\x1c|Rar!|\xfd7zXZ|BZh|\x28\xb5\x2f\xfd", "a packed archive", _UNPACK),
-        (rb".{128}DICM", "a DICOM file packed by gzip", "Unpack it with gunzip, and name the file or its folder."),
         (
             # Elements of groups 0002 and 0008: explicit, implicit with text or a length of the group, big endian.
             rb"\x02\0\0\0UL\x04\0|\x08\0.\0(?:[A-Z]{2}|.{2}\0\0[ -~]{4}|\x04\0\0\0.{4}\x08\0)|\0\x08\0.[A-Z]{2}",
@@ -82,6 +83,10 @@ _BY_HEAD: tuple[tuple[re.Pattern[bytes], Other], ...] = tuple(
         (rb".{257}ustar", "a tar archive", _UNPACK),
     )
 )
+_PACKED_DICOM = Other("a DICOM file packed by gzip", "Unpack it with gunzip, and name the file or its folder.")
+_DICOM = Other(
+    "a DICOM file without an image, such as a DICOMDIR or a report", "Name the folder that holds the images themselves."
+)
 _BY_NAME: dict[str, Other] = {
     ".stl": Other("an STL mesh", _MESH),
     ".obj": Other("an OBJ mesh", _MESH),
@@ -92,7 +97,9 @@ _BY_NAME: dict[str, Other] = {
 }
 
 
-def recognised(path: Path, head: bytes) -> Other | None:
-    """Name the format of a file that nothing here reads; None if it is not known."""
+def recognised(path: Path, head: bytes, *, is_gzip: bool) -> Other | None:
+    """Name the format of a file that nothing here reads, by its first bytes, unpacked; None if it is not known."""
+    if has_prefix(head):
+        return _PACKED_DICOM if is_gzip else _DICOM
     by_head = next((other for pattern, other in _BY_HEAD if pattern.match(head)), None)
     return by_head or _BY_NAME.get(path.suffix.lower())

@@ -11,6 +11,8 @@ from volprep_formats.readers.dicom.plain import PlainHeader
 
 NO_HEADER = SafeText("it has no DICOM header")
 _HEAD_BYTES = 2**12
+_DIRECTORY = b"\2\0\2\0UI\x14\x001.2.840.10008.1.3.10"
+"""Class of a DICOMDIR, which lists the files of a medium. The files themselves are read, however damaged it is."""
 _BARE_BEGINNINGS = frozenset((b"\x02\0\0\0", b"\x08\0\0\0", b"\x08\0\x05\0", b"\x08\0\x08\0", b"\x08\0\x16\0"))
 
 
@@ -31,6 +33,8 @@ def _unusual_slices(path: Path) -> tuple[SliceImage, ...]:
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)
+            if _DIRECTORY in head:
+                return ()
             cut_off = has_prefix(head) and path.stat().st_size < meta_end_bytes(head)
             if _looks_like_dicom(head) and not cut_off:
                 from volprep_formats.readers.dicom.any_file import any_slices  # noqa: PLC0415 - heavy, and seldom needed

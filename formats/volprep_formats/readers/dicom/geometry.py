@@ -298,7 +298,7 @@ def _check_places(images: Sequence[SliceImage], along_mm: Points, before: int) -
     first = int(starts[np.argmax(counts > 1)])
     here, there = images[first], images[first + 1]
     if here.instance_uid and (here.instance_uid, here.number) == (there.instance_uid, there.number):
-        differ = "they are copies of one image"
+        differ = "they have one SOPInstanceUID, but differ"
     else:
         names = [name for k, name in enumerate(VARIANTS) if len({i.variants[k] for i in images}) > 1]
         differ = "they differ in " + ", ".join(names) if names else "nothing in their headers tells them apart"

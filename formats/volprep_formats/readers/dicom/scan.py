@@ -1,18 +1,19 @@
 """Find the DICOM series in a folder tree that may hold anything else, and choose the one that is meant."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from volprep_formats.diagnostics import Lines, SafeText, VolprepError
 from volprep_formats.progress import Progress
+from volprep_formats.readers.dicom.copies import without_copies
 from volprep_formats.readers.dicom.file import NO_HEADER, slices_of
 from volprep_formats.readers.dicom.header import SliceImage
 from volprep_formats.readers.dicom.naming import series_name
 from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
 from volprep_formats.readers.others import Other, recognised
 from volprep_formats.readers.volume_files import volumes_in
-from volprep_formats.regular_files import open_regular
+from volprep_formats.regular_files import unpacked_head
 from volprep_formats.tree import broken_links_in, files_below
 
 _FEWEST_SLICES = 4
@@ -29,6 +30,8 @@ class Series:
 
     uid: str
     images: tuple[SliceImage, ...]
+    copies: int = 0
+    """Number of files that hold nothing but copies of these images, and are left out."""
 
     @property
     def files(self) -> int:
@@ -84,11 +87,16 @@ def scan(path: Path, progress: Progress) -> Scan:
         for image in slices:
             series.setdefault(image.series_uid, []).append(image)
         progress.advance()
-    found = tuple(Series(uid, tuple(images)) for uid, images in sorted(series.items()))
-    other_files = len(files) - len(damaged) - sum(s.files for s in found)
+    found = tuple(_without_copies(Series(uid, tuple(images))) for uid, images in sorted(series.items()))
+    other_files = len(files) - len(damaged) - sum(s.files + s.copies for s in found)
     if not path.is_file():
         damaged += _missing(found)
     return Scan(path, found, tuple(damaged), other_files)
+
+
+def _without_copies(series: Series) -> Series:
+    kept = Series(series.uid, without_copies(series.images))
+    return replace(kept, copies=series.files - kept.files)
 
 
 def no_images(path: Path, files: int) -> VolprepError:
@@ -110,10 +118,10 @@ def _only_format(files: Sequence[Path]) -> Other | None:
     found: Other | None = None
     for file in files:
         try:
-            with open_regular(file) as data:
-                other = recognised(file, data.read(_HEAD_BYTES))
+            head, is_gzip = unpacked_head(file, _HEAD_BYTES)
         except OSError:
             return None
+        other = recognised(file, head, is_gzip=is_gzip)
         if other is None or found not in {None, other}:
             return None
         found = other
