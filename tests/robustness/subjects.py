@@ -33,6 +33,9 @@ from segment_files import seg, seg_nrrd, structure_set
 from tiny_packages import function, lossless, tiny_package
 from zarr_stores import multiscales, write_store, zipped
 
+from volprep.scan.segments.fitted import fitted_segments
+from volprep.scan.segments.record import found_segments
+from volprep_formats.grid import Grid
 from volprep_formats.package.manifest_json import decode_manifest, encode_manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST, names_in
@@ -41,7 +44,7 @@ from volprep_formats.path_text import path_text
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.segmentations import open_segmentation
-from volprep_formats.segmentations.records import Contours
+from volprep_formats.segmentations.records import Contours, ScanFrame
 from volprep_formats.source import RawLayout, SourceSpec, TileLayout
 from volprep_formats.textures import ktx2
 
@@ -355,16 +358,25 @@ def _vdb(folder: Path) -> bytes:
     return bytes(data)
 
 
+_SCAN = Grid.of((6, 16, 16), (2.0, 0.5, 0.25), (0.0, 0.0, 0.0))
+
+
 def read_segmentation(path: Path) -> None:
-    """Read a segmentation and hold it against its description."""
+    """Read a segmentation, bring it onto the grid of a scan, and hold it against its description."""
     found = open_segmentation(path, Silent())
     assert found.segments
+    grid = _SCAN
     if isinstance(found, Contours):
         assert len(found.rings) == len(found.segments)
         assert all(np.isfinite(ring).all() for rings in found.rings for ring in rings)
-        return
-    assert found.labels.shape == found.grid.shape_zyx
-    assert found.labels.max() < len(found.members)
+    else:
+        assert found.labels.shape == found.grid.shape_zyx
+        assert found.labels.max() < len(found.members)
+        grid = found.grid
+    fitted = fitted_segments(path, grid, ScanFrame(), Silent())
+    record = found_segments(fitted, "0" * 64)
+    assert sum(record.voxels) == np.prod(grid.shape_zyx)
+    assert len(record.segments) == len(found.segments)
 
 
 _MASK = (_noise() % 2).astype(np.uint8)
