@@ -280,7 +280,10 @@ def test_echoes_of_single_images_are_chosen_by_their_time(tmp_path) -> None:
 
 def test_volumes_that_nothing_tells_apart_are_refused_with_or_without_a_choice(tmp_path) -> None:
     save_all(stack(4), tmp_path / "a")
-    save_all(stack(4), tmp_path / "b")
+    others = stack(4)
+    for k, data in enumerate(others):
+        data.SOPInstanceUID = f"1.2.9.{k}"
+    save_all(others, tmp_path / "b")
     with pytest.raises(VolprepError, match="VP2006"):
         open_source(SourceSpec(path=".", volume=1), tmp_path, Silent())
 
