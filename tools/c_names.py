@@ -9,6 +9,7 @@ RECORDS = {
     "ClipPlane": "plane",
     "DeviceProfile": "profile",
     "DrawCost": "cost",
+    "Drawing": "drawing_record",
     "FileRecord": "file",
     "GlFormat": "gl",
     "JointHistogram": "histogram",
@@ -48,6 +49,7 @@ ENUMS = {
     "Segments.border": "segment_border",
     "SkipTable.kind": "skip_kind",
     "Uniform.source": "uniform_source",
+    "UniformValue.source": "value_source",
     "Uniform.type": "uniform_type",
 }
 """Name of the enum of a key. Other enums: their key."""
@@ -123,13 +125,18 @@ GL_WORDS = {
 
 LIMITS = {
     "Channel.levels": 64,
+    "Drawing.textures": 64,
+    "Drawing.values": 16,
     "Channel.transfer_functions": 64,
     "Editing.histograms": 1024,
     "LightModel.suns": 64,
     "Manifest.channels": 32,
     "Manifest.palettes": 1024,
+    "Manifest.pictures": 256,
     "Manifest.textures": 4096,
     "Pass.reads": 32,
+    "Picture.drawings": 64,
+    "Picture.media": 64,
     "Program.before": 16,
     "Program.levels": 64,
     "Proxy.meshes": 1024,

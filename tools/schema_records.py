@@ -12,7 +12,7 @@ Schema = dict[str, Any]
 ROLES: tuple[str, ...] = get_args(TextureRole)
 """Roles of textures that this version knows."""
 _MODELS: tuple[type[BaseModel], ...] = (Manifest, SubvolumeGrid)
-_OF_DRAFTS = {"StageRecord", "Contribution", "ChannelPart"}
+_OF_DRAFTS = {"StageRecord", "Contribution", "ChannelPart", "LevelFidelity", "ComposedProgram", "Sampler"}
 """Records that drafts alone have; readers refuse drafts."""
 
 

@@ -133,7 +133,7 @@ def _programs(manifest: "Manifest") -> PrintedTable:
             " ".join(map(str, program.levels)),
             program.transfer,
             " ".join(f"{uniform.name}={uniform.source}" for uniform in program.uniforms),
-            " ".join(f"{sampler.name}={sampler.role}" for sampler in program.samplers),
+            " ".join(program.samplers),
             "any" if program.step_mm_min is None else f"{program.step_mm_min:.4g} mm",
         )
         for program in manifest.programs

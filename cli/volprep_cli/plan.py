@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from volprep.plan.device_scaling import Canvas
     from volprep.scene.request import Request
-    from volprep_formats.package.parts.costs.record import DrawCost
+    from volprep_formats.package.parts.costs.record import LevelCost
 
 _FRAME_MS = 33.0
 
@@ -160,10 +160,10 @@ def _plan_devices(
     require_all(found)
 
 
-def _print_costs(costs: "Sequence[DrawCost]") -> None:
+def _print_costs(costs: "Sequence[LevelCost]") -> None:
     print_line("")
     print_line("memory for drawing on a device, without pictures and meshes")
     rows = [
-        (each.transfer, str(each.level), bytes_text(each.upload_bytes), bytes_text(each.gpu_bytes)) for each in costs
+        (each.picture, str(each.level), bytes_text(each.upload_bytes), bytes_text(each.gpu_bytes)) for each in costs
     ]
     print_table(("transfer function", "level", "upload", "GPU memory"), rows)

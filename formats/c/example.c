@@ -113,7 +113,7 @@ static void use(const scene* s, GLuint program, const volpkg_uniform_record* uni
         if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_VEC3) glUniform3fv(location, 1, value);
         if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_FLOAT) glUniform1f(location, value[0]);
     }
-    for (i = 0; i < p->samplers.count; ++i) glUniform1i(glGetUniformLocation(program, p->samplers.at[i].name), i);
+    for (i = 0; i < p->samplers.count; ++i) glUniform1i(glGetUniformLocation(program, p->samplers.at[i]), i);
     for (i = 0; i < s->passes && program == s->program; ++i) {
         glActiveTexture(GL_TEXTURE0 + (GLenum)(p->samplers.count + i));
         glBindTexture(GL_TEXTURE_2D, s->pass[i].texture);

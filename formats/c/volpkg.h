@@ -157,6 +157,8 @@ typedef enum volpkg_light_kind { VOLPKG_LIGHT_KIND_OCCLUSION, VOLPKG_LIGHT_KIND_
     volpkg_light_kind;
 typedef enum volpkg_lighting { VOLPKG_LIGHTING_NONE, VOLPKG_LIGHTING_HEADLIGHT, VOLPKG_LIGHTING_PHONG,
     VOLPKG_LIGHTING_BLINN_PHONG } volpkg_lighting;
+typedef enum volpkg_mixing { VOLPKG_MIXING_ONE, VOLPKG_MIXING_SUM, VOLPKG_MIXING_LABELS, VOLPKG_MIXING_COLOUR }
+    volpkg_mixing;
 typedef enum volpkg_mosaic_order { VOLPKG_MOSAIC_ORDER_INTERLEAVED, VOLPKG_MOSAIC_ORDER_PLANAR,
     VOLPKG_MOSAIC_ORDER_OVERLAPPING } volpkg_mosaic_order;
 typedef enum volpkg_move { VOLPKG_MOVE_MINUS_X, VOLPKG_MOVE_PLUS_X, VOLPKG_MOVE_MINUS_Y, VOLPKG_MOVE_PLUS_Y,
@@ -174,9 +176,9 @@ typedef enum volpkg_point_kind { VOLPKG_POINT_KIND_CORNER, VOLPKG_POINT_KIND_EDG
 typedef enum volpkg_projection { VOLPKG_PROJECTION_ORTHOGRAPHIC, VOLPKG_PROJECTION_PERSPECTIVE } volpkg_projection;
 typedef enum volpkg_rays { VOLPKG_RAYS_BOX, VOLPKG_RAYS_MESH } volpkg_rays;
 typedef enum volpkg_role { VOLPKG_ROLE_VOLUME, VOLPKG_ROLE_BRICKS, VOLPKG_ROLE_TRANSFER, VOLPKG_ROLE_PREINTEGRATED,
-    VOLPKG_ROLE_SKIP, VOLPKG_ROLE_NORMALS, VOLPKG_ROLE_SUBVOLUME, VOLPKG_ROLE_LABELS, VOLPKG_ROLE_LOOKS,
-    VOLPKG_ROLE_LIGHT, VOLPKG_ROLE_RANGES, VOLPKG_ROLE_SLICES, VOLPKG_ROLE_LABEL_SETS, VOLPKG_ROLE_OTHER /* of a later
-    version: ignore it */ } volpkg_role;
+    VOLPKG_ROLE_SKIP, VOLPKG_ROLE_RANGES, VOLPKG_ROLE_NORMALS, VOLPKG_ROLE_SLICES, VOLPKG_ROLE_LABELS,
+    VOLPKG_ROLE_LOOKS, VOLPKG_ROLE_LABEL_SETS, VOLPKG_ROLE_LIGHT, VOLPKG_ROLE_OTHER /* of a later version: ignore it */
+    } volpkg_role;
 typedef enum volpkg_sampling { VOLPKG_SAMPLING_TEXTURE3D, VOLPKG_SAMPLING_MOSAIC, VOLPKG_SAMPLING_SUBVOLUMES,
     VOLPKG_SAMPLING_BRICKS } volpkg_sampling;
 typedef enum volpkg_segment_border { VOLPKG_SEGMENT_BORDER_MIXED, VOLPKG_SEGMENT_BORDER_CRISP } volpkg_segment_border;
@@ -211,6 +213,16 @@ typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG
     VOLPKG_UNIFORM_SOURCE_ENVIRONMENT } volpkg_uniform_source;
 typedef enum volpkg_uniform_type { VOLPKG_UNIFORM_TYPE_FLOAT, VOLPKG_UNIFORM_TYPE_VEC3, VOLPKG_UNIFORM_TYPE_MAT4 }
     volpkg_uniform_type;
+typedef enum volpkg_value_source { VOLPKG_VALUE_SOURCE_TEXTURE_FROM_BOX, VOLPKG_VALUE_SOURCE_MIPMAP,
+    VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX } volpkg_value_source;
+
+/* A program that draws the picture of a drawing from the same textures, with rays that begin and end at a mesh. */
+typedef struct volpkg_at_mesh {
+    /* Name of the program. */
+    const char* program;
+    /* Name of the mesh. */
+    const char* mesh;
+} volpkg_at_mesh;
 
 /* Blending of fragments into the picture; glBlendEquation is GL_FUNC_ADD. */
 typedef struct volpkg_blend {
@@ -337,9 +349,6 @@ typedef struct volpkg_level {
     int32_t factors_zyx[3];
     /* Positions of the voxels. */
     volpkg_grid grid;
-    /* Factor from box millimetres to normalised texture coordinates of the level: 1 / (n * spacing) for n texels; a
-       mipmap may have more texels than the level has voxels. */
-    double texture_from_box_per_mm_xyz[3];
     /* Filter that makes the level from level 0; none for level 0. A reader accepts any other word. */
     const char* filter;
     /* Whether the level is for previews only: its pictures may exceed the tolerance even at one voxel per pixel. An app
@@ -453,20 +462,62 @@ typedef struct volpkg_profile {
     int64_t max_texture_bytes;
 } volpkg_profile;
 
-/* Bytes that a device takes to draw one level with one transfer function, in every view and size of picture. Textures
-   that the program reads, and the mesh where rays begin at one. Pictures, depth buffers and shaders are not counted:
-   they depend on the app and on the driver. */
+/* Bytes that a device takes for a drawing, in every view and size of picture. Textures that the program reads, and the
+   mesh where rays begin at one. Pictures, depth buffers and shaders are not counted: they depend on the app and on the
+   driver. */
 typedef struct volpkg_cost {
-    /* Name of the transfer function, or of the picture of several channels. */
-    const char* transfer;
-    /* Level that is drawn. */
-    int32_t level;
     /* Bytes of texels, vertices and indices that the app uploads to OpenGL ES. */
     int64_t upload_bytes;
     /* Memory of the uploaded data. A texel of three bytes counts as four, and one of a palette as four: many drivers
        keep them so. */
     int64_t gpu_bytes;
 } volpkg_cost;
+
+/* The value of a uniform that is the same in every view of a drawing. */
+typedef struct volpkg_uniform_value {
+    /* Source that uniforms of this value name. */
+    volpkg_value_source source;
+    /* One number for a float, three for a vec3, 16 for a mat4, column by column. */
+    VOLPKG_LIST(double) numbers;
+} volpkg_uniform_value;
+
+/* Error of a drawing against the integral of the scan, in views from all sides. Pictures hold the whole volume. A pixel
+   is the mean of at least four rays. */
+typedef struct volpkg_fidelity {
+    /* Width and height of the pictures. */
+    int32_t pixels;
+    /* Pixels along the shortest edge of a voxel of the level, in the middle of the picture. */
+    double pixels_per_voxel;
+    /* Number of views. */
+    int32_t views;
+    /* Root mean square error over all pixels of all views and the four channels, premultiplied linear light. Over other
+       views from all sides it is the same within 20 %. */
+    double rmse;
+    /* No channel of a pixel, in any view from any side, is expected to be further off: the mean of the largest errors
+       of the views and nine standard deviations, at least twice the mean, at most 1. */
+    double maximum;
+    /* FLIP, the perceived difference: mean over all pixels that are not transparent and over the views, sRGB, over
+       black or over white, whichever is larger, at 67 pixels per degree. */
+    double flip;
+} volpkg_fidelity;
+
+/* A picture at a level. An app binds its textures to the samplers of its program, sets uniforms, and draws. */
+typedef struct volpkg_drawing_record {
+    /* Number of the level. */
+    int32_t level;
+    /* Name of the program; absent on OpenGL ES 1.1, which draws the slices of `textures`. "" if absent. */
+    const char* program;
+    /* Names of textures: one for each sampler of the program, in their order; or all stacks of slices. */
+    VOLPKG_LIST(char* const) textures;
+    /* Values of those uniforms that are the same in every view, whether or not the program has them. */
+    VOLPKG_LIST(volpkg_uniform_value) values;
+    /* The same picture with rays that begin and end at a mesh, if the package has one for it. NULL if absent. */
+    const volpkg_at_mesh* at_mesh;
+    /* Bytes that it takes. */
+    volpkg_cost cost;
+    /* Its fidelity to the scan; absent unless the scene requests it. NULL if absent. */
+    const volpkg_fidelity* fidelity;
+} volpkg_drawing_record;
 
 /* One file of the package. */
 typedef struct volpkg_file {
@@ -507,30 +558,6 @@ typedef struct volpkg_editing {
     /* One for each level except level 0; none for labels, because one table serves all their levels. */
     VOLPKG_LIST(volpkg_histogram) histograms;
 } volpkg_editing;
-
-/* Error of one level with one transfer function, against the integral of the scan, in views from all sides. Pictures
-   hold the whole volume. A pixel is the mean of at least four rays. */
-typedef struct volpkg_fidelity {
-    /* Name of the transfer function. */
-    const char* transfer;
-    /* Level that is drawn, with its own lookup table if it has one. */
-    int32_t level;
-    /* Width and height of the pictures. */
-    int32_t pixels;
-    /* Pixels along the shortest edge of a voxel of the level, in the middle of the picture. */
-    double pixels_per_voxel;
-    /* Number of views. */
-    int32_t views;
-    /* Root mean square error over all pixels of all views and the four channels, premultiplied linear light. Over other
-       views from all sides it is the same within 20 %. */
-    double rmse;
-    /* No channel of a pixel, in any view from any side, is expected to be further off: the mean of the largest errors
-       of the views and nine standard deviations, at least twice the mean, at most 1. */
-    double maximum;
-    /* FLIP, the perceived difference: mean over all pixels that are not transparent and over the views, sRGB, over
-       black or over white, whichever is larger, at 67 pixels per degree. */
-    double flip;
-} volpkg_fidelity;
 
 /* Arguments of glTexImage2D, glTexImage3D and glCompressedTexImage2D, as names of constants without GL_. */
 typedef struct volpkg_gl {
@@ -888,8 +915,6 @@ typedef struct volpkg_skip_table {
     int32_t block;
     /* Number of blocks along each axis. */
     int32_t blocks_zyx[3];
-    /* Positions in blocks are box millimetres times this, less 1 / (2 * block). */
-    double blocks_from_box_per_mm_xyz[3];
     /* Part of the blocks that are empty. */
     double empty_share;
 } volpkg_skip_table;
@@ -903,101 +928,6 @@ typedef struct volpkg_skipping {
     /* One for each level, if an app makes new tables after its users edit a transfer function. */
     VOLPKG_LIST(volpkg_ranges) ranges;
 } volpkg_skipping;
-
-/* One active sampler of a program. */
-typedef struct volpkg_sampler {
-    /* Name in the shader. */
-    const char* name;
-    /* Which texture to bind: the level's volume, index of bricks or normals, the table or the light of the program's
-       transfer function, its skip table for the level, one of the sub-volumes around a point, labels of the level, or
-       the looks of labels. */
-    volpkg_role role;
-    /* In a program that draws several transfer functions: the transfer function of the table, or of the channel's
-       volume. "" if absent. */
-    const char* transfer;
-    /* Number of the texture in a mosaic, from 0. For sub-volumes: 1 for the upper one along x, plus 2 along y, plus 4
-       along z. */
-    int32_t part;
-} volpkg_sampler;
-
-/* Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by cost. */
-typedef struct volpkg_tiles {
-    /* Pixels of an edge of a tile. */
-    int32_t size;
-    /* Groups of costs. */
-    int32_t groups;
-    /* Compute shader that finds the group of each tile, and counts the tiles of each group. */
-    volpkg_text cost;
-    /* Compute shader that converts these counts to offsets. */
-    volpkg_text offsets;
-    /* Compute shader that puts each tile in its place. */
-    volpkg_text place;
-    /* All active uniforms of the `cost` shader, except samplers. */
-    VOLPKG_LIST(volpkg_uniform_record) uniforms;
-    /* Samplers that the `cost` shader shares with the program, with the same textures. */
-    VOLPKG_LIST(char* const) reads;
-} volpkg_tiles;
-
-/* One vertex and fragment shader, and their inputs. */
-typedef struct volpkg_program {
-    /* Name, unique in the package. */
-    const char* name;
-    /* Representation of the volume that it samples. */
-    volpkg_sampling sampling;
-    /* Traversal of the volume. */
-    volpkg_technique technique;
-    /* Classification of samples. */
-    volpkg_classification classification;
-    /* Lighting. headlight: diffuse light from the viewer's position. phong, blinn-phong: `light`, with highlights after
-       Phong, or after Blinn. The shorter a normal is, the more a sample keeps its own colour. */
-    volpkg_lighting lighting;
-    /* Source of the normals of lit samples. volume: a texture of normals. forward, central: differences of the stored
-       values, computed in the shader. */
-    volpkg_normals_from normals_from;
-    /* Light of the phong and blinn-phong lighting. NULL if absent. */
-    const volpkg_light* light;
-    /* Whether precomputed light multiplies the colour of each sample, before other lighting. */
-    int32_t baked;
-    /* Compositing of the samples of a ray. emission-absorption: each emits light and absorbs the light from behind.
-       back-to-front: the same, from the far end of the ray on. maximum: only the greatest value counts, with the
-       opacity of the transfer function's `reference_mm`. minimum: the same with the least value. average: the same with
-       the mean value. mida: a value that exceeds those in front of it hides them in part (maximum intensity difference
-       accumulation). first-hit: the first value that is the transfer function's `isovalue` or more. isosurface: the
-       first place where the value passes the `isovalue`, from either side. */
-    volpkg_compositing compositing;
-    /* Start and end of rays. box: the volume's box. mesh: proxy geometry, which the pass of geometry `mesh` draws. */
-    volpkg_rays rays;
-    /* Vertex shader. */
-    volpkg_text vertex;
-    /* Fragment shader. */
-    volpkg_text fragment;
-    /* Levels that the program can draw. */
-    VOLPKG_LIST(int32_t) levels;
-    /* Name of the transfer function that it draws, or of the picture of several channels. */
-    const char* transfer;
-    /* Every active uniform that is not a sampler. */
-    VOLPKG_LIST(volpkg_uniform_record) uniforms;
-    /* Every active sampler, in the order of texture units. */
-    VOLPKG_LIST(volpkg_sampler) samplers;
-    /* Geometry of the vertex shader. */
-    volpkg_geometry geometry;
-    /* Passes that are drawn first, in order. */
-    VOLPKG_LIST(volpkg_pass) before;
-    /* The pass from the light after each layer of the picture. NULL if absent. */
-    const volpkg_pass* light_pass;
-    /* Tiled drawing of its picture. NULL if absent. */
-    const volpkg_tiles* tiles;
-    /* Blending of fragments; if absent, one fragment of each pixel replaces the pixel. NULL if absent. */
-    const volpkg_blend* blend;
-    /* Format of the picture that is drawn into. Where many layers are blended, each is rounded to it: a device that
-       cannot draw into rgba16f draws faint tissue less exactly. */
-    volpkg_target target;
-    /* Samples of a ray in each draw, where several draws make the picture. 0 if absent. */
-    int32_t slab_samples;
-    /* Smallest step for which the shader's loop is long enough for the longest ray; unbounded if absent. 0 if absent.
-       */
-    double step_mm_min;
-} volpkg_program;
 
 /* One piece of level 0. */
 typedef struct volpkg_piece {
@@ -1079,14 +1009,14 @@ typedef struct volpkg_subvolumes {
     VOLPKG_LIST(char* const) pieces;
     /* KTX 2 file of the whole level, which may be a texture, too. NULL if absent. */
     const char* whole;
-    /* Programs that draw the pieces around a point, one for each transfer function; none without files of pieces. */
-    VOLPKG_LIST(volpkg_program) programs;
     /* The parsed grid. */
     const volpkg_subvolume_grid* grid;
 } volpkg_subvolumes;
 
 /* A closed mesh around everything that a transfer function shows of a level. */
 typedef struct volpkg_mesh {
+    /* Name, unique in the package. */
+    const char* name;
     /* Name of the transfer function. */
     const char* transfer;
     /* Level. */
@@ -1121,8 +1051,6 @@ typedef struct volpkg_proxy {
     double epsilon;
     /* One for each level of each transfer function, if it saves samples. */
     VOLPKG_LIST(volpkg_mesh) meshes;
-    /* Programs whose rays begin and end at a mesh. Each has one pass of geometry `mesh`. */
-    VOLPKG_LIST(volpkg_program) programs;
 } volpkg_proxy;
 
 /* One picture of several channels: extinctions add, and each channel emits light as its extinction does. */
@@ -1256,6 +1184,118 @@ typedef struct volpkg_plan_item {
     int64_t size_bytes;
 } volpkg_plan_item;
 
+/* Tiles of the picture, and compute shaders of OpenGL ES 3.1 that sort them by cost. */
+typedef struct volpkg_tiles {
+    /* Pixels of an edge of a tile. */
+    int32_t size;
+    /* Groups of costs. */
+    int32_t groups;
+    /* Compute shader that finds the group of each tile, and counts the tiles of each group. */
+    volpkg_text cost;
+    /* Compute shader that converts these counts to offsets. */
+    volpkg_text offsets;
+    /* Compute shader that puts each tile in its place. */
+    volpkg_text place;
+    /* All active uniforms of the `cost` shader, except samplers. */
+    VOLPKG_LIST(volpkg_uniform_record) uniforms;
+    /* Samplers that the `cost` shader shares with the program, with the same textures. */
+    VOLPKG_LIST(char* const) reads;
+} volpkg_tiles;
+
+/* One vertex and fragment shader, and their inputs. */
+typedef struct volpkg_program {
+    /* Name, unique in the package. */
+    const char* name;
+    /* Representation of the volume that it samples. */
+    volpkg_sampling sampling;
+    /* Traversal of the volume. */
+    volpkg_technique technique;
+    /* Classification of samples. */
+    volpkg_classification classification;
+    /* Lighting. headlight: diffuse light from the viewer's position. phong, blinn-phong: `light`, with highlights after
+       Phong, or after Blinn. The shorter a normal is, the more a sample keeps its own colour. */
+    volpkg_lighting lighting;
+    /* Source of the normals of lit samples. volume: a texture of normals. forward, central: differences of the stored
+       values, computed in the shader. */
+    volpkg_normals_from normals_from;
+    /* Light of the phong and blinn-phong lighting. NULL if absent. */
+    const volpkg_light* light;
+    /* Whether precomputed light multiplies the colour of each sample, before other lighting. */
+    int32_t baked;
+    /* Compositing of the samples of a ray. emission-absorption: each emits light and absorbs the light from behind.
+       back-to-front: the same, from the far end of the ray on. maximum: only the greatest value counts, with the
+       opacity of the transfer function's `reference_mm`. minimum: the same with the least value. average: the same with
+       the mean value. mida: a value that exceeds those in front of it hides them in part (maximum intensity difference
+       accumulation). first-hit: the first value that is the transfer function's `isovalue` or more. isosurface: the
+       first place where the value passes the `isovalue`, from either side. */
+    volpkg_compositing compositing;
+    /* Start and end of rays. box: the volume's box. mesh: proxy geometry, which the pass of geometry `mesh` draws. */
+    volpkg_rays rays;
+    /* Vertex shader. */
+    volpkg_text vertex;
+    /* Fragment shader. */
+    volpkg_text fragment;
+    /* Levels that the program can draw. */
+    VOLPKG_LIST(int32_t) levels;
+    /* Name of the transfer function that it draws, or of the picture of several channels. */
+    const char* transfer;
+    /* Every active uniform that is not a sampler. */
+    VOLPKG_LIST(volpkg_uniform_record) uniforms;
+    /* Names of all active samplers, in the order of texture units. */
+    VOLPKG_LIST(char* const) samplers;
+    /* Geometry of the vertex shader. */
+    volpkg_geometry geometry;
+    /* Passes that are drawn first, in order. */
+    VOLPKG_LIST(volpkg_pass) before;
+    /* The pass from the light after each layer of the picture. NULL if absent. */
+    const volpkg_pass* light_pass;
+    /* Tiled drawing of its picture. NULL if absent. */
+    const volpkg_tiles* tiles;
+    /* Blending of fragments; if absent, one fragment of each pixel replaces the pixel. NULL if absent. */
+    const volpkg_blend* blend;
+    /* Format of the picture that is drawn into. Where many layers are blended, each is rounded to it: a device that
+       cannot draw into rgba16f draws faint tissue less exactly. */
+    volpkg_target target;
+    /* Samples of a ray in each draw, where several draws make the picture. 0 if absent. */
+    int32_t slab_samples;
+    /* Smallest step for which the shader's loop is long enough for the longest ray; unbounded if absent. 0 if absent.
+       */
+    double step_mm_min;
+} volpkg_program;
+
+/* One of the media of a picture: a channel, seen through a transfer function. */
+typedef struct volpkg_medium {
+    /* Name of the channel. */
+    const char* channel;
+    /* Name of the transfer function. */
+    const char* transfer;
+} volpkg_medium;
+
+/* A picture of the sub-volumes around a point of their grid. */
+typedef struct volpkg_pieces {
+    /* Name of the program. */
+    const char* program;
+    /* Names of textures: one for each sampler of the program, in their order. `subvolume-0` to `subvolume-7` are the
+       sub-volumes around the point: plus 1 for the upper one along x, plus 2 along y, plus 4 along z. */
+    VOLPKG_LIST(char* const) textures;
+} volpkg_pieces;
+
+/* What a user chooses: media, and how they are drawn. */
+typedef struct volpkg_picture {
+    /* Name, unique in the package. */
+    const char* name;
+    /* What it shows. Each has another transfer function. */
+    VOLPKG_LIST(volpkg_medium) media;
+    /* How its media mix. one: there is one medium. sum: extinctions add, and each medium emits light as its extinction
+       does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and
+       blue light, and extinction. */
+    volpkg_mixing mixing;
+    /* One for each level that can be drawn, finest first. */
+    VOLPKG_LIST(volpkg_drawing_record) drawings;
+    /* Level 0 drawn from its sub-volumes, if the package has them. NULL if absent. */
+    const volpkg_pieces* pieces;
+} volpkg_picture;
+
 /* The manifest of a package. */
 typedef struct volpkg_package {
     /* Textures, sorted by name. */
@@ -1264,19 +1304,12 @@ typedef struct volpkg_package {
     VOLPKG_LIST(volpkg_palette) palettes;
     /* Empty-space skipping. NULL if absent. */
     const volpkg_skipping* skipping;
-    /* Shader programs. The first one draws the default transfer function, or the picture of several channels. */
-    VOLPKG_LIST(volpkg_program) programs;
     /* Data for apps whose users edit transfer functions. NULL if absent. */
     const volpkg_editing* editing;
     /* Level 0 in sub-volumes, for devices that cannot hold it whole. NULL if absent. */
     const volpkg_subvolumes* subvolumes;
     /* Proxy geometry. NULL if absent. */
     const volpkg_proxy* proxy;
-    /* Fidelity of the pictures to the scan, for each level and transfer function; empty unless the scene requests it.
-       */
-    VOLPKG_LIST(volpkg_fidelity) fidelity;
-    /* Cost of drawing each level with each transfer function, in the order of the programs. */
-    VOLPKG_LIST(volpkg_cost) costs;
     /* Picture of the package, PNG. NULL if absent. */
     const char* preview;
     /* Name of the scene. */
@@ -1309,6 +1342,10 @@ typedef struct volpkg_package {
     volpkg_state state;
     /* Channels of the volume; at least one in a package, none in a draft before its source is imported. */
     VOLPKG_LIST(volpkg_channel) channels;
+    /* Shader programs, which drawings name. */
+    VOLPKG_LIST(volpkg_program) programs;
+    /* What a user can choose, the default picture first. */
+    VOLPKG_LIST(volpkg_picture) pictures;
     /* Stages that have run; drafts only. */
     VOLPKG_LIST(int32_t) stages;
     /* Every file but the manifest, in order of path. */
@@ -1410,8 +1447,10 @@ const volpkg_file* volpkg_find_file(const volpkg_package* package, const char* p
  */
 typedef struct volpkg_drawing {
     const volpkg_package* package;
+    const char* picture;                 /* name */
+    const volpkg_drawing_record* record; /* NULL for sub-volumes */
     const volpkg_program* program;
-    const volpkg_channel* channel; /* of the program's first transfer function */
+    const volpkg_channel* channel; /* of the first of its media */
     const volpkg_level* level;     /* NULL for sub-volumes */
     const volpkg_mesh* mesh;       /* where rays begin; NULL for the volume's box */
     const volpkg_skip_table* skip; /* NULL if the program does not skip */
@@ -2837,6 +2876,12 @@ static const volpkg__type volpkg__any = {VOLPKG__ANY, sizeof(int32_t), 0, 0, 0, 
 
 /* ==== tables, written by tools/make_c_schema.py: do not edit ==== */
 /* clang-format off */
+VOLPKG__NUMBERS(volpkg__string, VOLPKG__STRING, const char*, 0, 0, 0)
+static const volpkg__field volpkg__at_mesh_fields[] = {
+    {"program", &volpkg__string, offsetof(volpkg_at_mesh, program), VOLPKG__NEEDED, 0, NULL},
+    {"mesh", &volpkg__string, offsetof(volpkg_at_mesh, mesh), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__at_mesh_record, volpkg_at_mesh, volpkg__at_mesh_fields)
 static const volpkg__named volpkg__draw_order_words[] = {{"front-to-back", VOLPKG_DRAW_ORDER_FRONT_TO_BACK},
     {"back-to-front", VOLPKG_DRAW_ORDER_BACK_TO_FRONT}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__draw_order_word, VOLPKG__NAMED, 0, volpkg__draw_order_words)
@@ -2850,7 +2895,6 @@ static const volpkg__field volpkg__blend_fields[] = {
     {"alpha", &volpkg__factor_word_x2, offsetof(volpkg_blend, alpha), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__blend_record, volpkg_blend, volpkg__blend_fields)
-VOLPKG__NUMBERS(volpkg__string, VOLPKG__STRING, const char*, 0, 0, 0)
 VOLPKG__NUMBERS(volpkg__int, VOLPKG__INT, int32_t, -2147483647.0, 2147483647.0, 1)
 VOLPKG__NUMBERS(volpkg__int_from_1, VOLPKG__INT, int32_t, 1.0, 2147483647.0, 1)
 VOLPKG__EXACTLY(volpkg__int_from_1_x3, volpkg__int_from_1, 3, int32_t)
@@ -2939,8 +2983,6 @@ static const volpkg__field volpkg__level_fields[] = {
     {"index", &volpkg__int_from_0, offsetof(volpkg_level, index), VOLPKG__NEEDED, 0, NULL},
     {"factors_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_level, factors_zyx), VOLPKG__NEEDED, 0, NULL},
     {"grid", &volpkg__grid_record, offsetof(volpkg_level, grid), VOLPKG__NEEDED, 0, NULL},
-    {"texture_from_box_per_mm_xyz", &volpkg__real_x3, offsetof(volpkg_level, texture_from_box_per_mm_xyz),
-     VOLPKG__NEEDED, 0, NULL},
     {"filter", &volpkg__string, offsetof(volpkg_level, filter), VOLPKG__NEEDED, 0, NULL},
     {"preview_only", &volpkg__truth, offsetof(volpkg_level, preview_only), VOLPKG__NULLABLE, 0, NULL},
     VOLPKG__END};
@@ -3033,12 +3075,44 @@ static const volpkg__field volpkg__device_profile_fields[] = {
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__device_profile_record, volpkg_profile, volpkg__device_profile_fields)
 static const volpkg__field volpkg__draw_cost_fields[] = {
-    {"transfer", &volpkg__string, offsetof(volpkg_cost, transfer), VOLPKG__NEEDED, 0, NULL},
-    {"level", &volpkg__int_from_0, offsetof(volpkg_cost, level), VOLPKG__NEEDED, 0, NULL},
     {"upload_bytes", &volpkg__long_from_0, offsetof(volpkg_cost, upload_bytes), VOLPKG__NEEDED, 0, NULL},
     {"gpu_bytes", &volpkg__long_from_0, offsetof(volpkg_cost, gpu_bytes), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__draw_cost_record, volpkg_cost, volpkg__draw_cost_fields)
+VOLPKG__MANY(volpkg__string_list_to_64, volpkg__string, 0, 64.0)
+static const volpkg__named volpkg__value_source_words[] = {{"texture_from_box", VOLPKG_VALUE_SOURCE_TEXTURE_FROM_BOX},
+    {"mipmap", VOLPKG_VALUE_SOURCE_MIPMAP}, {"blocks_from_box", VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__value_source_word, VOLPKG__NAMED, 0, volpkg__value_source_words)
+VOLPKG__MANY(volpkg__real_list_1_to_16, volpkg__real, 1, 16.0)
+static const volpkg__field volpkg__uniform_value_fields[] = {
+    {"source", &volpkg__value_source_word, offsetof(volpkg_uniform_value, source), VOLPKG__NEEDED, 0, NULL},
+    {"numbers", &volpkg__real_list_1_to_16, offsetof(volpkg_uniform_value, numbers), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__uniform_value_record, volpkg_uniform_value, volpkg__uniform_value_fields)
+VOLPKG__MANY(volpkg__uniform_value_record_list_to_16, volpkg__uniform_value_record, 0, 16.0)
+VOLPKG__MAYBE(volpkg__at_mesh_record_pointer, volpkg__at_mesh_record)
+static const volpkg__field volpkg__fidelity_fields[] = {
+    {"pixels", &volpkg__int_from_1, offsetof(volpkg_fidelity, pixels), VOLPKG__NEEDED, 0, NULL},
+    {"pixels_per_voxel", &volpkg__real_above_0, offsetof(volpkg_fidelity, pixels_per_voxel), VOLPKG__NEEDED, 0, NULL},
+    {"views", &volpkg__int_from_1, offsetof(volpkg_fidelity, views), VOLPKG__NEEDED, 0, NULL},
+    {"rmse", &volpkg__real_from_0_to_1, offsetof(volpkg_fidelity, rmse), VOLPKG__NEEDED, 0, NULL},
+    {"maximum", &volpkg__real_from_0_to_1, offsetof(volpkg_fidelity, maximum), VOLPKG__NEEDED, 0, NULL},
+    {"flip", &volpkg__real_from_0_to_1, offsetof(volpkg_fidelity, flip), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__fidelity_record, volpkg_fidelity, volpkg__fidelity_fields)
+VOLPKG__MAYBE(volpkg__fidelity_record_pointer, volpkg__fidelity_record)
+static const volpkg__field volpkg__drawing_fields[] = {
+    {"level", &volpkg__int, offsetof(volpkg_drawing_record, level), VOLPKG__NEEDED, 0, NULL},
+    {"program", &volpkg__string, offsetof(volpkg_drawing_record, program), VOLPKG__NULLABLE, 0, NULL},
+    {"textures", &volpkg__string_list_to_64, offsetof(volpkg_drawing_record, textures), VOLPKG__NEEDED, 0, NULL},
+    {"values", &volpkg__uniform_value_record_list_to_16, offsetof(volpkg_drawing_record, values), VOLPKG__NEEDED, 0,
+     NULL},
+    {"at_mesh", &volpkg__at_mesh_record_pointer, offsetof(volpkg_drawing_record, at_mesh), VOLPKG__NULLABLE, 0, NULL},
+    {"cost", &volpkg__draw_cost_record, offsetof(volpkg_drawing_record, cost), VOLPKG__NEEDED, 0, NULL},
+    {"fidelity", &volpkg__fidelity_record_pointer, offsetof(volpkg_drawing_record, fidelity), VOLPKG__NULLABLE, 0,
+     NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__drawing_record, volpkg_drawing_record, volpkg__drawing_fields)
 static const volpkg__field volpkg__joint_histogram_fields[] = {
     {"level", &volpkg__int_from_1, offsetof(volpkg_histogram, level), VOLPKG__NEEDED, 0, NULL},
     {"file", &volpkg__string, offsetof(volpkg_histogram, path), VOLPKG__NEEDED, 0, NULL},
@@ -3051,17 +3125,6 @@ static const volpkg__field volpkg__editing_fields[] = {
     {"histograms", &volpkg__joint_histogram_record_list_to_1024, offsetof(volpkg_editing, histograms), 0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__editing_record, volpkg_editing, volpkg__editing_fields)
-static const volpkg__field volpkg__fidelity_fields[] = {
-    {"transfer", &volpkg__string, offsetof(volpkg_fidelity, transfer), VOLPKG__NEEDED, 0, NULL},
-    {"level", &volpkg__int_from_0, offsetof(volpkg_fidelity, level), VOLPKG__NEEDED, 0, NULL},
-    {"pixels", &volpkg__int_from_1, offsetof(volpkg_fidelity, pixels), VOLPKG__NEEDED, 0, NULL},
-    {"pixels_per_voxel", &volpkg__real_above_0, offsetof(volpkg_fidelity, pixels_per_voxel), VOLPKG__NEEDED, 0, NULL},
-    {"views", &volpkg__int_from_1, offsetof(volpkg_fidelity, views), VOLPKG__NEEDED, 0, NULL},
-    {"rmse", &volpkg__real_from_0_to_1, offsetof(volpkg_fidelity, rmse), VOLPKG__NEEDED, 0, NULL},
-    {"maximum", &volpkg__real_from_0_to_1, offsetof(volpkg_fidelity, maximum), VOLPKG__NEEDED, 0, NULL},
-    {"flip", &volpkg__real_from_0_to_1, offsetof(volpkg_fidelity, flip), VOLPKG__NEEDED, 0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__fidelity_record, volpkg_fidelity, volpkg__fidelity_fields)
 VOLPKG__NUMBERS(volpkg__path, VOLPKG__PATH, const char*, 0, 0, 0)
 static const volpkg__named volpkg__file_role_words[] = {{"texture", VOLPKG_FILE_ROLE_TEXTURE},
     {"shader", VOLPKG_FILE_ROLE_SHADER}, {"preview", VOLPKG_FILE_ROLE_PREVIEW}, {"grid", VOLPKG_FILE_ROLE_GRID},
@@ -3369,8 +3432,6 @@ static const volpkg__field volpkg__skip_table_fields[] = {
     {"kind", &volpkg__skip_kind_word, offsetof(volpkg_skip_table, kind), VOLPKG__NEEDED, 0, NULL},
     {"block", &volpkg__int_from_1, offsetof(volpkg_skip_table, block), VOLPKG__NEEDED, 0, NULL},
     {"blocks_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_skip_table, blocks_zyx), VOLPKG__NEEDED, 0, NULL},
-    {"blocks_from_box_per_mm_xyz", &volpkg__real_x3, offsetof(volpkg_skip_table, blocks_from_box_per_mm_xyz),
-     VOLPKG__NEEDED, 0, NULL},
     {"empty_share", &volpkg__real_from_0_to_1, offsetof(volpkg_skip_table, empty_share), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__skip_table_record, volpkg_skip_table, volpkg__skip_table_fields)
@@ -3383,119 +3444,17 @@ static const volpkg__field volpkg__skipping_fields[] = {
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__skipping_record, volpkg_skipping, volpkg__skipping_fields)
 VOLPKG__MAYBE(volpkg__skipping_record_pointer, volpkg__skipping_record)
-static const volpkg__named volpkg__sampling_words[] = {{"texture3d", VOLPKG_SAMPLING_TEXTURE3D},
-    {"mosaic", VOLPKG_SAMPLING_MOSAIC}, {"subvolumes", VOLPKG_SAMPLING_SUBVOLUMES}, {"bricks", VOLPKG_SAMPLING_BRICKS},
-    {NULL, 0}};
-VOLPKG__WORDS(volpkg__sampling_word, VOLPKG__NAMED, 0, volpkg__sampling_words)
-static const volpkg__named volpkg__technique_words[] = {{"ray-casting", VOLPKG_TECHNIQUE_RAY_CASTING},
-    {"ray-casting-as-published", VOLPKG_TECHNIQUE_RAY_CASTING_AS_PUBLISHED}, {"two-pass", VOLPKG_TECHNIQUE_TWO_PASS},
-    {"two-pass-as-published", VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED}, {"slabs", VOLPKG_TECHNIQUE_SLABS},
-    {"tiles", VOLPKG_TECHNIQUE_TILES}, {"axis-slices", VOLPKG_TECHNIQUE_AXIS_SLICES},
-    {"view-slices", VOLPKG_TECHNIQUE_VIEW_SLICES},
-    {"view-slices-as-published", VOLPKG_TECHNIQUE_VIEW_SLICES_AS_PUBLISHED}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__technique_word, VOLPKG__NAMED, 0, volpkg__technique_words)
-static const volpkg__named volpkg__classification_words[] = {{"lookup", VOLPKG_CLASSIFICATION_LOOKUP},
-    {"preintegrated", VOLPKG_CLASSIFICATION_PREINTEGRATED}, {"palette", VOLPKG_CLASSIFICATION_PALETTE},
-    {"control-points", VOLPKG_CLASSIFICATION_CONTROL_POINTS}, {"preclassified", VOLPKG_CLASSIFICATION_PRECLASSIFIED},
-    {"colour", VOLPKG_CLASSIFICATION_COLOUR}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__classification_word, VOLPKG__NAMED, 0, volpkg__classification_words)
-static const volpkg__named volpkg__lighting_words[] = {{"none", VOLPKG_LIGHTING_NONE},
-    {"headlight", VOLPKG_LIGHTING_HEADLIGHT}, {"phong", VOLPKG_LIGHTING_PHONG},
-    {"blinn-phong", VOLPKG_LIGHTING_BLINN_PHONG}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__lighting_word, VOLPKG__NAMED, 0, volpkg__lighting_words)
-static const volpkg__named volpkg__normals_from_words[] = {{"volume", VOLPKG_NORMALS_FROM_VOLUME},
-    {"forward", VOLPKG_NORMALS_FROM_FORWARD}, {"central", VOLPKG_NORMALS_FROM_CENTRAL}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__normals_from_word, VOLPKG__NAMED, 0, volpkg__normals_from_words)
-VOLPKG__MAYBE(volpkg__light_record_pointer, volpkg__light_record)
-static const volpkg__named volpkg__compositing_words[] =
-    {{"emission-absorption", VOLPKG_COMPOSITING_EMISSION_ABSORPTION},
-    {"back-to-front", VOLPKG_COMPOSITING_BACK_TO_FRONT}, {"maximum", VOLPKG_COMPOSITING_MAXIMUM},
-    {"minimum", VOLPKG_COMPOSITING_MINIMUM}, {"average", VOLPKG_COMPOSITING_AVERAGE}, {"mida", VOLPKG_COMPOSITING_MIDA},
-    {"first-hit", VOLPKG_COMPOSITING_FIRST_HIT}, {"isosurface", VOLPKG_COMPOSITING_ISOSURFACE}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__compositing_word, VOLPKG__NAMED, 0, volpkg__compositing_words)
-static const volpkg__named volpkg__rays_words[] = {{"box", VOLPKG_RAYS_BOX}, {"mesh", VOLPKG_RAYS_MESH}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__rays_word, VOLPKG__NAMED, 0, volpkg__rays_words)
-VOLPKG__MANY(volpkg__int_list_to_64, volpkg__int, 0, 64.0)
-static const volpkg__named volpkg__sampler_role_words[] = {{"volume", VOLPKG_ROLE_VOLUME},
-    {"bricks", VOLPKG_ROLE_BRICKS}, {"transfer", VOLPKG_ROLE_TRANSFER}, {"preintegrated", VOLPKG_ROLE_PREINTEGRATED},
-    {"skip", VOLPKG_ROLE_SKIP}, {"normals", VOLPKG_ROLE_NORMALS}, {"subvolume", VOLPKG_ROLE_SUBVOLUME},
-    {"labels", VOLPKG_ROLE_LABELS}, {"looks", VOLPKG_ROLE_LOOKS}, {"light", VOLPKG_ROLE_LIGHT}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__sampler_role_word, VOLPKG__NAMED, 0, volpkg__sampler_role_words)
-static const volpkg__field volpkg__sampler_fields[] = {
-    {"name", &volpkg__string, offsetof(volpkg_sampler, name), VOLPKG__NEEDED, 0, NULL},
-    {"role", &volpkg__sampler_role_word, offsetof(volpkg_sampler, role), VOLPKG__NEEDED, 0, NULL},
-    {"transfer", &volpkg__string, offsetof(volpkg_sampler, transfer), VOLPKG__NULLABLE, 0, NULL},
-    {"part", &volpkg__int_from_0, offsetof(volpkg_sampler, part), 0, 0.0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__sampler_record, volpkg_sampler, volpkg__sampler_fields)
-VOLPKG__MANY(volpkg__sampler_record_list_to_64, volpkg__sampler_record, 0, 64.0)
-static const volpkg__field volpkg__pass_fields[] = {
-    {"vertex", &volpkg__path, offsetof(volpkg_pass, vertex.path), VOLPKG__NEEDED, 0, NULL},
-    {"fragment", &volpkg__path, offsetof(volpkg_pass, fragment.path), VOLPKG__NEEDED, 0, NULL},
-    {"geometry", &volpkg__geometry_word, offsetof(volpkg_pass, geometry), VOLPKG__NEEDED, 0, NULL},
-    {"sampler", &volpkg__string, offsetof(volpkg_pass, sampler), VOLPKG__NEEDED, 0, NULL},
-    {"target", &volpkg__target_word, offsetof(volpkg_pass, target), VOLPKG__NEEDED, 0, NULL},
-    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_pass, uniforms), VOLPKG__NEEDED, 0, NULL},
-    {"reads", &volpkg__string_list_to_32, offsetof(volpkg_pass, reads), 0, 0, NULL},
-    {"size", &volpkg__int_from_1, offsetof(volpkg_pass, size), VOLPKG__NULLABLE, 0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__pass_record, volpkg_pass, volpkg__pass_fields)
-VOLPKG__MANY(volpkg__pass_record_list_to_16, volpkg__pass_record, 0, 16.0)
-VOLPKG__MAYBE(volpkg__light_pass_record_pointer, volpkg__light_pass_record)
-static const volpkg__field volpkg__tiles_fields[] = {
-    {"size", &volpkg__int_from_1, offsetof(volpkg_tiles, size), VOLPKG__NEEDED, 0, NULL},
-    {"groups", &volpkg__int_from_1, offsetof(volpkg_tiles, groups), VOLPKG__NEEDED, 0, NULL},
-    {"cost", &volpkg__path, offsetof(volpkg_tiles, cost.path), VOLPKG__NEEDED, 0, NULL},
-    {"offsets", &volpkg__path, offsetof(volpkg_tiles, offsets.path), VOLPKG__NEEDED, 0, NULL},
-    {"place", &volpkg__path, offsetof(volpkg_tiles, place.path), VOLPKG__NEEDED, 0, NULL},
-    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_tiles, uniforms), VOLPKG__NEEDED, 0, NULL},
-    {"reads", &volpkg__string_list_to_32, offsetof(volpkg_tiles, reads), VOLPKG__NEEDED, 0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__tiles_record, volpkg_tiles, volpkg__tiles_fields)
-VOLPKG__MAYBE(volpkg__tiles_record_pointer, volpkg__tiles_record)
-VOLPKG__MAYBE(volpkg__blend_record_pointer, volpkg__blend_record)
-static const volpkg__field volpkg__program_fields[] = {
-    {"name", &volpkg__string, offsetof(volpkg_program, name), VOLPKG__NEEDED, 0, NULL},
-    {"sampling", &volpkg__sampling_word, offsetof(volpkg_program, sampling), VOLPKG__NEEDED, 0, NULL},
-    {"technique", &volpkg__technique_word, offsetof(volpkg_program, technique), 0, VOLPKG_TECHNIQUE_RAY_CASTING, NULL},
-    {"classification", &volpkg__classification_word, offsetof(volpkg_program, classification), 0,
-     VOLPKG_CLASSIFICATION_LOOKUP, NULL},
-    {"lighting", &volpkg__lighting_word, offsetof(volpkg_program, lighting), 0, VOLPKG_LIGHTING_NONE, NULL},
-    {"normals_from", &volpkg__normals_from_word, offsetof(volpkg_program, normals_from), 0, VOLPKG_NORMALS_FROM_VOLUME,
-     NULL},
-    {"light", &volpkg__light_record_pointer, offsetof(volpkg_program, light), VOLPKG__NULLABLE, 0, NULL},
-    {"baked", &volpkg__truth, offsetof(volpkg_program, baked), 0, 0.0, NULL},
-    {"compositing", &volpkg__compositing_word, offsetof(volpkg_program, compositing), 0,
-     VOLPKG_COMPOSITING_EMISSION_ABSORPTION, NULL},
-    {"rays", &volpkg__rays_word, offsetof(volpkg_program, rays), 0, VOLPKG_RAYS_BOX, NULL},
-    {"vertex", &volpkg__path, offsetof(volpkg_program, vertex.path), VOLPKG__NEEDED, 0, NULL},
-    {"fragment", &volpkg__path, offsetof(volpkg_program, fragment.path), VOLPKG__NEEDED, 0, NULL},
-    {"levels", &volpkg__int_list_to_64, offsetof(volpkg_program, levels), VOLPKG__NEEDED, 0, NULL},
-    {"transfer", &volpkg__string, offsetof(volpkg_program, transfer), VOLPKG__NEEDED, 0, NULL},
-    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_program, uniforms), VOLPKG__NEEDED, 0, NULL},
-    {"samplers", &volpkg__sampler_record_list_to_64, offsetof(volpkg_program, samplers), VOLPKG__NEEDED, 0, NULL},
-    {"geometry", &volpkg__geometry_word, offsetof(volpkg_program, geometry), 0, VOLPKG_GEOMETRY_TRIANGLE, NULL},
-    {"before", &volpkg__pass_record_list_to_16, offsetof(volpkg_program, before), 0, 0, NULL},
-    {"light_pass", &volpkg__light_pass_record_pointer, offsetof(volpkg_program, light_pass), VOLPKG__NULLABLE, 0, NULL},
-    {"tiles", &volpkg__tiles_record_pointer, offsetof(volpkg_program, tiles), VOLPKG__NULLABLE, 0, NULL},
-    {"blend", &volpkg__blend_record_pointer, offsetof(volpkg_program, blend), VOLPKG__NULLABLE, 0, NULL},
-    {"target", &volpkg__target_word, offsetof(volpkg_program, target), 0, VOLPKG_TARGET_RGBA8, NULL},
-    {"slab_samples", &volpkg__int_from_1, offsetof(volpkg_program, slab_samples), VOLPKG__NULLABLE, 0, NULL},
-    {"step_mm_min", &volpkg__real, offsetof(volpkg_program, step_mm_min), VOLPKG__NULLABLE, 0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__program_record, volpkg_program, volpkg__program_fields)
-VOLPKG__MANY(volpkg__program_record_list_to_256, volpkg__program_record, 0, 256.0)
 VOLPKG__MAYBE(volpkg__editing_record_pointer, volpkg__editing_record)
 VOLPKG__MANY(volpkg__path_list, volpkg__path, 0, 2147483647.0)
 static const volpkg__field volpkg__subvolume_files_fields[] = {
     {"grid", &volpkg__path, offsetof(volpkg_subvolumes, grid_path), VOLPKG__NEEDED, 0, NULL},
     {"pieces", &volpkg__path_list, offsetof(volpkg_subvolumes, pieces), 0, 0, NULL},
     {"whole", &volpkg__path, offsetof(volpkg_subvolumes, whole), VOLPKG__NULLABLE, 0, NULL},
-    {"programs", &volpkg__program_record_list_to_256, offsetof(volpkg_subvolumes, programs), 0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__subvolume_files_record, volpkg_subvolumes, volpkg__subvolume_files_fields)
 VOLPKG__MAYBE(volpkg__subvolume_files_record_pointer, volpkg__subvolume_files_record)
 static const volpkg__field volpkg__proxy_mesh_file_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_mesh, name), VOLPKG__NEEDED, 0, NULL},
     {"transfer", &volpkg__string, offsetof(volpkg_mesh, transfer), VOLPKG__NEEDED, 0, NULL},
     {"level", &volpkg__int_from_0, offsetof(volpkg_mesh, level), VOLPKG__NEEDED, 0, NULL},
     {"form", &volpkg__string, offsetof(volpkg_mesh, form), VOLPKG__NEEDED, 0, NULL},
@@ -3512,12 +3471,9 @@ VOLPKG__MANY(volpkg__proxy_mesh_file_record_list_to_1024, volpkg__proxy_mesh_fil
 static const volpkg__field volpkg__proxy_fields[] = {
     {"epsilon", &volpkg__real_from_0_below_1, offsetof(volpkg_proxy, epsilon), 0, 0.0, NULL},
     {"meshes", &volpkg__proxy_mesh_file_record_list_to_1024, offsetof(volpkg_proxy, meshes), 0, 0, NULL},
-    {"programs", &volpkg__program_record_list_to_256, offsetof(volpkg_proxy, programs), 0, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__proxy_record, volpkg_proxy, volpkg__proxy_fields)
 VOLPKG__MAYBE(volpkg__proxy_record_pointer, volpkg__proxy_record)
-VOLPKG__MANY(volpkg__fidelity_record_list, volpkg__fidelity_record, 0, 2147483647.0)
-VOLPKG__MANY(volpkg__draw_cost_record_list, volpkg__draw_cost_record, 0, 2147483647.0)
 VOLPKG__MAYBE(volpkg__grid_record_pointer, volpkg__grid_record)
 VOLPKG__MANY(volpkg__string_list_2_to_32, volpkg__string, 2, 32.0)
 static const volpkg__field volpkg__together_fields[] = {
@@ -3614,18 +3570,129 @@ static const volpkg__named volpkg__state_words[] = {{"draft", VOLPKG_STATE_DRAFT
     {NULL, 0}};
 VOLPKG__WORDS(volpkg__state_word, VOLPKG__NAMED, 0, volpkg__state_words)
 VOLPKG__MANY(volpkg__channel_record_list_to_32, volpkg__channel_record, 0, 32.0)
+static const volpkg__named volpkg__sampling_words[] = {{"texture3d", VOLPKG_SAMPLING_TEXTURE3D},
+    {"mosaic", VOLPKG_SAMPLING_MOSAIC}, {"subvolumes", VOLPKG_SAMPLING_SUBVOLUMES}, {"bricks", VOLPKG_SAMPLING_BRICKS},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__sampling_word, VOLPKG__NAMED, 0, volpkg__sampling_words)
+static const volpkg__named volpkg__technique_words[] = {{"ray-casting", VOLPKG_TECHNIQUE_RAY_CASTING},
+    {"ray-casting-as-published", VOLPKG_TECHNIQUE_RAY_CASTING_AS_PUBLISHED}, {"two-pass", VOLPKG_TECHNIQUE_TWO_PASS},
+    {"two-pass-as-published", VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED}, {"slabs", VOLPKG_TECHNIQUE_SLABS},
+    {"tiles", VOLPKG_TECHNIQUE_TILES}, {"axis-slices", VOLPKG_TECHNIQUE_AXIS_SLICES},
+    {"view-slices", VOLPKG_TECHNIQUE_VIEW_SLICES},
+    {"view-slices-as-published", VOLPKG_TECHNIQUE_VIEW_SLICES_AS_PUBLISHED}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__technique_word, VOLPKG__NAMED, 0, volpkg__technique_words)
+static const volpkg__named volpkg__classification_words[] = {{"lookup", VOLPKG_CLASSIFICATION_LOOKUP},
+    {"preintegrated", VOLPKG_CLASSIFICATION_PREINTEGRATED}, {"palette", VOLPKG_CLASSIFICATION_PALETTE},
+    {"control-points", VOLPKG_CLASSIFICATION_CONTROL_POINTS}, {"preclassified", VOLPKG_CLASSIFICATION_PRECLASSIFIED},
+    {"colour", VOLPKG_CLASSIFICATION_COLOUR}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__classification_word, VOLPKG__NAMED, 0, volpkg__classification_words)
+static const volpkg__named volpkg__lighting_words[] = {{"none", VOLPKG_LIGHTING_NONE},
+    {"headlight", VOLPKG_LIGHTING_HEADLIGHT}, {"phong", VOLPKG_LIGHTING_PHONG},
+    {"blinn-phong", VOLPKG_LIGHTING_BLINN_PHONG}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__lighting_word, VOLPKG__NAMED, 0, volpkg__lighting_words)
+static const volpkg__named volpkg__normals_from_words[] = {{"volume", VOLPKG_NORMALS_FROM_VOLUME},
+    {"forward", VOLPKG_NORMALS_FROM_FORWARD}, {"central", VOLPKG_NORMALS_FROM_CENTRAL}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__normals_from_word, VOLPKG__NAMED, 0, volpkg__normals_from_words)
+VOLPKG__MAYBE(volpkg__light_record_pointer, volpkg__light_record)
+static const volpkg__named volpkg__compositing_words[] =
+    {{"emission-absorption", VOLPKG_COMPOSITING_EMISSION_ABSORPTION},
+    {"back-to-front", VOLPKG_COMPOSITING_BACK_TO_FRONT}, {"maximum", VOLPKG_COMPOSITING_MAXIMUM},
+    {"minimum", VOLPKG_COMPOSITING_MINIMUM}, {"average", VOLPKG_COMPOSITING_AVERAGE}, {"mida", VOLPKG_COMPOSITING_MIDA},
+    {"first-hit", VOLPKG_COMPOSITING_FIRST_HIT}, {"isosurface", VOLPKG_COMPOSITING_ISOSURFACE}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__compositing_word, VOLPKG__NAMED, 0, volpkg__compositing_words)
+static const volpkg__named volpkg__rays_words[] = {{"box", VOLPKG_RAYS_BOX}, {"mesh", VOLPKG_RAYS_MESH}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__rays_word, VOLPKG__NAMED, 0, volpkg__rays_words)
+VOLPKG__MANY(volpkg__int_list_to_64, volpkg__int, 0, 64.0)
+static const volpkg__field volpkg__pass_fields[] = {
+    {"vertex", &volpkg__path, offsetof(volpkg_pass, vertex.path), VOLPKG__NEEDED, 0, NULL},
+    {"fragment", &volpkg__path, offsetof(volpkg_pass, fragment.path), VOLPKG__NEEDED, 0, NULL},
+    {"geometry", &volpkg__geometry_word, offsetof(volpkg_pass, geometry), VOLPKG__NEEDED, 0, NULL},
+    {"sampler", &volpkg__string, offsetof(volpkg_pass, sampler), VOLPKG__NEEDED, 0, NULL},
+    {"target", &volpkg__target_word, offsetof(volpkg_pass, target), VOLPKG__NEEDED, 0, NULL},
+    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_pass, uniforms), VOLPKG__NEEDED, 0, NULL},
+    {"reads", &volpkg__string_list_to_32, offsetof(volpkg_pass, reads), 0, 0, NULL},
+    {"size", &volpkg__int_from_1, offsetof(volpkg_pass, size), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__pass_record, volpkg_pass, volpkg__pass_fields)
+VOLPKG__MANY(volpkg__pass_record_list_to_16, volpkg__pass_record, 0, 16.0)
+VOLPKG__MAYBE(volpkg__light_pass_record_pointer, volpkg__light_pass_record)
+static const volpkg__field volpkg__tiles_fields[] = {
+    {"size", &volpkg__int_from_1, offsetof(volpkg_tiles, size), VOLPKG__NEEDED, 0, NULL},
+    {"groups", &volpkg__int_from_1, offsetof(volpkg_tiles, groups), VOLPKG__NEEDED, 0, NULL},
+    {"cost", &volpkg__path, offsetof(volpkg_tiles, cost.path), VOLPKG__NEEDED, 0, NULL},
+    {"offsets", &volpkg__path, offsetof(volpkg_tiles, offsets.path), VOLPKG__NEEDED, 0, NULL},
+    {"place", &volpkg__path, offsetof(volpkg_tiles, place.path), VOLPKG__NEEDED, 0, NULL},
+    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_tiles, uniforms), VOLPKG__NEEDED, 0, NULL},
+    {"reads", &volpkg__string_list_to_32, offsetof(volpkg_tiles, reads), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__tiles_record, volpkg_tiles, volpkg__tiles_fields)
+VOLPKG__MAYBE(volpkg__tiles_record_pointer, volpkg__tiles_record)
+VOLPKG__MAYBE(volpkg__blend_record_pointer, volpkg__blend_record)
+static const volpkg__field volpkg__program_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_program, name), VOLPKG__NEEDED, 0, NULL},
+    {"sampling", &volpkg__sampling_word, offsetof(volpkg_program, sampling), VOLPKG__NEEDED, 0, NULL},
+    {"technique", &volpkg__technique_word, offsetof(volpkg_program, technique), 0, VOLPKG_TECHNIQUE_RAY_CASTING, NULL},
+    {"classification", &volpkg__classification_word, offsetof(volpkg_program, classification), 0,
+     VOLPKG_CLASSIFICATION_LOOKUP, NULL},
+    {"lighting", &volpkg__lighting_word, offsetof(volpkg_program, lighting), 0, VOLPKG_LIGHTING_NONE, NULL},
+    {"normals_from", &volpkg__normals_from_word, offsetof(volpkg_program, normals_from), 0, VOLPKG_NORMALS_FROM_VOLUME,
+     NULL},
+    {"light", &volpkg__light_record_pointer, offsetof(volpkg_program, light), VOLPKG__NULLABLE, 0, NULL},
+    {"baked", &volpkg__truth, offsetof(volpkg_program, baked), 0, 0.0, NULL},
+    {"compositing", &volpkg__compositing_word, offsetof(volpkg_program, compositing), 0,
+     VOLPKG_COMPOSITING_EMISSION_ABSORPTION, NULL},
+    {"rays", &volpkg__rays_word, offsetof(volpkg_program, rays), 0, VOLPKG_RAYS_BOX, NULL},
+    {"vertex", &volpkg__path, offsetof(volpkg_program, vertex.path), VOLPKG__NEEDED, 0, NULL},
+    {"fragment", &volpkg__path, offsetof(volpkg_program, fragment.path), VOLPKG__NEEDED, 0, NULL},
+    {"levels", &volpkg__int_list_to_64, offsetof(volpkg_program, levels), VOLPKG__NEEDED, 0, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_program, transfer), VOLPKG__NEEDED, 0, NULL},
+    {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_program, uniforms), VOLPKG__NEEDED, 0, NULL},
+    {"samplers", &volpkg__string_list_to_64, offsetof(volpkg_program, samplers), VOLPKG__NEEDED, 0, NULL},
+    {"geometry", &volpkg__geometry_word, offsetof(volpkg_program, geometry), 0, VOLPKG_GEOMETRY_TRIANGLE, NULL},
+    {"before", &volpkg__pass_record_list_to_16, offsetof(volpkg_program, before), 0, 0, NULL},
+    {"light_pass", &volpkg__light_pass_record_pointer, offsetof(volpkg_program, light_pass), VOLPKG__NULLABLE, 0, NULL},
+    {"tiles", &volpkg__tiles_record_pointer, offsetof(volpkg_program, tiles), VOLPKG__NULLABLE, 0, NULL},
+    {"blend", &volpkg__blend_record_pointer, offsetof(volpkg_program, blend), VOLPKG__NULLABLE, 0, NULL},
+    {"target", &volpkg__target_word, offsetof(volpkg_program, target), 0, VOLPKG_TARGET_RGBA8, NULL},
+    {"slab_samples", &volpkg__int_from_1, offsetof(volpkg_program, slab_samples), VOLPKG__NULLABLE, 0, NULL},
+    {"step_mm_min", &volpkg__real, offsetof(volpkg_program, step_mm_min), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__program_record, volpkg_program, volpkg__program_fields)
+VOLPKG__MANY(volpkg__program_record_list_to_256, volpkg__program_record, 0, 256.0)
+static const volpkg__field volpkg__medium_fields[] = {
+    {"channel", &volpkg__label, offsetof(volpkg_medium, channel), VOLPKG__NEEDED, 0, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_medium, transfer), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__medium_record, volpkg_medium, volpkg__medium_fields)
+VOLPKG__MANY(volpkg__medium_record_list_1_to_64, volpkg__medium_record, 1, 64.0)
+static const volpkg__named volpkg__mixing_words[] = {{"one", VOLPKG_MIXING_ONE}, {"sum", VOLPKG_MIXING_SUM},
+    {"labels", VOLPKG_MIXING_LABELS}, {"colour", VOLPKG_MIXING_COLOUR}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__mixing_word, VOLPKG__NAMED, 0, volpkg__mixing_words)
+VOLPKG__MANY(volpkg__drawing_record_list_1_to_64, volpkg__drawing_record, 1, 64.0)
+static const volpkg__field volpkg__pieces_fields[] = {
+    {"program", &volpkg__string, offsetof(volpkg_pieces, program), VOLPKG__NEEDED, 0, NULL},
+    {"textures", &volpkg__string_list, offsetof(volpkg_pieces, textures), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__pieces_record, volpkg_pieces, volpkg__pieces_fields)
+VOLPKG__MAYBE(volpkg__pieces_record_pointer, volpkg__pieces_record)
+static const volpkg__field volpkg__picture_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_picture, name), VOLPKG__NEEDED, 0, NULL},
+    {"media", &volpkg__medium_record_list_1_to_64, offsetof(volpkg_picture, media), VOLPKG__NEEDED, 0, NULL},
+    {"mixing", &volpkg__mixing_word, offsetof(volpkg_picture, mixing), 0, VOLPKG_MIXING_ONE, NULL},
+    {"drawings", &volpkg__drawing_record_list_1_to_64, offsetof(volpkg_picture, drawings), VOLPKG__NEEDED, 0, NULL},
+    {"pieces", &volpkg__pieces_record_pointer, offsetof(volpkg_picture, pieces), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__picture_record, volpkg_picture, volpkg__picture_fields)
+VOLPKG__MANY(volpkg__picture_record_list_to_256, volpkg__picture_record, 0, 256.0)
 VOLPKG__MANY(volpkg__file_record_record_list, volpkg__file_record_record, 0, 2147483647.0)
 static const volpkg__field volpkg__manifest_fields[] = {
     {"textures", &volpkg__texture_record_list_to_4096, offsetof(volpkg_package, textures), 0, 0, NULL},
     {"palettes", &volpkg__palette_record_list_to_1024, offsetof(volpkg_package, palettes), 0, 0, NULL},
     {"skipping", &volpkg__skipping_record_pointer, offsetof(volpkg_package, skipping), VOLPKG__NULLABLE, 0, NULL},
-    {"programs", &volpkg__program_record_list_to_256, offsetof(volpkg_package, programs), 0, 0, NULL},
     {"editing", &volpkg__editing_record_pointer, offsetof(volpkg_package, editing), VOLPKG__NULLABLE, 0, NULL},
     {"subvolumes", &volpkg__subvolume_files_record_pointer, offsetof(volpkg_package, subvolumes), VOLPKG__NULLABLE, 0,
      NULL},
     {"proxy", &volpkg__proxy_record_pointer, offsetof(volpkg_package, proxy), VOLPKG__NULLABLE, 0, NULL},
-    {"fidelity", &volpkg__fidelity_record_list, offsetof(volpkg_package, fidelity), 0, 0, NULL},
-    {"costs", &volpkg__draw_cost_record_list, offsetof(volpkg_package, costs), 0, 0, NULL},
     {"preview", &volpkg__path, offsetof(volpkg_package, preview), VOLPKG__NULLABLE, 0, NULL},
     {"name", &volpkg__string, offsetof(volpkg_package, name), VOLPKG__NEEDED, 0, NULL},
     {"generator", &volpkg__string, offsetof(volpkg_package, generator), VOLPKG__NEEDED, 0, NULL},
@@ -3642,6 +3709,8 @@ static const volpkg__field volpkg__manifest_fields[] = {
     {"extensions_required", &volpkg__string_list, offsetof(volpkg_package, extensions_required), 0, 0, NULL},
     {"state", &volpkg__state_word, offsetof(volpkg_package, state), VOLPKG__NEEDED, 0, NULL},
     {"channels", &volpkg__channel_record_list_to_32, offsetof(volpkg_package, channels), 0, 0, NULL},
+    {"programs", &volpkg__program_record_list_to_256, offsetof(volpkg_package, programs), 0, 0, NULL},
+    {"pictures", &volpkg__picture_record_list_to_256, offsetof(volpkg_package, pictures), 0, 0, NULL},
     {"stages", &volpkg__any_list, offsetof(volpkg_package, stages), 0, 0, NULL},
     {"files", &volpkg__file_record_record_list, offsetof(volpkg_package, files), 0, 0, NULL},
     VOLPKG__END};
@@ -4090,7 +4159,6 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
     }
     if (p->proxy != NULL) {
         volpkg_proxy* proxy = (volpkg_proxy*)p->proxy;
-        VOLPKG__TRY(volpkg__use_shaders(r, p, proxy->programs.at, proxy->programs.count));
         for (i = 0; i < proxy->meshes.count; ++i) {
             volpkg_mesh* mesh = (volpkg_mesh*)&proxy->meshes.at[i];
             if (mesh->path) VOLPKG__TRY(volpkg__use(r, p, mesh->path, VOLPKG_FILE_ROLE_MESH, &mesh->file));
@@ -4103,7 +4171,6 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
     }
     if (p->subvolumes != NULL) {
         const volpkg_subvolumes* files = p->subvolumes;
-        VOLPKG__TRY(volpkg__use_shaders(r, p, files->programs.at, files->programs.count));
         for (i = 0; i < files->pieces.count; ++i)
             VOLPKG__TRY(volpkg__use(r, p, files->pieces.at[i], VOLPKG_FILE_ROLE_SUBVOLUME, NULL));
         if (files->whole != NULL) {
@@ -4798,8 +4865,8 @@ static int32_t volpkg__label_bytes(const volpkg_gl* gl) {
 /* Bytes of a label that programs read from pieces: none unless they draw segments. */
 static int32_t volpkg__labels_of_pieces(const volpkg_package* p) {
     int32_t i;
-    for (i = 0; p->segments != NULL && i < p->subvolumes->programs.count; ++i)
-        if (strcmp(p->subvolumes->programs.at[i].transfer, p->segments->name) == 0)
+    for (i = 0; p->segments != NULL && i < p->pictures.count; ++i)
+        if (strcmp(p->pictures.at[i].name, p->segments->name) == 0 && p->pictures.at[i].pieces != NULL)
             return p->segments->labels.count > 128 ? 2 : 1;
     return 0;
 }
@@ -4968,30 +5035,12 @@ static int32_t volpkg__blocks(int32_t voxels, int32_t cells) {
     return blocks > 1 ? (int32_t)blocks : 1;
 }
 
-static int volpkg__has_level(const volpkg_program* program, int32_t level) {
+/* The picture of a name, the default one for NULL; NULL if there is no such picture. */
+static const volpkg_picture* volpkg__picture_named(const volpkg_package* p, const char* name) {
     int32_t i;
-    for (i = 0; i < program->levels.count; ++i)
-        if (program->levels.at[i] == level) return 1;
-    return 0;
-}
-
-static int32_t volpkg__samples(const volpkg_program* program, volpkg_role role) {
-    int32_t i, found = 0;
-    for (i = 0; i < program->samplers.count; ++i) found += program->samplers.at[i].role == role;
-    return found;
-}
-
-/* Whether the samplers of a role have the parts 0 to n - 1, once each. */
-static int volpkg__samples_parts(const volpkg_program* program, volpkg_role role, int32_t n) {
-    uint32_t seen = 0;
-    int32_t i;
-    if (n > 31 || volpkg__samples(program, role) != n) return 0;
-    for (i = 0; i < program->samplers.count; ++i) {
-        if (program->samplers.at[i].role != role) continue;
-        if (program->samplers.at[i].part >= n) return 0;
-        seen |= (uint32_t)1 << program->samplers.at[i].part;
-    }
-    return seen == ((uint32_t)1 << n) - 1;
+    for (i = 0; i < p->pictures.count; ++i)
+        if (name == NULL || volpkg__is(p->pictures.at[i].name, name)) return &p->pictures.at[i];
+    return NULL;
 }
 
 typedef struct volpkg__pair {
@@ -5068,7 +5117,7 @@ static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* 
     const volpkg_channel* channel = &p->channels.at[c];
     const volpkg_grid* grid = p->grid;
     double corner[3], found[3], size_mm = 0;
-    int32_t i, k, t;
+    int32_t i, k;
     VOLPKG__RULE(volpkg__is_part(grid, &channel->source.info.grid), channel->name,
                  "the grid is no part of the source's grid");
     volpkg__corner(grid, corner);
@@ -5078,14 +5127,9 @@ static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* 
     }
     for (i = 0; i < channel->levels.count; ++i) {
         const volpkg_level* level = &channel->levels.at[i];
-        const int32_t* texels = level->grid.shape_zyx;
         VOLPKG__RULE(i == 0 || level[-1].index < level->index, channel->name, "the levels are not in ascending order");
         VOLPKG__RULE(i == 0 ? !level->preview_only : level->preview_only || !level[-1].preview_only, channel->name,
                      "the levels for previews only are not the coarsest ones, without the finest");
-        for (t = 0; t < p->textures.count; ++t)
-            if (p->textures.at[t].mipmap >= 0 && p->textures.at[t].level == level->index &&
-                volpkg__texture_concerns(p, c, &p->textures.at[t]))
-                texels = p->textures.at[t].shape_zyx;
         volpkg__corner(&level->grid, found);
         VOLPKG__RULE(volpkg__near(found, corner, 3, size_mm * VOLPKG__RELATIVE), channel->name,
                      "the corner of a level does not follow from the grid");
@@ -5096,13 +5140,10 @@ static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* 
         for (k = 0; k < 3; ++k) {
             int64_t factor = level->factors_zyx[k];
             double spacing = grid->spacing_mm_zyx[k] * (double)factor;
-            double scale = 1 / (texels[k] * level->grid.spacing_mm_zyx[k]);
             VOLPKG__RULE(level->grid.shape_zyx[k] == (grid->shape_zyx[k] + factor - 1) / factor, channel->name,
                          "the shape of a level does not follow from its factors");
             VOLPKG__RULE(volpkg__near(&level->grid.spacing_mm_zyx[k], &spacing, 1, 0), channel->name,
                          "the spacing of a level does not follow from its factors");
-            VOLPKG__RULE(volpkg__near(&level->texture_from_box_per_mm_xyz[2 - k], &scale, 1, 0), channel->name,
-                         "texture_from_box_per_mm_xyz does not follow from the texels and their spacing");
         }
     }
     return VOLPKG_OK;
@@ -5244,59 +5285,6 @@ static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p
     return VOLPKG_OK;
 }
 
-/* A program has the table of its classification, and samples it once. */
-static volpkg_code volpkg__classification_rules(volpkg__reader* r, const volpkg_package* p,
-                                                const volpkg_program* program) {
-    volpkg_role wanted =
-        program->classification == VOLPKG_CLASSIFICATION_LOOKUP ? VOLPKG_ROLE_TRANSFER : VOLPKG_ROLE_PREINTEGRATED;
-    int by_table = program->classification == VOLPKG_CLASSIFICATION_LOOKUP ||
-                   program->classification == VOLPKG_CLASSIFICATION_PREINTEGRATED;
-    const volpkg_texture* first = NULL;
-    int32_t i, k, found = 0, common = 0, others = 0;
-    if (program->classification == VOLPKG_CLASSIFICATION_PALETTE) {
-        for (i = 0; i < p->palettes.count; ++i) found += volpkg__is(p->palettes.at[i].transfer, program->transfer);
-    } else if (program->classification == VOLPKG_CLASSIFICATION_CONTROL_POINTS) {
-        for (i = 0; i < p->channels.count; ++i)
-            for (k = 0; k < p->channels.at[i].transfer_functions.count; ++k)
-                found |= volpkg__is(p->channels.at[i].transfer_functions.at[k].name, program->transfer);
-    } else if (!by_table) {
-        int is_voxels = program->classification == VOLPKG_CLASSIFICATION_PRECLASSIFIED;
-        for (i = 0; i < p->textures.count; ++i)
-            if (is_voxels && p->textures.at[i].reference_mm != 0 &&
-                volpkg__is(p->textures.at[i].transfer, program->transfer))
-                found = 1;
-    } else {
-        for (i = 0; i < p->textures.count; ++i) {
-            const volpkg_texture* t = &p->textures.at[i];
-            if (t->role != wanted || !volpkg__is(t->transfer, program->transfer)) continue;
-            if (first == NULL) first = t;
-            common += t->level < 0;
-            VOLPKG__RULE(
-                volpkg__same_shape(t->shape_zyx, first->shape_zyx) && t->gl.type == first->gl.type &&
-                    t->max_extinction_per_mm == first->max_extinction_per_mm &&
-                    t->stored_range[0] == first->stored_range[0] && t->stored_range[1] == first->stored_range[1],
-                program->name, "the tables of its transfer function have not one size, type and largest extinction");
-        }
-        found = first != NULL;
-        for (k = 0; k < program->levels.count && !common; ++k) {
-            int own = 0;
-            for (i = 0; i < p->textures.count; ++i)
-                own |= p->textures.at[i].role == wanted && p->textures.at[i].level == program->levels.at[k] &&
-                       volpkg__is(p->textures.at[i].transfer, program->transfer);
-            found &= own;
-        }
-    }
-    VOLPKG__RULE(found == 1, program->name, "there is not one table for its classification");
-    for (i = 0; i < program->samplers.count; ++i) {
-        volpkg_role role = program->samplers.at[i].role;
-        others += role != VOLPKG_ROLE_VOLUME && role != VOLPKG_ROLE_BRICKS && role != VOLPKG_ROLE_SKIP &&
-                  role != VOLPKG_ROLE_NORMALS && role != VOLPKG_ROLE_LIGHT;
-    }
-    VOLPKG__RULE(others == by_table && volpkg__samples(program, wanted) == by_table, program->name,
-                 "its samplers do not match its classification");
-    return VOLPKG_OK;
-}
-
 static int32_t volpkg__passes_of(const volpkg_program* program) {
     return program->before.count + (program->light_pass != NULL);
 }
@@ -5304,7 +5292,7 @@ static int32_t volpkg__passes_of(const volpkg_program* program) {
 static const char* volpkg__input(const volpkg_program* program, int32_t number) {
     int32_t uniforms = program->uniforms.count, samplers = program->samplers.count;
     if (number < uniforms) return program->uniforms.at[number].name;
-    if (number < uniforms + samplers) return program->samplers.at[number - uniforms].name;
+    if (number < uniforms + samplers) return program->samplers.at[number - uniforms];
     number -= uniforms + samplers;
     return number < program->before.count ? program->before.at[number].sampler : program->light_pass->sampler;
 }
@@ -5325,7 +5313,11 @@ static volpkg_code volpkg__source_rules(volpkg__reader* r, const volpkg_program*
     int32_t i;
     for (i = 0; i < count; ++i) {
         int source = (int)uniforms[i].source, given = source <= (int)VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX;
-        given |= source == (int)VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX && program->geometry != VOLPKG_GEOMETRY_TRIANGLE;
+        given |= source == (int)VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX &&
+                 (program->geometry != VOLPKG_GEOMETRY_TRIANGLE || program->rays == VOLPKG_RAYS_MESH);
+        given |= source == (int)VOLPKG_UNIFORM_SOURCE_BOX_FROM_MESH && program->rays == VOLPKG_RAYS_MESH;
+        given |= source > (int)VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX &&
+                 source < (int)VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX && program->sampling == VOLPKG_SAMPLING_SUBVOLUMES;
         given |=
             (source == (int)VOLPKG_UNIFORM_SOURCE_BOX_FROM_SLICES || source == (int)VOLPKG_UNIFORM_SOURCE_SLICES) &&
             slices;
@@ -5366,38 +5358,19 @@ static volpkg_code volpkg__reads_rules(volpkg__reader* r, const volpkg_program* 
     int32_t i, k;
     for (i = 0; i < count; ++i) {
         int known = 0;
-        for (k = 0; k < program->samplers.count; ++k) known |= volpkg__is(program->samplers.at[k].name, reads[i]);
+        for (k = 0; k < program->samplers.count; ++k) known |= volpkg__is(program->samplers.at[k], reads[i]);
         VOLPKG__RULE(known, program->name, "a pass of it reads a texture that it has no sampler for");
     }
     return VOLPKG_OK;
 }
 
-static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package* p, int32_t c,
-                                         const volpkg_program* program) {
-    int32_t i, k, held = 0;
-    VOLPKG__RULE(program->levels.count > 0, program->name, "it draws no level");
-    for (k = 0; k < program->levels.count; ++k) {
-        int drawn = 0;
-        for (i = 0; i < p->textures.count; ++i) {
-            const volpkg_texture* t = &p->textures.at[i];
-            if (t->role != VOLPKG_ROLE_VOLUME || t->level != program->levels.at[k] ||
-                !volpkg__texture_concerns(p, c, t))
-                continue;
-            drawn |= (t->mosaic != NULL && t->bricks == NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC) &&
-                     (t->bricks != NULL) == (program->sampling == VOLPKG_SAMPLING_BRICKS);
-            VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_ROLE_VOLUME, t->mosaic ? t->mosaic->textures : 1),
-                         program->name, "it does not sample one volume in all its parts");
-            held = 1;
-        }
-        VOLPKG__RULE(drawn, program->name, "no texture holds its level in the form that it reads");
-    }
-    VOLPKG__RULE(held, program->name, "it does not sample one volume");
-    VOLPKG__TRY(volpkg__classification_rules(r, p, program));
+static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_program* program) {
+    int32_t k;
     VOLPKG__TRY(volpkg__source_rules(r, program, program->uniforms.at, program->uniforms.count));
     for (k = 0; k < volpkg__passes_of(program); ++k) {
         const volpkg_pass* pass = k < program->before.count ? &program->before.at[k] : program->light_pass;
-        VOLPKG__RULE(pass->geometry != VOLPKG_GEOMETRY_MESH, program->name,
-                     "it begins at the box, but has a pass over a mesh");
+        VOLPKG__RULE((pass->geometry == VOLPKG_GEOMETRY_MESH) == (program->rays == VOLPKG_RAYS_MESH), program->name,
+                     "it begins at the box, but has a pass over a mesh, or the other way round");
         VOLPKG__TRY(volpkg__source_rules(r, program, pass->uniforms.at, pass->uniforms.count));
         VOLPKG__TRY(volpkg__reads_rules(r, program, pass->reads.at, pass->reads.count));
     }
@@ -5408,6 +5381,8 @@ static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package
     VOLPKG__RULE(
         (program->geometry >= VOLPKG_GEOMETRY_AXIS_SLICES || program->slab_samples > 0) == (program->blend != NULL),
         program->name, "it must be blended if and only if several parts make its picture");
+    VOLPKG__RULE(program->rays != VOLPKG_RAYS_MESH || volpkg__passes_of(program) == 1, program->name,
+                 "it begins at meshes, but does not have one pass, which draws them");
     if (program->samplers.count + volpkg__passes_of(program) > p->profile.texture_units)
         return volpkg__fail(r->error, VOLPKG_CONTRADICTION, program->name,
                             "the number of its textures, where the profile has fewer units: that",
@@ -5436,21 +5411,6 @@ static volpkg_code volpkg__mipmap_rules(volpkg__reader* r, const volpkg_package*
                          t->path, "it holds mipmaps whose sizes do not follow from the finest");
             VOLPKG__RULE(level == NULL || level->grid.shape_zyx[k] <= t->shape_zyx[k], t->name,
                          "it has fewer texels than its level has voxels");
-        }
-    }
-    for (i = 0; i < p->programs.count; ++i) {
-        const volpkg_program* program = &p->programs.at[i];
-        int chooses = 0;
-        if (!volpkg__concerns(p, c, program->transfer)) continue;
-        for (k = 0; k < program->uniforms.count; ++k)
-            chooses |= program->uniforms.at[k].source == VOLPKG_UNIFORM_SOURCE_MIPMAP;
-        for (k = 0; k < program->levels.count; ++k) {
-            int chained = 0;
-            for (n = 0; n < p->textures.count; ++n)
-                chained |= p->textures.at[n].mipmap >= 0 && p->textures.at[n].level == program->levels.at[k] &&
-                           volpkg__texture_concerns(p, c, &p->textures.at[n]);
-            VOLPKG__RULE(chained == chooses, program->name,
-                         "it must have a uniform mipmap if and only if its levels are mipmaps");
         }
     }
     return VOLPKG_OK;
@@ -5555,11 +5515,6 @@ static volpkg_code volpkg__brick_rules(volpkg__reader* r, const volpkg_package* 
         VOLPKG__RULE(b->stored <= b->pool_zyx[0] * b->pool_zyx[1] * b->pool_zyx[2], t->name,
                      "it holds more bricks than it has places");
     }
-    for (i = 0; i < p->programs.count; ++i)
-        if (volpkg__concerns(p, c, p->programs.at[i].transfer))
-            VOLPKG__RULE(volpkg__samples(&p->programs.at[i], VOLPKG_ROLE_BRICKS) ==
-                             (p->programs.at[i].sampling == VOLPKG_SAMPLING_BRICKS),
-                         p->programs.at[i].name, "it must sample places of bricks if and only if it samples bricks");
     return VOLPKG_OK;
 }
 
@@ -5627,11 +5582,6 @@ static volpkg_code volpkg__skip_rules(volpkg__reader* r, const volpkg_package* p
                                         table->kind == VOLPKG_SKIP_KIND_OCTANTS ? 8 : 1));
         VOLPKG__RULE(volpkg__function_of(channel, table->transfer) != NULL && volpkg__is(t->transfer, table->transfer),
                      table->texture, "it is for no transfer function, or its texture is for another one");
-        for (k = 0; k < 3; ++k) {
-            double expected = 1 / (table->block * level->grid.spacing_mm_zyx[2 - k]);
-            VOLPKG__RULE(volpkg__near(&table->blocks_from_box_per_mm_xyz[k], &expected, 1, 0), table->texture,
-                         "blocks_from_box_per_mm_xyz does not follow from its block and the level's spacing");
-        }
     }
     for (i = 0; i < skipping->ranges.count; ++i) {
         const volpkg_ranges* ranges = &skipping->ranges.at[i];
@@ -5641,31 +5591,12 @@ static volpkg_code volpkg__skip_rules(volpkg__reader* r, const volpkg_package* p
                                         volpkg__level_of(channel, ranges->level), ranges->block, ranges->blocks_zyx,
                                         2));
     }
-    for (i = 0; i < p->programs.count; ++i) {
-        const volpkg_program* program = &p->programs.at[i];
-        const volpkg_skip_table* first = NULL;
-        int32_t count = volpkg__samples(program, VOLPKG_ROLE_SKIP);
-        if (!volpkg__concerns(p, c, program->transfer) || count == 0) continue;
-        VOLPKG__RULE(count == 1, program->name, "it samples several skip tables");
-        for (k = 0; k < program->levels.count; ++k) {
-            int32_t found = 0;
-            for (n = 0; n < skipping->tables.count; ++n) {
-                const volpkg_skip_table* table = &skipping->tables.at[n];
-                if (table->level != program->levels.at[k] || !volpkg__is(table->transfer, program->transfer)) continue;
-                if (first == NULL) first = table;
-                VOLPKG__RULE(table->kind == first->kind && table->block == first->block, program->name,
-                             "it skips with tables of several kinds or sizes of blocks");
-                ++found;
-            }
-            VOLPKG__RULE(found == 1, program->name, "it skips, but not each of its levels has one skip table");
-        }
-    }
     return VOLPKG_OK;
 }
 
 static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
     static const uint32_t code_bytes[4] = {3, 3, 2, 3};
-    int32_t i, k, n;
+    int32_t i, k;
     for (i = 0; i < p->textures.count; ++i) {
         const volpkg_texture* t = &p->textures.at[i];
         const volpkg_level* level = volpkg__level_of(&p->channels.at[c], t->level);
@@ -5697,27 +5628,8 @@ static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package*
     for (i = 0; i < p->programs.count; ++i) {
         const volpkg_program* program = &p->programs.at[i];
         if (!volpkg__concerns(p, c, program->transfer)) continue;
-        const int reads = volpkg__samples(program, VOLPKG_ROLE_NORMALS) > 0;
         VOLPKG__RULE((program->light != NULL) == (program->lighting >= VOLPKG_LIGHTING_PHONG), program->name,
                      "it has a light with a place if and only if its lighting is phong or blinn-phong");
-        VOLPKG__RULE(
-            reads == (program->lighting != VOLPKG_LIGHTING_NONE && program->normals_from == VOLPKG_NORMALS_FROM_VOLUME),
-            program->name, "it is lit without normals, or has normals without light");
-        for (k = 0; k < program->levels.count && reads; ++k) {
-            int32_t held = 0;
-            for (n = 0; n < p->textures.count; ++n) {
-                const volpkg_texture* t = &p->textures.at[n];
-                if (t->role != VOLPKG_ROLE_NORMALS || t->level != program->levels.at[k] ||
-                    !volpkg__texture_concerns(p, c, t))
-                    continue;
-                VOLPKG__RULE((t->mosaic != NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC), program->name,
-                             "it reads normals in another form than its volume");
-                VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_ROLE_NORMALS, t->mosaic ? t->mosaic->textures : 1),
-                             program->name, "it does not sample each part of its normals once");
-                ++held;
-            }
-            VOLPKG__RULE(held > 0, program->name, "it reads normals, which not all of its levels have");
-        }
     }
     return VOLPKG_OK;
 }
@@ -5804,39 +5716,6 @@ static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_p
     return VOLPKG_OK;
 }
 
-static volpkg_code volpkg__light_programs(volpkg__reader* r, const volpkg_package* p, int32_t c,
-                                          const volpkg_program* programs, int32_t count) {
-    int32_t i, k;
-    for (i = 0; i < count; ++i) {
-        const volpkg_program* program = &programs[i];
-        const volpkg_texture* held = NULL;
-        int32_t turns = 0;
-        if (!volpkg__concerns(p, c, program->transfer)) continue;
-        for (k = 0; k < program->uniforms.count; ++k)
-            turns |= program->uniforms.at[k].source == VOLPKG_UNIFORM_SOURCE_ENVIRONMENT;
-        for (k = 0; k < p->textures.count; ++k) {
-            const volpkg_texture* t = &p->textures.at[k];
-            if (t->role == VOLPKG_ROLE_LIGHT && t->light != NULL && volpkg__is(t->transfer, program->transfer))
-                held = t;
-        }
-        if (!program->baked) {
-            VOLPKG__RULE(!turns && volpkg__samples(program, VOLPKG_ROLE_LIGHT) == 0, program->name,
-                         "it samples light or has the uniform environment, and is not lit by light");
-            continue;
-        }
-        VOLPKG__RULE(held != NULL, program->name, "it is lit by light that is not there");
-        VOLPKG__RULE(volpkg__samples_parts(program, VOLPKG_ROLE_LIGHT, 1), program->name,
-                     "it does not sample the texture of its light once");
-        VOLPKG__RULE(turns == held->light->model.turnable, program->name,
-                     "it has the uniform environment and its light is fixed, or the other way round");
-        /* Sub-volumes lie in files of their own, as mosaics or not; the light of all of them is here. */
-        VOLPKG__RULE(program->sampling == VOLPKG_SAMPLING_SUBVOLUMES ||
-                         (held->mosaic != NULL) == (program->sampling == VOLPKG_SAMPLING_MOSAIC),
-                     program->name, "it reads light in another form than its volume");
-    }
-    return VOLPKG_OK;
-}
-
 static volpkg_code volpkg__light_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
     int32_t i;
     for (i = 0; i < p->textures.count; ++i) {
@@ -5846,30 +5725,12 @@ static volpkg_code volpkg__light_rules(volpkg__reader* r, const volpkg_package* 
                      "it has light without a description of it, or the reverse");
         if (t->light != NULL) VOLPKG__TRY(volpkg__light_texture_rules(r, p, c, t));
     }
-    VOLPKG__TRY(volpkg__light_programs(r, p, c, p->programs.at, p->programs.count));
-    if (p->subvolumes != NULL)
-        VOLPKG__TRY(volpkg__light_programs(r, p, c, p->subvolumes->programs.at, p->subvolumes->programs.count));
-    if (p->proxy != NULL) VOLPKG__TRY(volpkg__light_programs(r, p, c, p->proxy->programs.at, p->proxy->programs.count));
     return VOLPKG_OK;
-}
-
-static int volpkg__reads_the_same(const volpkg_program* a, const volpkg_program* b) {
-    int32_t i;
-    if (!volpkg__is(a->transfer, b->transfer) || a->samplers.count != b->samplers.count ||
-        a->classification != b->classification || a->lighting != b->lighting)
-        return 0;
-    for (i = 0; i < a->samplers.count; ++i) {
-        const volpkg_sampler *one = &a->samplers.at[i], *other = &b->samplers.at[i];
-        if (!volpkg__is(one->name, other->name) || one->role != other->role || one->part != other->part ||
-            !volpkg__is(one->transfer, other->transfer))
-            return 0;
-    }
-    return 1;
 }
 
 static volpkg_code volpkg__proxy_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
     const volpkg_channel* channel = &p->channels.at[c];
-    int32_t i, k, n;
+    int32_t i, k;
     if (p->proxy == NULL) return VOLPKG_OK;
     for (i = 0; i < p->proxy->meshes.count; ++i) {
         volpkg_mesh* mesh = (volpkg_mesh*)&p->proxy->meshes.at[i];
@@ -5891,25 +5752,6 @@ static volpkg_code volpkg__proxy_rules(volpkg__reader* r, const volpkg_package* 
             shown == (mesh->triangles > 0) && shown == (mesh->vertices > 0) && shown == (mesh->occupied_share > 0),
             mesh->transfer, "a mesh has a file without triangles, or triangles without a file");
         if (shown && mesh->parts.at == NULL) VOLPKG__TRY(volpkg__read_mesh(r, mesh, level->grid.shape_zyx));
-    }
-    for (i = 0; i < p->proxy->programs.count; ++i) {
-        const volpkg_program* program = &p->proxy->programs.at[i];
-        int same = 0;
-        if (!volpkg__concerns(p, c, program->transfer)) continue;
-        VOLPKG__RULE(program->levels.count > 0, program->name, "it draws no level");
-        for (k = 0; k < program->levels.count; ++k) {
-            int32_t found = 0;
-            for (n = 0; n < p->proxy->meshes.count; ++n)
-                found += p->proxy->meshes.at[n].level == program->levels.at[k] &&
-                         volpkg__is(p->proxy->meshes.at[n].transfer, program->transfer);
-            VOLPKG__RULE(found == 1, program->name, "it begins at meshes, but not each of its levels has one");
-        }
-        for (k = 0; k < p->programs.count; ++k) same |= volpkg__reads_the_same(program, &p->programs.at[k]);
-        VOLPKG__RULE(same, program->name, "it does not read what a program of its transfer function reads");
-        VOLPKG__RULE(volpkg__passes_of(program) == 1 && program->before.count == 1 &&
-                         program->before.at[0].geometry == VOLPKG_GEOMETRY_MESH,
-                     program->name, "it begins at meshes, but does not have one pass, which draws them");
-        VOLPKG__TRY(volpkg__unique_inputs(r, program));
     }
     return VOLPKG_OK;
 }
@@ -6012,22 +5854,12 @@ static volpkg_code volpkg__editing_rules(volpkg__reader* r, const volpkg_package
     return VOLPKG_OK;
 }
 
-/* One picture of channels that hold light and extinction; no program draws one of them alone. */
-static int volpkg__is_colour(const volpkg_package* p) {
-    int32_t i;
-    for (i = 0; i < p->programs.count && p->together; ++i)
-        if (p->programs.at[i].classification == VOLPKG_CLASSIFICATION_COLOUR) return 1;
-    return 0;
-}
-
 static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_package* p) {
-    int32_t i, k, n;
+    int32_t i, k, n, m;
     VOLPKG__RULE(p->stages.count == 0, "", "it is sealed, but has records of stages");
     VOLPKG__RULE(p->channels.count > 0, "", "it is sealed without a channel");
     VOLPKG__RULE(p->grid != NULL && p->render != NULL && p->textures.count > 0, "",
                  "it is sealed without grid, render or textures");
-    VOLPKG__RULE(p->profile.api == VOLPKG_API_ES1_1 || p->programs.count > 0 || p->segments != NULL, "",
-                 "it is sealed without programs");
     for (i = 0; i < p->channels.count; ++i) {
         const volpkg_channel* channel = &p->channels.at[i];
         VOLPKG__RULE(channel->stored_type != VOLPKG_STORED_TYPE_NONE && channel->quantization != NULL &&
@@ -6035,15 +5867,12 @@ static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_packag
                      channel->name, "it is sealed without stored_type, quantization, levels or transfer_functions");
         VOLPKG__RULE(channel->quantization->window[0] < channel->quantization->window[1], channel->name,
                      "it has an empty window");
-        for (k = 0; k < channel->transfer_functions.count && p->profile.api != VOLPKG_API_ES1_1; ++k) {
+        for (k = 0; k < channel->transfer_functions.count; ++k) {
             int drawn = 0;
-            for (n = 0; n < p->programs.count; ++n)
-                drawn |= volpkg__is(p->programs.at[n].transfer, channel->transfer_functions.at[k].name);
-            drawn |= volpkg__is_colour(p) && volpkg__lists(p->together->transfers.at, p->together->transfers.count,
-                                                           channel->transfer_functions.at[k].name);
-            drawn |= p->segments && volpkg__lists(p->segments->transfers.at, p->segments->transfers.count,
-                                                  channel->transfer_functions.at[k].name);
-            VOLPKG__RULE(drawn, channel->transfer_functions.at[k].name, "no program draws it");
+            for (n = 0; n < p->pictures.count; ++n)
+                for (m = 0; m < p->pictures.at[n].media.count; ++m)
+                    drawn |= volpkg__is(p->pictures.at[n].media.at[m].transfer, channel->transfer_functions.at[k].name);
+            VOLPKG__RULE(drawn, channel->transfer_functions.at[k].name, "no picture shows it");
         }
     }
     return VOLPKG_OK;
@@ -6126,11 +5955,6 @@ static volpkg_code volpkg__shared_skip_rules(volpkg__reader* r, const volpkg_pac
         VOLPKG__TRY(volpkg__block_rules(r, t, VOLPKG_ROLE_SKIP, table->texture, level, table->block, table->blocks_zyx,
                                         table->kind == VOLPKG_SKIP_KIND_OCTANTS ? 8 : 1));
         VOLPKG__RULE(volpkg__is(t->transfer, table->transfer), table->texture, "its texture is for another picture");
-        for (k = 0; k < 3; ++k) {
-            double expected = 1 / (table->block * level->grid.spacing_mm_zyx[2 - k]);
-            VOLPKG__RULE(volpkg__near(&table->blocks_from_box_per_mm_xyz[k], &expected, 1, 0), table->texture,
-                         "blocks_from_box_per_mm_xyz does not follow from its block and the level's spacing");
-        }
     }
     return VOLPKG_OK;
 }
@@ -6165,11 +5989,8 @@ static volpkg_code volpkg__colour_rules(volpkg__reader* r, const volpkg_package*
 
 static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_package* p) {
     const volpkg_together* together = p->together;
-    int32_t i, k, n, programs = 0;
-    for (i = 0; i < p->programs.count; ++i)
-        VOLPKG__RULE(
-            volpkg__owner(p, p->programs.at[i].transfer) >= 0 || volpkg__is_picture(p, p->programs.at[i].transfer),
-            p->programs.at[i].name, "it draws no transfer function and no picture");
+    const volpkg_picture* picture;
+    int32_t i, k;
     if (together == NULL) return VOLPKG_OK;
     VOLPKG__RULE(volpkg__owner(p, together->name) < 0, together->name,
                  "it names a transfer function and a picture of several");
@@ -6181,44 +6002,13 @@ static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_packag
                          together->name, "it draws two transfer functions of one channel");
     }
     VOLPKG__TRY(volpkg__shared_skip_rules(r, p, together->name));
-    for (i = 0; i < p->programs.count; ++i) {
-        const volpkg_program* program = &p->programs.at[i];
-        if (!volpkg__is(program->transfer, together->name)) continue;
-        ++programs;
-        VOLPKG__RULE(program->classification != VOLPKG_CLASSIFICATION_PREINTEGRATED &&
-                         program->classification != VOLPKG_CLASSIFICATION_PRECLASSIFIED,
-                     program->name, "it cannot classify several channels so");
-        if (program->classification == VOLPKG_CLASSIFICATION_COLOUR) VOLPKG__TRY(volpkg__colour_rules(r, p));
-        VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE, program->name, "it cannot light several channels");
-        VOLPKG__RULE(program->samplers.count <= p->profile.texture_units, program->name,
-                     "it reads more textures than the profile has units");
-        for (k = 0; k < together->transfers.count; ++k) {
-            const char* transfer = together->transfers.at[k];
-            const volpkg_channel* channel = &p->channels.at[volpkg__owner(p, transfer)];
-            int32_t tables = 0, volumes = 0, t;
-            for (n = 0; n < program->levels.count; ++n)
-                VOLPKG__RULE(volpkg__level_of(channel, program->levels.at[n]) != NULL, program->name,
-                             "it draws a level that a channel has not");
-            for (n = 0; n < program->samplers.count; ++n) {
-                const volpkg_sampler* sampler = &program->samplers.at[n];
-                int32_t owner = volpkg__owner(p, sampler->transfer);
-                tables += sampler->role == VOLPKG_ROLE_TRANSFER && volpkg__is(sampler->transfer, transfer);
-                for (t = 0; t < p->textures.count && sampler->role == VOLPKG_ROLE_VOLUME && owner >= 0; ++t) {
-                    const volpkg_texture* texture = &p->textures.at[t];
-                    volumes |= texture->role == VOLPKG_ROLE_VOLUME &&
-                               volpkg__lists(texture->channels.at, texture->channels.count, channel->name) &&
-                               volpkg__lists(texture->channels.at, texture->channels.count, p->channels.at[owner].name);
-                }
-            }
-            VOLPKG__RULE(
-                program->classification != VOLPKG_CLASSIFICATION_LOOKUP ||
-                    (tables == 1 && volpkg__samples(program, VOLPKG_ROLE_TRANSFER) == together->transfers.count),
-                program->name, "it does not sample one table of each transfer function");
-            VOLPKG__RULE(volumes, program->name, "it samples no volume of a channel");
-        }
-        VOLPKG__TRY(volpkg__unique_inputs(r, program));
-    }
-    VOLPKG__RULE(programs > 0, together->name, "no program draws this picture");
+    picture = volpkg__picture_named(p, together->name);
+    VOLPKG__RULE(picture != NULL, together->name, "no program draws this picture");
+    VOLPKG__RULE(picture->media.count == together->transfers.count, together->name, "the picture has other media");
+    for (i = 0; i < picture->media.count; ++i)
+        VOLPKG__RULE(volpkg__is(picture->media.at[i].transfer, together->transfers.at[i]), together->name,
+                     "the picture has other media");
+    if (picture->mixing == VOLPKG_MIXING_COLOUR) VOLPKG__TRY(volpkg__colour_rules(r, p));
     return VOLPKG_OK;
 }
 
@@ -6280,14 +6070,6 @@ static volpkg_code volpkg__label_rules(volpkg__reader* r, const volpkg_package* 
 }
 
 /* The finest level of the programs of a transfer function, or -1. */
-static int32_t volpkg__finest(const volpkg_program* programs, int32_t count, const char* transfer) {
-    int32_t finest = -1, i, k;
-    for (i = 0; i < count; ++i)
-        for (k = 0; k < programs[i].levels.count && volpkg__is(programs[i].transfer, transfer); ++k)
-            if (finest < 0 || programs[i].levels.at[k] < finest) finest = programs[i].levels.at[k];
-    return finest;
-}
-
 /* The labels in the blocks of a level, one texture for the skip table of segments there. */
 static volpkg_code volpkg__label_sets_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_texture* t) {
     const volpkg_skip_table* table = NULL;
@@ -6341,56 +6123,8 @@ static volpkg_code volpkg__label_texture_rules(volpkg__reader* r, const volpkg_p
     return VOLPKG_OK;
 }
 
-/* A program that draws segments samples the volume, labels, looks and one table of each transfer function. */
-static volpkg_code volpkg__segment_program_rules(volpkg__reader* r, const volpkg_package* p,
-                                                 const volpkg_program* program, int in_pieces) {
-    const volpkg_segments* segments = p->segments;
-    int32_t tables = program->classification == VOLPKG_CLASSIFICATION_LOOKUP ? segments->transfers.count : 0;
-    int32_t skips = volpkg__samples(program, VOLPKG_ROLE_SKIP), volumes = 0, bricks = 0, labels = 0, finest, i, k,
-            next = 0, pieces = in_pieces ? 8 : 0;
-    VOLPKG__RULE((program->sampling == VOLPKG_SAMPLING_SUBVOLUMES) == in_pieces &&
-                     (program->compositing == VOLPKG_COMPOSITING_EMISSION_ABSORPTION ||
-                      program->compositing == VOLPKG_COMPOSITING_BACK_TO_FRONT ||
-                      program->compositing == VOLPKG_COMPOSITING_MAXIMUM ||
-                      program->compositing == VOLPKG_COMPOSITING_FIRST_HIT),
-                 program->name, "it draws segments in a way that no package has");
-    VOLPKG__RULE(program->lighting == VOLPKG_LIGHTING_NONE || program->normals_from != VOLPKG_NORMALS_FROM_VOLUME,
-                 program->name, "it lights segments with the normals of values, which know no labels");
-    VOLPKG__RULE(in_pieces || program->levels.count > 0, program->name, "it draws no level");
-    finest = volpkg__finest(program, 1, program->transfer);
-    for (i = 0; i < p->textures.count && !in_pieces; ++i) {
-        volumes += p->textures.at[i].role == VOLPKG_ROLE_VOLUME && p->textures.at[i].level == finest;
-        bricks += p->textures.at[i].role == VOLPKG_ROLE_BRICKS && p->textures.at[i].level == finest;
-        labels += p->textures.at[i].role == VOLPKG_ROLE_LABELS && p->textures.at[i].level == finest;
-    }
-    VOLPKG__RULE(volpkg__samples(program, VOLPKG_ROLE_VOLUME) == volumes &&
-                     volpkg__samples(program, VOLPKG_ROLE_BRICKS) == bricks &&
-                     volpkg__samples(program, VOLPKG_ROLE_LABELS) == labels &&
-                     volpkg__samples(program, VOLPKG_ROLE_SUBVOLUME) == pieces &&
-                     volpkg__samples(program, VOLPKG_ROLE_LOOKS) == 1 &&
-                     volpkg__samples(program, VOLPKG_ROLE_TRANSFER) == tables &&
-                     program->samplers.count == volumes + bricks + labels + pieces + 1 + tables + skips,
-                 program->name, "it draws segments, but samples something else");
-    for (i = 0; i < program->samplers.count && tables; ++i) {
-        const volpkg_sampler* sampler = &program->samplers.at[i];
-        if (sampler->role != VOLPKG_ROLE_TRANSFER) continue;
-        VOLPKG__RULE(volpkg__is(sampler->transfer, segments->transfers.at[next]), program->name,
-                     "it samples tables in another order than that of the transfer functions");
-        ++next;
-    }
-    for (i = 0; i < program->levels.count && !in_pieces; ++i) {
-        int held = 0;
-        for (k = 0; k < p->textures.count; ++k)
-            held |= p->textures.at[k].role == VOLPKG_ROLE_LABELS && p->textures.at[k].level == program->levels.at[i];
-        VOLPKG__RULE(held, program->name, "it draws a level that has no labels");
-    }
-    VOLPKG__RULE(program->samplers.count <= p->profile.texture_units, program->name,
-                 "it reads more textures than the profile has units");
-    return VOLPKG_OK;
-}
-
 static volpkg_code volpkg__segments_rules(volpkg__reader* r, const volpkg_package* p, volpkg__pair* room, size_t most) {
-    int32_t i, programs = 0;
+    int32_t i;
     for (i = 0; i < p->textures.count; ++i)
         if (p->textures.at[i].role == VOLPKG_ROLE_LABELS || p->textures.at[i].role == VOLPKG_ROLE_LOOKS ||
             p->textures.at[i].role == VOLPKG_ROLE_LABEL_SETS)
@@ -6398,25 +6132,181 @@ static volpkg_code volpkg__segments_rules(volpkg__reader* r, const volpkg_packag
     if (p->segments == NULL) return VOLPKG_OK;
     VOLPKG__TRY(volpkg__label_rules(r, p, room, most));
     VOLPKG__TRY(volpkg__shared_skip_rules(r, p, p->segments->name));
+    VOLPKG__RULE(volpkg__picture_named(p, p->segments->name) != NULL, p->segments->name,
+                 "no program draws this picture");
+    return VOLPKG_OK;
+}
+
+/* Which sub-volume around a point a name of a texture means, from 0 to 7; -1 for other names. */
+static int32_t volpkg__piece_of(const char* name) {
+    return strncmp(name, "subvolume-", 10) == 0 && name[10] >= '0' && name[10] <= '7' && name[11] == 0 ? name[10] - '0'
+                                                                                                       : -1;
+}
+
+static const volpkg_program* volpkg__program_named(const volpkg_package* p, const char* name) {
+    int32_t i;
     for (i = 0; i < p->programs.count; ++i)
-        if (volpkg__is(p->programs.at[i].transfer, p->segments->name)) {
-            VOLPKG__TRY(volpkg__segment_program_rules(r, p, &p->programs.at[i], 0));
-            ++programs;
+        if (volpkg__is(p->programs.at[i].name, name)) return &p->programs.at[i];
+    return NULL;
+}
+
+/* The value of a source among those of a drawing, or NULL. */
+static const volpkg_uniform_value* volpkg__value_of(const volpkg_drawing_record* drawing, volpkg_value_source source) {
+    int32_t i;
+    for (i = 0; i < drawing->values.count; ++i)
+        if (drawing->values.at[i].source == source) return &drawing->values.at[i];
+    return NULL;
+}
+
+static int volpkg__has_value(const volpkg_drawing_record* drawing, volpkg_value_source source, const double* expected,
+                             int32_t count) {
+    const volpkg_uniform_value* value = volpkg__value_of(drawing, source);
+    return value != NULL && value->numbers.count == count && volpkg__near(value->numbers.at, expected, count, 0);
+}
+
+/* The values of the uniforms of a drawing, which follow from its level, its mipmap and its skip table. */
+static volpkg_code volpkg__value_rules(volpkg__reader* r, const volpkg_package* p, const char* name,
+                                       const volpkg_drawing_record* drawing, const volpkg_level* level) {
+    double scale[3], blocks[3], mipmap = -1;
+    int32_t i, k, count = 1, skips = 0;
+    for (k = 0; k < 3; ++k) scale[k] = 1 / (level->grid.shape_zyx[2 - k] * level->grid.spacing_mm_zyx[2 - k]);
+    for (i = drawing->textures.count - 1; i >= 0; --i) {
+        const volpkg_texture* t = volpkg__texture_named(p, drawing->textures.at[i]);
+        if (t->mipmap < 0) continue;
+        mipmap = t->mipmap;
+        for (k = 0; k < 3; ++k) scale[k] = 1 / (t->shape_zyx[2 - k] * level->grid.spacing_mm_zyx[2 - k]);
+    }
+    for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i) {
+        const volpkg_skip_table* table = &p->skipping->tables.at[i];
+        if (!volpkg__lists(drawing->textures.at, drawing->textures.count, table->texture)) continue;
+        for (k = 0; k < 3; ++k) blocks[k] = 1 / (table->block * level->grid.spacing_mm_zyx[2 - k]);
+        ++skips;
+    }
+    VOLPKG__RULE(volpkg__has_value(drawing, VOLPKG_VALUE_SOURCE_TEXTURE_FROM_BOX, scale, 3), name,
+                 "the value of texture_from_box does not follow from its level");
+    if (mipmap >= 0) {
+        ++count;
+        VOLPKG__RULE(volpkg__has_value(drawing, VOLPKG_VALUE_SOURCE_MIPMAP, &mipmap, 1), name,
+                     "the value of mipmap does not follow from its textures");
+    }
+    if (skips) {
+        VOLPKG__RULE(skips == 1 && volpkg__has_value(drawing, VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX, blocks, 3), name,
+                     "the value of blocks_from_box does not follow from its skip table");
+        ++count;
+    }
+    VOLPKG__RULE(drawing->values.count == count, name, "it has values that it does not need");
+    for (i = 1; i < count; ++i)
+        VOLPKG__RULE(drawing->values.at[i - 1].source < drawing->values.at[i].source, name,
+                     "its values are in another order");
+    return VOLPKG_OK;
+}
+
+/* The slices of a picture at a level, on devices without shaders. */
+static volpkg_code volpkg__slice_drawing_rules(volpkg__reader* r, const volpkg_package* p,
+                                               const volpkg_picture* picture, const volpkg_drawing_record* drawing) {
+    int32_t i, count = 0;
+    for (i = 0; i < p->textures.count; ++i) {
+        const volpkg_texture* t = &p->textures.at[i];
+        int is_drawn = volpkg__lists(drawing->textures.at, drawing->textures.count, t->name);
+        int is_own = t->role == VOLPKG_ROLE_SLICES && volpkg__is(t->transfer, picture->name) &&
+                     (t->level < 0 ? 0 : t->level) == drawing->level;
+        VOLPKG__RULE(is_drawn == is_own, picture->name, "it does not draw the slices of its transfer function");
+        count += is_own;
+    }
+    VOLPKG__RULE(count == drawing->textures.count && drawing->values.count == 0, picture->name,
+                 "it does not draw the slices of its transfer function");
+    return VOLPKG_OK;
+}
+
+/* Whether a drawing of a picture at a level may read a texture. */
+static int volpkg__is_of_drawing(const volpkg_picture* picture, int32_t level, const volpkg_texture* t) {
+    int32_t i;
+    int transfer = !t->transfer[0] || volpkg__is(t->transfer, picture->name), channel = t->channels.count == 0;
+    if (t->role == VOLPKG_ROLE_RANGES || t->role == VOLPKG_ROLE_SLICES || t->role == VOLPKG_ROLE_LABEL_SETS) return 0;
+    for (i = 0; i < picture->media.count; ++i) {
+        transfer |= volpkg__is(t->transfer, picture->media.at[i].transfer);
+        channel |= volpkg__lists(t->channels.at, t->channels.count, picture->media.at[i].channel);
+    }
+    return transfer && channel && (t->level < 0 || t->level == level) && !volpkg__is_of_a_cut(t);
+}
+
+/* The textures of a drawing, or of pieces, whose samplers read sub-volumes, too. */
+static volpkg_code volpkg__read_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_picture* picture,
+                                      const char* name, int in_pieces, int32_t level, const char* const* textures,
+                                      int32_t count, volpkg_rays rays) {
+    const volpkg_program* program = volpkg__program_named(p, name);
+    int32_t i;
+    VOLPKG__RULE(
+        program != NULL && program->rays == rays && (program->sampling == VOLPKG_SAMPLING_SUBVOLUMES) == in_pieces,
+        picture->name, "it names a program that does not draw it");
+    VOLPKG__RULE(count == program->samplers.count, picture->name,
+                 "it has not one texture for each sampler of its program");
+    for (i = 0; i < count; ++i) {
+        const volpkg_texture* t = volpkg__texture_named(p, textures[i]);
+        VOLPKG__RULE((in_pieces && volpkg__piece_of(textures[i]) >= 0) ||
+                         (t != NULL && volpkg__is_of_drawing(picture, level, t)),
+                     picture->name, "it names a texture that is not of it");
+    }
+    return VOLPKG_OK;
+}
+
+static volpkg_code volpkg__drawing_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_picture* picture,
+                                         const volpkg_drawing_record* drawing, const volpkg_level* level) {
+    int32_t i, mesh = -1;
+    if (!drawing->program[0] && p->profile.api == VOLPKG_API_ES1_1)
+        return volpkg__slice_drawing_rules(r, p, picture, drawing);
+    VOLPKG__TRY(volpkg__read_rules(r, p, picture, drawing->program, 0, drawing->level, drawing->textures.at,
+                                   drawing->textures.count, VOLPKG_RAYS_BOX));
+    if (drawing->at_mesh != NULL) {
+        VOLPKG__TRY(volpkg__read_rules(r, p, picture, drawing->at_mesh->program, 0, drawing->level,
+                                       drawing->textures.at, drawing->textures.count, VOLPKG_RAYS_MESH));
+        for (i = 0; p->proxy != NULL && i < p->proxy->meshes.count; ++i)
+            if (volpkg__is(p->proxy->meshes.at[i].name, drawing->at_mesh->mesh)) mesh = i;
+        VOLPKG__RULE(mesh >= 0 && p->proxy->meshes.at[mesh].level == drawing->level &&
+                         volpkg__is(p->proxy->meshes.at[mesh].transfer, picture->name),
+                     picture->name, "it begins at a mesh that is not its own");
+    }
+    return volpkg__value_rules(r, p, picture->name, drawing, level);
+}
+
+static volpkg_code volpkg__picture_rules(volpkg__reader* r, const volpkg_package* p) {
+    int32_t i, k;
+    for (i = 0; i < p->pictures.count; ++i) {
+        const volpkg_picture* picture = &p->pictures.at[i];
+        const volpkg_channel* channel = NULL;
+        for (k = 0; k < i; ++k)
+            VOLPKG__RULE(!volpkg__is(p->pictures.at[k].name, picture->name), picture->name,
+                         "two pictures have this name");
+        for (k = picture->media.count - 1; k >= 0; --k) {
+            int32_t owner = volpkg__owner(p, picture->media.at[k].transfer);
+            VOLPKG__RULE(owner >= 0 && volpkg__is(p->channels.at[owner].name, picture->media.at[k].channel),
+                         picture->name, "it shows a transfer function that its channel does not have");
+            channel = &p->channels.at[owner];
         }
-    for (i = 0; p->subvolumes != NULL && i < p->subvolumes->programs.count; ++i)
-        if (volpkg__is(p->subvolumes->programs.at[i].transfer, p->segments->name))
-            VOLPKG__TRY(volpkg__segment_program_rules(r, p, &p->subvolumes->programs.at[i], 1));
-    VOLPKG__RULE(programs > 0, p->segments->name, "no program draws this picture");
+        VOLPKG__RULE(picture->mixing == VOLPKG_MIXING_LABELS ||
+                         (picture->media.count > 1) == (picture->mixing != VOLPKG_MIXING_ONE),
+                     picture->name, "its media mix in another way");
+        for (k = 0; k < picture->drawings.count; ++k) {
+            const volpkg_drawing_record* drawing = &picture->drawings.at[k];
+            const volpkg_level* level = volpkg__level_of(channel, drawing->level);
+            VOLPKG__RULE(level != NULL && (k == 0 || drawing[-1].level < drawing->level), picture->name,
+                         "it draws levels that its channel does not have, or not in their order");
+            VOLPKG__TRY(volpkg__drawing_rules(r, p, picture, drawing, level));
+        }
+        if (picture->pieces != NULL)
+            VOLPKG__TRY(volpkg__read_rules(r, p, picture, picture->pieces->program, 1, 0, picture->pieces->textures.at,
+                                           picture->pieces->textures.count, VOLPKG_RAYS_BOX));
+    }
     return VOLPKG_OK;
 }
 
 /* Other steps belong to existing coarser levels, finest first; to level 0 if it exists only in pieces. */
 static volpkg_code volpkg__step_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_channel* channel) {
-    int32_t i, k, last = -1;
+    int32_t i, k, last = -1, in_pieces = 0;
+    for (i = 0; i < p->pictures.count; ++i) in_pieces |= p->pictures.at[i].pieces != NULL;
     for (i = 0; p->render != NULL && i < p->render->level_steps.count; ++i) {
         int32_t level = p->render->level_steps.at[i].level;
-        int32_t found = level == 0 && p->subvolumes != NULL && p->subvolumes->programs.count > 0 &&
-                        volpkg__level_of(channel, 0) == NULL;
+        int32_t found = level == 0 && in_pieces && volpkg__level_of(channel, 0) == NULL;
         for (k = 1; k < channel->levels.count; ++k) found |= channel->levels.at[k].index == level;
         VOLPKG__RULE(found && level > last, "render", "its level_steps are not of coarser levels, finest first");
         last = level;
@@ -6447,14 +6337,8 @@ static volpkg_code volpkg__rules_of_channel(volpkg__reader* r, const volpkg_pack
                          p->programs.at[i].classification != VOLPKG_CLASSIFICATION_PREINTEGRATED,
                      p->programs.at[i].name,
                      "the volumes hold labels, but it draws pre-integrated segments between them");
-        VOLPKG__TRY(volpkg__program_rules(r, p, c, &p->programs.at[i]));
     }
     VOLPKG__TRY(volpkg__compositing_rules(r, &p->channels.at[c], p->programs.at, p->programs.count));
-    if (p->proxy)
-        VOLPKG__TRY(volpkg__compositing_rules(r, &p->channels.at[c], p->proxy->programs.at, p->proxy->programs.count));
-    if (p->subvolumes)
-        VOLPKG__TRY(volpkg__compositing_rules(r, &p->channels.at[c], p->subvolumes->programs.at,
-                                              p->subvolumes->programs.count));
     VOLPKG__TRY(volpkg__mipmap_rules(r, p, c));
     VOLPKG__TRY(volpkg__brick_rules(r, p, c));
     VOLPKG__TRY(volpkg__skip_rules(r, p, c));
@@ -6816,9 +6700,11 @@ static volpkg_code volpkg__open(volpkg__reader* r, volpkg_package** made) {
     for (i = 0; i < p->textures.count; ++i)
         VOLPKG__TRY(volpkg__place_texels(r, p, (volpkg_texture*)&p->textures.at[i]));
     VOLPKG__TRY(volpkg__channel_rules(r, p));
+    for (i = 0; i < p->programs.count; ++i) VOLPKG__TRY(volpkg__program_rules(r, p, &p->programs.at[i]));
     VOLPKG__TRY(volpkg__part_rules(r, p));
     VOLPKG__TRY(volpkg__together_rules(r, p));
     VOLPKG__TRY(volpkg__segments_rules(r, p, room, volpkg__scratch(manifest)));
+    VOLPKG__TRY(volpkg__picture_rules(r, p));
     for (i = 0; i < p->channels.count; ++i) VOLPKG__TRY(volpkg__rules_of_channel(r, p, i));
     if (p->subvolumes) VOLPKG__TRY(volpkg__read_grid(r, p));
     *made = p;
@@ -6877,28 +6763,6 @@ const volpkg_texture* volpkg_mipmap(const volpkg_package* package, const volpkg_
 
 static volpkg_code volpkg__cannot_draw(volpkg_error* error, const char* name, const char* problem, int32_t number) {
     return volpkg__fail(error, VOLPKG_CANNOT_DRAW, name, problem, number, NAN);
-}
-
-/* The texture that a sampler reads: SPEC.md section 9. */
-static const volpkg_texture* volpkg__texture_for(const volpkg_package* p, const volpkg_program* program,
-                                                 const volpkg_sampler* sampler, int32_t level) {
-    const char* transfer = sampler->transfer[0] ? sampler->transfer : program->transfer;
-    int32_t owner = volpkg__owner(p, transfer), i, own = 0, common = 0;
-    const volpkg_texture *of_level = NULL, *of_all = NULL;
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        if (t->role != sampler->role || t->part != sampler->part || (t->level >= 0 && t->level != level) ||
-            (t->transfer[0] && !volpkg__is(t->transfer, transfer)) || volpkg__is_of_a_cut(t) ||
-            (owner >= 0 && t->channels.count &&
-             !volpkg__lists(t->channels.at, t->channels.count, p->channels.at[owner].name)))
-            continue;
-        if (t->level == level)
-            of_level = t, ++own;
-        else
-            of_all = t, ++common;
-    }
-    if (own) return own == 1 ? of_level : NULL;
-    return common == 1 ? of_all : NULL;
 }
 
 int64_t volpkg_texture_bytes(const volpkg_drawing* drawing) {
@@ -6964,14 +6828,14 @@ static void volpkg__environment(const volpkg_drawing* drawing, double matrix[16]
         }
 }
 
-/* Begin a drawing with the program and the textures that are not pieces of the grid. */
-static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_program* program, int32_t level,
-                                         volpkg_drawing* drawing, volpkg_error* error) {
-    const char* first = program->transfer;
-    int32_t i, owner;
+/* Begin a drawing of a channel with a program. */
+static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_program* program, const char* picture,
+                                         const volpkg_channel* channel, volpkg_drawing* drawing, volpkg_error* error) {
     memset(drawing, 0, sizeof *drawing);
     drawing->package = p;
     drawing->program = program;
+    drawing->picture = picture;
+    drawing->channel = channel;
     if (program->light != NULL)
         memcpy(drawing->light_mm_xyz, program->light->place_mm_xyz, sizeof drawing->light_mm_xyz);
     if (program->samplers.count > VOLPKG_MAX_UNITS || program->samplers.count > p->profile.texture_units)
@@ -6979,31 +6843,14 @@ static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_p
                             "the number of its textures, where there are fewer units: that", program->samplers.count,
                             p->profile.texture_units);
     drawing->units = program->samplers.count;
-    for (i = 0; i < program->samplers.count; ++i) {
-        const volpkg_sampler* sampler = &program->samplers.at[i];
-        const volpkg_texture* found;
-        if (i == 0 && sampler->transfer[0]) first = sampler->transfer;
-        if (sampler->role == VOLPKG_ROLE_SUBVOLUME) continue;
-        found = volpkg__texture_for(p, program, sampler, level);
-        if (found == NULL)
-            return volpkg__cannot_draw(error, sampler->name, "its texture is missing for a level, which", level);
-        drawing->textures[i] = *found;
-        if (found->light != NULL && found->part == 0 && found->light->model.turnable)
-            volpkg__environment_of(&found->light->model, drawing->environment);
-    }
-    owner = p->segments && volpkg__is(p->segments->name, first) ? 0 : volpkg__owner(p, first);
-    if (owner < 0) return volpkg__cannot_draw(error, first, "it is no transfer function; the level", level);
-    drawing->channel = &p->channels.at[owner];
-    for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i)
-        if (p->skipping->tables.at[i].level == level &&
-            volpkg__is(p->skipping->tables.at[i].transfer, program->transfer))
-            drawing->skip = &p->skipping->tables.at[i];
     return VOLPKG_OK;
 }
 
-static const char* volpkg__default_transfer(const volpkg_package* p, const char* transfer) {
-    if (transfer != NULL) return transfer;
-    return p->programs.count ? p->programs.at[0].transfer : "";
+/* Bind a texture to a unit of a drawing. */
+static void volpkg__bind(volpkg_drawing* drawing, int32_t unit, const volpkg_texture* texture) {
+    drawing->textures[unit] = *texture;
+    if (texture->light != NULL && texture->part == 0 && texture->light->model.turnable)
+        volpkg__environment_of(&texture->light->model, drawing->environment);
 }
 
 /* Append a word to a list in a message; "..." if it is full. */
@@ -7015,69 +6862,81 @@ static void volpkg__listed(char* list, size_t room, const char* word) {
         memcpy(list + used, "...", 4);
 }
 
-/* Say what the programs draw, because none of them draws this. */
-static volpkg_code volpkg__not_drawn(const volpkg_program* programs, int32_t count, const char* transfer, int32_t level,
-                                     volpkg_error* error) {
-    char levels[100] = "", names[140] = "", number[16], problem[300];
-    int32_t i, k;
-    for (i = 0; i < count; ++i) {
-        int known = 0;
-        for (k = 0; k < i; ++k) known |= volpkg__is(programs[k].transfer, programs[i].transfer);
-        if (!known) volpkg__listed(names, sizeof names, programs[i].transfer);
-        for (k = 0; k < programs[i].levels.count && volpkg__is(programs[i].transfer, transfer); ++k) {
-            snprintf(number, sizeof number, "%d", (int)programs[i].levels.at[k]);
-            volpkg__listed(levels, sizeof levels, number);
-        }
+/* Say what can be drawn, because this cannot. `picture` is NULL if there is none of that name. */
+static volpkg_code volpkg__not_drawn(const volpkg_package* p, const volpkg_picture* picture, const char* name,
+                                     int32_t level, volpkg_error* error) {
+    char known[140] = "", number[16], problem[300];
+    int32_t i;
+    for (i = 0; picture != NULL && i < picture->drawings.count; ++i) {
+        snprintf(number, sizeof number, "%d", (int)picture->drawings.at[i].level);
+        volpkg__listed(known, sizeof known, number);
     }
-    if (levels[0])
+    for (i = 0; picture == NULL && i < p->pictures.count; ++i)
+        volpkg__listed(known, sizeof known, p->pictures.at[i].name);
+    if (picture != NULL)
         snprintf(problem, sizeof problem, "no program draws its level %d; there are programs for its levels %s",
-                 (int)level, levels);
+                 (int)level, known);
     else
         snprintf(problem, sizeof problem, "no program draws it; there are programs for %s",
-                 names[0] ? names : "nothing");
-    return volpkg__fail(error, VOLPKG_CANNOT_DRAW, transfer, problem, NAN, NAN);
+                 known[0] ? known : "nothing");
+    return volpkg__fail(error, VOLPKG_CANNOT_DRAW, name, problem, NAN, NAN);
 }
 
-static volpkg_code volpkg__choose(const volpkg_package* p, const volpkg_program* programs, int32_t count,
-                                  const char* transfer, int32_t level, volpkg_drawing* drawing, volpkg_error* error) {
+/* Fill a drawing from its record, with its program, or with `at_mesh` in place of it. */
+static volpkg_code volpkg__draw_record(const volpkg_package* p, const volpkg_picture* picture,
+                                       const volpkg_drawing_record* record, const volpkg_program* at_mesh,
+                                       volpkg_drawing* drawing, volpkg_error* error) {
+    const volpkg_program* program = at_mesh ? at_mesh : volpkg__program_named(p, record->program);
+    const volpkg_channel* channel = &p->channels.at[volpkg__owner(p, picture->media.at->transfer)];
+    int32_t i;
+    VOLPKG__TRY(volpkg__begin_drawing(p, program, picture->name, channel, drawing, error));
+    drawing->record = record;
+    drawing->level = volpkg__level_of(channel, record->level);
+    for (i = 0; i < drawing->units; ++i) volpkg__bind(drawing, i, volpkg__texture_named(p, record->textures.at[i]));
+    for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i)
+        if (volpkg__lists(record->textures.at, record->textures.count, p->skipping->tables.at[i].texture))
+            drawing->skip = &p->skipping->tables.at[i];
+    return volpkg__within_profile(drawing, error);
+}
+
+static volpkg_code volpkg__find_record(const volpkg_package* p, const char* name, int32_t level,
+                                       const volpkg_picture** picture, const volpkg_drawing_record** record,
+                                       volpkg_error* error) {
     int32_t i;
     if (p->profile.api == VOLPKG_API_ES1_1)
         return volpkg__cannot_draw(error, p->profile.name,
                                    "the package holds slices for OpenGL ES 1.1 and no program: volpkg_choose_slices "
                                    "chooses them; the level",
                                    level);
-    transfer = volpkg__default_transfer(p, transfer);
-    if (level < 0) level = volpkg__finest(programs, count, transfer);
-    for (i = 0; i < count; ++i)
-        if (volpkg__is(programs[i].transfer, transfer) && volpkg__has_level(&programs[i], level)) break;
-    if (i == count) return volpkg__not_drawn(programs, count, transfer, level, error);
-    VOLPKG__TRY(volpkg__begin_drawing(p, &programs[i], level, drawing, error));
-    drawing->level = volpkg__level_of(drawing->channel, level);
-    if (drawing->level == NULL) return volpkg__cannot_draw(error, transfer, "its channel has no such level: it", level);
-    for (i = 0; i < drawing->units; ++i)
-        if (drawing->program->samplers.at[i].role == VOLPKG_ROLE_SUBVOLUME)
-            return volpkg__cannot_draw(error, drawing->program->name, "it draws pieces of the grid, not a level, which",
-                                       level);
-    return volpkg__within_profile(drawing, error);
+    *picture = volpkg__picture_named(p, name);
+    for (i = 0; *picture != NULL && i < (*picture)->drawings.count; ++i) {
+        *record = &(*picture)->drawings.at[i];
+        if (level < 0 || (*record)->level == level) return VOLPKG_OK;
+    }
+    return volpkg__not_drawn(p, *picture, name ? name : *picture ? (*picture)->name : "", level, error);
 }
 
-volpkg_code volpkg_choose(const volpkg_package* package, const char* transfer, int32_t level, volpkg_drawing* drawing,
+volpkg_code volpkg_choose(const volpkg_package* package, const char* picture, int32_t level, volpkg_drawing* drawing,
                           volpkg_error* error) {
-    return volpkg__choose(package, package->programs.at, package->programs.count, transfer, level, drawing, error);
+    const volpkg_picture* found;
+    const volpkg_drawing_record* record;
+    VOLPKG__TRY(volpkg__find_record(package, picture, level, &found, &record, error));
+    return volpkg__draw_record(package, found, record, NULL, drawing, error);
 }
 
-volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* transfer, int32_t level,
+volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* picture, int32_t level,
                                volpkg_drawing* drawing, volpkg_error* error) {
-    const volpkg_proxy* proxy = package->proxy;
+    const volpkg_picture* found;
+    const volpkg_drawing_record* record;
     int32_t i;
-    transfer = volpkg__default_transfer(package, transfer);
-    if (proxy == NULL) return volpkg__cannot_draw(error, transfer, "the package has no meshes; the level", level);
-    VOLPKG__TRY(volpkg__choose(package, proxy->programs.at, proxy->programs.count, transfer, level, drawing, error));
-    for (i = 0; i < proxy->meshes.count; ++i)
-        if (proxy->meshes.at[i].level == drawing->level->index && volpkg__is(proxy->meshes.at[i].transfer, transfer))
-            drawing->mesh = &proxy->meshes.at[i];
-    if (drawing->mesh == NULL)
-        return volpkg__cannot_draw(error, transfer, "its mesh is missing for the level, which", drawing->level->index);
+    VOLPKG__TRY(volpkg__find_record(package, picture, level, &found, &record, error));
+    if (record->at_mesh == NULL)
+        return volpkg__cannot_draw(error, found->name, "the package has no mesh for the level, which", record->level);
+    VOLPKG__TRY(volpkg__draw_record(package, found, record, volpkg__program_named(package, record->at_mesh->program),
+                                    drawing, error));
+    for (i = 0; i < package->proxy->meshes.count; ++i)
+        if (volpkg__is(package->proxy->meshes.at[i].name, record->at_mesh->mesh))
+            drawing->mesh = &package->proxy->meshes.at[i];
     if (drawing->mesh->draco)
         return volpkg__fail(error, VOLPKG_DRACO, drawing->mesh->path,
                             "compressed with Draco: draw from the box, or build with draco = \"none\"", NAN, NAN);
@@ -7112,18 +6971,24 @@ static void volpkg__constant_piece(volpkg_drawing* drawing, int32_t part, const 
     texture->texels = drawing->constants[part];
 }
 
-volpkg_code volpkg_choose_point(const volpkg_package* package, const char* transfer, int32_t point,
+volpkg_code volpkg_choose_point(const volpkg_package* package, const char* picture, int32_t point,
                                 volpkg_drawing* drawing, volpkg_error* error) {
     const volpkg_subvolumes* files = package->subvolumes;
     const volpkg_subvolume_grid* grid;
-    const volpkg_program* program = NULL;
+    const volpkg_picture* found = NULL;
+    const volpkg_program* program;
     int32_t at[3], rest = point, axis, i, number;
-    for (i = 0; files != NULL && i < files->programs.count && program == NULL; ++i)
-        if (transfer == NULL || volpkg__is(files->programs.at[i].transfer, transfer)) program = &files->programs.at[i];
-    if (program == NULL || point < 0 || point >= files->grid->points.count)
+    for (i = package->pictures.count - 1; i >= 0; --i)
+        if (package->pictures.at[i].pieces != NULL &&
+            (picture == NULL || volpkg__is(package->pictures.at[i].name, picture)))
+            found = &package->pictures.at[i];
+    if (files == NULL || found == NULL || point < 0 || point >= files->grid->points.count)
         return volpkg__cannot_draw(error, "grid", "the package has no sub-volumes around the point, which", point);
     grid = files->grid;
-    VOLPKG__TRY(volpkg__begin_drawing(package, program, 0, drawing, error));
+    program = volpkg__program_named(package, found->pieces->program);
+    VOLPKG__TRY(volpkg__begin_drawing(package, program, found->name,
+                                      &package->channels.at[volpkg__owner(package, found->media.at->transfer)], drawing,
+                                      error));
     for (axis = 2; axis >= 0; --axis) { /* place of x, y, z in cuts_zyx */
         const int32_t* cuts = grid->cuts_zyx[axis].at;
         int32_t n = grid->cuts_zyx[axis].count, xyz = 2 - axis, p = rest % n, last = n - 1;
@@ -7142,29 +7007,31 @@ volpkg_code volpkg_choose_point(const volpkg_package* package, const char* trans
         drawing->block[6][xyz] = above.voxels;
     }
     for (i = 0; i < program->samplers.count; ++i) {
-        const volpkg_sampler* sampler = &program->samplers.at[i];
+        const char* name = found->pieces->textures.at[i];
+        int32_t part = volpkg__piece_of(name);
         volpkg_texture* texture = &drawing->textures[i];
         const volpkg_piece* piece = NULL;
         int there = 1;
-        if (sampler->role != VOLPKG_ROLE_SUBVOLUME) continue;
-        if (sampler->part > 7)
-            return volpkg__cannot_draw(error, sampler->name, "there is no such part of a point: it", sampler->part);
+        if (part < 0) {
+            volpkg__bind(drawing, i, volpkg__texture_named(package, name));
+            continue;
+        }
         for (axis = 2, number = 0; axis >= 0; --axis) { /* z, y, x */
-            int32_t count = grid->cuts_zyx[2 - axis].count - 1, place = at[axis] - 1 + (sampler->part >> axis & 1);
+            int32_t count = grid->cuts_zyx[2 - axis].count - 1, place = at[axis] - 1 + (part >> axis & 1);
             there &= place >= 0 && place < count;
             number = number * count + place;
         }
         if (there) piece = &grid->subvolumes.at[number];
         texture->name = "piece";
-        texture->role = VOLPKG_ROLE_SUBVOLUME;
+        texture->role = VOLPKG_ROLE_VOLUME;
         texture->gl = grid->gl;
         texture->filter = grid->filter;
-        texture->part = sampler->part;
+        texture->part = part;
         texture->mipmap = -1;
         texture->mipmaps = 1;
         texture->transfer = "";
         if (piece == NULL || piece->texels == NULL) {
-            volpkg__constant_piece(drawing, sampler->part, piece, texture);
+            volpkg__constant_piece(drawing, part, piece, texture);
             continue;
         }
         volpkg__piece_shape(grid, number, texture->shape_zyx);
@@ -7174,28 +7041,24 @@ volpkg_code volpkg_choose_point(const volpkg_package* package, const char* trans
     return volpkg__within_profile(drawing, error);
 }
 
-int32_t volpkg_choose_level(const volpkg_package* package, const char* transfer, const volpkg_limits* limits) {
-    int32_t found = -1, i, k, n, u;
-    transfer = volpkg__default_transfer(package, transfer);
-    for (i = 0; i < package->programs.count; ++i) {
-        const volpkg_program* program = &package->programs.at[i];
-        if (!volpkg__is(program->transfer, transfer)) continue;
-        for (k = 0; k < program->levels.count; ++k) {
-            volpkg_drawing drawing;
-            int fits = found < 0 || program->levels.at[k] < found;
-            if (!fits || volpkg_choose(package, transfer, program->levels.at[k], &drawing, NULL)) continue;
-            fits = (limits->texture_units == 0 || drawing.units <= limits->texture_units) &&
-                   (limits->max_texture_bytes == 0 || volpkg_texture_bytes(&drawing) <= limits->max_texture_bytes);
-            for (u = 0; u < drawing.units; ++u) {
-                const volpkg_texture* t = &drawing.textures[u];
-                int32_t most = t->gl.target == 0x806F ? limits->max_3d_texture_size : limits->max_texture_size;
-                const volpkg_texture* finest = volpkg_mipmap(package, t, 0);
-                for (n = 0; n < 3; ++n) fits &= most == 0 || (finest ? finest : t)->shape_zyx[n] <= most;
-            }
-            if (fits) found = program->levels.at[k];
+int32_t volpkg_choose_level(const volpkg_package* package, const char* picture, const volpkg_limits* limits) {
+    const volpkg_picture* found = volpkg__picture_named(package, picture);
+    int32_t i, n, u;
+    for (i = 0; found != NULL && i < found->drawings.count; ++i) {
+        volpkg_drawing drawing;
+        int fits = !volpkg_choose(package, found->name, found->drawings.at[i].level, &drawing, NULL);
+        if (!fits) continue;
+        fits = (limits->texture_units == 0 || drawing.units <= limits->texture_units) &&
+               (limits->max_texture_bytes == 0 || volpkg_texture_bytes(&drawing) <= limits->max_texture_bytes);
+        for (u = 0; u < drawing.units; ++u) {
+            const volpkg_texture* t = &drawing.textures[u];
+            int32_t most = t->gl.target == 0x806F ? limits->max_3d_texture_size : limits->max_texture_size;
+            const volpkg_texture* finest = volpkg_mipmap(package, t, 0);
+            for (n = 0; n < 3; ++n) fits &= most == 0 || (finest ? finest : t)->shape_zyx[n] <= most;
         }
+        if (fits) return found->drawings.at[i].level;
     }
-    return found;
+    return -1;
 }
 
 double volpkg_step_mm(const volpkg_drawing* drawing) {
@@ -7426,6 +7289,11 @@ static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) 
             light_mm[axis] += grid->direction[row][axis] * (drawing->light_mm_xyz[row] - corner[row]);
 }
 
+static void volpkg__copy_value(const volpkg_drawing* drawing, volpkg_value_source source, double found[16]) {
+    const volpkg_uniform_value* value = drawing->record ? volpkg__value_of(drawing->record, source) : NULL;
+    if (value != NULL) memcpy(found, value->numbers.at, (size_t)value->numbers.count * sizeof found[0]);
+}
+
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,
                        const double box_from_clip[16], double step_mm, float value[16]) {
     double found[16];
@@ -7444,14 +7312,13 @@ int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_recor
             found[0] = step_mm;
             break;
         case VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX:
-            if (drawing->level) memcpy(found, drawing->level->texture_from_box_per_mm_xyz, 3 * sizeof found[0]);
+            volpkg__copy_value(drawing, VOLPKG_VALUE_SOURCE_TEXTURE_FROM_BOX, found);
             break;
         case VOLPKG_UNIFORM_SOURCE_MIPMAP:
-            for (i = 0; i < drawing->units; ++i)
-                if (drawing->textures[i].mipmap > 0) found[0] = drawing->textures[i].mipmap;
+            volpkg__copy_value(drawing, VOLPKG_VALUE_SOURCE_MIPMAP, found);
             break;
         case VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX:
-            if (drawing->skip) memcpy(found, drawing->skip->blocks_from_box_per_mm_xyz, 3 * sizeof found[0]);
+            volpkg__copy_value(drawing, VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX, found);
             break;
         case VOLPKG_UNIFORM_SOURCE_LIGHT_MM:
             volpkg__light_mm(drawing, found);
@@ -7894,18 +7761,20 @@ static void volpkg__slice_opacities(volpkg_slice_drawing* d) {
 
 volpkg_code volpkg_choose_slices(const volpkg_package* package, const char* transfer, int32_t level,
                                  volpkg_slice_drawing* drawing, volpkg_error* error) {
+    const volpkg_picture* picture = volpkg__picture_named(package, transfer);
     int64_t bytes = 0;
-    int32_t i, owner;
+    int32_t i, owner = 0;
     memset(drawing, 0, sizeof *drawing);
-    if (transfer == NULL) transfer = package->channels.at->transfer_functions.at->name;
-    owner = volpkg__owner(package, transfer);
-    for (i = 0; i < package->textures.count && owner >= 0 && drawing->level == NULL; ++i) {
-        const volpkg_texture* t = &package->textures.at[i];
-        if (t->slices == NULL || !volpkg__is(t->transfer, transfer) || (level >= 0 && t->level != level)) continue;
-        drawing->level = volpkg__level_of(&package->channels.at[owner], t->level);
-        drawing->transfer = t->transfer;
+    if (picture != NULL && package->profile.api == VOLPKG_API_ES1_1) {
+        owner = volpkg__owner(package, picture->media.at->transfer);
+        for (i = 0; i < picture->drawings.count && drawing->level == NULL; ++i)
+            if (level < 0 || picture->drawings.at[i].level == level)
+                drawing->level = volpkg__level_of(&package->channels.at[owner], picture->drawings.at[i].level);
+        drawing->transfer = picture->name;
     }
-    if (drawing->level == NULL) return volpkg__no_slices(package, transfer, level, error);
+    if (drawing->level == NULL)
+        return volpkg__no_slices(package, transfer ? transfer : picture ? picture->name : "", level, error);
+    transfer = drawing->transfer;
     drawing->package = package;
     drawing->channel = &package->channels.at[owner];
     for (i = 0; i < package->textures.count; ++i) {
@@ -8597,8 +8466,8 @@ static const volpkg_texture* volpkg__ranges_of(const volpkg_package* p, int32_t 
 
 /* The transfer function that the table of a unit is for. */
 static const char* volpkg__table_of(const volpkg_drawing* d, int32_t unit) {
-    const char* name = d->program->samplers.at[unit].transfer;
-    return name[0] ? name : d->program->transfer;
+    const char* name = d->textures[unit].transfer;
+    return name[0] ? name : d->picture;
 }
 
 /* Write the texels of a table again; without an edit the ones of the package, not the result of an edit before. */

@@ -8,45 +8,45 @@ import { has } from "./shapes.js";
 /** @typedef {import("./types.js").Manifest} Manifest */
 /** @typedef {import("./types.js").Program} Program */
 /** @typedef {import("./types.js").Texture} Texture */
-/** @typedef {import("./types.js").Sampler} Sampler */
 /** @typedef {import("./types.js").Level} Level */
 /** @typedef {number | readonly number[]} Value */
 
 /**
- * A program with all that it reads.
+ * A drawing with all that it reads.
  * @typedef {object} Choice
+ * @property {string} picture name of the picture
+ * @property {import("./types.js").Drawing} [drawing] of a level
  * @property {Program} program
  * @property {Level} level
  * @property {Texture[]} textures in the order of the program's samplers
- * @property {Record<string, Value>} values of uniforms that are the same in all pictures, by the source of the uniform
+ * @property {Record<string, Value>} values of uniforms that are the same in all views, by the source of the uniform
  * @property {boolean} [relit] whether light was computed again for an edited function
  * @property {Record<string, Uint8Array>} texels that are not read from the package, by the name of their texture
  */
 
 /**
  * @param {Package} pack
- * @param {string} picture name of a transfer function, or of a picture of several
+ * @param {string} name of a picture
  * @param {number} index of a level
  * @returns {Choice}
  */
-export function choose(pack, picture, index) {
+export function choose(pack, name, index) {
   const { manifest } = pack;
-  const program = manifest.programs.find((each) => each.transfer === picture && each.levels.includes(index));
-  const channel = program && channelOf(manifest, program);
+  const picture = manifest.pictures.find((each) => each.name === name);
+  const drawing = picture?.drawings.find((each) => each.level === index);
+  const channel = manifest.channels.find((each) => each.name === picture?.media[0].channel);
   const level = channel?.levels.find((each) => each.index === index);
-  if (!program || !level) throw nothing(pack, picture, `level ${index}`);
-  const textures = program.samplers.map((sampler) => textureOf(pack, program, sampler, index));
-  const table = manifest.skipping?.tables?.find((each) => each.transfer === program.transfer && each.level === index);
+  if (!drawing || !level) throw nothing(pack, name, `level ${index}`);
+  const { program, textures } = namedBy(pack, drawing);
+  const values = drawing.values.map(({ source, numbers }) => [source, numbers.length > 1 ? numbers : numbers[0]]);
+  // A texture may be called __proto__.
   return {
+    picture: name,
+    drawing,
     program,
     level,
     textures,
-    values: {
-      texture_from_box: level.texture_from_box_per_mm_xyz,
-      blocks_from_box: table?.blocks_from_box_per_mm_xyz ?? [0, 0, 0],
-      mipmap: textures.find((each) => each.mipmap !== undefined)?.mipmap ?? 0,
-    },
-    // A texture may be called __proto__.
+    values: Object.fromEntries(values),
     texels: Object.create(null),
   };
 }
@@ -63,39 +63,18 @@ export function nothing(pack, transfer, level) {
 }
 
 /**
- * The channel whose levels a program draws: of a picture of several channels, that of any of them.
- * @param {Manifest} manifest @param {Program} program
+ * The program and the textures of a drawing, or of pieces.
+ * @param {Package} pack @param {{program?: string, textures: string[]}} drawing
+ * @param {(name: string) => Texture | undefined} [piece] textures that are not in the manifest
  */
-function channelOf(manifest, program) {
-  const { together, segments, channels } = manifest;
-  const joint = [together, segments].find((each) => each?.name === program.transfer);
-  const transfer = joint ? joint.transfers[0] : program.transfer;
-  return channels.find((each) => each.transfer_functions.some(({ name }) => name === transfer));
-}
-
-/** @param {Package} pack @param {Program} program @param {Sampler} sampler @param {number} level @returns {Texture} */
-export function textureOf(pack, program, sampler, level) {
-  const { manifest } = pack;
-  const transfer = sampler.transfer ?? program.transfer;
-  const channel = manifest.channels.find((each) => each.transfer_functions.some(({ name }) => name === transfer));
-  let found = manifest.textures.filter(
-    (each) =>
-      each.role === sampler.role &&
-      (each.part ?? 0) === (sampler.part ?? 0) &&
-      (each.level === undefined || each.level === level) &&
-      (each.transfer === undefined || each.transfer === transfer) &&
-      // Light of a cut volume comes in its place later.
-      !each.light?.planes?.length &&
-      (!each.channels?.length || !channel || each.channels.includes(channel.name)),
+export function namedBy({ name: path, manifest }, drawing, piece) {
+  const program = manifest.programs.find(({ name }) => name === drawing.program);
+  const textures = drawing.textures.flatMap(
+    (name) => piece?.(name) ?? manifest.textures.find((each) => each.name === name) ?? [],
   );
-  // A level's own table replaces the common one.
-  const own = found.filter((each) => each.level === level);
-  if (own.length) found = own;
-  if (found.length !== 1) {
-    const problem = `program ${program.name} needs one texture ${sampler.role} for ${transfer} at level ${level}, and the package has ${found.length}`;
-    throw new VolpkgError("VP4011", { path: pack.name, problem });
-  }
-  return found[0];
+  if (program?.samplers.length === textures.length) return { program, textures };
+  const problem = `program ${drawing.program} reads ${program?.samplers.length} textures, and ${textures.length} are there`;
+  throw new VolpkgError("VP4011", { path, problem });
 }
 
 /**

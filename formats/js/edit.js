@@ -80,13 +80,12 @@ function problemOf(point, before) {
  * @returns {Promise<Choice>}
  */
 export async function edited(pack, choice, edits, signal) {
-  const { program, textures, level } = choice;
+  const { picture, program, textures, level } = choice;
   const texels = Object.assign(Object.create(null), choice.texels);
   /** Of each transfer function of the program: visibility of each entry. @type {[Channel, Float64Array][]} */
   const seen = [];
-  for (const [i, { role, transfer = program.transfer }] of program.samplers.entries()) {
-    if (role !== "transfer") continue;
-    const texture = textures[i];
+  for (const texture of textures.filter(({ role }) => role === "transfer")) {
+    const { transfer = picture } = texture;
     const channel = pack.manifest.channels.find((each) =>
       each.transfer_functions.some(({ name }) => name === transfer),
     );
@@ -100,14 +99,13 @@ export async function edited(pack, choice, edits, signal) {
       visible(extinctions(texture, bytes), program.compositing, channel.quantization.window, isovalue),
     ]);
   }
-  if (!edits.has(program.transfer) && !program.samplers.some(({ transfer }) => transfer && edits.has(transfer)))
-    return choice;
-  for (const [i, { role }] of program.samplers.entries()) {
-    if (role === "skip") texels[textures[i].name] = await skipTexels(pack, textures[i], seen, signal);
-    if (role === "light")
-      texels[textures[i].name] = edits.get(program.transfer)?.lights?.get(textures[i].name) ?? noLight(textures[i]);
+  if (!textures.some(({ role, transfer }) => role === "transfer" && edits.has(transfer ?? picture))) return choice;
+  const lights = edits.get(picture)?.lights;
+  for (const texture of textures) {
+    if (texture.role === "skip") texels[texture.name] = await skipTexels(pack, texture, seen, signal);
+    if (texture.role === "light") texels[texture.name] = lights?.get(texture.name) ?? noLight(texture);
   }
-  return { ...choice, texels, relit: Boolean(edits.get(program.transfer)?.lights) };
+  return { ...choice, texels, relit: Boolean(lights) };
 }
 
 /** Texels of a light of 1 everywhere: the stored light is of another function. @param {Texture} texture */

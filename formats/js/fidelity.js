@@ -47,10 +47,9 @@ export function fidelityOf(renderer, measured) {
     points.filter((each) => each.level === level),
     stepMm,
   );
-  const entries = /** @type {any} */ (pack.manifest).fidelity;
-  const stated = (Array.isArray(entries) ? entries : []).find(
-    (each) => each?.transfer === program && each.level === level,
-  );
+  const stated = pack.manifest.pictures
+    .find((each) => each.name === program)
+    ?.drawings.find((each) => each.level === level)?.fidelity;
   const found = nearest ?? stated;
   const judged = nearest ? nearest.step_mm : renderer.packageStep;
   const light = bakedLight(drawn.choice, changed.edited);

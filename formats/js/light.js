@@ -18,7 +18,7 @@ const isPlace = (light) => Array.isArray(light);
 /** Throws unless the package has such a light. @param {import("./package.js").Package} pack @param {Light} light */
 export function checkLight({ manifest }, light) {
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7063", { problem });
-  const lit = [...manifest.programs, ...(manifest.subvolumes?.programs ?? [])].filter((each) => each.light);
+  const lit = manifest.programs.filter((each) => each.light);
   const turns = manifest.textures.some((each) => each.light?.model.turnable);
   if (!lit.length && !turns) throw refuse("no program of the package is lit by a light that can be changed");
   if (light === null) return;
@@ -40,13 +40,13 @@ export function checkLight({ manifest }, light) {
  * @param {{light: Light, edits: ReadonlyMap<string, unknown>}} changes
  * @returns {Record<string, number[]>}
  */
-export function lightOf(grid, { program, textures }, { light, edits }) {
+export function lightOf(grid, { picture, program, textures }, { light, edits }) {
   const [place, around] = isPlace(light) ? [light, null] : [null, light];
   const values = program.light ? placeOf(grid, program, place) : {};
   const model = textures.find((each) => each.light?.model.turnable)?.light?.model;
   if (!model) return values;
   // After an edit the texels hold a light of 1 from all sides.
-  const environment = environmentOf(model, around, edits.has(program.transfer));
+  const environment = environmentOf(model, around, edits.has(picture));
   return { ...values, environment: sharesOf(environment) };
 }
 

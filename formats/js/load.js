@@ -1,6 +1,6 @@
 /** Loads the textures, program and mesh of a picture at a level. */
 import { check, either } from "./abort.js";
-import { choose, textureOf } from "./choose.js";
+import { choose, namedBy } from "./choose.js";
 import { checkFits } from "./device.js";
 import { VolpkgError } from "./error.js";
 import { isWebGl2 } from "./formats.js";
@@ -88,7 +88,7 @@ export async function load(wanted) {
 /** @param {Wanted} wanted @returns {Promise<Choice>} */
 async function chosen({ pack, picture, level, point, signal }) {
   if (point === null) return choose(pack, picture, level);
-  return (await import("./subvolumes.js")).chooseBlock(pack, picture, point, textureOf, signal);
+  return (await import("./subvolumes.js")).chooseBlock(pack, picture, point, namedBy, signal);
 }
 
 /**
@@ -153,7 +153,7 @@ export function bind(gl, { choice, textures, clip }, linked, program, values, be
     setUniform(gl, linked.locations[name], values[source]);
   }
   clip?.bind(gl, linked, program.samplers.length + passesOf(program).length, behind);
-  program.samplers.forEach(({ name }, unit) => {
+  program.samplers.forEach((name, unit) => {
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(textures[unit].target, textures[unit].handle);
     if (isWebGl2(gl)) gl.bindSampler(unit, null);

@@ -22,12 +22,12 @@ const UNITS = 4;
  * @param {string[]} notes gets a note if the mesh cannot be used
  * @param {typeof import("./program.js").checkNamed} checkNamed
  */
-export async function loadMesh(wanted, { program: { transfer }, level, textures }, notes, checkNamed) {
+export async function loadMesh(wanted, { drawing, level, textures }, notes, checkNamed) {
   const { gl, pack, device, decodeDraco, use, signal } = wanted;
-  const { proxy, grid } = pack.manifest;
-  const record = proxy?.meshes?.find((each) => each.transfer === transfer && each.level === level.index);
-  const program = proxy?.programs?.find((each) => each.transfer === transfer && each.levels.includes(level.index));
-  if (!proxy || !record || !program) return null;
+  const { proxy, programs, grid } = pack.manifest;
+  const record = proxy?.meshes?.find((each) => each.name === drawing?.at_mesh?.mesh);
+  const program = programs.find((each) => each.name === drawing?.at_mesh?.program);
+  if (!record || !program) return null;
   if (record.draco && !decodeDraco) {
     notes.push(new VolpkgError("VP7064", { file: record.file }).message);
     return null;

@@ -59,16 +59,12 @@ export class Package {
     this.levels = manifest.channels[0]?.levels ?? [];
     /** Transfer functions of all channels, beginning with the first channel. */
     this.transferFunctions = manifest.channels.flatMap((each) => each.transfer_functions);
-    const names = [...new Set(manifest.programs.map((each) => each.transfer))];
     /** Pictures that can be drawn, the default one first, with their levels, the finest first. @type {Drawn[]} */
-    this.programs = names.map((name) => {
-      const levels = manifest.programs.flatMap((each) => (each.transfer === name ? each.levels : []));
-      return {
-        name,
-        levels: [...new Set(levels)].sort((a, b) => a - b),
-        together: [manifest.together?.name, manifest.segments?.name].includes(name),
-      };
-    });
+    this.programs = manifest.pictures.map(({ name, media, drawings }) => ({
+      name,
+      levels: drawings.map(({ level }) => level),
+      together: media.length > 1 || name === manifest.segments?.name,
+    }));
   }
 
   /** Aborted when the package is closed. */

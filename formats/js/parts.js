@@ -1,6 +1,4 @@
 /** Rules for parts that few packages have: mosaics, empty-space skipping, editing, sub-volumes, meshes. */
-import { shadersOf } from "./shapes.js";
-
 /**
  * Files that parts use, and in which role.
  * @param {import("./types.js").Manifest} manifest
@@ -8,11 +6,9 @@ import { shadersOf } from "./shapes.js";
  */
 export function usesOf({ editing, subvolumes, proxy }) {
   return [
-    ...(subvolumes ? shadersOf(subvolumes.programs ?? []) : []),
     ...(subvolumes?.pieces ?? []).map((file) => /** @type {import("./shapes.js").Use} */ ([file, "subvolume"])),
     ...(editing?.histograms ?? []).map(({ file }) => /** @type {import("./shapes.js").Use} */ ([file, "histogram"])),
     ...(subvolumes ? [/** @type {import("./shapes.js").Use} */ ([subvolumes.grid, "grid"])] : []),
-    ...(proxy ? shadersOf(proxy.programs ?? []) : []),
     ...(proxy?.meshes ?? []).flatMap(({ file }) =>
       file ? [/** @type {import("./shapes.js").Use} */ ([file, "mesh"])] : [],
     ),
@@ -24,9 +20,7 @@ export function usesOf({ editing, subvolumes, proxy }) {
  * @param {import("./types.js").Manifest} manifest
  * @returns {string | undefined}
  */
-export function contradictionOf({ textures, skipping, proxy }) {
-  const empty = proxy?.programs?.find((each) => !each.levels.length);
-  if (empty) return `program ${empty.name} draws no level`;
+export function contradictionOf({ textures, skipping }) {
   const torn = textures.find(({ mosaic, shape_zyx: [, ...shape] }) =>
     mosaic?.texture_shape_yx.some((n, i) => n !== shape[i]),
   );

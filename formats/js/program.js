@@ -101,7 +101,7 @@ function active(gl, handle) {
  */
 export function checkUniforms(gl, linked, program, textures, added) {
   const samplers = program.samplers.map(
-    ({ name }, i) => `${name} ${textures[i].gl.target === "TEXTURE_3D" ? 0x8b5f : gl.SAMPLER_2D}`,
+    (name, i) => `${name} ${textures[i].gl.target === "TEXTURE_3D" ? 0x8b5f : gl.SAMPLER_2D}`,
   );
   const before = passesOf(program).map(({ sampler }) => `${sampler} ${gl.SAMPLER_2D}`);
   checkNamed(gl, linked, program.name, program.uniforms, [...samplers, ...before], added);

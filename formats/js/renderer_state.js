@@ -58,7 +58,7 @@ export class RendererState extends EventTarget {
 
   /** Name of the picture. */
   get program() {
-    return this._levels.drawn?.choice.program.transfer ?? this._levels.want.picture;
+    return this._levels.drawn?.choice.picture ?? this._levels.want.picture;
   }
 
   /** Pictures that can be drawn. */

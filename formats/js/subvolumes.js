@@ -60,8 +60,8 @@ const componentsOf = ({ format }) =>
   ({ LUMINANCE: 1, RED: 1, LUMINANCE_ALPHA: 2, RG: 2, RGB: 3, RGBA: 4 })[String(format)] ?? 0;
 
 /** Bytes of a label that programs read from pieces: none unless they draw segments. @param {Package["manifest"]} manifest */
-function labelBytesOfPieces({ segments, subvolumes }) {
-  if (!segments || !subvolumes?.programs?.some(({ transfer }) => transfer === (segments.name ?? "segments"))) return 0;
+function labelBytesOfPieces({ segments, pictures }) {
+  if (!segments || !pictures.find(({ name }) => name === segments.name)?.pieces) return 0;
   return segments.labels.length > 128 ? 2 : 1;
 }
 
@@ -113,14 +113,14 @@ function holdsPieces(mosaic, gl, most) {
 }
 
 /**
- * The program of the pieces around a point, with all its inputs.
+ * The drawing of the pieces around a point, with all its inputs.
  * @param {Package} pack @param {string} picture @param {number} point
- * @param {typeof import("./choose.js").textureOf} textureOf finds all other textures @param {AbortSignal} [signal]
+ * @param {typeof import("./choose.js").namedBy} namedBy finds the program and the textures @param {AbortSignal} [signal]
  * @returns {Promise<Choice>}
  */
-export async function chooseBlock(pack, picture, point, textureOf, signal) {
-  const { subvolumes, grid: volume } = pack.manifest;
-  const program = subvolumes?.programs?.find((each) => each.transfer === picture);
+export async function chooseBlock(pack, picture, point, namedBy, signal) {
+  const { pictures, grid: volume } = pack.manifest;
+  const { pieces } = pictures.find((each) => each.name === picture) ?? {};
   const refuse = (/** @type {string} */ known) =>
     new VolpkgError("VP5018", {
       package: pack.name,
@@ -128,7 +128,7 @@ export async function chooseBlock(pack, picture, point, textureOf, signal) {
       transfer: picture,
       known,
     });
-  if (!program) throw refuse("nothing around a point: the package has no sub-volumes for it");
+  if (!pieces) throw refuse("nothing around a point: the package has no sub-volumes for it");
   const grid = await readGrid(pack, signal);
   const counts = grid.cuts_zyx.map((cuts) => cuts.length);
   const [, ny, nx] = counts;
@@ -141,16 +141,18 @@ export async function chooseBlock(pack, picture, point, textureOf, signal) {
   const ofSides = (/** @type {(side: ReturnType<typeof sidesOf>, axis: number) => number} */ value) => sides.map(value);
   /** @type {Record<string, Uint8Array>} */
   const texels = Object.create(null);
-  const textures = program.samplers.map((sampler) => {
-    if (sampler.role !== "subvolume") return textureOf(pack, program, sampler, 0);
-    const { texture, constant } = piece(grid, place, sampler.part ?? 0);
+  const { program, textures } = namedBy(pack, pieces, (name) => {
+    const part = /^subvolume-([0-7])$/.exec(name)?.[1];
+    if (part === undefined) return undefined;
+    const { texture, constant } = piece(grid, place, +part);
     if (constant) texels[texture.name] = constant;
     return texture;
   });
   const per = /** @type {Three} */ (shape.map((n, i) => 1 / (n * spacing[i])));
   return {
+    picture,
     program,
-    level: { index: 0, factors_zyx: [1, 1, 1], grid: volume, texture_from_box_per_mm_xyz: per, filter: "none" },
+    level: { index: 0, factors_zyx: [1, 1, 1], grid: volume, filter: "none" },
     textures,
     texels,
     values: {

@@ -119,7 +119,7 @@ export async function loadTechnique(
       return { name: pass.fragment, vertex, fragment: cut, paths };
     });
     const kind = (/** @type {number} */ i) => (textures[i].gl.target === "TEXTURE_3D" ? SAMPLER_3D : gl.SAMPLER_2D);
-    const read = samplers.flatMap(({ name: each }, i) => (pass.reads?.includes(each) ? [`${each} ${kind(i)}`] : []));
+    const read = samplers.flatMap((each, i) => (pass.reads?.includes(each) ? [`${each} ${kind(i)}`] : []));
     checkNamed(gl, linked, pass.fragment, pass.uniforms, read, clip?.uniforms ?? []);
     passes.push({ pass, linked });
   }

@@ -6,7 +6,7 @@
  * @typedef {{path: string, role: string, size_bytes: number, sha256: string}} FileRecord
  * @typedef {{value: number, colour: Three, extinction_per_mm: number}} TransferPoint
  * @typedef {{name: string, points: TransferPoint[], reference_mm?: number, isovalue?: number}} TransferFunction
- * @typedef {{index: number, factors_zyx: Three, grid: Grid, texture_from_box_per_mm_xyz: Three, filter: string}} Level
+ * @typedef {{index: number, factors_zyx: Three, grid: Grid, filter: string}} Level
  * @typedef {{bits: number, window: [number, number]}} Quantization
  * @typedef {{name: string, quantization: Quantization, levels: Level[], transfer_functions: TransferFunction[]}} Channel
  * @typedef {{target: "TEXTURE_2D" | "TEXTURE_3D", internal_format: string, format?: string, type?: string}} GlFormat
@@ -15,7 +15,6 @@
  * @typedef {{channels?: "luminance" | "rgb", turnable?: boolean, sky?: Three, ground?: Three, suns?: {direction: Three, colour?: Three}[], radius_mm?: number}} LightModel
  * @typedef {{normal: Three, constant_mm: number}} ClipPlane
  * @typedef {{model: LightModel, largest: number, subtracted?: number, first_colour?: Three, planes?: ClipPlane[]}} StoredLight
- * @typedef {{name: string, role: string, transfer?: string, part?: number}} Sampler
  * @typedef {{name: string, type: "float" | "vec3" | "mat4", source: string}} Uniform
  * @typedef {"triangle" | "front-faces" | "back-faces" | "mesh" | "axis-slices" | "view-slices" | "half-angle-slices"} Geometry
  * @typedef {"ZERO" | "ONE" | "ONE_MINUS_SRC_ALPHA" | "ONE_MINUS_DST_ALPHA"} BlendFactor
@@ -35,24 +34,27 @@
  * @property {number[]} levels
  * @property {string} transfer
  * @property {Uniform[]} uniforms
- * @property {Sampler[]} samplers
+ * @property {string[]} samplers
  * @property {number} [step_mm_min]
  * @property {Geometry} [geometry] triangle if absent
  * @property {Pass[]} [before]
  * @property {LightPass} [light_pass]
  * @property {Blend} [blend]
  * @property {number} [slab_samples]
- * @typedef {{texture: string, level: number, transfer: string, kind: string, block: number, blocks_zyx: Three, blocks_from_box_per_mm_xyz: Three}} SkipTable
+ * @typedef {{texture: string, level: number, transfer: string, kind: string, block: number, blocks_zyx: Three}} SkipTable
  * @typedef {{texture: string, level: number, block: number, blocks_zyx: Three}} BlockRanges
  * @typedef {{epsilon?: number, tables?: SkipTable[], ranges?: BlockRanges[]}} Skipping
- * @typedef {{transfer: string, level: number, file?: string, triangles?: number, draco?: boolean, box_from_mesh_mm_xyz: Three}} ProxyMesh
- * @typedef {{meshes?: ProxyMesh[], programs?: Program[]}} Proxy
+ * @typedef {{name: string, transfer: string, level: number, file?: string, triangles?: number, draco?: boolean, box_from_mesh_mm_xyz: Three}} ProxyMesh
+ * @typedef {{meshes?: ProxyMesh[]}} Proxy
  * @typedef {{level: number, file: string, reference_mm: number, channel: string}} JointHistogram
- * @typedef {{grid: string, pieces?: string[], whole?: string | null, programs?: Program[]}} SubvolumeFiles
+ * @typedef {{grid: string, pieces?: string[], whole?: string | null}} SubvolumeFiles
  * @typedef {{name: string, api: "es1.1" | "es2.0" | "es3.0", max_texture_bytes: number, texture_formats: string[]}} Profile
  * @typedef {{name: string, title?: string, transfer: string, tint?: Three, opacity?: number, visible?: boolean, volume_ml: number}} Segment
  * @typedef {{segments?: string[], transfer: string}} SegmentLabel
  * @typedef {{name: string, transfers: string[], outside?: number, segments: Segment[], labels: SegmentLabel[]}} Segments
+ * @typedef {{rmse: number, maximum: number}} StatedFidelity
+ * @typedef {{level: number, program?: string, textures: string[], values: {source: string, numbers: number[]}[], at_mesh?: {program: string, mesh: string}, cost: {upload_bytes: number, gpu_bytes: number}, fidelity?: StatedFidelity}} Drawing
+ * @typedef {{name: string, media: {channel: string, transfer: string}[], mixing?: "one" | "sum" | "labels" | "colour", drawings: Drawing[], pieces?: {program: string, textures: string[]}}} Picture
  * @typedef {object} Manifest
  * @property {string} name
  * @property {Profile} profile
@@ -63,6 +65,7 @@
  * @property {Channel[]} channels
  * @property {Texture[]} textures
  * @property {Program[]} programs
+ * @property {Picture[]} pictures
  * @property {Skipping} [skipping]
  * @property {{histograms?: JointHistogram[]}} [editing]
  * @property {SubvolumeFiles} [subvolumes]

@@ -80,13 +80,13 @@ export const valueOf = (pixels, i) => pixels[4 * i] / 255 + pixels[4 * i + 1] / 
 /** The segments that the renderer's program draws, or null. @param {Renderer} renderer */
 export function segmentsOf({ inside }) {
   const { segments } = inside?.pack.manifest ?? {};
-  return segments && inside?.drawn.choice.program.transfer === segments.name ? segments : null;
+  return segments && inside?.drawn.choice.picture === segments.name ? segments : null;
 }
 
 /** The scan's values of texels 0 and 1. @param {Renderer} renderer @returns {readonly [number, number]} */
 export function windowOf(renderer) {
   const { inside } = renderer;
-  const transfer = segmentsOf(renderer)?.transfers[0] ?? inside?.drawn.choice.program.transfer;
+  const transfer = segmentsOf(renderer)?.transfers[0] ?? inside?.drawn.choice.picture;
   const channel = inside?.pack.manifest.channels.find((each) =>
     each.transfer_functions.some(({ name }) => name === transfer),
   );

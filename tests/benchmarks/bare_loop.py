@@ -38,4 +38,5 @@ def taking_all(package: Package, program: Program) -> Package:
 
 def _without_skip(package: Package, program: Program) -> Program:
     whole = compose_program(package, program, render_settings(package), ends_early=False, skips=False)
-    return program.model_copy(update={"uniforms": whole.uniforms, "samplers": whole.samplers})
+    names = tuple(each.name for each in whole.samplers)
+    return program.model_copy(update={"uniforms": whole.uniforms, "samplers": names})

@@ -35,8 +35,8 @@ def test_a_package_for_a_device_keeps_its_limits_and_is_drawn(tmp_path, name) ->
     for texture in package.manifest.textures:
         limit = profile.max_3d_texture_size if texture.gl.target == "TEXTURE_3D" else profile.max_texture_size
         assert max(texture.shape_zyx) <= limit
-    for cost in package.manifest.costs:
-        assert cost.upload_bytes <= profile.max_texture_bytes
+    for _, drawing in package.manifest.drawings:
+        assert drawing.cost.upload_bytes <= profile.max_texture_bytes
     grid = package.manifest.levels[0].grid
     with renderer_of(package) as renderer:
         picture = renderer.render(view_of(grid, "anterior-left"), (16, 16))

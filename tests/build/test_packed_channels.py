@@ -248,7 +248,7 @@ class TestAgreement:
         [
             ({"channels": ("skin", "skin")}, "is of channels skin, skin and transfer function None"),
             ({"channels": ("skin", "bone", "hair")}, "is of channels skin, bone, hair"),
-            ({"channels": ("bone",)}, "channel skin: "),
+            ({"channels": ("bone",)}, "picture red at level 0"),
             ({"gl": ONE_CHANNEL}, "holds channels skin, bone in texels of RED"),
             ({"role": "normals"}, "cannot hold channels skin, bone together"),
         ],

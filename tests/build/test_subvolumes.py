@@ -35,6 +35,11 @@ from volprep_formats.progress import Silent
 from volprep_formats.textures import ktx2
 
 
+def in_pieces(package):
+    """Return the programs that draw sub-volumes."""
+    return [program for program in package.manifest.programs if program.sampling == "subvolumes"]
+
+
 def built(folder: Path, table: str, profile: str = "gles3", bits: int = 8) -> Package:
     scene = write_phantom_scene(folder, profile)
     text = scene.read_text(encoding="utf-8") + f"\n[quantize]\nbits = {bits}\n{table}"
@@ -299,8 +304,8 @@ def test_pieces_without_3d_textures_are_mosaics_of_one_layout(tmp_path) -> None:
             held = texels(package, piece.file)[0]
             np.testing.assert_array_equal(grid.voxels_of_mosaic(number, held), whole[box])
     # All eight units are for pieces.
-    assert {each.classification for each in package.manifest.subvolumes.programs} == {"control-points"}
-    assert {len(each.samplers) for each in package.manifest.subvolumes.programs} == {8}
+    assert {each.classification for each in in_pieces(package)} == {"control-points"}
+    assert {len(each.samplers) for each in in_pieces(package)} == {8}
     (item,) = (item for item in package.manifest.plan if item.name == "sub-volumes")
     assert "classified by the control points, since tables beside 8 pieces take more than the 8 units" in item.reason
 

@@ -76,13 +76,17 @@ class TestWhatItHolds:
         assert check(package.path) == []
 
     def test_a_table_is_read_for_each_channel_and_texels_once_where_they_are_shared(self, package) -> None:
-        for program in of_picture(package):
-            samplers = [(sampler.role, sampler.transfer) for sampler in program.samplers]
-            apart = not any(len(t.channels) > 1 for t in package.manifest.textures)
-            volumes = [("volume", "red"), ("volume", "white")] if apart else [("volume", "red")]
-            assert samplers == [*volumes, ("transfer", "red"), ("transfer", "white")]
-            fetches = re.findall(r"voxel_texel\(at\)|stored_value\w*\(at\)", package.read_text(program.fragment))
-            assert len(fetches) == len(volumes)
+        by_name = {texture.name: texture for texture in package.manifest.textures}
+        programs = {program.name: program for program in package.manifest.programs}
+        for drawing in package.manifest.picture("body").drawings:
+            read = [by_name[name] for name in drawing.textures]
+            packed = any(len(t.channels) > 1 for t in package.manifest.textures)
+            volumes = [("skin", "bone")] if packed else [("bone",), ("skin",)]
+            assert sorted(each.channels for each in read if each.role == "volume") == volumes
+            assert [each.transfer for each in read if each.role == "transfer"] == ["red", "white"]
+            assert len(read) == len(volumes) + 2
+            text = package.read_text(programs[drawing.program].fragment)
+            assert len(re.findall(r"voxel_texel\(at\)|stored_value\w*\(at\)", text)) == len(volumes)
 
     def test_no_channel_alone_knows_of_it(self, package) -> None:
         for view in channel_views(package.manifest).values():
@@ -163,7 +167,7 @@ class TestWhatItDraws:
     def test_what_all_channels_leave_empty_is_skipped_and_changes_nothing(self, tmp_path, profile) -> None:
         scene = changed(scene_of(tmp_path, profile), ('kind = "none"', 'kind = "distance"'))
         skips = built(scene)
-        assert {"skip"} < {sampler.role for program in of_picture(skips) for sampler in program.samplers}
+        assert all("u_skip" in program.samplers for program in of_picture(skips))
         tables = [table for table in skips.manifest.skipping.tables if table.transfer == "body"]
         assert [table.level for table in tables] == [level.index for level in skips.manifest.levels]
         shares = {(each.transfer, each.level): each.empty_share for each in skips.manifest.skipping.tables}
@@ -273,15 +277,12 @@ class TestAgreement:
     @pytest.mark.parametrize(
         ("change", "says"),
         [
-            (lambda m: {"together": None}, "draws body, which is no transfer function and no picture"),
             (lambda m: _together(m, name="red"), "red names a transfer function and a picture of several"),
             (lambda m: _together(m, name="legs"), "no program draws the picture legs"),
             (lambda m: _together(m, transfers=("red", "blue")), "which are not of one channel each"),
             (lambda m: _together(m, transfers=("red", "green")), "which are not of one channel each"),
-            (lambda m: _together(m, transfers=("blue", "white")), "samples tables of red, white"),
-            (lambda m: _program(m, levels=(0, 9)), "draws level 9, which channel skin has not"),
-            (lambda m: _program(m, lighting="headlight"), "lights headlight, which several channels cannot"),
-            (lambda m: _program(m, samplers=m.programs[0].samplers[1:]), "samples no volume of channel bone"),
+            (lambda m: _together(m, transfers=("blue", "white")), "has other media than transfer functions"),
+            (lambda m: _program(m, samplers=m.programs[0].samplers[1:]), "textures for"),
             (lambda m: _program(m, samplers=m.programs[0].samplers * 9), "the profile has 16 units"),
         ],
     )

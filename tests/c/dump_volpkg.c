@@ -147,19 +147,17 @@ static void print_drawings(const volpkg_package* package) {
     int32_t i, k;
     const char* comma = "";
     printf(",\"drawings\":[");
-    for (i = 0; i < package->programs.count; ++i)
-        for (k = 0; k < package->programs.at[i].levels.count; ++k) {
-            int32_t level = package->programs.at[i].levels.at[k];
-            if (volpkg_choose(package, package->programs.at[i].transfer, level, &drawing, &error)) exit(1);
+    for (i = 0; i < package->pictures.count && package->profile.api != VOLPKG_API_ES1_1; ++i)
+        for (k = 0; k < package->pictures.at[i].drawings.count; ++k) {
+            int32_t level = package->pictures.at[i].drawings.at[k].level;
+            if (volpkg_choose(package, package->pictures.at[i].name, level, &drawing, &error)) exit(1);
             printf("%s", comma);
             print_drawing(&drawing, level);
             comma = ",";
         }
     printf("],\"points\":[");
-    for (i = 0; package->subvolumes != NULL && package->subvolumes->programs.count &&
-                i < package->subvolumes->grid->points.count;
-         ++i) {
-        if (volpkg_choose_point(package, NULL, i, &drawing, &error)) exit(1);
+    for (i = 0; package->subvolumes != NULL && i < package->subvolumes->grid->points.count; ++i) {
+        if (volpkg_choose_point(package, NULL, i, &drawing, &error)) break;
         printf("%s", i ? "," : "");
         print_drawing(&drawing, 0);
     }

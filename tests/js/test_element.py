@@ -215,7 +215,7 @@ def test_letters_a_scale_bar_and_the_fidelity_are_shown_on_request(page) -> None
     one.setAttribute("annotations", "");
     one.setAttribute("fidelity", "");
     one.setAttribute("view", "anterior");
-    one.package.manifest.fidelity = [{ transfer: one.renderer.program, level: 0, rmse: 0.004 }];
+    one.package.manifest.pictures[0].drawings[0].fidelity = { rmse: 0.004 };
     while (!found().length || !/stated/.test(text())) await new Promise((resolve) => setTimeout(resolve, 20));
     const after = [found(), text()];
     for (const name of ["annotations", "fidelity", "view"]) one.removeAttribute(name);

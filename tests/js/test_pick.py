@@ -162,7 +162,7 @@ def test_the_fidelity_of_a_picture_says_where_its_numbers_come_from(browser, ser
     const draw = () => renderer.draw({ boxFromClip: given[0] });
     draw();
     found.push(await renderer.fidelity());
-    pack.manifest.fidelity = [{ transfer: "shell", level: 0, rmse: 0.004, maximum: 0.1 }];
+    pack.manifest.pictures[0].drawings[0].fidelity = { rmse: 0.004, maximum: 0.1 };
     found.push(await renderer.fidelity());
     const points = [{ level: 0, step_mm: 0.75, rmse: 0.004, seen_rmse: 0.009, kept_light: 0.98 }];
     renderer.setStep(2 * renderer.step);

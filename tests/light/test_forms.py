@@ -114,7 +114,7 @@ def test_light_in_a_mosaic_draws_the_same_picture_as_in_a_3d_texture(built, form
 def test_sub_volumes_have_the_light_of_the_whole_volume(built, form, profile) -> None:
     wishes = {"lighting": SKY, **FORMS[form], "more": "[grid]\nsize = 9", "profile": profile}
     package = built(f"{form} in pieces {profile}", **wishes)
-    program = package.manifest.subvolumes.programs[0]
+    program = next(each for each in package.manifest.programs if each.sampling == "subvolumes")
     assert program.baked
     # The four pieces around the point in the middle are the whole volume.
     points = [
@@ -273,8 +273,7 @@ def test_light_that_turns_without_what_turns_it_is_refused(built, tmp_path: Path
         elif change == "fixed":
             texture["light"]["model"]["turnable"] = False
         else:
-            program = lie["programs"][0]
-            program["samplers"] = [each for each in program["samplers"] if each["name"] != "u_light"]
+            lie["programs"][0]["samplers"].remove("u_light")
         (tmp_path / "manifest.json").write_text(json.dumps(lie))
         with pytest.raises(VolprepError) as refused:
             Package.open(tmp_path)

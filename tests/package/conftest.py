@@ -12,7 +12,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.channel import ChannelPart, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.manifest import Contribution, Heading, PlanItem, RenderSettings, StageRecord
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import Program, Sampler, Uniform
+from volprep_formats.package.program import ComposedProgram, Program, Sampler, Uniform
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import GlFormat, MosaicLayout, Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -58,9 +58,6 @@ def _levels(*, mosaic: bool) -> tuple[Level, ...]:
             index=index,
             factors_zyx=factor,
             grid=grid,
-            texture_from_box_per_mm_xyz=tuple(
-                1 / (n * h) for n, h in zip(grid.shape_zyx[::-1], grid.spacing_mm_zyx[::-1], strict=True)
-            ),
             filter="box" if index else "none",
         )
         for index, (factor, grid) in enumerate(zip(factors, grids, strict=True))
@@ -100,8 +97,8 @@ def _volume(draft: Draft, level: Level, voxels: np.ndarray, *, mosaic: bool) -> 
     )
 
 
-def _program(*, mosaic: bool) -> Program:
-    return Program(
+def _program(*, mosaic: bool) -> ComposedProgram:
+    program = Program(
         name="raycast",
         sampling="mosaic" if mosaic else "texture3d",
         vertex="shaders/screen.vert",
@@ -112,8 +109,10 @@ def _program(*, mosaic: bool) -> Program:
             Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
             Uniform(name="u_step_mm", type="float", source="step_mm"),
         ),
-        samplers=(Sampler(name="u_volume", role="volume"), Sampler(name="u_transfer", role="transfer")),
+        samplers=("u_volume", "u_transfer"),
     )
+    inputs = (Sampler(name="u_volume", role="volume"), Sampler(name="u_transfer", role="transfer"))
+    return ComposedProgram(program=program, inputs=inputs)
 
 
 def run_import(draft: Draft, seed: int = 0) -> None:

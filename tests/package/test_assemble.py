@@ -19,7 +19,6 @@ def table(transfer: str) -> SkipTable:
         kind="distance",
         block=4,
         blocks_zyx=(1, 1, 1),
-        blocks_from_box_per_mm_xyz=(1.0, 1.0, 1.0),
         empty_share=0.5,
     )
 

@@ -90,19 +90,6 @@ def test_mosaics_of_bricks_that_contradict_their_level_are_found_out(tmp_path, s
     assert list(bricks_contradictions(changed(manifest, role, mosaic=None)))
 
 
-def test_a_program_must_know_where_bricks_are(manifest) -> None:
-    (program,) = manifest.programs
-    blind = program.model_copy(update={"samplers": tuple(s for s in program.samplers if s.role != "bricks")})
-    other = program.model_copy(update={"sampling": "texture3d"})
-    for wrong in (blind, other):
-        problems = list(contradictions(manifest.model_copy(update={"programs": (wrong,)})))
-        assert (
-            "channel scan: program ray-caster-0 must sample places of bricks if and only if its sampling is bricks"
-            in problems
-        )
-    assert any("in the form that texture3d reads" in problem for problem in problems)
-
-
 @pytest.mark.parametrize(
     ("change", "says"),
     [

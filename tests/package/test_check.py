@@ -194,8 +194,31 @@ CONTRADICTIONS: dict[str, Change] = {
     ),
     "direction of level 1 does not follow": set_to("channels", 0, "levels", 1, "grid", "direction", 1, 1, to=1.0),
     "corner of level 1 does not follow": set_to("channels", 0, "levels", 1, "grid", "origin_mm_xyz", 0, to=-12.0),
-    "texture_from_box_per_mm_xyz of level 0 does not follow": set_to(
-        "channels", 0, "levels", 0, "texture_from_box_per_mm_xyz", 0, to=0.37
+    "picture bone is there 2 times": lambda manifest: manifest["pictures"].append(manifest["pictures"][0]),
+    "picture bone shows a transfer function that its channel does not have": set_to(
+        "pictures", 0, "media", 0, "channel", to="other"
+    ),
+    "picture bone mixes 1 media as sum": set_to("pictures", 0, "mixing", to="sum"),
+    "picture bone draws levels [1, 0], which are not levels of its channel in their order": lambda manifest: manifest[
+        "pictures"
+    ][0]["drawings"].reverse(),
+    "picture bone at level 0 names the program other, which does not draw it": set_to(
+        "pictures", 0, "drawings", 0, "program", to="other"
+    ),
+    "picture bone at level 0 names the program , which does not draw it": lambda manifest: manifest["pictures"][0][
+        "drawings"
+    ][0].pop("program"),
+    "picture bone at level 0 names 1 textures for 2 samplers": lambda manifest: manifest["pictures"][0]["drawings"][0][
+        "textures"
+    ].pop(),
+    "picture bone at level 0 names the texture volume-scan-1, which is not of it": set_to(
+        "pictures", 0, "drawings", 0, "textures", 0, to="volume-scan-1"
+    ),
+    "picture bone at level 0 has values for  instead of texture_from_box": set_to(
+        "pictures", 0, "drawings", 0, "values", to=[]
+    ),
+    "picture bone at level 0 has texture_from_box that does not follow from its level": set_to(
+        "pictures", 0, "drawings", 0, "values", 0, "numbers", 0, to=0.37
     ),
     "texture volume-scan-0 has (5, 7, 9) texels; the profile allows 8": set_to("profile", "max_3d_texture_size", to=8),
     "texture volume-scan-0 is of channels left and transfer function None": set_to(
@@ -217,17 +240,9 @@ CONTRADICTIONS: dict[str, Change] = {
         "textures", 1, "filter", to="nearest"
     ),
     "the volumes hold labels, but a program draws pre-integrated segments between them": segments_of_labels,
-    "program raycast samples transfer for its classification preintegrated": set_to(
-        "programs", 0, "classification", to="preintegrated"
-    ),
-    "program raycast draws bone, which must have one palette table": set_to(
-        "programs", 0, "classification", to="palette"
-    ),
     "texture lookup-bone is a table of a transfer function, but has a mosaic, or a level that it cannot have": set_to(
         "textures", 0, "level", to=7
     ),
-    "program raycast draws bone, which must have one lookup table": set_to("textures", 0, "level", to=1),
-    "program raycast draws bone, whose tables have not one size, type and largest": another_table_of_level_0,
     "texture lookup-bone has 8 bits without max_extinction_per_mm": drop("textures", 0, "max_extinction_per_mm"),
     "texture volume-scan-0 holds level 7, which is not among the levels": set_to("textures", 1, "level", to=7),
     "texture volume-scan-0 holds level None": drop("textures", 1, "level"),
@@ -242,10 +257,6 @@ CONTRADICTIONS: dict[str, Change] = {
     "texture volume-scan-0 is classified, so it must have four channels": lambda manifest: manifest["textures"][
         1
     ].update(transfer="bone", reference_mm=1.0),
-    "program raycast draws level 1, but no texture holds it": lambda manifest: manifest["textures"].pop(2),
-    "program raycast draws level 0, but no texture holds it in the form that mosaic": set_to(
-        "programs", 0, "sampling", to="mosaic"
-    ),
     "program raycast draws view-slices, without blending": set_to("programs", 0, "geometry", to="view-slices"),
     "program raycast has a uniform u_box_from_clip for slices, which nothing gives it": set_to(
         "programs", 0, "uniforms", 0, "source", to="slices"
@@ -267,13 +278,6 @@ CONTRADICTIONS: dict[str, Change] = {
             }
         ],
     ),
-    "program raycast draws no level": set_to("programs", 0, "levels", to=[]),
-    "program raycast draws skin, which must have one lookup table": set_to("programs", 0, "transfer", to="skin"),
-    "program raycast samples nothing instead of one volume": set_to("programs", 0, "samplers", to=[]),
-    "program raycast samples transfer instead": lambda manifest: manifest["programs"][0]["samplers"].pop(0),
-    "program raycast samples nothing for its classification lookup": lambda manifest: manifest["programs"][0][
-        "samplers"
-    ].pop(),
     "program raycast reads 2 textures; the profile has 1 units": set_to("profile", "texture_units", to=1),
     "program raycast has 2 uniforms u_step_mm": set_to("programs", 0, "uniforms", 0, "name", to="u_step_mm"),
     "render.level_steps names levels [7], the levels after the finest one are": set_to(
@@ -286,9 +290,8 @@ CONTRADICTIONS: dict[str, Change] = {
     "it is sealed without stored_type": drop("channels", 0, "stored_type"),
     "it is sealed without levels": set_to("channels", 0, "levels", to=[]),
     "it is sealed without transfer_functions": set_to("channels", 0, "transfer_functions", to=[]),
-    "it is sealed without programs": set_to("programs", to=[]),
     "it is sealed without textures": set_to("textures", to=[]),
-    "no program draws the transfer function bone": set_to("programs", 0, "transfer", to="skin"),
+    "no picture shows the transfer function bone": set_to("pictures", 0, "media", 0, "transfer", to="skin"),
 }
 
 
@@ -362,12 +365,8 @@ MOSAIC_CONTRADICTIONS: dict[str, Change] = {
     "the mosaic of the volume of level 0 needs the parts 0 to 1, once each": set_to(
         "textures", 1, "mosaic", "textures", to=2
     ),
-    "program raycast samples volume, transfer instead": set_to("programs", 0, "samplers", 0, "part", to=1),
     "texture volume-scan-0: its mosaic has 4 components, its format is LUMINANCE": set_to(
         "textures", 1, "mosaic", "slices_per_texel", to=4
-    ),
-    "program raycast draws level 0, but no texture holds it in the form that texture3d": set_to(
-        "programs", 0, "sampling", to="texture3d"
     ),
     "texture volume-scan-0 has (1, 14, 27) texels; the profile allows 0": set_to(
         "textures", 1, "gl", "target", to="TEXTURE_3D"

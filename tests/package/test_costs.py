@@ -7,6 +7,7 @@ from volprep.pipeline.build import build, plan_build
 from volprep.render.choose import renderer_of
 from volprep.scene.request import load_request
 from volprep.validation.exact.manifests import manifest_differences
+from volprep_formats.package.picture import DrawCost
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 from volprep_formats.textures.gl_formats import gpu_bytes, size_bytes
@@ -27,27 +28,20 @@ def made(request, tmp_path_factory):
 def test_costs_are_what_the_renderer_uploads(made) -> None:
     _, _, package = made
     manifest = package.manifest
-    assert manifest.costs
-    for cost in manifest.costs:
-        with renderer_of(package, level=cost.level, transfer=cost.transfer) as renderer:
-            assert renderer.uploaded_bytes == cost.upload_bytes, cost
-        assert cost.gpu_bytes >= 0.9 * cost.upload_bytes
-
-
-@pytest.mark.long(keep=2)
-def test_every_level_that_a_program_draws_has_one_cost(made) -> None:
-    _, _, package = made
-    manifest = package.manifest
-    drawn = {(each.transfer, level) for each in manifest.programs for level in each.levels}
-    stated = [(each.transfer, each.level) for each in manifest.costs]
-    assert len(stated) == len(set(stated))
-    assert not manifest.programs or drawn == set(stated)
+    assert manifest.drawings
+    for picture, drawing in manifest.drawings:
+        with renderer_of(package, level=drawing.level, transfer=picture.name) as renderer:
+            assert renderer.uploaded_bytes == drawing.cost.upload_bytes, drawing
+        assert drawing.cost.gpu_bytes >= 0.9 * drawing.cost.upload_bytes
 
 
 def test_the_plan_says_before_what_the_package_says_after(made) -> None:
     kind, wanted, package = made
-    planned = {(each.transfer, each.level): each for each in plan_build(wanted, Silent()).costs}
-    told = {(each.transfer, each.level): each for each in package.manifest.costs}
+    planned = {
+        (each.picture, each.level): DrawCost(upload_bytes=each.upload_bytes, gpu_bytes=each.gpu_bytes)
+        for each in plan_build(wanted, Silent()).costs
+    }
+    told = {(picture.name, drawing.level): drawing.cost for picture, drawing in package.manifest.drawings}
     if kind not in ONLY_BOUNDED:
         assert planned == told
     if kind == "house":
@@ -63,13 +57,13 @@ def test_the_plan_says_before_what_the_package_says_after(made) -> None:
 def test_a_cost_that_does_not_follow_from_the_textures_is_a_difference(made) -> None:
     _, _, package = made
     manifest = package.manifest
-    first, *rest = manifest.costs
-    wrong = manifest.model_copy(update={"costs": (first.model_copy(update={"gpu_bytes": first.gpu_bytes + 1}), *rest)})
-    # What is derived again has no costs: these come with the seal.
-    derived = manifest.model_copy(update={"costs": ()})
-    assert not manifest_differences(manifest, derived)
-    (found,) = manifest_differences(wrong, derived)
-    assert found.startswith(f"costs[{first.transfer}].gpu_bytes is {first.gpu_bytes + 1}")
+    first, *others = manifest.pictures
+    drawing, *rest = first.drawings
+    cost = drawing.cost.model_copy(update={"gpu_bytes": drawing.cost.gpu_bytes + 1})
+    wrong = first.model_copy(update={"drawings": (drawing.model_copy(update={"cost": cost}), *rest)})
+    (found,) = manifest_differences(manifest.model_copy(update={"pictures": (wrong, *others)}), manifest)
+    where = f"pictures[{first.name}].drawings[{drawing.level}].cost"
+    assert found.startswith(f"{where}.gpu_bytes is {cost.gpu_bytes}")
 
 
 def test_texels_of_three_bytes_and_of_palettes_take_four_on_a_gpu() -> None:

@@ -28,12 +28,6 @@ def changed(manifest: Manifest, level: int, **fields) -> Manifest:
     return manifest.model_copy(update={"textures": textures})
 
 
-def without_uniform(manifest: Manifest) -> Manifest:
-    (program,) = manifest.programs
-    uniforms = tuple(uniform for uniform in program.uniforms if uniform.source != "mipmap")
-    return manifest.model_copy(update={"programs": (program.model_copy(update={"uniforms": uniforms}),)})
-
-
 def test_a_package_with_mipmaps_agrees_with_itself(package) -> None:
     assert [each.shape_zyx for each in package.manifest.textures if each.role == "volume"] == [
         (12, 16, 1),
@@ -59,7 +53,6 @@ CASES = {
         "gl": R8.model_copy(update={"internal_format": "R16F"}),
     },
     "texture volume-scan-0 has (8, 16, 1) texels, its level (9, 14, 1) voxels": {"level": 0, "shape_zyx": (8, 16, 1)},
-    "program ray-caster must have a uniform mipmap if and only if its levels are mipmaps": {"level": 1, "mipmap": None},
 }
 
 
@@ -68,22 +61,15 @@ def test_mipmaps_that_contradict_their_texture_are_found_out(package, says) -> N
     assert says in list(mipmap_contradictions(changed(package.manifest, **CASES[says])))
 
 
-def test_a_program_that_cannot_choose_a_mipmap_is_found_out(package) -> None:
-    assert any(
-        "must have a uniform mipmap" in each for each in mipmap_contradictions(without_uniform(package.manifest))
-    )
-
-
 def test_texture_coordinates_that_are_those_of_the_voxels_are_found_out(package) -> None:
-    (first, *others) = package.manifest.levels
+    (picture,) = package.manifest.pictures
+    first = package.manifest.levels[0]
     scale = tuple(1 / (n * h) for n, h in zip(first.grid.shape_zyx[::-1], first.grid.spacing_mm_zyx[::-1], strict=True))
-    levels = (first.model_copy(update={"texture_from_box_per_mm_xyz": scale}), *others)
-    (channel,) = package.manifest.channels
-    changed_channel = channel.model_copy(update={"levels": levels})
-    problems = contradictions(package.manifest.model_copy(update={"channels": (changed_channel,)}))
-    assert "channel scan: texture_from_box_per_mm_xyz of level 0 does not follow from the grid and the factors" in list(
-        problems
-    )
+    drawing, *others = picture.drawings
+    values = (drawing.values[0].model_copy(update={"numbers": scale}), *drawing.values[1:])
+    wrong = picture.model_copy(update={"drawings": (drawing.model_copy(update={"values": values}), *others)})
+    problems = contradictions(package.manifest.model_copy(update={"pictures": (wrong,)}))
+    assert f"picture {picture.name} at level 0 has texture_from_box that does not follow from its level" in [*problems]
 
 
 def test_a_file_with_another_number_of_mipmaps_is_a_finding(tmp_path) -> None:

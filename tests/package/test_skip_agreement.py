@@ -53,15 +53,6 @@ def with_ranges(manifest: Manifest, **fields) -> Manifest:
     return changed(manifest, skipping=changed(manifest.skipping, ranges=(changed(record, **fields),)))
 
 
-def with_program(manifest: Manifest, **fields) -> Manifest:
-    return changed(manifest, programs=(changed(manifest.programs[0], **fields),))
-
-
-def two_samplers(manifest: Manifest) -> Manifest:
-    samplers = manifest.programs[0].samplers
-    return with_program(manifest, samplers=(*samplers, samplers[-1]))
-
-
 CASES = {
     "texture skip-test-0 is named by 0 skip tables or ranges instead of one": (
         "es3",
@@ -108,19 +99,6 @@ CASES = {
     "skip table skip-test-0 has entries that are no bytes": (
         "es3",
         lambda manifest: with_texture(manifest, gl=changed(manifest.textures[0].gl, type="HALF_FLOAT")),
-    ),
-    "skip table skip-test-0 has blocks_from_box_per_mm_xyz that does not follow from its block": (
-        "es3",
-        lambda manifest: with_table(manifest, blocks_from_box_per_mm_xyz=(1.0, 1.0, 1.0)),
-    ),
-    "program ray-caster samples 2 skip tables": ("es3", two_samplers),
-    "program ray-caster skips, but not each of its levels has one skip table for test": (
-        "es3",
-        lambda manifest: with_program(manifest, levels=(0, 1, 2)),
-    ),
-    "program ray-caster skips with tables of several kinds or sizes of blocks": (
-        "es3",
-        lambda manifest: with_table(manifest, kind="pyramid"),
     ),
 }
 

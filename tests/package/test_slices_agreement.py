@@ -77,7 +77,7 @@ def test_a_package_that_was_built_is_sound(package):
             lambda m: m.model_copy(update={"profile": m.profile.model_copy(update={"api": "es2.0"})}),
             "holds slices, but profile gles1 has shaders",
         ),
-        (with_function_b, "no stack of slices draws the transfer function b"),
+        (with_function_b, "no picture shows the transfer function b"),
         (lambda m: with_texture(m, Z, role="ranges"), "is no slices, which are all"),
     ],
 )

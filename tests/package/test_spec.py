@@ -169,8 +169,9 @@ def test_the_formula_for_mosaics_gives_the_trilinear_field(sealed_mosaic: Path) 
 
 def test_the_formulas_for_spaces_are_those_of_the_grid(sealed: Path) -> None:
     record = json.loads((sealed / "manifest.json").read_text())
-    levels = Package.open(sealed).manifest.levels
-    for level, fields in zip(levels, record["channels"][0]["levels"], strict=True):
+    levels, (picture,) = Package.open(sealed).manifest.levels, record["pictures"]
+    drawn = zip(levels, record["channels"][0]["levels"], picture["drawings"], strict=True)
+    for level, fields, drawing in drawn:
         grid = fields["grid"]
         direction, origin = np.array(grid["direction"]), np.array(grid["origin_mm_xyz"])
         spacing_xyz = np.array(grid["spacing_mm_zyx"][::-1])
@@ -181,7 +182,7 @@ def test_the_formulas_for_spaces_are_those_of_the_grid(sealed: Path) -> None:
         world = origin + direction @ (spacing_xyz * index)
         np.testing.assert_allclose(level.grid.world_from_index @ [*index, 1.0], [*world, 1.0], rtol=0, atol=1e-12)
         box = direction.T @ (world - corner)
-        texture = box * fields["texture_from_box_per_mm_xyz"]
+        texture = box * drawing["values"][0]["numbers"]
         np.testing.assert_allclose(texture, (index + 0.5) / grid["shape_zyx"][::-1], rtol=0, atol=1e-12)
 
 

@@ -63,7 +63,7 @@ def ways_to_read(bench: Bench, volume: Volume, pixels: int) -> PaperTable:
         for technique in _DRAWN:
             render = f'technique = "{technique}"\nstep_voxels = 0.5\n{_PLAIN}'
             package = bench.package(volume, "micro-ct", profile=profile, render=render, more=ALONE + _NO_SKIP + more)
-            held = package.manifest.costs[0].gpu_bytes
+            held = package.manifest.pictures[0].drawings[0].cost.gpu_bytes
             view = View(standard_views(package.manifest.levels[0].grid)[_VIEW], (pixels, pixels))
             with bench.renderer(package) as renderer:
                 cells.append(bench.measured(renderer, package, volume, view))

@@ -50,9 +50,7 @@ LIES: Lies = {
     "no filter": lambda m: lights(m)[0].update(filter="nearest"),
     "a level": lambda m: lights(m)[0].update(level=0),
     "no record of the light": lambda m: lights(m)[0].pop("light"),
-    "a program without its light": lambda m: m["programs"][0].update(baked=False),
-    "a texture that is not sampled": lambda m: without(m, "samplers", "u_light"),
-    "no environment": lambda m: without(m, "uniforms", "u_environment"),
+    "a texture that is not sampled": lambda m: m["programs"][0]["samplers"].remove("u_light"),
     "light of another function": lambda m: [each.update(transfer="other") for each in lights(m)],
 }
 

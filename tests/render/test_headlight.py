@@ -103,7 +103,7 @@ def test_normals_as_data_only_are_in_no_shader(tmp_path):
     for package in (data, plain):
         (program,) = package.manifest.programs
         assert program.lighting == "none"
-        assert {sampler.role for sampler in program.samplers} == {"volume", "transfer"}
+        assert set(program.samplers) == {"u_volume", "u_transfer"}
         assert "normal_at" not in package.read_text(program.fragment)
     assert data.read_text("ray.frag") == plain.read_text("ray.frag")
 

@@ -61,7 +61,7 @@ def fetched(package, shift_xyz=(0.0, 0.0, 0.0)):
         handle = stack.enter_context(gl.texture(texture, texels))
         triangle = stack.enter_context(gl.triangle())
         target = stack.enter_context(gl.target("rgba32f", (height, width)))
-        scale = np.array(package.manifest.levels[0].texture_from_box_per_mm_xyz, np.float32)
+        scale = np.array(package.manifest.pictures[0].drawings[0].values[0].numbers, np.float32)
         slices = []
         for z in range(depth):
             box_from_clip = np.diag([width / 2, height / 2, 0.0, 1.0])

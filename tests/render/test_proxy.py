@@ -21,6 +21,12 @@ MERGED = ProxySettings(block=4)
 profiles = pytest.mark.parametrize("profile", [ES3, ES2], ids=["texture3d", "mosaic"])
 
 
+def at_mesh(package):
+    """Return the program whose rays begin at a mesh."""
+    (program,) = (each for each in package.manifest.programs if each.rays == "mesh")
+    return program
+
+
 def pictures(package, views, projection="orthographic", *, level=0, shape=(60, 75)):
     """The same views without the mesh and with it."""
     grid = package.manifest.levels[0].grid
@@ -66,7 +72,7 @@ def test_every_technique_with_rays_begins_and_ends_at_the_mesh(tmp_path, techniq
         wishes = {name: each for name, each in wishes.items() if name != "skip"}
     codes = blobs(36, (37, 41, 33))
     package = tiny_package(tmp_path / "p", codes, SHELLS, profile, technique=technique, proxy=MERGED, **wishes)
-    assert [each.geometry for each in package.manifest.proxy.programs[0].before] == ["mesh"]
+    assert [each.geometry for each in at_mesh(package).before] == ["mesh"]
     if technique == "two-pass":
         # At a mesh the first pass draws the mesh in place of the box, and rays are those of one pass.
         alike = tiny_package(tmp_path / "one", codes, SHELLS, profile, proxy=MERGED, **wishes)
@@ -83,7 +89,7 @@ def test_rays_end_behind_the_mesh(tmp_path, profile):
     codes[18:22, 2:6, 18:22] = 255
     package = tiny_package(tmp_path / "p", codes, SHELLS, profile, proxy=MERGED)
     grid = package.manifest.grid
-    (program,) = package.manifest.proxy.programs
+    program = at_mesh(package)
     for view in ("anterior", "posterior"):
         camera = view_of(grid, view)
         taken, _ = samples_per_pixel(package, program, 0, camera, (48, 48), kind=ProxyRenderer)
@@ -129,7 +135,7 @@ def test_rays_take_fewer_samples_and_with_a_skip_table_as_few_as_that_alone_leav
         camera = view_of(grid, "anterior-left")
         for program, kind in (
             (package.manifest.programs[0], Renderer),
-            (package.manifest.proxy.programs[0], ProxyRenderer),
+            (at_mesh(package), ProxyRenderer),
         ):
             taken[name, kind] = samples_per_pixel(package, program, 0, camera, (48, 48), kind=kind)[0].sum()
         check_same(*pictures(package, ("anterior-left", "superior")))

@@ -56,6 +56,11 @@ show = "place"
 SHOWN = ["sub-volumes", "a box of level 0", "the place of a box in level 0"]
 
 
+def in_pieces(package):
+    """Return the programs that draw sub-volumes."""
+    return [program for program in package.manifest.programs if program.sampling == "subvolumes"]
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
     return write_segments(tmp_path_factory.mktemp("segments"))
@@ -139,9 +144,9 @@ def test_blocks_laid_over_each_other_are_the_picture_of_the_whole(folder, profil
     package = built(folder, f"{profile}-{labels}", profile, PIECES, **source)
     assert check(package.path) == []
     assert grid_of(package).gl.format == pixels
-    (program,) = package.manifest.subvolumes.programs
-    assert sum(each.role == "subvolume" for each in program.samplers) == 8
-    assert not [each for each in program.samplers if each.role == "labels"]
+    (program,) = in_pieces(package)
+    assert len([name for name in program.samplers if name.startswith("u_subvolume")]) == 8
+    assert not [name for name in program.samplers if "label" in name]
     # Rays take other samples in blocks; OpenGL ES 2 has tables of 8 bits.
     assert np.abs(laid_over(package) - drawn(package)).max() < (0.004 if profile == "gles3" else 0.01)
 
@@ -207,7 +212,7 @@ def test_the_first_hit_of_blocks_is_that_of_the_whole(folder, profile, lighting,
     name = f"{profile}-first-hit-{lighting}-{labelled}"
     package = of_one_value(folder, name, profile, "first-hit", lighting, labelled=labelled)
     assert check(package.path) == []
-    assert {each.lighting for each in package.manifest.subvolumes.programs} == {lighting}
+    assert {each.lighting for each in in_pieces(package)} == {lighting}
     # The first block with a hit counts.
     picture = np.zeros((48, 48, 4))
     for block in blocks(package, VIEW):
@@ -331,7 +336,7 @@ def test_styles_that_would_take_too_many_units_are_classified_by_control_points(
     small[0].write_text(text.replace("texture_units = 16", "texture_units = 12", 1))
     change = PIECES | {"transfer": transfer}
     package = built(folder, "styles", "small.toml", change, outside="veil", inside="style-3", style=styles)
-    assert package.manifest.subvolumes.programs[0].classification == "control-points"
+    assert in_pieces(package)[0].classification == "control-points"
     assert package.manifest.programs[0].classification == "lookup"
     assert np.abs(laid_over(package) - drawn(package)).max() < 0.006
 

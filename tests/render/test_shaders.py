@@ -55,7 +55,7 @@ def test_every_uniform_and_sampler_is_active_and_none_is_unnamed(package):
         gl = Gl(stack.enter_context(Context(package.manifest.profile.api)))
         active = stack.enter_context(gl.program(program.name, *shaders)).uniforms
     declared = set(re.findall(r"uniform (?:\w+ )?\w+ (\w+);", "".join(texts(package).values())))
-    named = {each.name for each in (*program.uniforms, *program.samplers)}
+    named = {*(each.name for each in program.uniforms), *program.samplers}
     assert set(active) == declared == named
 
 

@@ -120,7 +120,7 @@ def test_the_finest_step_that_is_drawn_with_a_skip_table_is_whole(tmp_path, made
         # The loop of ES 2 is long enough for an eighth of the package's own step.
         step_mm=0.01,
     )
-    (program,) = package.manifest.programs
+    (program,) = package.manifest.level_programs
     step_mm = step_mm_of_turns(package.manifest, program, 0, made) * 1.001
     assert turns_of_rays(package.manifest, program, 0, step_mm) > 0.99 * made
     for view in ("superior", "anterior-left"):

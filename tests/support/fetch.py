@@ -30,8 +30,9 @@ class Fetch:
     def __init__(self, package: Package, fragment: str | None = None) -> None:
         manifest = package.manifest
         program = manifest.programs[0]
-        volumes = [texture for texture in manifest.textures if texture.role in {"volume", "bricks"}]
-        names = {(sampler.role, sampler.part): sampler.name for sampler in program.samplers}
+        names = dict(zip(manifest.pictures[0].drawings[0].textures, program.samplers, strict=True))
+        read = [texture for texture in manifest.textures if texture.name in names]
+        volumes = [texture for texture in read if texture.role in {"volume", "bricks"}]
         text = fragment or probe_text(package.read_text(program.fragment))
         with ExitStack() as stack:
             self._gl = Gl(stack.enter_context(Context(manifest.profile.api)))
@@ -40,15 +41,14 @@ class Fetch:
             self._program = stack.enter_context(self._gl.program("probe", vertex, ShaderText("probe", text)))
             self._textures = {}
             for volume in volumes:
-                if not volume.mipmap:  # the finest brings the others along
-                    image = ktx2.decode(package.read_bytes(volume.file), volume.file)
-                    handle = stack.enter_context(self._gl.texture(volume, *image.levels))
-                    self._textures[names[volume.role, volume.part]] = (volume.gl.target, handle)
+                image = ktx2.decode(package.read_bytes(volume.file), volume.file)
+                handle = stack.enter_context(self._gl.texture(volume, *image.levels))
+                self._textures[names[volume.name]] = (volume.gl.target, handle)
             self._triangle = stack.enter_context(self._gl.triangle())
             self._target = stack.enter_context(self._gl.target("rgba32f", (_SIZE, _SIZE)))
             self._stack = stack.pop_all()
         self.driver = self._gl.driver
-        self._scale = np.array(manifest.levels[0].texture_from_box_per_mm_xyz, dtype=np.float32)
+        self._scale = np.array(manifest.pictures[0].drawings[0].values[0].numbers, dtype=np.float32)
 
     def __enter__(self) -> Self:
         return self

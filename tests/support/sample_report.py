@@ -234,14 +234,11 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
     """The manifest of a small package with two levels."""
     grid = Grid.of((40, 48, 48), (1.0, 0.9, 0.9))
     levels = (
-        Level(
-            index=0, factors_zyx=(1, 1, 1), grid=grid, texture_from_box_per_mm_xyz=(0.02, 0.02, 0.025), filter="none"
-        ),
+        Level(index=0, factors_zyx=(1, 1, 1), grid=grid, filter="none"),
         Level(
             index=1,
             factors_zyx=(2, 2, 2),
             grid=grid.coarser((2, 2, 2)),
-            texture_from_box_per_mm_xyz=(0.02, 0.02, 0.025),
             filter="box",
         ),
     )
@@ -320,7 +317,6 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
                     kind="distance",
                     block=4,
                     blocks_zyx=(10, 12, 12),
-                    blocks_from_box_per_mm_xyz=(0.28, 0.28, 0.25),
                     empty_share=0.7,
                 ),
             )
@@ -328,6 +324,7 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
         proxy=Proxy(
             meshes=(
                 ProxyMeshFile(
+                    name="skin-0",
                     transfer="skin",
                     level=0,
                     form="merged",

@@ -117,7 +117,7 @@ def test_a_lie_in_any_field_is_found_or_listed_as_harmless(derived, tmp_path) ->
     missed = []
     verdicts = {}
     for field, place in tried.items():
-        if place[0] in FOUND_BY_PICTURES:
+        if not FOUND_BY_PICTURES.isdisjoint(place):
             verdicts[field] = "found by drawing it again"
             continue
         changed = json.loads(json.dumps(manifest))

@@ -25,7 +25,7 @@ def blob(right: float) -> np.ndarray[Any, np.dtype[np.float32]]:
 
 def shift(name: str, boxes: dict[str, np.ndarray[Any, np.dtype[np.float32]]] | None = None) -> float | None:
     """The shift in voxels that is measured for a level, drawn half a voxel right of the truth."""
-    level = Level(index=2, factors_zyx=(4, 4, 4), grid=GRID, texture_from_box_per_mm_xyz=(1.0, 1.0, 1.0), filter=name)
+    level = Level(index=2, factors_zyx=(4, 4, 4), grid=GRID, filter=name)
     subject: Any = SimpleNamespace(shape_hw=(SIDE, SIDE), cameras=standard_views(GRID), is_lit=False)
     return judged_level("anterior", blob(HALF), blob(0.0), Tolerance(), subject, level, boxes).shift_voxels
 
@@ -48,7 +48,7 @@ def test_a_level_that_lies_where_box_means_lie_is_not_shifted() -> None:
 def sizes(drawn: np.ndarray[Any, np.dtype[np.float32]], allowed: float) -> list[tuple[int, bool]]:
     """Sizes of pictures in which a picture of a ball is measured, and whether it is within."""
     grid = Grid.of((64, 64, 64), (2.0, 2.0, 2.0))
-    level = Level(index=1, factors_zyx=(2, 2, 2), grid=grid, texture_from_box_per_mm_xyz=(1.0, 1.0, 1.0), filter="box")
+    level = Level(index=1, factors_zyx=(2, 2, 2), grid=grid, filter="box")
     subject: Any = SimpleNamespace(shape_hw=(SIDE, SIDE), cameras=standard_views(grid), is_lit=False)
     tolerance = Tolerance(rmse=allowed, flip=1.0, kept_light=0.0)
     pictures, truths = {"anterior": drawn}, {"anterior": blob(0.0)}
@@ -74,7 +74,7 @@ def test_thin_things_of_a_level_are_those_of_pictures_in_which_its_voxels_are_pi
     """A line of two pixels is thin where a voxel has four of them; with one pixel for a voxel it is faint."""
     line = np.zeros((SIDE, SIDE, 4), np.float32)
     line[20:230, 128:130] = 0.08
-    level = Level(index=2, factors_zyx=(4, 4, 4), grid=GRID, texture_from_box_per_mm_xyz=(1.0, 1.0, 1.0), filter="box")
+    level = Level(index=2, factors_zyx=(4, 4, 4), grid=GRID, filter="box")
     subject: Any = SimpleNamespace(shape_hw=(SIDE, SIDE), cameras=standard_views(GRID), is_lit=False)
     found = judged_level("anterior", np.zeros_like(line), line, Tolerance(), subject, level)
     assert found.full is not None

@@ -90,8 +90,9 @@ def window_wider(manifest: dict) -> None:
 
 def spacing_scaled(manifest: dict) -> None:
     regrid(manifest, lambda grid: Grid.of(grid.shape_zyx, [2 * h for h in grid.spacing_mm_zyx]))
-    for level in manifest["channels"][0]["levels"]:
-        level["texture_from_box_per_mm_xyz"] = [each / 2 for each in level["texture_from_box_per_mm_xyz"]]
+    for drawing in manifest["pictures"][0]["drawings"]:
+        for value in drawing["values"]:
+            value["numbers"] = [each / 2 for each in value["numbers"]]
 
 
 def axes_flipped(manifest: dict) -> None:

@@ -261,8 +261,8 @@ def test_a_device_is_measured_and_what_it_sends_agrees_with_validation(browser, 
             assert abs(point.seen_rmse - total.seen_rmse) < STEP_OF_8_BITS
             assert 0 < point.fastest_ms <= point.draw_ms <= point.slowest_ms
             assert point.steady or "*" in told
-        costs = phantom.report.package.manifest.costs
-        told_bytes = {each.level: each.upload_bytes for each in costs if each.transfer == measured.transfer}
+        picture = phantom.report.package.manifest.picture(measured.transfer)
+        told_bytes = {each.level: each.cost.upload_bytes for each in picture.drawings}
         assert {each.level: each.upload_bytes for each in measured.levels} == told_bytes
         assert {each.form for each in measured.levels} == {"ray-casting, R16F 3D texture"}
         assert [each.size for each in measured.sizes] == [48, 96, 192][: len(measured.sizes)]

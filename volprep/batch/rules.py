@@ -24,7 +24,7 @@ _SHOWN = 20
 Range = tuple[float, float]
 
 
-class Drawing(Record):
+class RuleChoice(Record):
     """Settings for a scan."""
 
     scene: str = ""
@@ -42,7 +42,7 @@ class Drawing(Record):
         return self
 
 
-class Rule(Drawing):
+class Rule(RuleChoice):
     """A table [[rule]]. A scan matches it if all conditions hold that are given."""
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
@@ -110,7 +110,7 @@ class RuleFile(Record):
 
     rule: Annotated[tuple[Rule, ...], Field(min_length=1)]
     """Rules. Their order says nothing."""
-    otherwise: Drawing | None = None
+    otherwise: RuleChoice | None = None
     """Settings for scans that match no rule; if absent, they are refused."""
 
     @model_validator(mode="after")
@@ -133,7 +133,7 @@ class Rules:
         """Return the rules that a scan matches, and the scan with the settings of the only one."""
         facts = scan.facts or Facts("")
         names = tuple(rule.name for rule in self.content.rule if rule.matches(facts))
-        choice: Drawing | None = next((rule for rule in self.content.rule if rule.name in names), None)
+        choice: RuleChoice | None = next((rule for rule in self.content.rule if rule.name in names), None)
         if not names and self.content.otherwise is not None:
             names, choice = ("otherwise",), self.content.otherwise
         if choice is None or len(names) > 1:

@@ -107,12 +107,10 @@ def generator() -> str:
 def _level(
     plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | LevelFilter, *, preview: bool = False
 ) -> Level:
-    grid = _grid(plan.grid, level.factors_zyx)
     return Level(
         index=level.index,
         factors_zyx=level.factors_zyx,
-        grid=grid,
-        texture_from_box_per_mm_xyz=_per_mm_xyz(level.texels_zyx, grid.spacing_mm_zyx),
+        grid=_grid(plan.grid, level.factors_zyx),
         filter=made_by,
         preview_only=preview or None,
     )
@@ -120,10 +118,3 @@ def _level(
 
 def _grid(grid: Grid, factors_zyx: tuple[int, int, int]) -> Grid:
     return grid if factors_zyx == (1, 1, 1) else grid.coarser(factors_zyx)
-
-
-def _per_mm_xyz(
-    texels_zyx: tuple[int, int, int], spacing_mm_zyx: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    z, y, x = (1 / (n * h) for n, h in zip(texels_zyx, spacing_mm_zyx, strict=True))
-    return x, y, z

@@ -9,8 +9,7 @@ from volprep.plan.records import PREVIEW, Plan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Contribution, PlanItem
-from volprep_formats.package.parts.costs.count import draw_costs
-from volprep_formats.package.parts.fidelity.record import Fidelity
+from volprep_formats.package.parts.fidelity.record import LevelFidelity
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -29,15 +28,15 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     draft.write(PREVIEW, "preview", preview_png(package))
     fidelity = _fidelity(draft, package) if plan.fidelity else ()
     progress.advance()
-    return Contribution(preview=PREVIEW, fidelity=fidelity, costs=draw_costs(package.manifest))
+    return Contribution(preview=PREVIEW, fidelity=fidelity)
 
 
-def _fidelity(draft: Draft, package: Package) -> tuple[Fidelity, ...]:
+def _fidelity(draft: Draft, package: Package) -> tuple[LevelFidelity, ...]:
     """Measure each level with each transfer function. Raises the errors of drawing."""
     from volprep.parts.fidelity import measure as of  # noqa: PLC0415 - as above
     from volprep.parts.source_field import source_field  # noqa: PLC0415 - as above
 
-    found: list[Fidelity] = []
+    found: list[LevelFidelity] = []
     for part in channel_packages(package).values():
         manifest = part.manifest
         projection = manifest.render.projection if manifest.render else "orthographic"

@@ -11,7 +11,7 @@ from volprep.scene.scene import Refinement
 from volprep_formats.grid import Count, Grid
 from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
-from volprep_formats.package.parts.costs.record import DrawCost
+from volprep_formats.package.parts.costs.record import LevelCost
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
 from volprep_formats.package.program import CompositingName, ProgramDesign, Sampling
 from volprep_formats.package.texture import SampleFilter, TextureContent
@@ -283,7 +283,7 @@ class Plan(Record):
     """Names of the stages that this plan needs, in order."""
     items: tuple[PlanItem, ...]
     """Every decision with its reason, cost and files."""
-    costs: tuple[DrawCost, ...] = ()
+    costs: tuple[LevelCost, ...] = ()
     """Cost of drawing each level with each transfer function, without meshes."""
 
     @property

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from volprep.render.inputs import Inputs, environment_values, find_textures, light_values, undrawable
+from volprep.render.inputs import Inputs, environment_values, light_values, undrawable
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.subvolumes.places import Side, place_of, sides_of
@@ -21,28 +21,25 @@ from volprep_formats.package.texture import Texture
 
 def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
     """Choose the pieces around the point of this number. Raises VP5018 if the package cannot draw them."""
-    files, level_grid = package.manifest.subvolumes, package.manifest.grid
-    if files is None or level_grid is None or not files.programs:
+    manifest = package.manifest
+    files, level_grid = manifest.subvolumes, manifest.grid
+    drawn = {picture.name: picture.pieces for picture in manifest.pictures if picture.pieces is not None}
+    if files is None or level_grid is None or not drawn:
         known = "nothing around a point: the package has no sub-volumes as files"
         raise undrawable(package, f"the pieces around point {point}", transfer, known)
-    program = next((each for each in files.programs if transfer in (None, each.transfer)), None)
     grid = decode_grid(package.read_bytes(files.grid), package.path, files.grid)
-    if program is None or not 0 <= point < len(grid.points):
-        known = f"points 0 to {len(grid.points) - 1} with {', '.join(each.transfer for each in files.programs)}"
+    pieces = drawn.get(next(iter(drawn)) if transfer is None else transfer)
+    if pieces is None or not 0 <= point < len(grid.points):
+        known = f"points 0 to {len(grid.points) - 1} with {', '.join(drawn)}"
         raise undrawable(package, f"the pieces around point {point}", transfer, known)
     spacing_mm_xyz = np.array(level_grid.spacing_mm_zyx[::-1])
-    pieces, texels = _pieces(grid, place_of(grid, point))
-    tables = program.model_copy(update={"samplers": [s for s in program.samplers if s.role != "subvolume"]})
-    level = Level(
-        index=0,
-        factors_zyx=(1, 1, 1),
-        grid=level_grid,
-        texture_from_box_per_mm_xyz=_per_mm_xyz(spacing_mm_xyz, grid.shape_zyx),
-        filter="none",
-    )
-    others = find_textures(package, tables, 0)
+    around, texels = _pieces(grid, place_of(grid, point))
+    by_name = {texture.name: texture for texture in manifest.textures} | {texture.name: texture for texture in around}
+    program = next(program for program in manifest.programs if program.name == pieces.program)
+    level = Level(index=0, factors_zyx=(1, 1, 1), grid=level_grid, filter="none")
+    textures = [by_name[name] for name in pieces.textures]
     values = block_values(sides_of(grid, point), spacing_mm_xyz) | light_values(program, level)
-    return Inputs(program, level, [*pieces, *others], values | environment_values(others), texels)
+    return Inputs(program, level, textures, values | environment_values(textures), texels)
 
 
 def block_values(sides_xyz: tuple[Side, Side, Side], spacing_mm_xyz: Float64Array) -> dict[str, ArrayLike]:
@@ -87,8 +84,3 @@ def _pieces(grid: SubvolumeGrid, place: tuple[int, int, int]) -> tuple[list[Text
             )
         )
     return textures, texels
-
-
-def _per_mm_xyz(spacing_mm_xyz: Float64Array, shape_zyx: tuple[int, int, int]) -> tuple[float, float, float]:
-    x, y, z = (1 / (n * h) for n, h in zip(shape_zyx[::-1], spacing_mm_xyz.tolist(), strict=True))
-    return x, y, z

@@ -12,7 +12,6 @@ from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.light.environment import environment_of, environment_uniform
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
-from volprep_formats.package.sampled import sampled_textures
 from volprep_formats.package.texture import Texture
 
 
@@ -36,22 +35,37 @@ Edit = Callable[[Package, Inputs], Inputs]
 """Changes the inputs of a program for a user's edit of a transfer function."""
 
 
-def level_inputs(package: Package, level: int | None, transfer: str | None) -> Inputs:
-    """Choose what to draw: the finest level and the first transfer function unless others are named.
+def level_inputs(package: Package, level: int | None, picture: str | None) -> Inputs:
+    """Choose what to draw: the finest level and the first picture unless others are named.
 
     Raises VP5018 if the package cannot draw that.
     """
-    program = _find_program(package, level, transfer)
-    found = _find_level(package, program, level)
-    textures = find_textures(package, program, found.index)
+    manifest = package.manifest
+    found = next(
+        (
+            (one, drawing)
+            for one, drawing in manifest.drawings
+            if picture in {None, one.name} and level in {None, drawing.level} and drawing.program is not None
+        ),
+        None,
+    )
+    if found is None:
+        known = "; ".join(f"level {', '.join(str(each.level) for each in one.drawings)} with {one.name}"
+                          for one in manifest.pictures)  # fmt: skip
+        raise undrawable(package, "any level" if level is None else f"level {level}", picture, known or "nothing")
+    shown, drawing = found
+    by_name = {texture.name: texture for texture in manifest.textures}
+    program = next((program for program in manifest.programs if program.name == drawing.program), None)
+    drawn = next((each for each in manifest.levels if each.index == drawing.level), None)
+    if program is None or drawn is None or not by_name.keys() >= set(drawing.textures):
+        raise undrawable(package, f"level {drawing.level}", shown.name, "nothing: its program or a texture is missing")
+    textures = [by_name[name] for name in drawing.textures]
     values: dict[str, ArrayLike] = {
-        "texture_from_box": found.texture_from_box_per_mm_xyz,
-        "blocks_from_box": _blocks_from_box(package, program, found.index),
-        **light_values(program, found),
+        **{value.source: value.numbers if len(value.numbers) > 1 else value.numbers[0] for value in drawing.values},
+        **light_values(program, drawn),
         **environment_values(textures),
-        "mipmap": next((texture.mipmap for texture in textures if texture.mipmap is not None), 0),
     }
-    return Inputs(program, found, textures, values)
+    return Inputs(program, drawn, textures, values)
 
 
 def light_values(program: Program, level: Level) -> dict[str, ArrayLike]:
@@ -74,42 +88,7 @@ def environment_values(textures: Sequence[Texture]) -> dict[str, ArrayLike]:
     return {"environment": environment_uniform(environment_of(light.model))}
 
 
-def find_textures(package: Package, program: Program, level: int) -> list[Texture]:
-    """Textures in the order of the program's samplers. Raises VP5018 if one is missing."""
-    found = [texture for texture in sampled_textures(package.manifest, program, level) if texture is not None]
-    if len(found) < len(program.samplers):
-        raise undrawable(package, f"level {level}", program.transfer, "nothing: a texture is missing")
-    return found
-
-
 def undrawable(package: Package, wanted: str, transfer: str | None, known: str) -> VolprepError:
     """Return VP5018: a package that cannot draw `wanted`, with the choices that it has."""
     by = "any transfer function" if transfer is None else f"the transfer function {transfer}"
     return VolprepError("VP5018", package=package.path, level=wanted, transfer=by, known=known)
-
-
-def _find_program(package: Package, level: int | None, transfer: str | None) -> Program:
-    manifest = package.manifest
-    for program in manifest.programs:
-        if transfer in (None, program.transfer) and (level is None or level in program.levels):
-            return program
-    known = "; ".join(
-        f"level {', '.join(str(each) for each in program.levels)} with {program.transfer}"
-        for program in manifest.programs
-    )
-    raise undrawable(package, "any level" if level is None else f"level {level}", transfer, known or "nothing")
-
-
-def _find_level(package: Package, program: Program, level: int | None) -> Level:
-    index = min(program.levels, default=None) if level is None else level
-    found = next((each for each in package.manifest.levels if each.index == index), None)
-    if found is None:
-        raise undrawable(package, f"level {index}", program.transfer, "nothing: the level is missing")
-    return found
-
-
-def _blocks_from_box(package: Package, program: Program, level: int) -> tuple[float, float, float]:
-    tables = package.manifest.skipping.tables if package.manifest.skipping else ()
-    table = next((each for each in tables if (each.transfer, each.level) == (program.transfer, level)), None)
-    # Only a program that skips asks for it, and check_uniforms has checked whether it does.
-    return (0.0, 0.0, 0.0) if table is None else table.blocks_from_box_per_mm_xyz

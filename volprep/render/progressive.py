@@ -59,7 +59,7 @@ class ShownFrame:
 
 def coarse_level(package: Package, transfer: str | None = None) -> int | None:
     """Return the level of the low resolution: the coarsest whose voxels are at most `FEWER` of the finest, if any."""
-    programs = package_of_transfer(package, transfer).manifest.programs
+    programs = package_of_transfer(package, transfer).manifest.level_programs
     held = {index for program in programs[:1] for index in program.levels}
     levels = [level for level in package.manifest.levels if level.index in held]
     if not levels:

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from volprep.render.gl_records import TargetFormat
-from volprep.render.inputs import find_textures, level_inputs
+from volprep.render.inputs import level_inputs
 from volprep.render.layers import clip_from_box_of
 from volprep.render.limits import check_program
 from volprep.render.ready import Ready
@@ -49,7 +49,9 @@ class ProxyRenderer(Renderer):
         # Values that no pass of another program reads.
         values = {**self._inputs.values, "box_from_mesh": self._mesh.box_from_mesh_mm_xyz}
         self._inputs = replace(self._inputs, values=values)
-        self._mesh_textures = find_textures(self._package, self._from_mesh, self._level.index)
+        # The same textures; a program for diagnostic pictures may read fewer.
+        read = dict(zip(self._program.samplers, self._textures, strict=True))
+        self._mesh_textures = [read[name] for name in self._from_mesh.samplers]
         check_program(self._from_mesh, self._mesh_textures, self._package.manifest)
 
     def __enter__(self) -> Self:
@@ -100,13 +102,13 @@ def has_mesh(package: Package, level: int | None, transfer: str | None) -> bool:
     return _found(package.manifest, inputs.program.transfer, inputs.level.index) is not None
 
 
-def _found(manifest: Manifest, transfer: str, level: int) -> tuple[ProxyMeshFile, Program] | None:
-    proxy = manifest.proxy
-    if proxy is None:
+def _found(manifest: Manifest, picture: str, level: int) -> tuple[ProxyMeshFile, Program] | None:
+    drawings = (drawing for shown, drawing in manifest.drawings if (shown.name, drawing.level) == (picture, level))
+    at_mesh = next((drawing.at_mesh for drawing in drawings), None)
+    if at_mesh is None or manifest.proxy is None:
         return None
-    meshes = [mesh for mesh in proxy.meshes if (mesh.transfer, mesh.level) == (transfer, level)]
-    programs = [each for each in proxy.programs if each.transfer == transfer and level in each.levels]
-    return (meshes[0], programs[0]) if meshes and programs else None
+    mesh = next(mesh for mesh in manifest.proxy.meshes if mesh.name == at_mesh.mesh)
+    return mesh, next(program for program in manifest.programs if program.name == at_mesh.program)
 
 
 def _primitives(package: Package, mesh: ProxyMeshFile) -> tuple[Primitive, ...]:

@@ -103,11 +103,11 @@ class Renderer:
             self._overlay = None
             self._sorters: dict[str, LinkedProgram] = {}
             self._handles = {
-                sampler.name: (
+                name: (
                     texture.gl.target,
                     stack.enter_context(self._gl.texture(texture, *self._read_texture(texture))),
                 )
-                for sampler, texture in zip(self._program.samplers, self._textures, strict=True)
+                for name, texture in zip(self._program.samplers, self._textures, strict=True)
             }
             self._triangle = stack.enter_context(self._gl.triangle())
             self._corners = stack.enter_context(self._gl.corners())
@@ -483,7 +483,7 @@ class Renderer:
         with self._gl.program(drawn.fragment, *self._shaders(drawn)) as linked:
             named: dict[str, str] = {each.name: each.type for each in drawn.uniforms}
             read = zip(self._program.samplers, self._textures, strict=True)
-            named |= {each.name: _SAMPLERS[texture.gl.target] for each, texture in read if each.name in drawn.reads}
+            named |= {name: _SAMPLERS[texture.gl.target] for name, texture in read if name in drawn.reads}
             _require_named(drawn.fragment, named, linked)
             yield linked
 
@@ -513,8 +513,8 @@ class Renderer:
 def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:
     """Raise VP5017 unless the manifest names exactly the program's active uniforms, with their types."""
     named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
-    for sampler, texture in zip(program.samplers, textures, strict=True):
-        named[sampler.name] = _SAMPLERS[texture.gl.target]
+    for name, texture in zip(program.samplers, textures, strict=True):
+        named[name] = _SAMPLERS[texture.gl.target]
     named |= {each.sampler: "sampler2D" for each in program.passes}
     _require_named(program.name, named, linked)
 

@@ -102,22 +102,25 @@ class SliceRenderer:
         VP5023 for an edit of functions that are not editable.
         """
         manifest = package.manifest
-        self.transfer = transfer or (manifest.transfer_functions[0].name if manifest.transfer_functions else "")
-        """Transfer function."""
-        self._textures = [
-            texture
-            for texture in manifest.textures
-            if texture.role == "slices" and texture.transfer == self.transfer and level in {None, texture.level}
-        ]
         found = next(
-            (each for each in manifest.levels if self._textures and each.index == self._textures[0].level), None
+            (
+                (shown, drawing)
+                for shown, drawing in manifest.drawings
+                if transfer in {None, shown.name} and level in {None, drawing.level}
+            ),
+            None,
         )
         if found is None:
-            held = {f"level {each.level} with {each.transfer}" for each in manifest.textures if each.role == "slices"}
-            fields = {"level": "any" if level is None else level, "transfer": self.transfer}
-            raise VolprepError("VP5018", package=package.path, known="; ".join(sorted(held)) or "nothing", **fields)
+            held = "; ".join(f"level {drawing.level} with {shown.name}" for shown, drawing in manifest.drawings)
+            fields = {"level": "any" if level is None else level, "transfer": transfer or ""}
+            raise VolprepError("VP5018", package=package.path, known=held or "nothing", **fields)
+        picture, drawing = found
+        self.transfer = picture.name
+        """Transfer function."""
+        by_name = {texture.name: texture for texture in manifest.textures}
+        self._textures = [by_name[name] for name in drawing.textures]
         check_textures(f"slices of {self.transfer}", self._textures, manifest.profile)
-        self.level: Level = found
+        self.level: Level = manifest.level(drawing.level)
         """The level that is drawn."""
         self._package = package
         self._palettes = {} if edit is None else self._edited(edit)

@@ -113,7 +113,7 @@ def _unlit(manifest: Manifest, program: Program, level: int, *, squared: float =
     """Return the turns of the loop through the volume, added to the turns of the loops to the light."""
     if program.compositing in CELL_BY_CELL:
         return _in_cells(manifest, program, level)
-    if all(sampler.role != "skip" for sampler in program.samplers):
+    if not manifest.skips(program):
         return _Turns(squared, each + 1.0, 1.0)
     table = skip_table(manifest, program.transfer, level)
     blocks = sum(table.blocks_zyx) if table else 0
@@ -127,7 +127,7 @@ def _in_cells(manifest: Manifest, program: Program, level: int) -> _Turns:
     grid = next((each.grid for each in manifest.levels if each.index == level), manifest.grid)
     faces = most_faces(grid or manifest.source.info.grid)
     table = skip_table(manifest, program.transfer, level)
-    if table is None or all(sampler.role != "skip" for sampler in program.samplers):
+    if table is None or not manifest.skips(program):
         return _Turns(0.0, 0.0, faces + 1.0)
     # As below; behind a jump a cell that begins before its end is taken whole.
     return _Turns(0.0, 0.0, _APART * (faces * (SKIP_RUN + 3) / SKIP_RUN + 7 * sum(table.blocks_zyx)) + 1.0)

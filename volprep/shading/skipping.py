@@ -8,6 +8,7 @@ from volprep.shading.compose import Dialect, Slot, literal
 from volprep.shading.compositing import CELL_BY_CELL, SURFACES
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
+from volprep_formats.grid import Vector
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.skip.record import SkipKind, SkipTable
 from volprep_formats.package.program import ProgramDesign, Sampler, Uniform
@@ -39,7 +40,11 @@ def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) ->
     in_cells = program.compositing in CELL_BY_CELL
     # Of a segment both ends are sampled, or all between them, instead of its middle.
     segments = in_cells or program.classification == "preintegrated" or program.compositing in SURFACES
-    feature = _table_in_texture3d(table) if texture.mosaic is None else _table_in_mosaic(table, texture.mosaic)
+    feature = (
+        _table_in_texture3d(table)
+        if texture.mosaic is None
+        else _table_in_mosaic(table, texture.mosaic, table.blocks_from_box(manifest.level(table.level).grid))
+    )
     slots: dict[str, Slot] = {
         "skipping": "skip/skip",
         "skip_reach": _REACH[table.kind],
@@ -72,7 +77,7 @@ def _table_in_texture3d(table: SkipTable) -> Feature:
     )
 
 
-def _table_in_mosaic(table: SkipTable, layout: MosaicLayout) -> Feature:
+def _table_in_mosaic(table: SkipTable, layout: MosaicLayout, blocks_from_box: Vector) -> Feature:
     z, y, x = table.blocks_zyx
     mosaic = Mosaic(
         "The skip table as a mosaic: one texel a block, in tiles of one slice each.",
@@ -90,7 +95,7 @@ def _table_in_mosaic(table: SkipTable, layout: MosaicLayout) -> Feature:
             "skip_octant": "skip/table_mosaic:octant" if table.kind == "octants" else None,
         },
         words={
-            "BLOCKS_PER_MM": literal(*table.blocks_from_box_per_mm_xyz),
+            "BLOCKS_PER_MM": literal(*blocks_from_box),
             "LAST_BLOCK": literal(x - 1, y - 1, z - 1),
         },
         samplers=mosaic.samplers,

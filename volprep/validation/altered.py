@@ -1,8 +1,9 @@
 """A package in which some text files are others, for diagnostic pictures, and for other programs on its textures."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.picture import Drawing, Picture
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
@@ -27,20 +28,36 @@ class Altered(Package):
 def with_common_tables(package: Package) -> Package:
     """Return the package in which no level has a table of its own."""
     manifest = package.manifest
-    kept = tuple(each for each in manifest.textures if each.role not in _TABLES or each.level is None)
-    return Package(package.path, manifest.model_copy(update={"textures": kept}), package.channel)
+    tables = [texture for texture in manifest.textures if texture.role in _TABLES]
+    common = {(texture.role, texture.transfer): texture.name for texture in tables if texture.level is None}
+    others = {texture.name: common[texture.role, texture.transfer] for texture in tables if texture.level is not None}
+    pictures = _with_textures(manifest.pictures, lambda drawing: [others.get(name, name) for name in drawing.textures])
+    return Package(package.path, manifest.model_copy(update={"pictures": pictures}), package.channel)
 
 
 def _with_program(manifest: Manifest, program: Program) -> Manifest:
-    changes: dict[str, object] = {"programs": _replaced(manifest.programs, program)}
-    if manifest.proxy is not None:
-        programs = _replaced(manifest.proxy.programs, program)
-        changes["proxy"] = manifest.proxy.model_copy(update={"programs": programs})
-    if manifest.subvolumes is not None:
-        programs = _replaced(manifest.subvolumes.programs, program)
-        changes["subvolumes"] = manifest.subvolumes.model_copy(update={"programs": programs})
-    return manifest.model_copy(update=changes)
+    """Replace a program, and leave out textures of samplers that it does not have."""
+    (before,) = (each for each in manifest.programs if each.name == program.name)
+
+    def textures(drawing: Drawing) -> list[str]:
+        if program.name != drawing.program:
+            return list(drawing.textures)
+        read = dict(zip(before.samplers, drawing.textures, strict=True))
+        return [read[name] for name in program.samplers]
+
+    programs = tuple(program if each.name == program.name else each for each in manifest.programs)
+    pictures = _with_textures(manifest.pictures, textures)
+    return manifest.model_copy(update={"programs": programs, "pictures": pictures})
 
 
-def _replaced(programs: tuple[Program, ...], program: Program) -> tuple[Program, ...]:
-    return tuple(program if each.name == program.name else each for each in programs)
+def _with_textures(pictures: tuple[Picture, ...], textures: Callable[[Drawing], Sequence[str]]) -> tuple[Picture, ...]:
+    return tuple(
+        picture.model_copy(
+            update={
+                "drawings": tuple(
+                    drawing.model_copy(update={"textures": tuple(textures(drawing))}) for drawing in picture.drawings
+                )
+            }
+        )
+        for picture in pictures
+    )

@@ -139,7 +139,7 @@ def measure_empty_space(
 def _ways(subject: Subject, program: Program, level: int) -> Iterator[SkippingWay]:
     """Return the ways, the plainest first, as the package draws last; fewer than two where nothing can be compared."""
     package, transfer = subject.package, program.transfer
-    skips = any(sampler.role == "skip" for sampler in program.samplers)
+    looks_at_tables = package.manifest.skips(program)
     at_mesh = ray_caster_of(package, level, transfer)
     drawers: list[tuple[WayName, WayName, type[Renderer]]] = [("neither", "table", Renderer)]
     if at_mesh is not Renderer:
@@ -150,7 +150,7 @@ def _ways(subject: Subject, program: Program, level: int) -> Iterator[SkippingWa
         if without is None:
             return
         yield SkippingWay(alone, kind, without, kind(without, level=level, transfer=transfer).program)
-        if skips:
+        if looks_at_tables:
             yield SkippingWay(with_table, kind, package, own)
 
 

@@ -10,7 +10,7 @@ from volprep.truth.volume import Volume
 from volprep.validation.records import Deviation
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Manifest, Projection
-from volprep_formats.package.parts.fidelity.record import Fidelity
+from volprep_formats.package.picture import Fidelity
 from volprep_formats.package.reader import Package
 
 VIEWS = 20
@@ -28,13 +28,13 @@ def fidelity_findings(package: Package, scans: Mapping[str, Volume], *, wanted: 
     `wanted` is whether the scene asks for the record. Raises the errors of drawing.
     """
     manifest = package.manifest
-    if wanted != bool(manifest.fidelity):
-        is_there = "a fidelity that the scene does not ask for" if manifest.fidelity else "no fidelity"
+    stated = {(shown.name, each.level): each.fidelity for shown, each in manifest.drawings if each.fidelity is not None}
+    if wanted != bool(stated):
+        is_there = "a fidelity that the scene does not ask for" if stated else "no fidelity"
         yield Deviation(code="VP6044", item="fidelity", problem=f"the manifest states {is_there}")
         return
     if not wanted:
         return
-    stated = {(each.transfer, each.level): each for each in manifest.fidelity}
     found = {(each.transfer, each.level): each for each in _measured(package, scans)}
     for transfer, level in sorted(stated.keys() ^ found.keys()):
         problem = "is stated for nothing" if (transfer, level) in stated else "is not stated"

@@ -224,9 +224,10 @@ def _box_in_worst_view(
 def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[OtherDrawing]:
     subject = bench.subject
     files = subject.package.manifest.subvolumes
-    own = next((each for each in files.programs if each.transfer == program.transfer), None) if files else None
-    if files is None or own is None:
+    picture = subject.package.manifest.picture(program.transfer)
+    if files is None or picture is None or picture.pieces is None:
         return
+    (own,) = (each for each in subject.package.manifest.programs if each.name == picture.pieces.program)
     grid = decode_grid(subject.package.read_bytes(files.grid), subject.package.path, files.grid)
     lit = _light_of(program, own)
     truths = viewed.truths if lit == "" else _lit_as(bench, own)
@@ -353,7 +354,5 @@ def unproved(manifest: Manifest, results: Sequence[ProgramResult]) -> tuple[str,
     drawn: set[tuple[str, int | None]] = {(each.program, each.level) for each in results}
     drawn |= {(other.program, other.level) for each in results for other in each.others}
     drawn |= {(each.empty_space.drawn_by, each.level) for each in results if each.empty_space is not None}
-    pieces = () if manifest.subvolumes is None else manifest.subvolumes.programs
-    at_meshes = () if manifest.proxy is None else manifest.proxy.programs
-    every = [(each.name, level) for each in (*manifest.programs, *pieces, *at_meshes) for level in each.levels]
+    every = [(program.name, level) for program in manifest.programs for level in program.levels]
     return tuple(f"program {name} at level {level}" for name, level in every if (name, level) not in drawn)

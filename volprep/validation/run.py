@@ -131,7 +131,9 @@ def _derived(package: Package, found: Judge, scratch: Path, clock: Clock, progre
     with clock.part("deriving"):
         derived = derive(package, found, scratch, progress)
         derivation = _with_preview(derived.record, package)
-    if not derivation.findings and (found.scene.fidelity or package.manifest.fidelity):
+    if not derivation.findings and (
+        found.scene.fidelity or any(each.fidelity for _, each in package.manifest.drawings)
+    ):
         with clock.part("fidelity"):
             stated = fidelity_findings(package, derived.scans, wanted=found.scene.fidelity)
             derivation = derivation.with_findings(stated)

@@ -70,7 +70,7 @@ class Subject:
         self.views = {name: camera.box_from_clip(self.grid, aspect=1.0) for name, camera in self.cameras.items()}
         """Matrix from clip coordinates to the package's box space by name of the standard view."""
         known = {function.name for function in package.manifest.transfer_functions}
-        programs = [each for each in package.manifest.programs if (each.transfer in known) == (channels is None)]
+        programs = [each for each in package.manifest.level_programs if (each.transfer in known) == (channels is None)]
         self.programs = _finest(programs)
         """For each transfer function, or for the picture of several, the program that draws it at the finest level."""
         self._compositing = COMPOSITINGS[package.manifest.programs[0].compositing] if self.programs else _OF_SLICES
@@ -281,7 +281,7 @@ class Subject:
     def levels(self, program: Program) -> list[int]:
         """Levels where the transfer function of `program` is drawn in the same way, finest first."""
         same = (program.sampling, program.transfer)
-        programs = self.package.manifest.programs
+        programs = self.package.manifest.level_programs
         return sorted({level for each in programs if (each.sampling, each.transfer) == same for level in each.levels})
 
     def functions(self, transfer: str) -> tuple[TransferFunction, ...]:

@@ -28,10 +28,11 @@ def uncut(package: Package, program: Program, render: RenderSettings) -> Package
 
 def unskipped(package: Package, program: Program, render: RenderSettings) -> Package | None:
     """Return the package in which rays of `program` look at no skip table; itself and None as `uncut` does."""
-    if all(sampler.role != "skip" for sampler in program.samplers):
+    if not package.manifest.skips(program):
         return package
     if compose_program(package, program, render).fragment != package.read_text(program.fragment):
         return None
     without = compose_program(package, program, render, skips=False)
-    changed = program.model_copy(update={"uniforms": without.uniforms, "samplers": without.samplers})
+    names = tuple(sampler.name for sampler in without.samplers)
+    changed = program.model_copy(update={"uniforms": without.uniforms, "samplers": names})
     return Altered(package, {program.fragment: without.fragment}, changed)

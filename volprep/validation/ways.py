@@ -94,4 +94,4 @@ def in_way(package: Package, program: Program, way: Way, render: RenderSettings)
     fields = {name: getattr(program, name) for name in ProgramDesign.model_fields}
     design = ProgramDesign(**{**fields, "technique": way.technique, "compositing": way.compositing})
     made, texts = composed(package, design, render)
-    return Altered(package, texts, made)
+    return Altered(package, texts, made.program)

@@ -5,6 +5,7 @@ from typing import Literal, TypeVar
 
 from volprep_formats.package.channel import Channel, ChannelPart
 from volprep_formats.package.manifest import Contribution, FileRecord, Heading, Manifest, PartRecords, StageRecord
+from volprep_formats.package.pictures import pictures_of
 from volprep_formats.record import Record
 
 _Part = TypeVar("_Part", bound=Record)
@@ -19,15 +20,19 @@ def assembled(
     """
     made = [contribution for stage in stages for contribution in stage.made]
     parts = {name: _gathered(made, name) for name in PartRecords.model_fields}
+    composed = [each for one in made for each in one.programs]
+    fidelity = [each for one in made for each in one.fidelity]
     parts["textures"] = tuple(sorted((each for one in made for each in one.textures), key=lambda each: each.name))
-    return Manifest(
+    manifest = Manifest(
         **{name: getattr(heading, name) for name in Heading.model_fields},
         **parts,
+        programs=tuple(each.program for each in composed),
         state=state,
         channels=_channels([each.channel for each in made if each.channel is not None]),
         stages=tuple(stages) if state == "draft" else (),
         files=tuple(sorted(files, key=lambda record: record.path)),
     )
+    return manifest.model_copy(update={"pictures": pictures_of(manifest, composed, fidelity)})
 
 
 def _gathered(made: Sequence[Contribution], name: str) -> object:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
-from volprep_formats.grid import Count, Grid, Index, Vector
+from volprep_formats.grid import Count, Grid, Index
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.package.values import Sha256, Total, open_word
 from volprep_formats.record import Record
@@ -94,9 +94,6 @@ class Level(Resolution):
 
     grid: Grid
     """Positions of the voxels."""
-    texture_from_box_per_mm_xyz: Vector
-    """Factor from box millimetres to normalised texture coordinates of the level: 1 / (n · spacing) for n texels; a
-    mipmap may have more texels than the level has voxels."""
     filter: Annotated[str, open_word("none", *get_args(LevelFilter))]
     """Filter that makes the level from level 0; none for level 0. A reader accepts any other word."""
     preview_only: bool | None = None

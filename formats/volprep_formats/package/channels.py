@@ -36,8 +36,7 @@ def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
     proxy = manifest.proxy
     if proxy is not None:
         meshes = tuple(mesh for mesh in proxy.meshes if mesh.transfer not in others)
-        programs = tuple(program for program in proxy.programs if program.transfer not in others)
-        proxy = Proxy(epsilon=proxy.epsilon, meshes=meshes, programs=programs)
+        proxy = Proxy(epsilon=proxy.epsilon, meshes=meshes)
     editing = manifest.editing
     if editing is not None:
         own = tuple(each for each in editing.histograms if each.channel == channel.name)
@@ -49,6 +48,7 @@ def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
             "textures": textures,
             "palettes": tuple(palette for palette in manifest.palettes if palette.transfer not in others),
             "programs": tuple(program for program in manifest.programs if program.transfer not in others),
+            "pictures": tuple(picture for picture in manifest.pictures if picture.name not in others),
             "skipping": skipping,
             "editing": editing,
             "proxy": proxy,

@@ -8,9 +8,7 @@ from volprep_formats.package.manifest import Manifest
 def compositing_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of compositings in a manifest of one channel."""
     functions = {function.name: function for function in manifest.transfer_functions}
-    pieces = manifest.subvolumes.programs if manifest.subvolumes else ()
-    meshes = manifest.proxy.programs if manifest.proxy else ()
-    for program in (*manifest.programs, *pieces, *meshes):
+    for program in manifest.programs:
         function = functions.get(program.transfer)
         if function is None:
             continue

@@ -8,16 +8,16 @@ from volprep_formats.grid import Grid, Index
 from volprep_formats.package.channel import Channel, ChannelPart, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.palette import Palette
 from volprep_formats.package.parts.compression.record import CompressedForm
-from volprep_formats.package.parts.costs.record import DrawCost
 from volprep_formats.package.parts.editing.record import Editing
-from volprep_formats.package.parts.fidelity.record import Fidelity
+from volprep_formats.package.parts.fidelity.record import LevelFidelity
 from volprep_formats.package.parts.hybrid.record import Hybrid
 from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.parts.together.record import Together
+from volprep_formats.package.picture import Drawing, Picture
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import OF_ALL_SAMPLES, Program
+from volprep_formats.package.program import OF_ALL_SAMPLES, ComposedProgram, Program
 from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.package.values import ByteCount, PackagePath, Sha256, open_word
@@ -143,8 +143,6 @@ class SubvolumeFiles(Record):
     """KTX 2 files of the pieces that are not empty, in their order."""
     whole: PackagePath | None = None
     """KTX 2 file of the whole level, which may be a texture, too."""
-    programs: tuple[Program, ...] = ()
-    """Programs that draw the pieces around a point, one for each transfer function; none without files of pieces."""
 
 
 class PlanItem(Record):
@@ -180,19 +178,12 @@ class PartRecords(Record):
     """Palettes of transfer functions, which shaders hold as constants."""
     skipping: Skipping | None = None
     """Empty-space skipping."""
-    programs: tuple[Program, ...] = ()
-    """Shader programs. The first one draws the default transfer function, or the picture of several channels."""
     editing: Editing | None = None
     """Data for apps whose users edit transfer functions."""
     subvolumes: SubvolumeFiles | None = None
     """Level 0 in sub-volumes, for devices that cannot hold it whole."""
     proxy: Proxy | None = None
     """Proxy geometry."""
-    fidelity: tuple[Fidelity, ...] = ()
-    """Fidelity of the pictures to the scan, for each level and transfer function; empty unless the scene requests
-    it."""
-    costs: tuple[DrawCost, ...] = ()
-    """Cost of drawing each level with each transfer function, in the order of the programs."""
     preview: PackagePath | None = None
     """Picture of the package, PNG."""
 
@@ -202,6 +193,10 @@ class Contribution(PartRecords):
 
     channel: ChannelPart | None = None
     """Addition to the record of its channel."""
+    programs: tuple[ComposedProgram, ...] = ()
+    """Shader programs."""
+    fidelity: tuple[LevelFidelity, ...] = ()
+    """Fidelity of pictures to the scan, if the scene requests it."""
 
 
 class StageRecord(Record):
@@ -257,6 +252,10 @@ class Manifest(Heading, PartRecords):
     """A draft is under construction; only a sealed package may be shipped."""
     channels: tuple[Channel, ...] = ()
     """Channels of the volume; at least one in a package, none in a draft before its source is imported."""
+    programs: tuple[Program, ...] = ()
+    """Shader programs, which drawings name."""
+    pictures: tuple[Picture, ...] = ()
+    """What a user can choose, the default picture first."""
     stages: tuple[StageRecord, ...] = ()
     """Stages that have run; drafts only."""
     files: tuple[FileRecord, ...] = ()
@@ -287,6 +286,30 @@ class Manifest(Heading, PartRecords):
     def level(self, index: int | None) -> Level:
         """Return the level of this number."""
         return next(level for level in self.levels if level.index == index)
+
+    def picture(self, name: str | None) -> Picture | None:
+        """Return the picture of this name, the default one for None; None if there is no such picture."""
+        return next((picture for picture in self.pictures if name in {None, picture.name}), None)
+
+    @property
+    def level_programs(self) -> tuple[Program, ...]:
+        """Programs that draw levels with rays through the whole box."""
+        names = {drawing.program for _, drawing in self.drawings}
+        return tuple(program for program in self.programs if program.name in names)
+
+    def skips(self, program: Program) -> bool:
+        """Return whether a program looks at skip tables."""
+        tables = {texture.name for texture in self.textures if texture.role == "skip"}
+        return any(
+            program.name in {drawing.program, drawing.at_mesh and drawing.at_mesh.program}
+            and not tables.isdisjoint(drawing.textures)
+            for _, drawing in self.drawings
+        )
+
+    @property
+    def drawings(self) -> tuple[tuple[Picture, Drawing], ...]:
+        """Every drawing with its picture."""
+        return tuple((picture, drawing) for picture in self.pictures for drawing in picture.drawings)
 
     def function(self, name: str | None) -> TransferFunction:
         """Return the transfer function of this name."""

@@ -91,6 +91,16 @@ UniformSource = Literal[
     "environment",
 ]
 
+BLOCK_SOURCES: tuple[UniformSource, ...] = (
+    "block_low_mm",
+    "block_high_mm",
+    "split_voxel",
+    "low_start_voxel",
+    "low_size_voxels",
+    "high_start_voxel",
+    "high_size_voxels",
+)
+"""Sources of uniforms of programs that draw the sub-volumes around a point."""
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -107,7 +117,7 @@ class Uniform(Record):
 
 
 class Sampler(Record):
-    """One active sampler of a program."""
+    """One active sampler of a composed program, and what it reads."""
 
     name: str
     """Name in the shader."""
@@ -258,8 +268,8 @@ class Program(ProgramDesign):
 
     uniforms: tuple[Uniform, ...]
     """Every active uniform that is not a sampler."""
-    samplers: tuple[Sampler, ...]
-    """Every active sampler, in the order of texture units."""
+    samplers: tuple[str, ...]
+    """Names of all active samplers, in the order of texture units."""
     geometry: Geometry = "triangle"
     """Geometry of the vertex shader."""
     before: tuple[Pass, ...] = ()
@@ -293,3 +303,12 @@ class Program(ProgramDesign):
             *(path for each in self.passes for path in (each.vertex, each.fragment)),
             *sorting,
         )
+
+
+class ComposedProgram(Record):
+    """A program with what its samplers read, from which the drawings of pictures follow."""
+
+    program: Program
+    """The program."""
+    inputs: tuple[Sampler, ...]
+    """What each of its samplers reads, in their order."""

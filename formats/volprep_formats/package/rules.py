@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channel_rules import channel_contradictions
-from volprep_formats.package.channels import channel_views, drawn_in_one_picture
+from volprep_formats.package.channels import channel_views
 from volprep_formats.package.compositing_rules import compositing_contradictions
 from volprep_formats.package.manifest import FILE_ROLES, Manifest
 from volprep_formats.package.mosaic_rules import mosaic_contradictions
-from volprep_formats.package.parts.mipmaps.rules import mipmap_shapes
 from volprep_formats.package.parts.registry import PARTS
-from volprep_formats.package.program import SLICES, TABLES, Pass, Program, Sampling, Tiles, UniformSource
+from volprep_formats.package.picture_rules import picture_contradictions
+from volprep_formats.package.program import BLOCK_SOURCES, SLICES, Pass, Program, Tiles, UniformSource
 from volprep_formats.package.texture import TEXTURE_ROLES, Texture
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.gl_formats import is_held, texture_format
@@ -47,13 +47,16 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     if not manifest.channels and manifest.state == "sealed":
         yield "it is sealed without a channel"
     yield from channel_contradictions(manifest)
+    for program in manifest.programs:
+        yield from _program(manifest, program)
     for part in PARTS:
         yield from part.package_rules(manifest)
+    yield from picture_contradictions(manifest)
     for name, view in channel_views(manifest).items():
-        yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view, drawn_in_one_picture(manifest)))
+        yield from (f"channel {name}: {problem}" for problem in _of_one_channel(view))
 
 
-def _of_one_channel(manifest: Manifest, in_one_picture: frozenset[str]) -> Iterator[str]:
+def _of_one_channel(manifest: Manifest) -> Iterator[str]:
     yield from _levels(manifest)
     levels = {level.index: level for level in manifest.levels}
     for texture in manifest.textures:
@@ -61,13 +64,11 @@ def _of_one_channel(manifest: Manifest, in_one_picture: frozenset[str]) -> Itera
     yield from _filters(manifest)
     yield from _parts(manifest)
     yield from _palettes(manifest)
-    for program in manifest.programs:
-        yield from _program(manifest, program)
     yield from compositing_contradictions(manifest)
     for part in PARTS:
         yield from part.rules(manifest)
     if manifest.state == "sealed":
-        yield from _complete(manifest, in_one_picture)
+        yield from _complete(manifest)
 
 
 def _steps(manifest: Manifest) -> Iterator[str]:
@@ -75,7 +76,7 @@ def _steps(manifest: Manifest) -> Iterator[str]:
     if manifest.render is None:
         return
     levels = [level.index for level in manifest.levels]
-    in_pieces = manifest.subvolumes is not None and bool(manifest.subvolumes.programs) and 0 not in levels
+    in_pieces = 0 not in levels and any(picture.pieces is not None for picture in manifest.pictures)
     others = [*([0] if in_pieces else []), *levels[1:]]
     named = [each.level for each in manifest.render.level_steps]
     if named != sorted(set(named)) or not set(named) <= set(others):
@@ -152,18 +153,14 @@ def _levels(manifest: Manifest) -> Iterator[str]:
     previews = [bool(level.preview_only) for channel in manifest.channels for level in channel.levels]
     if previews[:1] == [True] or previews != sorted(previews):
         yield "the levels for previews only are not the coarsest ones, without the finest"
-    texels = mipmap_shapes(manifest)
     for level in manifest.levels:
         expected = grid.coarser(level.factors_zyx)
-        shape_zyx = texels.get(level.index, level.grid.shape_zyx)
-        scale = [1 / (n * h) for n, h in zip(shape_zyx, level.grid.spacing_mm_zyx, strict=True)][::-1]
         pairs: dict[str, tuple[ArrayLike, ArrayLike]] = {
             "shape_zyx": (level.grid.shape_zyx, expected.shape_zyx),
             "spacing_mm_zyx": (level.grid.spacing_mm_zyx, expected.spacing_mm_zyx),
             "extent_mm_zyx": (level.grid.extent_mm_zyx, expected.extent_mm_zyx),
             "direction": (level.grid.direction, expected.direction),
             "corner": (level.grid.corner_mm_xyz, grid.corner_mm_xyz),
-            "texture_from_box_per_mm_xyz": (level.texture_from_box_per_mm_xyz, scale),
         }
         size_mm = max(*np.abs(grid.corner_mm_xyz), *grid.extent_mm_zyx)
         for name, (found, wanted) in pairs.items():
@@ -259,41 +256,6 @@ def _function_names(manifest: Manifest) -> set[str]:
     return {function.name for function in manifest.transfer_functions}
 
 
-def _classification(manifest: Manifest, program: Program) -> Iterator[str]:
-    """A program has the textures of its classification, and samples each once."""
-    name = program.classification
-    wanted = list(TABLES[name])
-    if name == "control-points":
-        found = [*_function_names(manifest)]
-    elif name == "palette":
-        found = [palette.transfer for palette in manifest.palettes]
-    elif name == "preclassified":
-        found = list({str(each.transfer) for each in manifest.textures if each.reference_mm is not None})
-    else:
-        tables = [each for each in manifest.textures if each.role in wanted and each.transfer == program.transfer]
-        found = [program.transfer] if _one_for_each_level(tables, program) else []
-        forms = {(each.shape_zyx, each.gl.type, each.max_extinction_per_mm, each.stored_range) for each in tables}
-        if len(forms) > 1:
-            yield f"draws {program.transfer}, whose tables have not one size, type and largest extinction"
-    if found.count(program.transfer) != 1:
-        yield f"draws {program.transfer}, which must have one {name} table"
-    sampled = [
-        sampler.role
-        for sampler in program.samplers
-        if sampler.role not in {"volume", "bricks", "skip", "normals", "light"}
-    ]
-    if sampled != wanted:
-        yield f"samples {', '.join(sampled) or 'nothing'} for its classification {name}"
-
-
-def _one_for_each_level(tables: list[Texture], program: Program) -> bool:
-    """Return whether each level of a program has one table: its own, or the one common one."""
-    levels = [table.level for table in tables]
-    if any(count > 1 for count in Counter(levels).values()):
-        return False
-    return None in levels or (bool(levels) and set(program.levels) <= set(levels))
-
-
 def _filters(manifest: Manifest) -> Iterator[str]:
     """Either all voxels are labels or none are, and no lookup happens between two labels."""
     filters = {texture.filter for texture in manifest.textures if texture.role in {"volume", "slices"}}
@@ -325,43 +287,23 @@ def _parts(manifest: Manifest) -> Iterator[str]:
 
 def _program(manifest: Manifest, program: Program) -> Iterator[str]:
     name = f"program {program.name}"
-    volumes = [texture for texture in manifest.textures if texture.role == "volume"]
-    for index in program.levels:
-        drawn = [texture for texture in volumes if texture.level == index]
-        wanted = program.sampling if program.sampling in {"mosaic", "bricks"} else "texture3d"
-        if not any(_sampled_as(texture) == wanted for texture in drawn):
-            yield f"{name} draws level {index}, but no texture holds it in the form that {program.sampling} reads"
     if (program.geometry in SLICES or program.slab_samples is not None) != (program.blend is not None):
         yield f"{name} draws {program.geometry}, {'without' if program.blend is None else 'with'} blending"
-    if not program.levels:
-        yield f"{name} draws no level"
-    yield from (
-        f"{name} {problem}" for problem in (*_classification(manifest, program), *_sources(program), *_reads(program))
-    )
-    roles = [sampler.role for sampler in program.samplers]
-    parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "volume")
-    held = {texture.mosaic.textures if texture.mosaic else 1 for texture in volumes if texture.level in program.levels}
-    if any(parts != list(range(textures)) for textures in held or {1}):
-        yield f"{name} samples {', '.join(roles) or 'nothing'} instead of one volume and its classification"
-    units = len(roles) + len(program.passes)
+    yield from (f"{name} {problem}" for problem in (*_sources(program), *_reads(program)))
+    units = len(program.samplers) + len(program.passes)
     if units > manifest.profile.texture_units:
         yield f"{name} reads {units} textures; the profile has {manifest.profile.texture_units} units"
     names = Counter([uniform.name for uniform in program.uniforms] + _samplers(program))
     yield from (f"{name} has {count} uniforms {key}" for key, count in names.items() if count > 1)
 
 
-def _sampled_as(texture: Texture) -> Sampling:
-    """Return the sampling of programs that draw a volume; of bricks it is bricks, in a 3D texture or in a mosaic."""
-    if texture.bricks is not None:
-        return "bricks"
-    return "texture3d" if texture.mosaic is None else "mosaic"
-
-
 def _sources(program: Program) -> Iterator[str]:
     """A program uses only uniform sources that its technique provides."""
     given: set[UniformSource] = {"box_from_clip", "step_mm", "texture_from_box", "mipmap", "blocks_from_box"}
-    if program.geometry != "triangle":
+    if program.geometry != "triangle" or program.rays == "mesh":
         given.add("clip_from_box")
+    if program.rays == "mesh":
+        given.add("box_from_mesh")
     if program.geometry in SLICES:
         given |= {"slices", "box_from_slices"}
     if program.slab_samples is not None:
@@ -372,6 +314,8 @@ def _sources(program: Program) -> Iterator[str]:
         given.add("environment")
     if program.light is not None and program.light.shadows in {"map", "half-angle"}:
         given |= {"box_from_light", "light_from_box"}
+    if program.sampling == "subvolumes":
+        given |= set(BLOCK_SOURCES)
     if program.tiles is not None:
         given |= {"picture_width", "picture_height"}
     parts: list[Program | Pass | Tiles] = [program, *_drawn_with(program)]
@@ -387,29 +331,20 @@ def _drawn_with(program: Program) -> list[Pass | Tiles]:
 
 def _reads(program: Program) -> Iterator[str]:
     """A pass reads textures of its program."""
-    known = {sampler.name for sampler in program.samplers}
+    known = set(program.samplers)
     for each in _drawn_with(program):
         yield from (f"has a pass that reads {name}, which it does not" for name in each.reads if name not in known)
 
 
 def _samplers(program: Program) -> list[str]:
-    return [each.name for each in program.samplers] + [each.sampler for each in program.passes]
+    return [*program.samplers] + [each.sampler for each in program.passes]
 
 
-def _complete(manifest: Manifest, in_one_picture: frozenset[str]) -> Iterator[str]:
+def _complete(manifest: Manifest) -> Iterator[str]:
     if manifest.stages:
         yield "it is sealed, but has records of stages"
     needed = ["grid", "textures", "render"]
-    if not manifest.profile.has_shaders:
-        what, drawn = "stack of slices", {each.transfer for each in manifest.textures if each.role == "slices"}
-    else:
-        what, drawn = "program", {*in_one_picture, *(program.transfer for program in manifest.programs)}
-        if not in_one_picture:
-            needed.append("programs")
     of_channel = ("stored_type", "quantization", "levels", "transfer_functions")
     missing = [field for field in needed if not getattr(manifest, field)]
     missing += [field for channel in manifest.channels for field in of_channel if not getattr(channel, field)]
     yield from (f"it is sealed without {field}" for field in missing)
-    for transfer in manifest.transfer_functions:
-        if transfer.name not in drawn:
-            yield f"no {what} draws the transfer function {transfer.name}"

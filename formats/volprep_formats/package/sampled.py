@@ -1,30 +1,37 @@
-"""Textures that a program reads for a level, by the samplers of SPEC.md."""
+"""Textures that a composed program reads for a level."""
 
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import ComposedProgram, Sampler
 from volprep_formats.package.texture import Texture
 
 
-def sampled_textures(manifest: Manifest, program: Program, level: int) -> list[Texture | None]:
-    """Return the texture of each sampler of a program, in their order; None where there is not exactly one.
+def sampled_textures(manifest: Manifest, composed: ComposedProgram, level: int) -> tuple[str, ...]:
+    """Return the names of the textures of a program's samplers, in their order; fewer if one is not there once.
 
-    Light is that of the whole volume.
+    Light is that of the whole volume. A piece of sub-volumes is called `subvolume-` and its number.
     """
-    found: list[Texture | None] = []
-    for sampler in program.samplers:
-        transfer = sampler.transfer or program.transfer
-        # Of several channels each has its own.
-        channel = next((each.name for each in manifest.channels if transfer in each.transfers), None)
-        matches = [
-            texture
-            for texture in manifest.textures
-            if (texture.role, texture.part) == (sampler.role, sampler.part)
-            and texture.level in {None, level}
-            and texture.transfer in {None, transfer}
-            and not texture.is_of_a_cut
-            and (channel is None or not texture.channels or channel in texture.channels)
-        ]
-        # A level's own table replaces the common one.
-        matches = [texture for texture in matches if texture.level == level] or matches
-        found.append(matches[0] if len(matches) == 1 else None)
-    return found
+    return tuple(
+        name for sampler in composed.inputs for name in _sampled(manifest, sampler, composed.program.transfer, level)
+    )
+
+
+def _sampled(manifest: Manifest, sampler: Sampler, picture: str, level: int) -> list[str]:
+    if sampler.role == "subvolume":
+        return [f"subvolume-{sampler.part}"]
+    transfer = sampler.transfer or picture
+    # Of several channels each has its own.
+    channel = next((each.name for each in manifest.channels if transfer in each.transfers), None)
+    found = [texture for texture in manifest.textures if _serves(texture, sampler, transfer, channel, level)]
+    # A level's own table replaces the common one.
+    own = [texture for texture in found if texture.level == level] or found
+    return [texture.name for texture in own] if len(own) == 1 else []
+
+
+def _serves(texture: Texture, sampler: Sampler, transfer: str, channel: str | None, level: int) -> bool:
+    return (
+        (texture.role, texture.part) == (sampler.role, sampler.part)
+        and texture.level in {None, level}
+        and texture.transfer in {None, transfer}
+        and not texture.is_of_a_cut
+        and (channel is None or not texture.channels or channel in texture.channels)
+    )

@@ -11,7 +11,7 @@ from volprep_formats.readers.voxel_file import VoxelFile
 
 
 @dataclass(frozen=True)
-class Layout:
+class VolumeLayout:
     """Shape of a volume, how many there are, and the one to read."""
 
     shape_zyx: tuple[int, int, int]

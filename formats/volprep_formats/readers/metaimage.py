@@ -20,7 +20,7 @@ from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
-from volprep_formats.readers.layout import Layout
+from volprep_formats.readers.layout import VolumeLayout
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflated, joined, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
@@ -81,7 +81,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     return ColourVoxels(HeaderFacts("metaimage", grid, remarks), voxels, spec.colour)
 
 
-def _layout(path: Path, fields: Fields, spec: SourceSpec) -> tuple[Layout, int | None]:
+def _layout(path: Path, fields: Fields, spec: SourceSpec) -> tuple[VolumeLayout, int | None]:
     """Return the volume to read and, in colour, the components of a voxel. Leave out a fourth axis in `fields`.
 
     Raises VP1021, VP1120, VP1121 or VP1308.
@@ -104,9 +104,9 @@ def _layout(path: Path, fields: Fields, spec: SourceSpec) -> tuple[Layout, int |
     if count == 4:
         _leave_out_time(path, fields)
     if in_colour:
-        return Layout(shape_zyx), channels
+        return VolumeLayout(shape_zyx), channels
     wanted = chosen_volume(path, shape_zyx, max(volumes, channels), spec.volume)
-    return Layout(shape_zyx, channels, volumes, wanted), None
+    return VolumeLayout(shape_zyx, channels, volumes, wanted), None
 
 
 def _leave_out_time(path: Path, fields: Fields) -> None:
@@ -177,7 +177,7 @@ def _intensity(path: Path, fields: Fields) -> tuple[float, float]:
     return slope, intercept
 
 
-def _voxels(path: Path, fields: Fields, end_bytes: int, layout: Layout, colours: int | None) -> VoxelFile:
+def _voxels(path: Path, fields: Fields, end_bytes: int, layout: VolumeLayout, colours: int | None) -> VoxelFile:
     """Voxels in this file, or in the one that it names; their size is checked against the file's.
 
     They have `colours` components each, or one.
@@ -215,7 +215,9 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, layout: Layout, colours:
     return layout.opened(file, dtype, start, open_unbuffered(file))
 
 
-def _of_slices(path: Path, fields: Fields, layout: Layout, dtype: np.dtype[np.generic], names: list[str]) -> VoxelFile:
+def _of_slices(
+    path: Path, fields: Fields, layout: VolumeLayout, dtype: np.dtype[np.generic], names: list[str]
+) -> VoxelFile:
     """Return the voxels of slices in a file each."""
     shape_zyx = layout.shape_zyx
     if layout.beside * layout.behind > 1:

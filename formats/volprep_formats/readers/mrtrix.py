@@ -18,7 +18,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
-from volprep_formats.readers.layout import Layout
+from volprep_formats.readers.layout import VolumeLayout
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, is_gzip
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
 from volprep_formats.regular_files import open_gzipped, open_regular, open_unbuffered
@@ -108,24 +108,24 @@ def _axes(path: Path, fields: Fields) -> _Axes:
     return _Axes(sizes, order, [word.startswith("-") for word in layout])
 
 
-def _layout(path: Path, axes: _Axes, wanted: int | None) -> Layout:
+def _layout(path: Path, axes: _Axes, wanted: int | None) -> VolumeLayout:
     """Find the volume to read. Raises VP1021, or VP2081 for volumes that are spread over the file."""
     x, y, z = axes.spatial
     shape_zyx = (axes.sizes[z], axes.sizes[y], axes.sizes[x])
     several = [axis for axis in range(3, len(axes.sizes)) if axes.sizes[axis] > 1]
     if not several:
         chosen_volume(path, shape_zyx, 1, wanted)
-        return Layout(shape_zyx)
+        return VolumeLayout(shape_zyx)
     if len(several) > 1:
         raise VolprepError("VP2081", path=path, what=f"{len(several)} axes beside x, y and z")
     count, place = axes.sizes[several[0]], axes.order.index(several[0])
     index = chosen_volume(path, shape_zyx, count, wanted)
     index = count - 1 - index if axes.is_backwards[several[0]] else index
     if place < axes.order.index(x):
-        return Layout(shape_zyx, beside=count, wanted=index)
+        return VolumeLayout(shape_zyx, beside=count, wanted=index)
     if place < axes.order.index(z):
         raise VolprepError("VP2081", path=path, what=SafeText("volumes along an axis between those of space"))
-    return Layout(shape_zyx, behind=count, wanted=index)
+    return VolumeLayout(shape_zyx, behind=count, wanted=index)
 
 
 def _dtype(path: Path, fields: Fields) -> np.dtype[np.generic]:

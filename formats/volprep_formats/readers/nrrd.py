@@ -19,7 +19,7 @@ from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
-from volprep_formats.readers.layout import Layout
+from volprep_formats.readers.layout import VolumeLayout
 from volprep_formats.readers.unpacking import (
     MAX_BZIP2_RATIO,
     ForwardStream,
@@ -167,7 +167,7 @@ def open_layers(path: Path, most: int) -> Layered:
             raise _several(path, fields, axes)
     nz, ny, nx = axes.shape_zyx
     grid, remarks = _grid(path, fields, axes, axes.shape_zyx)
-    voxels = _voxels(path, fields, end_bytes, Layout((nz, ny, nx * count)))
+    voxels = _voxels(path, fields, end_bytes, VolumeLayout((nz, ny, nx * count)))
     return Layered(grid, count, voxels, keys_of(path), remarks)
 
 
@@ -236,20 +236,20 @@ def _several(path: Path, fields: Fields, axes: _Axes) -> VolprepError:
     )
 
 
-def _layout(path: Path, fields: Fields, axes: _Axes, wanted: int | None) -> Layout:
+def _layout(path: Path, fields: Fields, axes: _Axes, wanted: int | None) -> VolumeLayout:
     """Find the volume that is wanted. Raises VP1021 if there is none, VP1101 where there are several and none is."""
     if axes.of_volumes is None:
         chosen_volume(path, axes.shape_zyx, 1, wanted)
-        return Layout(axes.shape_zyx)
+        return VolumeLayout(axes.shape_zyx)
     if wanted is None:
         raise _several(path, fields, axes)
     count = axes.sizes[axes.of_volumes]
     index = chosen_volume(path, axes.shape_zyx, count, wanted)
     if axes.of_volumes < axes.spatial[0]:
-        return Layout(axes.shape_zyx, beside=count, wanted=index)
+        return VolumeLayout(axes.shape_zyx, beside=count, wanted=index)
     if axes.of_volumes < axes.spatial[2]:
         raise VolprepError("VP1102", path=path, what=SafeText("volumes along an axis between those of space"))
-    return Layout(axes.shape_zyx, behind=count, wanted=index)
+    return VolumeLayout(axes.shape_zyx, behind=count, wanted=index)
 
 
 def _grid(path: Path, fields: Fields, axes: _Axes, shape_zyx: tuple[int, int, int]) -> tuple[Grid, list[str]]:
@@ -311,7 +311,7 @@ def _units(path: Path, fields: Fields, name: str, places: list[int]) -> Float64A
     return np.array(known, dtype=np.float64)
 
 
-def _voxels(path: Path, fields: Fields, end_bytes: int, layout: Layout, colours: int | None = None) -> VoxelFile:
+def _voxels(path: Path, fields: Fields, end_bytes: int, layout: VolumeLayout, colours: int | None = None) -> VoxelFile:
     """Voxels in this file, or in the one that it names; their size is checked against the file's.
 
     They have `colours` components each, or one.

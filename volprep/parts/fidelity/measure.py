@@ -30,7 +30,7 @@ from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Projection
-from volprep_formats.package.parts.fidelity.record import Fidelity
+from volprep_formats.package.parts.fidelity.record import LevelFidelity
 from volprep_formats.package.reader import Package
 
 VIEWS = 16
@@ -108,12 +108,12 @@ def measure(package: Package, scan: Volume, cameras: Sequence[Camera]) -> Iterat
             yield MeasuredFidelity(function.name, level.index, pixels, per_voxel, errors)
 
 
-def stated(found: MeasuredFidelity) -> Fidelity:
+def stated(found: MeasuredFidelity) -> LevelFidelity:
     """Return the record of the measurements, in three digits: two drivers may differ in the fourth."""
     largest = np.array([view.maximum for view in found.views])
     mean = float(largest.mean())
     bound = max(mean + _DEVIATIONS * float(largest.std(ddof=1)), _LEAST_OF_MEAN * mean) + _STEP_OF_TARGET
-    return Fidelity(
+    return LevelFidelity(
         transfer=found.transfer,
         level=found.level,
         pixels=found.pixels,

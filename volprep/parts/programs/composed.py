@@ -6,13 +6,13 @@ from volprep.shading.slices import OVER, TOWARDS
 from volprep.shading.tiles import GROUPS, TILE, TileTexts
 from volprep.shading.walk import PassText
 from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.program import LightPass, Pass, Program, ProgramDesign, Tiles
+from volprep_formats.package.program import ComposedProgram, LightPass, Pass, Program, ProgramDesign, Tiles
 from volprep_formats.package.reader import Package
 
 
 def composed(
     package: Package, design: ProgramDesign, render: RenderSettings, *, skips: bool = True
-) -> tuple[Program, dict[str, str]]:
+) -> tuple[ComposedProgram, dict[str, str]]:
     """Compose a program for the textures and tables of a package, which may be a draft: its record, and texts by file.
 
     Without `skips` it looks at no skip table.
@@ -33,7 +33,7 @@ def composed(
     program = Program(
         **dict(design),
         uniforms=shaders.uniforms,
-        samplers=shaders.samplers,
+        samplers=tuple(sampler.name for sampler in shaders.samplers),
         geometry=shaders.geometry,
         before=before,
         light_pass=light_pass,
@@ -43,7 +43,7 @@ def composed(
         slab_samples=shaders.slab_samples,
         step_mm_min=shaders.step_mm_min,
     )
-    return program, texts | sorting
+    return ComposedProgram(program=program, inputs=shaders.samplers), texts | sorting
 
 
 def _pass(design: ProgramDesign, text: PassText, number: int) -> Pass:

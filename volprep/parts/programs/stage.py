@@ -7,9 +7,8 @@ from volprep.parts.stage import Stage, Work, present
 from volprep.plan.products import ProxyPlan, SkipPlan, SkipTablePlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.shading.overlay import overlay_texts
-from volprep_formats.package.manifest import Contribution, RenderSettings, SubvolumeFiles
-from volprep_formats.package.parts.proxy.record import Proxy
-from volprep_formats.package.program import Program, ProgramDesign
+from volprep_formats.package.manifest import Contribution, RenderSettings
+from volprep_formats.package.program import ComposedProgram, ProgramDesign
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -29,18 +28,13 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    subvolumes, proxy = draft.manifest.subvolumes, draft.manifest.proxy
     pieces, meshes, skip = plan.part(SubvolumesPlan), plan.part(ProxyPlan), plan.part(SkipPlan)
-    around_points = () if pieces is None or subvolumes is None else pieces.programs
-    at_meshes = () if meshes is None or proxy is None else meshes.programs
-    progress.start("shaders", len(plan.programs) + len(around_points) + len(at_meshes))
+    around_points = () if pieces is None or draft.manifest.subvolumes is None else pieces.programs
+    at_meshes = () if meshes is None or draft.manifest.proxy is None else meshes.programs
+    designs = (*plan.programs, *around_points, *at_meshes)
+    progress.start("shaders", len(designs))
     writer = _Writer(draft, plan.render, () if skip is None else skip.tables, progress)
-    programs = writer.programs(plan.programs)
-    if subvolumes is not None:
-        subvolumes = SubvolumeFiles(grid=subvolumes.grid, programs=writer.programs(around_points))
-    if proxy is not None:
-        proxy = Proxy(programs=writer.programs(at_meshes))
-    return Contribution(programs=programs, subvolumes=subvolumes, proxy=proxy)
+    return Contribution(programs=writer.programs(designs))
 
 
 def _settings_together(plan: Plan) -> tuple[Record, ...]:
@@ -76,10 +70,10 @@ class _Writer:
         self._progress = progress
         self._written: set[str] = set()
 
-    def programs(self, designs: Sequence[ProgramDesign]) -> tuple[Program, ...]:
+    def programs(self, designs: Sequence[ProgramDesign]) -> tuple[ComposedProgram, ...]:
         return tuple(self._program(design) for design in designs)
 
-    def _program(self, design: ProgramDesign) -> Program:
+    def _program(self, design: ProgramDesign) -> ComposedProgram:
         skips = design.transfer in self._skipping
         program, texts = composed(self._package, design, self._render, skips=skips)
         for path, text in texts.items():

@@ -81,6 +81,7 @@ def _mesh(draft: Draft, plan: ChannelPlan, proxy: ProxyPlan, wanted: ProxyMeshPl
     z, y, x = (spacing / UNITS for spacing in plan.grid.coarser(level.factors_zyx).spacing_mm_zyx)
     file = mesh_file(mesh, (x, y, z)) if len(mesh.triangles) else None
     record = ProxyMeshFile(
+        name=f"{wanted.transfer}-{level.index}",
         transfer=wanted.transfer,
         level=level.index,
         form=proxy.form,

@@ -178,7 +178,6 @@ def _table(
 ) -> tuple[Texture, SkipTable]:
     entries = skip_table(occupied, wanted.kind)
     texture = _write(draft, plan, wanted, entries)
-    z, y, x = (1 / (wanted.block * spacing) for spacing in plan.grid.coarser(level.factors_zyx).spacing_mm_zyx)
     return texture, SkipTable(
         texture=wanted.name,
         level=level.index,
@@ -186,7 +185,6 @@ def _table(
         kind=wanted.kind,
         block=wanted.block,
         blocks_zyx=_shape_zyx(occupied),
-        blocks_from_box_per_mm_xyz=(x, y, z),
         empty_share=1.0 - float(occupied.mean()),
     )
 

@@ -16,6 +16,8 @@ from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.channel import Level
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.mipmaps.rules import texture_from_box
 from volprep_formats.package.parts.segments.texels import labels_of_texels
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,
@@ -139,7 +141,7 @@ def cut_box(package: Package, box: Box) -> Cut:
             grid=level_grid.part(start_zyx, stop_zyx),
             slope=quantization.slope,
             intercept=quantization.intercept,
-            marks=tuple(_mark(level, level_grid, start_zyx, stop_zyx) for level in manifest.levels),
+            marks=tuple(_mark(manifest, level, start_zyx, stop_zyx) for level in manifest.levels),
             files_read=len(found.opened),
             reads=sum(each.reads for each in found.opened),
             texel_bytes_read=sum(each.texel_bytes_read for each in found.opened),
@@ -251,7 +253,10 @@ def _corners(box: Box) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
     return (z.start, y.start, x.start), (z.stop, y.stop, x.stop)
 
 
-def _mark(level: Level, grid: Grid, start_zyx: tuple[int, int, int], stop_zyx: tuple[int, int, int]) -> LevelMark:
-    spacing, scale = np.array(grid.spacing_mm_zyx[::-1]), np.array(level.texture_from_box_per_mm_xyz)
-    low, high = (tuple((np.array(corner[::-1]) * spacing * scale).tolist()) for corner in (start_zyx, stop_zyx))
+def _mark(
+    manifest: Manifest, level: Level, start_zyx: tuple[int, int, int], stop_zyx: tuple[int, int, int]
+) -> LevelMark:
+    grid = manifest.grid or manifest.source.info.grid
+    scale = np.array(grid.spacing_mm_zyx[::-1]) * texture_from_box(level, manifest.textures)
+    low, high = (tuple((np.array(corner[::-1]) * scale).tolist()) for corner in (start_zyx, stop_zyx))
     return LevelMark(level=level.index, low_str=low, high_str=high)

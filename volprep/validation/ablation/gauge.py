@@ -222,15 +222,13 @@ def worst_difference(one: Mapping[str, FloatArray], other: Mapping[str, FloatArr
 
 
 def _finest(package: Package) -> int:
-    return min(level for program in package.manifest.programs for level in program.levels)
+    return min(drawing.level for _, drawing in package.manifest.drawings)
 
 
 def _costs(manifest: Manifest, transfers: Sequence[str]) -> list[tuple[int, int]]:
     """Return upload and memory of each transfer function at its finest level."""
-    found = {}
-    for cost in sorted(manifest.costs, key=lambda each: each.level, reverse=True):
-        found[cost.transfer] = cost.upload_bytes, cost.gpu_bytes
-    return [found[transfer] for transfer in transfers if transfer in found]
+    finest = {picture.name: picture.drawings[0].cost for picture in manifest.pictures}
+    return [(finest[name].upload_bytes, finest[name].gpu_bytes) for name in transfers if name in finest]
 
 
 def _transport_bytes(package: Package) -> int:

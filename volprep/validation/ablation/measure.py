@@ -194,8 +194,9 @@ class VariantBench:
         """Compare each coarse level with the next finer one, which an app would draw without it."""
         manifest = self.planned.manifest
         transfer = self.gauge.transfers[0]
-        drawn = sorted(each.level for each in manifest.costs if each.transfer == transfer)
-        uploads = {each.level: each for each in manifest.costs if each.transfer == transfer}
+        picture = manifest.picture(transfer)
+        uploads = {drawing.level: drawing.cost for drawing in picture.drawings} if picture is not None else {}
+        drawn = [*uploads]
         for finer, level in pairwise(drawn):
             # The planned package draws the level in question, the other package draws the level that replaces it.
             timed = self.gauge.timed(self.planned, (transfer,), (level, finer))

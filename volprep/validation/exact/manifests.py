@@ -4,26 +4,26 @@ import math
 from collections.abc import Iterator, Sequence
 
 from volprep_formats.package.manifest import Manifest, PlanItem
-from volprep_formats.package.parts.costs.count import draw_costs
 
 _ROUNDING = 1e-9
 """Relative difference of numbers that two machines may compute differently."""
-_NAMES = ("name", "texture", "transfer", "index", "kind", "file", "channel")
+_NAMES = ("name", "texture", "transfer", "index", "level", "kind", "file", "channel")
 """Fields that identify an entry of a list, for messages."""
 _CHOSEN = "filter of level"
 """Items of the plan on a filter that was chosen by trying several."""
 _MEASURED = ("RMSE", "random rays", "standard view")
 """Words that mark a reason as measured."""
-_NOT_DERIVED = {"generator", "state", "stages", "files", "preview", "plan", "fidelity"}
+_NOT_DERIVED = {"generator", "state", "stages", "files", "preview", "plan"}
 """Fields for the writer of the package, its files, and reasons: other checks cover them."""
 
 
 def manifest_differences(found: Manifest, derived: Manifest) -> list[str]:
     """Return the differences of the manifest `found` from `derived`, a sentence for each field."""
     exclude = _NOT_DERIVED
-    # Seal adds them, which is the last stage and draws.
-    derived = derived.model_copy(update={"costs": draw_costs(derived)})
     one, other = (each.model_dump(mode="json", exclude=exclude) for each in (found, derived))
+    # Seal measures it, which is the last stage and draws.
+    for drawing in (drawing for picture in one["pictures"] for drawing in picture["drawings"]):
+        drawing["fidelity"] = None
     return [*_differences(one, other, "")]
 
 

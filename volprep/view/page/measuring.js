@@ -221,9 +221,9 @@ class Run {
   #levels({ transfer, level, points }) {
     const { bench } = this;
     return [...new Set([level, ...points.map((each) => each.level)])].map((index) => {
-      const cost = bench.manifest.costs.find(
-        (/** @type {any} */ each) => each.transfer === transfer && each.level === index,
-      );
+      const { cost } = bench.manifest.pictures
+        .find((/** @type {any} */ each) => each.name === transfer)
+        .drawings.find((/** @type {any} */ each) => each.level === index);
       const form = bench.form(transfer, index).slice(0, 300);
       return { level: index, form, upload_bytes: cost.upload_bytes, gpu_bytes: cost.gpu_bytes };
     });

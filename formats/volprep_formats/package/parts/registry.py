@@ -3,7 +3,6 @@
 from volprep_formats.package.manifest import FileRole, Manifest
 from volprep_formats.package.parts.bricks.rules import bricks_contradictions
 from volprep_formats.package.parts.editing.rules import editing_contradictions
-from volprep_formats.package.parts.fidelity.rules import fidelity_contradictions
 from volprep_formats.package.parts.hybrid.rules import hybrid_contradictions
 from volprep_formats.package.parts.light.rules import light_contradictions
 from volprep_formats.package.parts.mipmaps.rules import mipmap_contradictions
@@ -24,8 +23,7 @@ def _histograms(manifest: Manifest) -> dict[str, FileRole]:
 def _meshes(manifest: Manifest) -> dict[str, FileRole]:
     if manifest.proxy is None:
         return {}
-    used: dict[str, FileRole] = {mesh.file: "mesh" for mesh in manifest.proxy.meshes if mesh.file is not None}
-    return used | {path: "shader" for program in manifest.proxy.programs for path in program.shaders}
+    return {mesh.file: "mesh" for mesh in manifest.proxy.meshes if mesh.file is not None}
 
 
 def _overlays(manifest: Manifest) -> dict[str, FileRole]:
@@ -40,7 +38,7 @@ def _pieces(manifest: Manifest) -> dict[str, FileRole]:
     whole = {subvolumes.whole} - {None, *(texture.file for texture in manifest.textures)}
     used: dict[str, FileRole] = {path: "subvolume" for path in (*subvolumes.pieces, *whole) if path is not None}
     used[subvolumes.grid] = "grid"
-    return used | {path: "shader" for program in subvolumes.programs for path in program.shaders}
+    return used
 
 
 PARTS: tuple[FormatPart, ...] = (
@@ -50,7 +48,6 @@ PARTS: tuple[FormatPart, ...] = (
         package_rules=segments_contradictions,
         texture_roles=frozenset(("labels", "looks", "label-sets")),
     ),
-    FormatPart("fidelity", package_rules=fidelity_contradictions),
     FormatPart("hybrid", package_rules=hybrid_contradictions, files=_overlays),
     FormatPart("mipmaps", rules=mipmap_contradictions),
     FormatPart("bricks", rules=bricks_contradictions, texture_roles=frozenset(("bricks",))),

@@ -75,7 +75,7 @@ class ResolutionLevel:
 
 
 @dataclass(frozen=True)
-class Picture:
+class NgffImage:
     """Axes, units, channels and levels from the metadata of an image."""
 
     levels: tuple[ResolutionLevel, ...]
@@ -92,7 +92,7 @@ class Picture:
     """Colours that channels are shown in, as six hexadecimal digits or ""."""
 
 
-def picture_of(path: Path, attributes: dict[str, Any]) -> Picture | None:
+def picture_of(path: Path, attributes: dict[str, Any]) -> NgffImage | None:
     """Parse the attributes of a group; None if it is not an image. Raises VP1220, VP1224, VP1226."""
     told = attributes.get("ome", attributes)
     if not isinstance(told, dict) or "multiscales" not in told:
@@ -117,7 +117,7 @@ def picture_of(path: Path, attributes: dict[str, Any]) -> Picture | None:
     )
     names = tuple(channel.label for channel in image.omero.channels)
     colours = tuple(channel.color.removeprefix("#")[:6].lower() for channel in image.omero.channels)
-    return Picture(tuple(levels), axes, lengths, all(units), names, colours)
+    return NgffImage(tuple(levels), axes, lengths, all(units), names, colours)
 
 
 def series_of(attributes: dict[str, Any]) -> bool:

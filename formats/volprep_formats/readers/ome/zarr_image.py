@@ -22,7 +22,7 @@ from volprep_formats.readers.colour import channel_of_colours, colour_remarks, o
 from volprep_formats.readers.colour_voxels import colour_type
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of
-from volprep_formats.readers.ome.ngff import Picture, ResolutionLevel, picture_of, series_of
+from volprep_formats.readers.ome.ngff import NgffImage, ResolutionLevel, picture_of, series_of
 from volprep_formats.readers.ome.zarr_array import (
     ArrayFacts,
     ArrayRequest,
@@ -269,7 +269,7 @@ def _facts(pool: Workers, array: ArrayRequest) -> ArrayFacts:
     return ArrayFacts(tuple(told["shape"]), tuple(told["chunks"]), told["dtype"])
 
 
-def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tuple[str, Picture]:
+def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tuple[str, NgffImage]:
     """Location of the image's group, with a slash at its end, and its attributes."""
     attributes = _ask(path, pool, text_request(read_group, GroupRequest(store, ""))) or {}
     picture = picture_of(path, attributes)
@@ -281,7 +281,7 @@ def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tu
         raise VolprepError(
             "VP1220", path=path, error=SafeText("it has no multiscales, which make a Zarr store an image")
         )
-    pictures: list[Picture] = []
+    pictures: list[NgffImage] = []
     while len(pictures) < _MOST_SERIES:
         attributes = _ask(path, pool, text_request(read_group, GroupRequest(store, str(len(pictures)))))
         found = None if attributes is None else picture_of(path, attributes)
@@ -292,7 +292,7 @@ def _image(path: Path, store: StoreKey, pool: Workers, wanted: str | None) -> tu
     return f"{index}/", pictures[index]
 
 
-def _level(path: Path, picture: Picture, wanted: int | None) -> ResolutionLevel:
+def _level(path: Path, picture: NgffImage, wanted: int | None) -> ResolutionLevel:
     index = 0 if wanted is None else wanted
     if index >= len(picture.levels):
         found = f" 0 (the finest) to {len(picture.levels) - 1}"
@@ -300,11 +300,11 @@ def _level(path: Path, picture: Picture, wanted: int | None) -> ResolutionLevel:
     return picture.levels[index]
 
 
-def _space_axes(picture: Picture) -> tuple[int, ...]:
+def _space_axes(picture: NgffImage) -> tuple[int, ...]:
     return tuple(picture.axes.index(axis) for axis in "zyx" if axis in picture.axes)
 
 
-def _channels(path: Path, picture: Picture, facts: ArrayFacts) -> list[str]:
+def _channels(path: Path, picture: NgffImage, facts: ArrayFacts) -> list[str]:
     count = facts.shape[picture.axes.index("c")] if "c" in picture.axes else 1
     if count > _MOST_CHANNELS:
         raise VolprepError("VP1225", path=path, size=f"{count} channels", limit=str(_MOST_CHANNELS))
@@ -312,7 +312,7 @@ def _channels(path: Path, picture: Picture, facts: ArrayFacts) -> list[str]:
     return names + [""] * (count - len(names))
 
 
-def _colours_of(path: Path, picture: Picture, facts: ArrayFacts, wanted: ColourChannel) -> _Colours:
+def _colours_of(path: Path, picture: NgffImage, facts: ArrayFacts, wanted: ColourChannel) -> _Colours:
     """Find red, green, blue and alpha among the channels.
 
     Raises VP1290 where there are not 3 or 4, or where they are shown in other colours.
@@ -331,7 +331,7 @@ def _colours_of(path: Path, picture: Picture, facts: ArrayFacts, wanted: ColourC
 
 
 def _fixed(
-    path: Path, picture: Picture, facts: ArrayFacts, spec: SourceSpec, *, in_colour: bool
+    path: Path, picture: NgffImage, facts: ArrayFacts, spec: SourceSpec, *, in_colour: bool
 ) -> tuple[dict[int, int], int | None]:
     """Index along the axes of channels and time points; and the axis of colours, if they are all wanted."""
     channel = None
@@ -346,7 +346,7 @@ def _fixed(
     return fixed, picture.axes.index("c") if in_colour else None
 
 
-def _lengths_mm_zyx(picture: Picture, level: ResolutionLevel) -> tuple[list[float | None], list[float]]:
+def _lengths_mm_zyx(picture: NgffImage, level: ResolutionLevel) -> tuple[list[float | None], list[float]]:
     """Spacing, None for an absent axis, and position of the first voxel."""
     spacing: list[float | None] = []
     origin: list[float] = []

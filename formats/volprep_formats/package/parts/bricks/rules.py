@@ -8,7 +8,6 @@ from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.mosaic_rules import mosaic_contradictions
 from volprep_formats.package.parts.bricks.record import BrickLayout
-from volprep_formats.package.program import Program
 from volprep_formats.package.texture import Texture
 
 
@@ -27,8 +26,6 @@ def bricks_contradictions(manifest: Manifest) -> Iterator[str]:
         pool = pools.get(texture.level)
         if pool is None or pool.bricks is None or not _is_index(texture, pool, pool.bricks):
             yield f"texture {texture.name} is not RGBA8, nearest, with a texel for each brick of its level"
-    for program in manifest.programs:
-        yield from _program(program)
 
 
 def _is_index(texture: Texture, pool: Texture, layout: BrickLayout) -> bool:
@@ -68,9 +65,3 @@ def _of_level(texture: Texture, level: Level) -> Iterator[str]:
         yield f"has bricks of {layout.cells_zyx} cells, its level {shape} voxels"
     elif counts != layout.bricks_zyx:
         yield f"has {layout.bricks_zyx} bricks of {layout.cells_zyx} cells, its level {shape} voxels"
-
-
-def _program(program: Program) -> Iterator[str]:
-    roles = [sampler.role for sampler in program.samplers]
-    if roles.count("bricks") != (1 if program.sampling == "bricks" else 0):
-        yield f"program {program.name} must sample places of bricks if and only if its sampling is bricks"

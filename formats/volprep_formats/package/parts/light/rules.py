@@ -1,24 +1,23 @@
 """Check the consistency of a manifest's precomputed light; SPEC.md states the rules."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.mosaic_rules import mosaic_contradictions
 from volprep_formats.package.parts.light.record import StoredLight, form_of
-from volprep_formats.package.program import Program
-from volprep_formats.package.texture import COMPONENTS, Texture
+from volprep_formats.package.texture import COMPONENTS, Texture, TextureRole
 
-ROLE = "light"
+ROLE: TextureRole = "light"
 """Role of its textures and samplers."""
 _TEXEL_TOLERANCE = 1e-9
 _UNIT_TOLERANCE = 1e-6
 
 
 def light_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Return every problem of textures of light, and of the programs that read them."""
+    """Return every problem of textures of light."""
     held: dict[str | None, list[Texture]] = {}
     cut: dict[str | None, list[Texture]] = {}
     for texture in manifest.textures:
@@ -36,15 +35,6 @@ def light_contradictions(manifest: Manifest) -> Iterator[str]:
             yield f"the light of {transfer} for a cut is read in another way than that of the whole volume"
         if transfer not in held:
             yield f"there is light of {transfer} for a cut, but none of the whole volume"
-    for program in _programs(manifest):
-        textures = held.get(program.transfer, [])
-        yield from (f"program {program.name} {problem}" for problem in _program(program, textures))
-
-
-def _programs(manifest: Manifest) -> Iterator[Program]:
-    yield from manifest.programs
-    yield from () if manifest.subvolumes is None else manifest.subvolumes.programs
-    yield from () if manifest.proxy is None else manifest.proxy.programs
 
 
 def _texture(texture: Texture, manifest: Manifest) -> Iterator[str]:
@@ -102,22 +92,3 @@ def _reading(texture: Texture) -> tuple[object, ...]:
 
 def _numbers(light: StoredLight) -> tuple[object, ...]:
     return light.largest, light.subtracted, light.first_colour, light.stored_values, light.texture_from_box_per_mm_xyz
-
-
-def _program(program: Program, textures: Sequence[Texture]) -> Iterator[str]:
-    sampled = [sampler.part for sampler in program.samplers if sampler.role == ROLE]
-    turns = any(uniform.source == "environment" for uniform in program.uniforms)
-    light = textures[0].light if textures else None
-    if not program.baked:
-        if sampled or turns:
-            yield "samples light or has the uniform environment, and is not lit by light"
-    elif light is None:
-        yield f"is lit by light of {program.transfer}, which no texture holds"
-    else:
-        if sampled != [0]:
-            yield "does not sample the texture of its light once"
-        if turns != light.model.turnable:
-            yield f"has {'the' if turns else 'no'} uniform environment, its light is {'' if turns else 'not '}fixed"
-        # Sub-volumes lie in files of their own, as mosaics or not; the light of all of them is here.
-        if program.sampling != "subvolumes" and (textures[0].mosaic is not None) != (program.sampling == "mosaic"):
-            yield f"reads light in another form than {program.sampling} does"

@@ -1,15 +1,23 @@
 """Whether levels that share a file agree with each other, as mipmaps of one 3D texture."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
+from volprep_formats.grid import Vector
+from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.texture import Texture
-from volprep_formats.textures.ktx2 import Shape, mipmap_shape
+from volprep_formats.textures.ktx2 import mipmap_shape
 
 
-def mipmap_shapes(manifest: Manifest) -> dict[int | None, Shape]:
-    """Return the texels of each level that is a mipmap: at least as many as it has voxels."""
-    return {texture.level: texture.shape_zyx for texture in manifest.textures if texture.mipmap is not None}
+def texture_from_box(level: Level, textures: Iterable[Texture]) -> Vector:
+    """Return the factor from box millimetres to texture coordinates (x, y, z) of a level, given its textures.
+
+    A mipmap may have more texels than the level has voxels.
+    """
+    of_mipmaps = (each.shape_zyx for each in textures if each.mipmap is not None and each.level == level.index)
+    texels_zyx = next(of_mipmaps, level.grid.shape_zyx)
+    z, y, x = (1 / (n * h) for n, h in zip(texels_zyx, level.grid.spacing_mm_zyx, strict=True))
+    return x, y, z
 
 
 def mipmap_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -26,11 +34,6 @@ def mipmap_contradictions(manifest: Manifest) -> Iterator[str]:
             grid = grids.get(-1 if texture.level is None else texture.level)
             if grid is not None and any(n > m for n, m in zip(grid.shape_zyx, texture.shape_zyx, strict=True)):
                 yield f"texture {texture.name} has {texture.shape_zyx} texels, its level {grid.shape_zyx} voxels"
-    chained = {texture.level for texture in manifest.textures if texture.mipmap is not None}
-    for program in manifest.programs:
-        chooses = any(uniform.source == "mipmap" for uniform in program.uniforms)
-        if any((level in chained) != chooses for level in program.levels):
-            yield f"program {program.name} must have a uniform mipmap if and only if its levels are mipmaps"
 
 
 def _chain(textures: list[Texture]) -> Iterator[str]:

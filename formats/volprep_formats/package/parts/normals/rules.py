@@ -4,14 +4,12 @@ from collections.abc import Iterator
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, FILTERED_CODES
-from volprep_formats.package.program import Program
 from volprep_formats.package.texture import COMPONENTS, Texture
 
 
 def normals_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of normals that can be seen without opening another file."""
     levels = {level.index: level for level in manifest.levels}
-    held = {texture.level for texture in manifest.textures if texture.role == "normals"}
     parts = [(texture.level, texture.part) for texture in manifest.textures if texture.role == "normals"]
     if len(parts) != len(set(parts)):
         yield "two textures hold the normals of one level"
@@ -32,26 +30,8 @@ def normals_contradictions(manifest: Manifest) -> Iterator[str]:
                 f"{level.grid.shape_zyx}"
             )
     for program in manifest.programs:
-        samples = any(sampler.role == "normals" for sampler in program.samplers)
         if (program.light is not None) != (program.lighting in {"phong", "blinn-phong"}):
             yield f"program {program.name} has lighting {program.lighting}, and {'a' if program.light else 'no'} light"
-        if samples != (program.lighting != "none" and program.normals_from == "volume"):
-            yield f"program {program.name} has lighting {program.lighting}, and {'' if samples else 'no '}normals"
-        if samples and not set(program.levels) <= held:
-            yield f"program {program.name} reads normals, which not all of its levels have"
-        yield from (f"program {program.name} {problem}" for problem in _sampled(manifest, program))
-
-
-def _sampled(manifest: Manifest, program: Program) -> Iterator[str]:
-    """A program samples the normals of its levels in the form that its sampling reads, in all their parts."""
-    parts = sorted(sampler.part for sampler in program.samplers if sampler.role == "normals")
-    if not parts:
-        return
-    drawn = [each for each in manifest.textures if each.role == "normals" and each.level in program.levels]
-    if any((each.mosaic is not None) != (program.sampling == "mosaic") for each in drawn):
-        yield f"reads normals in another form than {program.sampling} does"
-    if any(parts != list(range(each.mosaic.textures if each.mosaic else 1)) for each in drawn):
-        yield "does not sample each part of its normals once"
 
 
 def _code(texture: Texture) -> Iterator[str]:

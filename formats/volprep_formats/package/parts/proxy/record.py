@@ -5,7 +5,6 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field
 
 from volprep_formats.grid import Count, Index, Vector
-from volprep_formats.package.program import Program
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.package.values import PackagePath, Total, open_word
 from volprep_formats.record import Record
@@ -19,6 +18,8 @@ UNITS = 4
 class ProxyMeshFile(Record):
     """A closed mesh around everything that a transfer function shows of a level."""
 
+    name: str
+    """Name, unique in the package."""
     transfer: str
     """Name of the transfer function."""
     level: Index
@@ -49,5 +50,3 @@ class Proxy(Record):
     """Largest opacity that a ray may lose because it begins and ends at the mesh."""
     meshes: tuple[ProxyMeshFile, ...] = ()
     """One for each level of each transfer function, if it saves samples."""
-    programs: tuple[Program, ...] = ()
-    """Programs whose rays begin and end at a mesh. Each has one pass of geometry `mesh`."""

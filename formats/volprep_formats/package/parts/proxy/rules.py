@@ -8,7 +8,6 @@ import numpy as np
 from volprep_formats.meshes import GlbMesh
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.proxy.record import UNITS, ProxyMeshFile
-from volprep_formats.package.program import Program
 
 _RELATIVE_TOLERANCE = 1e-9
 
@@ -19,7 +18,7 @@ def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
     yield from (
         f"program {program.name} begins at the box, but has a pass over a mesh"
         for program in manifest.programs
-        if any(each.geometry == "mesh" for each in program.passes)
+        if program.rays == "box" and any(each.geometry == "mesh" for each in program.passes)
     )
     if proxy is None:
         return
@@ -40,13 +39,18 @@ def proxy_contradictions(manifest: Manifest) -> Iterator[str]:
         shown = mesh.file is not None
         if shown != (mesh.triangles > 0) or shown != (mesh.vertices > 0) or shown != (mesh.occupied_share > 0):
             yield f"{name} has a file without triangles, or triangles without a file"
-    for program in proxy.programs:
-        if any(counts[program.transfer, level] != 1 for level in program.levels):
-            yield f"program {program.name} begins at meshes, but not each of its levels has one"
+    by_name = {mesh.name: mesh for mesh in proxy.meshes}
+    if len(by_name) < len(proxy.meshes):
+        yield "two meshes have one name"
+    for picture, drawing in manifest.drawings:
+        begun = by_name.get(drawing.at_mesh.mesh) if drawing.at_mesh is not None else None
+        if drawing.at_mesh is not None and (
+            begun is None or (begun.transfer, begun.level) != (picture.name, drawing.level)
+        ):
+            yield f"picture {picture.name} at level {drawing.level} begins at a mesh that is not its own"
+    for program in (program for program in manifest.programs if program.rays == "mesh"):
         if [each.geometry for each in program.passes] != ["mesh"]:
             yield f"program {program.name} begins at meshes, but does not have one pass, which draws them"
-        if _read(program) not in [_read(other) for other in manifest.programs]:
-            yield f"program {program.name} does not read what a program of its transfer function reads"
 
 
 def mesh_problems(record: ProxyMeshFile, mesh: GlbMesh, shape_zyx: tuple[int, int, int]) -> Iterator[str]:
@@ -62,7 +66,3 @@ def mesh_problems(record: ProxyMeshFile, mesh: GlbMesh, shape_zyx: tuple[int, in
         if (at < 0).any() or (at > ends).any() or (at != np.rint(at)).any():
             yield "has positions outside of its level, or that are no whole numbers"
             return
-
-
-def _read(program: Program) -> tuple[object, ...]:
-    return program.transfer, program.samplers, program.classification, program.lighting

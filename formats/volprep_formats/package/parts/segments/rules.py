@@ -7,12 +7,8 @@ from itertools import groupby
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.segments.label_sets import sets_shape
-from volprep_formats.package.parts.segments.record import COMPOSITED, SAMPLED, Segments, table_shape
-from volprep_formats.package.program import Program
+from volprep_formats.package.parts.segments.record import Segments, table_shape
 from volprep_formats.package.texture import COMPONENTS, Texture
-
-PIECES = 8
-"""Sub-volumes that a program samples: those around a point."""
 
 
 def segments_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -25,22 +21,16 @@ def segments_contradictions(manifest: Manifest) -> Iterator[str]:
     yield from _names(manifest, segments)
     for texture in textures:
         yield from (f"texture {texture.name} {problem}" for problem in _texture(manifest, segments, texture))
-    programs = [program for program in manifest.programs if program.transfer == segments.name]
-    if manifest.state == "sealed" and not programs:
+    picture = manifest.picture(segments.name)
+    if manifest.state == "sealed" and picture is None:
         yield f"no program draws the picture {segments.name}"
-    pieces = manifest.subvolumes.programs if manifest.subvolumes else ()
-    for program in (*programs, *(each for each in pieces if each.transfer == segments.name)):
-        wanted = _in_pieces if program in pieces else _in_levels
-        yield from (f"program {program.name} {problem}" for problem in _program(manifest, segments, program))
-        yield from (f"program {program.name} {problem}" for problem in wanted(manifest, segments, program))
 
 
 def label_bytes_of_pieces(manifest: Manifest) -> int:
     """Return how many bytes of a label texels of sub-volumes hold: none unless a program draws segments from them."""
-    segments, pieces = manifest.segments, manifest.subvolumes.programs if manifest.subvolumes else ()
-    if segments is None or all(each.transfer != segments.name for each in pieces):
-        return 0
-    return 1 + segments.wide
+    segments = manifest.segments
+    picture = None if segments is None else manifest.picture(segments.name)
+    return 0 if segments is None or picture is None or picture.pieces is None else 1 + segments.wide
 
 
 def _names(manifest: Manifest, segments: Segments) -> Iterator[str]:
@@ -110,46 +100,3 @@ def _has_shape(texture: Texture, shape_zyx: tuple[int, int, int]) -> bool:
         return texture.gl.target == "TEXTURE_3D" and texture.shape_zyx == shape_zyx
     held = (mosaic.slices, *mosaic.tile_shape_yx)
     return texture.gl.target == "TEXTURE_2D" and held == shape_zyx and mosaic.slices_per_texel == 1
-
-
-def _program(manifest: Manifest, segments: Segments, program: Program) -> Iterator[str]:
-    if program.compositing not in COMPOSITED:
-        yield f"draws segments with {program.compositing}"
-    if program.lighting != "none" and program.normals_from == "volume":
-        yield "lights segments with the normals of values, which know no labels"
-    named = [sampler.transfer for sampler in program.samplers if sampler.role == "transfer"]
-    if _tables(segments, program) and named != list(segments.transfers):
-        yield f"samples tables of {', '.join(map(str, named))}, and draws {', '.join(segments.transfers)}"
-    if len(program.samplers) > manifest.profile.texture_units:
-        yield f"reads {len(program.samplers)} textures; the profile has {manifest.profile.texture_units} units"
-
-
-def _in_levels(manifest: Manifest, segments: Segments, program: Program) -> Iterator[str]:
-    if program.sampling not in SAMPLED:
-        yield f"draws segments from {program.sampling}"
-    if not program.levels:
-        yield "draws no level"
-        return
-    level = min(program.levels)
-    held = Counter(texture.role for texture in manifest.textures if texture.level == level)
-    wanted = {role: held[role] for role in ("volume", "labels", "bricks")}
-    yield from _samples(program, {**wanted, "looks": 1, "transfer": _tables(segments, program)})
-    labelled = {texture.level for texture in manifest.textures if texture.role == "labels"}
-    yield from (f"draws level {each}, which has no labels" for each in program.levels if each not in labelled)
-
-
-def _in_pieces(_manifest: Manifest, segments: Segments, program: Program) -> Iterator[str]:
-    if program.sampling != "subvolumes":
-        yield f"draws pieces with segments from {program.sampling}"
-    yield from _samples(program, {"subvolume": PIECES, "looks": 1, "transfer": _tables(segments, program)})
-
-
-def _samples(program: Program, wanted: dict[str, int]) -> Iterator[str]:
-    roles = Counter(sampler.role for sampler in program.samplers if sampler.role != "skip")
-    if roles != +Counter(wanted):
-        yield f"draws segments, but samples {', '.join(each.role for each in program.samplers)}"
-
-
-def _tables(segments: Segments, program: Program) -> int:
-    """Return how many tables of transfer functions a program samples."""
-    return len(segments.transfers) if program.classification == "lookup" else 0

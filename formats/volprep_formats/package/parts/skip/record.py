@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep_formats.grid import Count, Signed, Vector
+from volprep_formats.grid import Count, Grid, Signed, Vector
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record
 
@@ -27,10 +27,16 @@ class SkipTable(Record):
     """Cells between voxel centres along an edge of a block."""
     blocks_zyx: tuple[Count, Count, Count]
     """Number of blocks along each axis."""
-    blocks_from_box_per_mm_xyz: Vector
-    """Positions in blocks are box millimetres times this, less 1 / (2 · block)."""
     empty_share: Fraction
     """Part of the blocks that are empty."""
+
+    def blocks_from_box(self, grid: Grid) -> Vector:
+        """Return the factor from box millimetres to positions in blocks (x, y, z), for the grid of the level.
+
+        A position is less by half a voxel.
+        """
+        z, y, x = (1 / (self.block * spacing) for spacing in grid.spacing_mm_zyx)
+        return x, y, z
 
 
 class BlockRangesRecord(Record):

@@ -3,20 +3,17 @@
 from collections import Counter
 from collections.abc import Iterator
 
-import numpy as np
-
 from volprep_formats.grid import Grid, blocks_along
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping, SkipTable
 from volprep_formats.package.texture import Texture
 
-_RELATIVE_TOLERANCE = 1e-9
 _OCTANTS = 8
 _ENDS = 2
 
 
 def skip_contradictions(manifest: Manifest) -> Iterator[str]:
-    """Return every problem of skip tables and ranges of blocks, and of the programs that read them."""
+    """Return every problem of skip tables and ranges of blocks."""
     skipping = manifest.skipping or Skipping()
     textures = {texture.name: texture for texture in manifest.textures}
     grids = {level.index: level.grid for level in manifest.levels}
@@ -33,12 +30,9 @@ def skip_contradictions(manifest: Manifest) -> Iterator[str]:
             yield f"{name} is for {table.transfer}, which is no transfer function"
         if held is not None and held.transfer != table.transfer:
             yield f"{name} is for {table.transfer}, its texture for {held.transfer}"
-        if grid is not None:
-            yield from (f"{name} {problem}" for problem in _scaled(table, grid))
     for ranges in skipping.ranges:
         found = _described(ranges, "ranges", grids.get(ranges.level), textures.get(ranges.texture))
         yield from (f"ranges of blocks {ranges.texture} {problem}" for problem in found)
-    yield from _programs(manifest, skipping)
 
 
 def shared_skip_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -62,8 +56,6 @@ def _of_picture(manifest: Manifest, picture: str) -> Iterator[str]:
         yield from (f"skip table {table.texture} {problem}" for problem in _described(table, "skip", grid, held))
         if held is not None and held.transfer != picture:
             yield f"skip table {table.texture} is for {picture}, its texture for {held.transfer}"
-        if grid is not None:
-            yield from (f"skip table {table.texture} {problem}" for problem in _scaled(table, grid))
 
 
 def _described(
@@ -95,25 +87,3 @@ def _described(
         yield f"has {shape} texels instead of {held}"
     if role == "skip" and texture.gl.type != "UNSIGNED_BYTE":
         yield "has entries that are no bytes"
-
-
-def _scaled(table: SkipTable, grid: Grid) -> Iterator[str]:
-    expected = [1 / (table.block * spacing) for spacing in grid.spacing_mm_zyx[::-1]]
-    if not np.allclose(table.blocks_from_box_per_mm_xyz, expected, rtol=_RELATIVE_TOLERANCE, atol=0.0):
-        yield "has blocks_from_box_per_mm_xyz that does not follow from its block and the level's spacing"
-
-
-def _programs(manifest: Manifest, skipping: Skipping) -> Iterator[str]:
-    """A program that skips has a table for each of its levels, all of one kind and size of blocks."""
-    for program in manifest.programs:
-        count = sum(sampler.role == "skip" for sampler in program.samplers)
-        if count > 1:
-            yield f"program {program.name} samples {count} skip tables"
-        if count == 0:
-            continue
-        tables = [table for table in skipping.tables if table.transfer == program.transfer]
-        of_levels = Counter(table.level for table in tables)
-        if any(of_levels[level] != 1 for level in program.levels):
-            yield f"program {program.name} skips, but not each of its levels has one skip table for {program.transfer}"
-        if len({(table.kind, table.block) for table in tables if table.level in program.levels}) > 1:
-            yield f"program {program.name} skips with tables of several kinds or sizes of blocks"

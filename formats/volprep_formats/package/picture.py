@@ -1,0 +1,128 @@
+"""Pictures of a package, and their drawings: what a user chooses, and what an app draws of it at a level."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from volprep_formats.grid import Count, Signed
+from volprep_formats.package.transfer_function import Fraction
+from volprep_formats.package.values import ByteCount
+from volprep_formats.record import Record
+from volprep_formats.source import ChannelName
+
+Mixing = Literal["one", "sum", "labels", "colour"]
+"""How the media of a picture mix."""
+
+
+class PictureMedium(Record):
+    """One of the media of a picture: a channel, seen through a transfer function."""
+
+    channel: ChannelName
+    """Name of the channel."""
+    transfer: str
+    """Name of the transfer function."""
+
+
+class DrawCost(Record):
+    """Bytes that a device takes for a drawing, in every view and size of picture.
+
+    Textures that the program reads, and the mesh where rays begin at one. Pictures, depth buffers and shaders are not
+    counted: they depend on the app and on the driver.
+    """
+
+    upload_bytes: ByteCount
+    """Bytes of texels, vertices and indices that the app uploads to OpenGL ES."""
+    gpu_bytes: ByteCount
+    """Memory of the uploaded data. A texel of three bytes counts as four, and one of a palette as four: many drivers
+    keep them so."""
+
+
+class Fidelity(Record):
+    """Error of a drawing against the integral of the scan, in views from all sides.
+
+    Pictures hold the whole volume. A pixel is the mean of at least four rays.
+    """
+
+    pixels: Count
+    """Width and height of the pictures."""
+    pixels_per_voxel: Annotated[float, Field(gt=0.0)]
+    """Pixels along the shortest edge of a voxel of the level, in the middle of the picture."""
+    views: Count
+    """Number of views."""
+    rmse: Fraction
+    """Root mean square error over all pixels of all views and the four channels, premultiplied linear light. Over other
+    views from all sides it is the same within 20 %."""
+    maximum: Fraction
+    """No channel of a pixel, in any view from any side, is expected to be further off: the mean of the largest errors
+    of the views and nine standard deviations, at least twice the mean, at most 1."""
+    flip: Fraction
+    """FLIP, the perceived difference: mean over all pixels that are not transparent and over the views, sRGB, over
+    black or over white, whichever is larger, at 67 pixels per degree."""
+
+
+class UniformValue(Record):
+    """The value of a uniform that is the same in every view of a drawing."""
+
+    source: Literal["texture_from_box", "mipmap", "blocks_from_box"]
+    """Source that uniforms of this value name."""
+    numbers: Annotated[tuple[float, ...], Field(min_length=1, max_length=16)]
+    """One number for a float, three for a vec3, 16 for a mat4, column by column."""
+
+
+class AtMesh(Record):
+    """A program that draws the picture of a drawing from the same textures, with rays that begin and end at a mesh."""
+
+    program: str
+    """Name of the program."""
+    mesh: str
+    """Name of the mesh."""
+
+
+PIECES: tuple[str, ...] = tuple(f"subvolume-{number}" for number in range(8))
+"""Names of the sub-volumes around a point among the textures of a program."""
+
+
+class Pieces(Record):
+    """A picture of the sub-volumes around a point of their grid."""
+
+    program: str
+    """Name of the program."""
+    textures: tuple[str, ...]
+    """Names of textures: one for each sampler of the program, in their order. `subvolume-0` to `subvolume-7` are the
+    sub-volumes around the point: plus 1 for the upper one along x, plus 2 along y, plus 4 along z."""
+
+
+class Drawing(Record):
+    """A picture at a level. An app binds its textures to the samplers of its program, sets uniforms, and draws."""
+
+    level: Signed
+    """Number of the level."""
+    program: str | None = None
+    """Name of the program; absent on OpenGL ES 1.1, which draws the slices of `textures`."""
+    textures: tuple[str, ...]
+    """Names of textures: one for each sampler of the program, in their order; or all stacks of slices."""
+    values: tuple[UniformValue, ...]
+    """Values of those uniforms that are the same in every view, whether or not the program has them."""
+    at_mesh: AtMesh | None = None
+    """The same picture with rays that begin and end at a mesh, if the package has one for it."""
+    cost: DrawCost
+    """Bytes that it takes."""
+    fidelity: Fidelity | None = None
+    """Its fidelity to the scan; absent unless the scene requests it."""
+
+
+class Picture(Record):
+    """What a user chooses: media, and how they are drawn."""
+
+    name: str
+    """Name, unique in the package."""
+    media: Annotated[tuple[PictureMedium, ...], Field(min_length=1)]
+    """What it shows. Each has another transfer function."""
+    mixing: Mixing = "one"
+    """How its media mix. one: there is one medium. sum: extinctions add, and each medium emits light as its extinction
+    does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and blue
+    light, and extinction."""
+    drawings: Annotated[tuple[Drawing, ...], Field(min_length=1)]
+    """One for each level that can be drawn, finest first."""
+    pieces: Pieces | None = None
+    """Level 0 drawn from its sub-volumes, if the package has them."""

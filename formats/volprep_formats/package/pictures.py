@@ -1,0 +1,127 @@
+"""Pictures of a package, from the programs, textures and tables that its stages made: the one place that joins them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.parts.costs.count import cost_of_textures
+from volprep_formats.package.parts.fidelity.record import LevelFidelity
+from volprep_formats.package.parts.mipmaps.rules import texture_from_box
+from volprep_formats.package.picture import (
+    AtMesh,
+    Drawing,
+    Mixing,
+    Picture,
+    PictureMedium,
+    Pieces,
+    UniformValue,
+)
+from volprep_formats.package.program import ComposedProgram, Program
+from volprep_formats.package.sampled import sampled_textures
+from volprep_formats.package.texture import Texture
+
+
+def pictures_of(
+    manifest: Manifest, composed: Sequence[ComposedProgram] = (), fidelity: Sequence[LevelFidelity] = ()
+) -> tuple[Picture, ...]:
+    """Return every picture that can be drawn, the default one first; of a draft those that are complete so far."""
+    names = [each.program.transfer for each in composed]
+    sliced = {texture.transfer for texture in manifest.textures if texture.role == "slices"}
+    names += [function.name for function in manifest.transfer_functions if function.name in sliced]
+    made = _Made(manifest, composed, fidelity)
+    found = (made.picture(name) for name in dict.fromkeys(names))
+    return tuple(picture for picture in found if picture is not None)
+
+
+@dataclass(frozen=True)
+class _Made:
+    """What the stages made."""
+
+    manifest: Manifest
+    composed: Sequence[ComposedProgram]
+    fidelity: Sequence[LevelFidelity]
+
+    def picture(self, name: str) -> Picture | None:
+        media, mixing = self._media(name)
+        drawings = tuple(self._drawings(name))
+        if not media or not drawings:
+            return None
+        return Picture(name=name, media=media, mixing=mixing, drawings=drawings, pieces=self._pieces(name))
+
+    def _media(self, name: str) -> tuple[tuple[PictureMedium, ...], Mixing]:
+        """Return what a picture shows; nothing if no channel has a transfer function of its name."""
+        together, segments = self.manifest.together, self.manifest.segments
+        channels = {transfer: channel.name for channel in self.manifest.channels for transfer in channel.transfers}
+        transfers: tuple[str, ...] = (name,)
+        mixing: Mixing = "one"
+        if segments is not None and segments.name == name:
+            transfers, mixing = segments.transfers, "labels"
+        elif together is not None and together.name == name:
+            transfers, mixing = together.transfers, "sum"
+            if any(each.program.classification == "colour" for each in self._programs(name)):
+                mixing = "colour"
+        if not set(transfers) <= channels.keys():
+            return (), mixing
+        return tuple(PictureMedium(channel=channels[each], transfer=each) for each in transfers), mixing
+
+    def _programs(self, name: str) -> list[ComposedProgram]:
+        return [each for each in self.composed if each.program.transfer == name]
+
+    def _drawings(self, name: str) -> Iterator[Drawing]:
+        """Yield the drawings of a picture, the finest level first. Of several programs for a level the first counts."""
+        by_level = {
+            level: each
+            for each in reversed(self._programs(name))
+            for level in each.program.levels
+            if each.program.rays == "box" and each.program.sampling != "subvolumes"
+        }
+        for level, composed in sorted(by_level.items()):
+            textures = sampled_textures(self.manifest, composed, level)
+            if len(textures) == len(composed.inputs):
+                yield self._drawing(name, level, textures, composed.program)
+        slices = [each for each in self.manifest.textures if (each.role, each.transfer) == ("slices", name)]
+        for level in sorted({texture.level or 0 for texture in slices}):
+            names = tuple(texture.name for texture in slices if (texture.level or 0) == level)
+            yield self._drawing(name, level, names, None)
+
+    def _drawing(self, name: str, level: int, names: tuple[str, ...], program: Program | None) -> Drawing:
+        textures = [texture for texture in self.manifest.textures if texture.name in names]
+        meshes = self.manifest.proxy.meshes if self.manifest.proxy is not None else ()
+        own = [mesh for mesh in meshes if (mesh.transfer, mesh.level) == (name, level)]
+        at_mesh = (
+            each.program.name
+            for each in self._programs(name)
+            if each.program.rays == "mesh" and level in each.program.levels
+        )
+        return Drawing(
+            level=level,
+            program=program.name if program is not None else None,
+            textures=names,
+            values=tuple(drawing_values(self.manifest, level, textures)) if program is not None else (),
+            at_mesh=next((AtMesh(program=each, mesh=mesh.name) for mesh in own for each in at_mesh), None),
+            cost=cost_of_textures(self.manifest, textures, own),
+            fidelity=next(
+                (each.as_record for each in self.fidelity if (each.transfer, each.level) == (name, level)), None
+            ),
+        )
+
+    def _pieces(self, name: str) -> Pieces | None:
+        """Return the drawing of sub-volumes, whose tables are those of level 0."""
+        for composed in self._programs(name):
+            textures = sampled_textures(self.manifest, composed, 0)
+            if composed.program.sampling == "subvolumes" and len(textures) == len(composed.inputs):
+                return Pieces(program=composed.program.name, textures=textures)
+        return None
+
+
+def drawing_values(manifest: Manifest, level: int, textures: Sequence[Texture]) -> Iterator[UniformValue]:
+    """Yield the uniforms of a drawing that are the same in every view: how the box maps to texels and blocks."""
+    drawn = manifest.level(level)
+    yield UniformValue(source="texture_from_box", numbers=texture_from_box(drawn, textures))
+    mipmap = next((texture.mipmap for texture in textures if texture.mipmap is not None), None)
+    if mipmap is not None:
+        yield UniformValue(source="mipmap", numbers=(float(mipmap),))
+    names = {texture.name for texture in textures}
+    for table in manifest.skipping.tables if manifest.skipping is not None else ():
+        if table.texture in names:
+            yield UniformValue(source="blocks_from_box", numbers=table.blocks_from_box(drawn.grid))
