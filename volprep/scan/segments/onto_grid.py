@@ -18,7 +18,9 @@ _SAME_VOXELS = 0.01
 
 
 def onto_grid(labels: LabelArray, grid: Grid, target: Grid) -> LabelArray:
-    """Return the labels on `target`. Its voxels outside `grid` have label 0."""
+    """Return the labels on `target`: the same array if it is `grid`. Voxels outside `grid` have label 0."""
+    if grid == target:
+        return labels
     moved = np.linalg.inv(grid.world_from_index) @ target.world_from_index
     result = np.zeros(target.shape_zyx, np.uint16)
     if coincides(grid, target):
