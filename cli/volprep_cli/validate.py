@@ -24,9 +24,8 @@ if TYPE_CHECKING:
     from volprep.validation.ablation.records import Ablation, Measurement
     from volprep.validation.records import EmptySpace, ProgramResult, TracedLight
     from volprep.validation.report_record import Report
-    from volprep.validation.seen_records import OtherDrawing
+    from volprep.validation.seen_records import OtherDrawing, SeenNumbers
     from volprep.validation.times import Milliseconds
-    from volprep.validation.verdict import Verdict
     from volprep.validation.witness.records import Witness
 
 Source = Annotated[
@@ -65,6 +64,14 @@ Devices = Annotated[
         metavar="FOLDER",
     ),
 ]
+StrictLevels = Annotated[
+    bool,
+    typer.Option(
+        "--strict-levels",
+        help="Fail if a coarse level is beyond its tolerance or has lost a thin or small structure, a segment or local "
+        "contrast, also if it is for previews only.",
+    ),
+]
 Quick = Annotated[bool, typer.Option("--quick", help="Check only schema, sizes and checksums, without OpenGL.")]
 
 Curves = Annotated[
@@ -96,17 +103,19 @@ def validate(
     quick: Quick = False,
     curves: Curves = False,
     ablate: Ablate = False,
+    strict_levels: StrictLevels = False,
     as_json: Json = False,
 ) -> None:
     """Prove a package: derive its files again from the scan, draw it, compare both with the truth, and write a report.
 
     Pictures are compared with the integral of the scan in double precision. Exit status 0: every file follows from the
     scan, everything in the package was drawn, and every view is within the tolerance of the scene; with --ablate, each
-    item also earns its place. 1: one of these is not so. 5: the package is damaged.
+    item also earns its place, and with --strict-levels no coarse level loses anything. 1: one of these is not so. 5:
+    the package is damaged.
     """
     if quick:
         left_out = {"--source": source, "--report": report, "--size": size, "--devices": devices}
-        flags = {"--witness": witness, "--curves": curves, "--ablate": ablate}
+        flags = {"--witness": witness, "--curves": curves, "--ablate": ablate, "--strict-levels": strict_levels}
         for option, given in (left_out | flags).items():
             if given not in (None, False):
                 raise typer.BadParameter("--quick draws nothing and writes no report: leave it out", param_hint=option)
@@ -116,6 +125,7 @@ def validate(
 
     require_extra("validate")
     from volprep.report.validate import validate as validate_package
+    from volprep.report.verdict_words import unsound_levels
     from volprep.validation.folder import default_report_path
     from volprep.validation.verdict_errors import error_of_verdict
 
@@ -140,6 +150,9 @@ def validate(
     why_not = error_of_verdict(result, package, folder)
     if why_not is not None:
         end_beyond(why_not, as_json=as_json)
+    unsound = unsound_levels(result.verdict) if strict_levels else ""
+    if unsound:
+        end_beyond(VolprepError("VP6085", path=package, listed=unsound, report=folder), as_json=as_json)
     faults = result.ablation.faults if result.ablation is not None else ()
     if faults:
         fields = {"count": len(faults), "listed": ", ".join(faults), "report": folder / "ablation.html"}
@@ -160,6 +173,8 @@ def _check(package: Path, *, as_json: bool) -> None:
 
 
 def _print(report: "Report", folder: Path) -> None:
+    from volprep.report.verdict_words import verdict_lines
+
     for program in report.programs:
         print_line(f"{program.program}, transfer function {program.transfer}, level {program.level}")
         _print_views(program, report.oracle_tolerance)
@@ -183,14 +198,15 @@ def _print(report: "Report", folder: Path) -> None:
         _print_ablation(report.ablation)
     if report.derivation is not None:
         print_line(f"derived again from the scan and compared: {report.derivation.files} files")
-    if report.verdict.previews:
-        print_line(f"levels for previews only: {_previews(report.verdict)}")
+    if any(each.preview_only for each in report.verdict.levels):
         loose = allowed.of_previews
         limits = f"RMSE {loose.rmse:g}, FLIP {loose.flip:g}; kept light at least {loose.kept_light:g}"
         print_line(f"allowed for previews, unless box means of the scan are beyond it, too: {limits}")
     limits = f"RMSE {allowed.rmse:g}, largest {allowed.maximum:g}, FLIP {allowed.flip:g}"
     print_line(f"allowed over seen pixels: {limits}; kept light at least {allowed.kept_light:g}")
     print_line(f"drawn by {report.driver.renderer}")
+    for line in verdict_lines(report.verdict):
+        print_line(line)
     print_line(f"verdict: {report.verdict.code}")
     print_line(f"report: {folder / 'index.html'}")
 
@@ -206,7 +222,7 @@ def _print_views(program: "ProgramResult", bound: float) -> None:
             error(view.seen.maximum, bound),
             f"{view.seen.off:.2%}",
             f"{view.seen.flip:.3f}",
-            _kept(view.seen.kept_light, view.seen.thin_things),
+            _kept(view.seen.kept_light),
             error(view.data.seen_rmse, max(bound, view.truth_bound)),
             error(view.drawing.seen_rmse, max(bound, view.truth_bound)),
             "within" if view.passed else "beyond",
@@ -228,8 +244,8 @@ def _print_views(program: "ProgramResult", bound: float) -> None:
     print_table(heads, rows)
 
 
-def _kept(kept: float, things: int) -> str:
-    return f"{kept:.2f}" if things else "–"
+def _kept(kept: float | None) -> str:
+    return "–" if kept is None else f"{kept:.2f}"
 
 
 def _print_sweep(program: "ProgramResult") -> None:
@@ -268,14 +284,15 @@ def _print_others(others: "Sequence[OtherDrawing]") -> None:
             number(other.rmse),
             number(max(view.seen.maximum for view in other.views)),
             f"{other.flip:.3f}",
-            _kept(other.kept_light, sum(view.seen.thin_things for view in other.views)),
-            _box(other),
+            _kept(other.kept_light),
+            _worst(other.beside_boxes),
+            _worst(other.boxes),
             _judgement(other),
             str(other.right_up_to_pixels or ("none" if other.sizes else "–")),
         )
         for other in others
     ]
-    measured = ("seen RMSE", "largest", "FLIP", "kept light", "box: RMSE / FLIP / kept")
+    measured = ("seen RMSE", "largest", "FLIP", "kept light", "RMSE / FLIP / kept beside box", "box")
     print_table(("drawn", "program", "pixels", *measured, "verdict", "right up to"), rows)
 
 
@@ -287,8 +304,10 @@ def _print_styles(others: "Sequence[OtherDrawing]") -> None:
             other.program,
             style.transfer,
             f"{style.kept_light:.2f}",
-            f"{style.least} {style.least_kept_light:.2f}" if style.least else "–",
-            ", ".join(style.lost) or "none",
+            f"{style.least} {_kept(style.least_kept_light)}" if style.least else "–",
+            f"{len(style.lost) + len(style.too_small)} of {style.segments}",
+            ", ".join((*style.lost, *style.lost_parts)) or "–",
+            ", ".join(style.too_small) or "–",
         )
         for other in others
         for style in other.styles
@@ -296,7 +315,9 @@ def _print_styles(others: "Sequence[OtherDrawing]") -> None:
     if rows:
         print_line("")
         print_line("light of segments, each alone, over that of the scan")
-        print_table(("drawn", "program", "style", "kept light", "least", "lost"), rows)
+        print_table(
+            ("drawn", "program", "style", "kept light", "least", "gone", "lost", "smaller than half a voxel"), rows
+        )
 
 
 def _judgement(other: "OtherDrawing") -> str:
@@ -310,18 +331,14 @@ def _judgement(other: "OtherDrawing") -> str:
     return ", ".join(words)
 
 
-def _box(other: "OtherDrawing") -> str:
-    boxes = other.boxes
-    if not boxes:
+def _worst(views: "Sequence[SeenNumbers]") -> str:
+    """Return the worst of the numbers of some views: those in which the box reference was drawn."""
+    from volprep.validation.seen_records import least_light
+
+    if not views:
         return "–"
-    worst = (max(each.rmse for each in boxes), max(each.flip for each in boxes), min(each.kept_light for each in boxes))
-    return " / ".join(f"{each:.3g}" for each in worst)
-
-
-def _previews(verdict: "Verdict") -> str:
-    from volprep.report.text import number
-
-    return ", ".join(f"{each.item} has RMSE {number(each.rmse)}" for each in verdict.previews)
+    kept = _kept(least_light(each.kept_light for each in views))
+    return f"{max(each.rmse for each in views):.3g} / {max(each.flip for each in views):.3g} / {kept}"
 
 
 def _print_witness(witness: "Witness") -> None:
@@ -348,8 +365,6 @@ def _print_witness(witness: "Witness") -> None:
         checks.append((each.item, each.by, each.what, number(each.found), number(each.limit), verdict))
     if checks:
         print_table(("second reading", "by", "what", "found", "limit", "verdict"), checks)
-    for other in witness.missing:
-        print_line(f"not witnessed: {other.item}: {other.reason}")
     print_line("")
 
 

@@ -65,7 +65,7 @@ def report_of(name: str, scans: Path, folder: Path) -> Report:
 def row(name: str, report: Report) -> str:
     """Return the row of a scene."""
     views = [view for program in report.programs for view in program.views]
-    kept = [view.seen.kept_light for view in views if view.seen.thin_things]
+    kept = [view.seen.kept_light for view in views if view.seen.kept_light is not None]
     cells = (
         f"`{name}`",
         f"{max(view.seen.rmse for view in views):.4f}",
@@ -73,7 +73,7 @@ def row(name: str, report: Report) -> str:
         f"{max(view.seen.flip for view in views):.3f}",
         f"{min(kept):.2f}" if kept else "–",
         report.verdict.code,
-        f"{len(report.verdict.previews)}",
+        f"{sum(each.preview_only for each in report.verdict.levels)}",
     )
     return f"| {' | '.join(cells)} |"
 

@@ -19,7 +19,7 @@ from volprep.parts.levels.refined import AUTO, THOROUGH, RefineBudget
 from volprep.parts.levels.stage import CANDIDATES
 from volprep.transfer.lookup import lookup_table
 from volprep.truth.camera import Camera, standard_views
-from volprep.truth.kept_light import ThinThing, thin_things
+from volprep.truth.kept_light import SmallThing, small_things
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.seen import seen_pixels
 from volprep.truth.volume import Volume
@@ -163,12 +163,12 @@ class _Bench:
         function = subject.function if made.table is self.table else _function(made.table, subject.window)
         pictures = self._pictures(made, level, function)
         squares, seen = 0.0, 0
-        things: list[ThinThing] = []
+        things: list[SmallThing] = []
         for picture, truth in zip(pictures, self._truth, strict=True):
             mask = seen_pixels(picture, truth)
             squares += float(((picture - truth)[mask] ** 2).sum())
             seen += 4 * int(mask.sum())
-            things += thin_things(picture, truth, 2 * 2**level * self._pixels_per_voxel)
+            things += small_things(picture, truth, 2 * 2**level * self._pixels_per_voxel)
         light = sum(thing.light for thing in things)
         row = StudyRow(
             subject=subject.name,

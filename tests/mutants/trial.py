@@ -45,7 +45,10 @@ def _found(scene: Path, folder: Path) -> dict[str, object]:
     with report_folder(folder / "report") as report, later[0], later[1]:
         verdict = run.measure_package(package, report, scratch, Silent(), witness=True).verdict
         own = [
-            str(each) for name, value in verdict if isinstance(value, tuple) and name != "previews" for each in value
+            str(each)
+            for name, value in verdict
+            if isinstance(value, tuple) and name not in {"finest", "levels", "unwitnessed"}
+            for each in value
         ]
         own += [f"{verdict.failed} of {verdict.views} views"] if verdict.failed else []
         others = [] if own else next((said for said in _witnesses(*asked[0]) if said), [])

@@ -71,14 +71,15 @@ def seen(
         flip=flip,
         kept_light=kept,
         kept_light_at_most=kept + within,
-        thin_things=2,
+        things=2,
         least_kept=LeastKept(rows=(3, 9), columns=(4, 30), light=12.5),
     )
 
 
 def in_full(numbers: SeenNumbers) -> FullSize:
     """The same errors in large pictures."""
-    return FullSize(**{name: getattr(numbers, name) for name in FullSize.model_fields})
+    shared = FullSize.model_fields.keys() & SeenNumbers.model_fields.keys()
+    return FullSize(**{name: getattr(numbers, name) for name in shared}, contrast_loss=0.1)
 
 
 def level_view(numbers: SeenNumbers, box: SeenNumbers, **view: object) -> OtherView:
@@ -374,9 +375,7 @@ def report_of(totals: tuple[float, ...], tolerance: Tolerance | None = None, *, 
             empty_space=empty_space_of(passed=same_pictures),
             others=(level_drawing(1, seen(0.02, flip=0.05, kept=0.8), preview=True, passed=True),),
             kept_light=(
-                KeptLight(
-                    level=1, view="superior", kept_light=0.8, box=0.4, thin_things=2, picture="pictures/kept1.png"
-                ),
+                KeptLight(level=1, view="superior", kept_light=0.8, box=0.4, things=2, picture="pictures/kept1.png"),
             ),
         ),
     )

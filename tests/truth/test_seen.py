@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from volprep.truth.kept_light import thin_things
+from volprep.truth.contrast import contrast_loss
+from volprep.truth.kept_light import lost_things, small_things
 from volprep.truth.metrics import picture_error
+from volprep.truth.opening import disk_of, opened
 from volprep.truth.seen import in_8_bits, seen_error, seen_flip
 from volprep.validation.seen import seen_numbers
 
@@ -18,6 +20,11 @@ def vessel(opacity=0.44, half_width=1.0, size=SIZE):
     picture = np.zeros((size, size, 4))
     picture[rows < half_width, 8:-8] = opacity * np.array([0.9, 0.5, 0.4, 1.0])
     return picture
+
+
+def bright_things(picture, truth, width):
+    """Things of the brightness alone; a vessel is also of another colour than the air."""
+    return [thing for thing in small_things(picture, truth, width) if thing.signal == "bright"]
 
 
 def spread(picture, rows):
@@ -60,18 +67,18 @@ def test_pictures_without_a_seen_pixel_have_no_error():
     nothing = np.zeros((12, 13, 4))
     assert seen_error(nothing, nothing).rmse == 0.0
     assert seen_flip(nothing, nothing).white == 0.0
-    assert thin_things(nothing, nothing, 4.0) == ()
+    assert small_things(nothing, nothing, 4.0) == ()
 
 
 def test_a_vessel_keeps_all_its_light_if_nothing_changes_and_if_it_is_spread_over_two_voxels():
     for picture in (vessel(), spread(vessel(), 4)):
-        (thing,) = thin_things(picture, vessel(), 4.0)
+        (thing,) = bright_things(picture, vessel(), 4.0)
         assert thing.kept == pytest.approx(1.0, abs=0.01)
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.5, 0.9])
 def test_a_vessel_at_part_of_its_opacity_keeps_that_part(kept):
-    (thing,) = thin_things(kept * vessel(), vessel(), 4.0)
+    (thing,) = bright_things(kept * vessel(), vessel(), 4.0)
     assert thing.kept == pytest.approx(kept, abs=0.01)
     assert thing.light == pytest.approx(2 * (SIZE - 16) * 0.44 * 0.7, rel=0.01)
 
@@ -79,14 +86,14 @@ def test_a_vessel_at_part_of_its_opacity_keeps_that_part(kept):
 def test_each_vessel_is_measured_by_itself_and_the_least_kept_comes_first():
     one = np.roll(vessel(), -20, axis=0)
     other = np.roll(vessel(), 20, axis=0)
-    first, second = thin_things(one + 0.25 * other, one + other, 4.0)
+    first, second = bright_things(one + 0.25 * other, one + other, 4.0)
     assert (first.kept, second.kept) == (pytest.approx(0.25, abs=0.01), pytest.approx(1.0, abs=0.01))
     assert first.rows == (67, 69)
 
 
 def test_a_change_of_the_background_is_not_the_vessels():
     haze = np.broadcast_to(0.2, (SIZE, SIZE, 4))
-    (thing,) = thin_things(haze + 0.1 + 0.5 * vessel(), haze + vessel(), 4.0)
+    (thing,) = bright_things(haze + 0.1 + 0.5 * vessel(), haze + vessel(), 4.0)
     assert thing.kept == pytest.approx(0.5, abs=0.02)
 
 
@@ -95,7 +102,7 @@ def test_a_body_that_becomes_darker_takes_nothing_from_a_vessel_in_the_air_besid
     bodies = np.zeros((SIZE, SIZE, 4))
     bodies[:36], bodies[-36:] = 0.8, 0.8
     darker = np.where(bodies > 0, bodies - 0.05, 0.0)
-    (thing,) = thin_things(darker + kept * vessel(), bodies + vessel(), 4.0)
+    (thing,) = bright_things(darker + kept * vessel(), bodies + vessel(), 4.0)
     assert thing.kept == pytest.approx(kept, abs=0.02)
     assert thing.within < 0.02
 
@@ -105,7 +112,7 @@ def test_kept_light_is_known_less_well_where_the_background_changes_by_chance():
     haze, noise = np.full((SIZE, SIZE, 1), 0.3), np.kron(0.05 * rng.standard_normal((24, 24, 1)), np.ones((4, 4, 1)))
     off, within = [], []
     for shift in range(0, 96, 12):
-        (thing,) = thin_things(haze + np.roll(noise, shift, 0) + 0.5 * vessel(), haze + vessel(), 4.0)
+        (thing,) = bright_things(haze + np.roll(noise, shift, 0) + 0.5 * vessel(), haze + vessel(), 4.0)
         off.append(thing.kept - 0.5)
         within.append(thing.within)
     assert np.std(off) == pytest.approx(np.mean(within), rel=0.6)
@@ -115,12 +122,12 @@ def test_kept_light_of_lines_on_a_body_without_other_background_is_uncertain_by_
     body = np.zeros((SIZE, SIZE, 4))
     body[36:-36, 4:-4] = 0.5
     lines = body + 0.3 * (vessel() > 0)
-    (sure,) = thin_things(lines, lines, 8.0)
-    (thing,) = thin_things(0.95 * lines, lines, 8.0)
+    (sure,) = bright_things(lines, lines, 8.0)
+    (thing,) = bright_things(0.95 * lines, lines, 8.0)
     assert (sure.kept, sure.within) == (pytest.approx(1.0), pytest.approx(0.0, abs=1e-6))
     assert thing.kept < 0.7
     assert thing.kept + thing.within > 0.9
-    (lost,) = thin_things(body, lines, 8.0)
+    (lost,) = bright_things(body, lines, 8.0)
     assert lost.kept + lost.within < 0.5
 
 
@@ -134,9 +141,9 @@ def rough_body(lower=0.0):
 
 
 @pytest.mark.parametrize("width", [2.0, 4.0])
-def test_the_corners_of_a_rough_outline_are_no_thin_things(width):
+def test_the_corners_of_a_rough_outline_are_no_small_things(width):
     """They counted, and kept -2.0 and -1.8 where the outline is 0.4 pixels lower."""
-    assert thin_things(rough_body(lower=0.4), rough_body(), width) == ()
+    assert small_things(rough_body(lower=0.4), rough_body(), width) == ()
 
 
 @pytest.mark.parametrize("shape", ["beside it", "out of it", "before it"])
@@ -152,19 +159,79 @@ def test_a_vessel_at_a_body_with_a_rough_outline_counts(shape, kept):
     body = rough_body() * (0.4 if shape == "before it" else 1.0)
     truth = np.where(inside[..., None], np.maximum(body, 0.8), body)
     picture = body + kept * (truth - body)
-    assert thin_things(picture, truth, 4.0)[0].kept == pytest.approx(kept, abs=0.1)
+    assert small_things(picture, truth, 4.0)[0].kept == pytest.approx(kept, abs=0.1)
+
+
+@pytest.mark.parametrize("diameter", [1, 2, 3, 4, 7.2])
+def test_an_opening_is_that_of_scipy(diameter):
+    values = np.random.default_rng(3).random((23, 17)).astype(np.float32)
+    expected = ndimage.grey_opening(values, footprint=disk_of(diameter))
+    inside = (slice(3, -3), slice(3, -3))  # disks of even size lie otherwise on the border
+    np.testing.assert_array_equal(opened(values, disk_of(diameter))[inside], expected[inside])
 
 
 def test_what_is_wider_than_the_width_is_no_thin_thing():
-    assert thin_things(0 * vessel(half_width=6), vessel(half_width=6), 4.0) == ()
-    assert len(thin_things(0 * vessel(half_width=6), vessel(half_width=6), 16.0)) == 1
+    assert small_things(0 * vessel(half_width=6), vessel(half_width=6), 4.0) == ()
+    assert len(bright_things(0 * vessel(half_width=6), vessel(half_width=6), 16.0)) == 1
 
 
-def test_faint_and_short_things_do_not_count():
-    assert thin_things(0 * vessel(0.06), vessel(0.06), 4.0) == ()
+def test_faint_things_do_not_count_and_short_ones_are_small():
+    assert small_things(0 * vessel(0.06), vessel(0.06), 4.0) == ()
     short = vessel()
     short[:, 12:] = 0
-    assert thin_things(0 * short, short, 4.0) == ()
+    (thing,) = bright_things(0 * short, short, 4.0)
+    assert not thing.is_thin
+    assert thing.kept == pytest.approx(0.0, abs=0.01)
+
+
+def scene(name):
+    """A thing on its background and the background alone: a nodule, a lesion, a fracture, a vessel on a wall."""
+    rows, columns = np.mgrid[:SIZE, :SIZE]
+    noise = 0.02 * np.random.default_rng(5).standard_normal((SIZE, SIZE, 1))
+    body = np.where(np.hypot(rows - 48, columns - 48)[..., None] < 40, np.array([0.5, 0.4, 0.3, 0.9]) + noise, 0.0)
+    ball, line = np.hypot(rows - 40, columns - 52) < 3, (np.abs(rows - 50) < 1) & (np.abs(columns - 48) < 25)
+    inside, colour = {
+        "nodule in the air": (np.hypot(rows - 4, columns - 6) < 2, (0.6, 0.5, 0.4, 0.7)),
+        "nodule": (ball, (0.8, 0.7, 0.6, 1.0)),
+        "lesion of another colour": (ball, (0.6, 0.3, 0.3, 0.9)),
+        "fracture": (line, (0.2, 0.15, 0.1, 0.8)),
+        "vessel on a wall": (line, (0.62, 0.3, 0.28, 0.9)),
+    }[name]
+    return np.where(inside[..., None], np.array(colour), body), body
+
+
+SCENES = ("nodule in the air", "nodule", "lesion of another colour", "fracture", "vessel on a wall")
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("lit", [False, True])
+def test_what_people_look_for_is_measured_and_nothing_else(name, lit):
+    truth, body = scene(name)
+    assert small_things(body, body, 8.0, lit=lit) == ()
+    assert lost_things(small_things(truth, truth, 8.0, lit=lit), 0.99) == ()
+    (lost,) = lost_things(small_things(body, truth, 8.0, lit=lit), 0.5)
+    assert lost.kept < 0.35  # noise of a fifth of the contrast counts as light
+    assert lost.is_thin == (name in {"fracture", "vessel on a wall"})
+
+
+def test_shades_of_one_colour_are_no_contrast_in_a_lit_picture():
+    """A crease that a level shades otherwise has not lost anything."""
+    truth, body = scene("fracture")
+    truth[..., 3] = np.ceil(truth[..., 3])
+    crease = np.where(np.ptp(truth - body, axis=-1, keepdims=True) > 0.1, truth, body)
+    crease[..., :3] = np.where(np.abs(truth - body).max(-1, keepdims=True) > 0.1, 0.3, 1.0) * np.array([0.5, 0.4, 0.3])
+    crease *= truth[..., 3:] > 0
+    flat = np.where(truth[..., 3:] > 0, np.array([0.5, 0.4, 0.3, 1.0]), 0.0)
+    crease[..., 3] = flat[..., 3]
+    assert len(small_things(flat, crease, 8.0)) > 0
+    assert small_things(flat, crease, 8.0, lit=True) == ()
+
+
+def test_contrast_that_is_gone_is_a_loss_and_contrast_that_grows_is_not():
+    truth, body = scene("lesion of another colour")
+    assert contrast_loss(truth, truth, 4.0) == pytest.approx(0.0, abs=1e-6)
+    assert contrast_loss(body, truth, 4.0) == pytest.approx(0.1, abs=0.03)
+    assert contrast_loss(body + 2.0 * (truth - body), truth, 4.0) < 0.03
 
 
 def test_rounding_to_the_target_is_no_flip():
@@ -186,3 +253,15 @@ def test_a_flat_surface_may_round_either_way_and_no_further():
     assert seen_numbers(drawn, truth, (), is_of_target=True).flip < 0.001
     further = np.full((40, 40, 4), 95 / 255)
     assert seen_numbers(further, truth, (), is_of_target=True).flip > 0.01
+
+
+@pytest.mark.parametrize("lowest", [0.002, 0.1])
+@pytest.mark.parametrize("steps", [1, 2])
+def test_an_error_of_a_step_or_two_has_the_flip_that_it_has_without_rounding(lowest, steps):
+    truth = np.zeros((40, 40, 4))
+    truth[..., :3] = np.linspace(lowest, lowest + 0.3, 40)[:, None, None] * np.array([1.0, 0.8, 0.6])
+    truth[..., 3] = 1.0
+    drawn = np.minimum(truth + steps / 255, 1.0)
+    exact = seen_flip(drawn, truth)
+    found = seen_numbers(in_8_bits(drawn), truth, (), is_of_target=True).flip
+    assert found == pytest.approx(max(exact.black, exact.white), rel=0.1)

@@ -6,6 +6,7 @@ import pytest
 from volprep.parts.segments.level_labels import LevelLight, coarse_labels
 from volprep.parts.segments.level_light import level_kept
 from volprep.truth.box import box_levels
+from volprep.truth.kept_parts import LabelledField, kept_parts, label_boxes
 from volprep.truth.labelled_light import light_of_labels
 from volprep.validation.kept_styles import kept_styles
 from volprep.validation.seen_records import KeptStyle, OtherDrawing, OtherView
@@ -76,13 +77,35 @@ def segments() -> Segments:
 
 def test_styles_name_the_visible_segment_that_keeps_the_least() -> None:
     scan, level = np.array([5.0, 80.0, 4.0, 4.0, 9.0]), np.array([4.0, 84.0, 0.0, 2.0, 0.0])
-    veil, inside = kept_styles(segments(), scan, level, np.ones(5, np.bool_), 0.5)
-    assert (veil.transfer, veil.least, veil.kept_light, veil.lost) == ("veil", None, 0.8, ())
+
+    def kept(sizes: float | np.ndarray) -> tuple[KeptStyle, ...]:
+        return kept_styles(segments(), scan, level, sizes * np.ones(5), 0.5, lambda *_: np.array([1.0, 0.2, 0.1]))
+
+    veil, inside = kept(1.0)
+    assert (veil.transfer, veil.least, veil.kept_light, veil.lost, veil.segments) == ("veil", None, 0.8, (), 0)
     # All of it together has nearly all its light.
     assert inside.kept_light == pytest.approx(86 / 88)
     assert (inside.least, inside.least_kept_light, inside.lost) == ("vein", 0.25, ("vein",))
-    (_, tiny) = kept_styles(segments(), scan, level, np.array([True, True, False, False, True]), 0.5)
-    assert (tiny.least, tiny.lost) == ("liver", ())
+    assert (inside.segments, inside.too_small, inside.lost_parts) == (2, (), ("liver (2 of 3 parts)",))
+    (_, tiny) = kept(0.2)
+    assert (tiny.least, tiny.lost, tiny.too_small) == ("vein", (), ("vein",))
+
+
+def test_an_organ_does_not_hide_a_lost_node_of_the_same_segment() -> None:
+    labels = np.zeros((24, 20, 16), np.uint16)
+    labels[2:14, 2:14, 2:14], labels[18:22, 16:19, 12:15], labels[8:12, 16:20, 4:8] = 1, 1, 2
+    coarse = labels[1::4, 1::4, 1::4].copy()
+    coarse[4:] = 0
+    values = np.full(labels.shape, 50.0)
+    fields = [
+        LabelledField(stored[: len(which)], 1.0, 0.0, which, voxel_mm3)
+        for stored, which, voxel_mm3 in ((values, labels, 1.0), (values[::4, ::4, ::4], coarse, 64.0))
+    ]
+    boxes = label_boxes(labels)
+    organ, node = kept_parts(*fields, [1], boxes[1], ramp("inside", 1.0))
+    assert organ == pytest.approx(1.0)
+    assert node == 0.0
+    assert len(kept_parts(*fields, [2], boxes[2], ramp("inside", 1.0))) == 0
 
 
 def test_a_build_says_how_many_segments_keep_less_than_half() -> None:
@@ -99,7 +122,7 @@ def test_a_build_says_how_many_segments_keep_less_than_half() -> None:
 
 def test_a_level_that_loses_a_segment_is_beyond_whatever_box_means_are() -> None:
     views = (OtherView.model_construct(view="left", passed=True),)
-    style = KeptStyle(transfer="inside", kept_light=0.9, least="vein", least_kept_light=0.1)
+    style = KeptStyle(transfer="inside", kept_light=0.9, segments=2, least="vein", least_kept_light=0.1)
     whole = OtherDrawing.model_construct(
         item="level 1", program="p", level=1, excused=True, pixels=8, views=views, styles=(style,)
     )

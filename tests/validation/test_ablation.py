@@ -304,7 +304,7 @@ def test_every_item_says_how_a_scene_has_it_and_how_it_has_not() -> None:
 
 def reported(ablation: Ablation | None, monkeypatch) -> None:
     """Let the command line get a report with this ablation, and nothing else."""
-    verdict = Verdict.model_construct(code="within", previews=())
+    verdict = Verdict.model_construct(code="within", levels=())
     driver = Driver(vendor="v", renderer="r", version="3")
     report = Report.model_construct(
         verdict=verdict,

@@ -250,5 +250,14 @@ def test_what_quartiles_and_views_do_not_tell_apart_beats_nothing() -> None:
     assert all(each.on_front for each in with_front([unsure, fast], "milliseconds"))
 
 
+def test_a_draw_that_takes_longer_beats_no_faster_one_however_its_times_scatter() -> None:
+    """The times of a busy machine: only the slowest of these was on the front."""
+    points = [point("1×", 80, 0.0019), point("1⁄2×", 150, 0.0012), point("1⁄8×", 354, 0.00103)]
+    busy = [
+        each.model_copy(update={"wall": each.wall.model_copy(update={"low": 30.0, "high": 600.0})}) for each in points
+    ]
+    assert all(each.on_front for each in with_front(busy, "milliseconds"))
+
+
 def replace_label(one: CurvePoint, label: str) -> CurvePoint:
     return one.model_copy(update={"label": label})

@@ -84,11 +84,11 @@ def test_pieces_of_a_scene_with_a_placed_light_are_lit_by_it(tmp_path) -> None:
 def test_a_level_for_previews_has_a_tolerance_of_its_own_beyond_which_box_means_excuse_it(report) -> None:
     """Five voxels along the longest axis are too few for both tolerances of this scene."""
     verdict = report.verdict
-    assert [(each.item, each.within) for each in verdict.previews] == [
+    assert [(each.item, each.within) for each in verdict.levels if each.preview_only] == [
         ("level 1 with shell", True),
         ("level 2 with shell", False),
     ]
-    told = {each.item: each.rmse for each in verdict.previews}
+    told = {each.item: each.rmse for each in verdict.levels}
     assert told["level 2 with shell"] > told["level 1 with shell"] > report.tolerance.rmse
     assert verdict.beyond == ()
     assert verdict.passed
@@ -125,7 +125,7 @@ def test_a_level_that_is_not_for_previews_is_named_beyond_the_tolerance_and_fail
     monkeypatch.setattr(preview, "_allowed", lambda _: 1e6)
     report = validate(built(tmp_path, write_kind(tmp_path, "house")), tmp_path / "report", picture_size=SIZE)
     assert set(report.verdict.beyond) == {"level 1 with shell", "level 2 with shell"}
-    assert report.verdict.previews == ()
+    assert not any(each.preview_only for each in report.verdict.levels)
     assert not report.verdict.passed
 
 
@@ -140,7 +140,7 @@ def test_the_mark_that_excuses_a_level_follows_from_the_scan_and_not_from_the_pa
     package = built(tmp_path, text)
     monkeypatch.undo()
     verdict = validate(package, tmp_path / "report", picture_size=SIZE).verdict
-    assert verdict.previews == ()
+    assert not any(each.preview_only for each in verdict.levels)
     assert verdict.differing == ("manifest.json",)
 
 

@@ -78,6 +78,6 @@ def test_thin_things_of_a_level_are_those_of_pictures_in_which_its_voxels_are_pi
     subject: Any = SimpleNamespace(shape_hw=(SIDE, SIDE), cameras=standard_views(GRID), is_lit=False)
     found = judged_level("anterior", np.zeros_like(line), line, Tolerance(), subject, level)
     assert found.full is not None
-    assert found.full.thin_things == 1
+    assert found.full.things == 1
     assert found.full.kept_light == pytest.approx(0.0, abs=0.01)
-    assert found.seen.thin_things == 0
+    assert found.seen.things == 0

@@ -45,6 +45,15 @@ Clock = Callable[[], float]
 disturbed by other programs."""
 
 
+_SOFTWARE = ("llvmpipe", "softpipe", "swrast", "SwiftShader")
+"""Drivers that draw with the processor."""
+
+
+def draws_with_processor(renderer: str) -> bool:
+    """Return whether the OpenGL ES of this name draws with the processor."""
+    return any(name in renderer for name in _SOFTWARE)
+
+
 def median_ms(
     draw: Callable[[], object],
     finish: Callable[[], None],

@@ -15,6 +15,7 @@ from volprep.report.plots import (
     plain_bytes,
     transfer_plot,
 )
+from volprep.report.verdict_words import SEEN_FROM, verdict_lines
 from volprep.validation.folder import ABLATION_PAGE, CURVES_PAGE
 from volprep.validation.pictures import colours, css_bytes
 from volprep.validation.records import ProgramResult, SweepPoint, ViewResult, WayName
@@ -51,18 +52,6 @@ _KINDS = {
     "vtk": "a VTK volume",
 }
 
-_SEEN_FROM = {
-    "anterior": "seen from the front",
-    "posterior": "seen from behind",
-    "left": "seen from the patient's left",
-    "right": "seen from the patient's right",
-    "superior": "seen from above",
-    "inferior": "seen from below",
-    "anterior-left": "oblique, from the front left above",
-    "anterior-right": "oblique, from the front right above",
-    "posterior-left": "oblique, from behind left below",
-}
-
 
 @dataclass(frozen=True)
 class ProgramPlots:
@@ -90,7 +79,7 @@ def page(report: Report, *, with_curves: bool = False) -> str:
             transfer_plots=_transfer_plots(manifest),
             size_plot=error_against_size(report),
             plain_bytes=plain_bytes(manifest) if report.forms else 0,
-            seen_from=_SEEN_FROM,
+            seen_from=SEEN_FROM,
             kept=[item for item in manifest.plan if item.kept],
             left_out=[item for item in manifest.plan if not item.kept],
             files=manifest.files,
@@ -102,7 +91,7 @@ def page(report: Report, *, with_curves: bool = False) -> str:
             kind=_kind(manifest),
             truth=_truth(manifest),
             in_words=_in_words(report.tolerance),
-            previews_in_words=_previews_in_words(report),
+            verdict_lines=verdict_lines(report.verdict),
             nominal=[_nominal(program) for program in report.programs],
             legend=_legend(report.difference_gain),
             beside=_beside(report),
@@ -187,26 +176,8 @@ def _in_words(tolerance: Tolerance) -> str:
         told = "A person who flips between a picture within this tolerance and the truth may see differences"
     else:
         told = "A picture within this tolerance may differ plainly from the truth"
-    kept = f"and no thin structure loses more than {1 - tolerance.kept_light:.0%} of its light"
+    kept = f"and no thin or small structure loses more than {1 - tolerance.kept_light:.0%} of its light"
     return f"{told} (FLIP {tolerance.flip:g}, RMSE {tolerance.rmse:g} over seen pixels), {kept}."
-
-
-def _previews_in_words(report: Report) -> str:
-    """Return what a person sees of the levels for previews; empty without such levels."""
-    previews = report.verdict.previews
-    if not previews:
-        return ""
-    allowed = report.tolerance.of_previews
-    limits = f"FLIP {allowed.flip:g}, RMSE {allowed.rmse:g}, kept light {allowed.kept_light:g}"
-    within = [each for each in previews if each.within]
-    told = f"{len(within)} of {len(previews)} levels for previews are within their tolerance ({limits}), where one of "
-    told += "their voxels is about one pixel"
-    meaning = ": a person who compares sees a difference, and no thin thing is missing" if within else ""
-    lost = any(other.loses_segments for program in report.programs for other in program.others)
-    excuse = "; some lose segments" if lost else "; of the others box means of the scan are beyond it, too"
-    others = excuse if len(within) < len(previews) else ""
-    worse = "" if report.verdict.worse else "; none is worse than box means"
-    return f"{told}{meaning}{others}{worse}."
 
 
 def _legend(gain: float) -> list[tuple[str, str]]:

@@ -1,23 +1,28 @@
-"""Kept light: how much of the truth's light each thin thing of a picture keeps; 1 if all of it is there.
+"""Kept light: how much of the truth's light each thin or small thing of a picture keeps; 1 if all of it is there.
 
 A vessel that covers a thousandth of a picture may vanish, and no mean over the picture changes. It is therefore
 measured by itself:
 
-1. *Brightness* of a pixel is the mean of its four premultiplied channels.
-2. A *thin thing* is a connected part of the truth (8 neighbours) that a morphological opening with a disk removes. The
+1. A *signal* of a picture (signals.py) is its brightness, or a difference of its colours; things may be above or below
+   their surroundings. What follows is of one signal, and of its negative.
+2. A *thing* is a connected part of the truth (8 neighbours) that a morphological opening with a disk removes. The
    diameter of the disk is the width, two voxels of the level, and 3 pixels at least. It consists of pixels that are
-   brighter than the opening by more than 0.02, by 0.05 in the mean, and is at least twice as long as the width. A
-   quarter of its light must *stand out*: it remains where each pixel of the opening first takes the brightness of its
-   brightest neighbour, but no more than the truth has. The corners of a rough outline do not stand out from their body,
-   which a disk cannot fill; a vessel with a darker pixel on both sides does.
-3. Its *light* is the sum of what the opening removes.
-4. Its *surroundings* are the pixels that are nearer to it than to other thin things, no further away than the width: a
-   level may spread the light over so much.
-5. *Kept light* is 1 plus the sum of (picture - truth) over the surroundings, divided by the light. The difference of
-   the background is subtracted first: a line of least squares over the brightness of the opening, through the pixels
-   outside all surroundings within three widths. A body that a level makes darker then takes nothing from a vessel in
-   the empty air beside it, as the mean of the background does.
-6. It is *uncertain* by the scatter of the background's differences about that line, taken as independent in patches of
+   above the opening by more than 0.02, and by more than twice the median of matter; by 0.05 in the mean. A quarter of
+   its light must *stand out*: it remains where each pixel of the opening first takes the value of its highest
+   neighbour, but no more than the truth has. The corners of a rough outline do not stand out from their body, which a
+   disk cannot fill; a vessel with a darker pixel on both sides does. It is *thin* if it is at least twice as long as
+   the width; otherwise it is *small*.
+3. Its *light* is the sum of what the opening removes. Small things have that of two pixels at least.
+4. Things that are small, dark or of another colour are three times as far above the opening as other matter within four
+   widths is in the mean: grains of noise are not, a fracture line and a lesion are. Matter is where the opening of the
+   opacity shows something. Small things do not lie on an outline.
+5. Its *surroundings* are the pixels that are nearer to it than to other things, no further away than the width: a level
+   may spread the light over so much.
+6. *Kept light* is 1 plus the sum of (picture - truth) over the surroundings, divided by the light. The difference of
+   the background is subtracted first: a line of least squares over the opening, through the pixels outside all
+   surroundings within three widths. A body that a level makes darker then takes nothing from a vessel in the empty air
+   beside it, as the mean of the background does.
+7. It is *uncertain* by the scatter of the background's differences about that line, taken as independent in patches of
    the width squared, summed over the surroundings and divided by the light. Where a thing lies on a body that is
    brighter than all background near it, the line does not cover this body: its excess brightness counts times the mean
    change of the whole picture. Lines on a lit head, which are a tenth of its light, had no other background than air.
@@ -33,16 +38,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.metrics import require_same_shape
+from volprep.truth.opening import disk_of, opened
+from volprep.truth.signals import Signal, signals_of
 from volprep_formats.arrays import Float32Array, Float64Array, FloatArray
 
 LEAST_CONTRAST = 0.02
-"""Brightness of each pixel above the opening, premultiplied linear."""
+"""Contrast of each pixel to the opening, premultiplied linear."""
 LEAST_MEAN_CONTRAST = 0.05
-"""Mean brightness above the opening. Fainter things are mostly noise: how a level shows them means little."""
+"""Mean contrast to the opening. Fainter things are mostly noise: how a level shows them means little."""
 _LEAST_STANDING = 0.25
 """Part of a thing's light. Chains of corners on outlines of four scans have 0.02 to 0.17. Lost and faded vessels,
 struts, shells and slabs between cracks are found as without this limit up to 0.25; with 0.33 of 642 pictures 3 are not.
 """
+_LEAST_SMALL_LIGHT = 2.0
+"""Pixels of full contrast. What the rounding of a target and an RMSE of 0.01 make of a smaller thing is a tenth."""
+_OVER_NOISE = 3.0
+"""Mean contrast over that of what is seen near."""
+_EVEN = 2.0
+"""Mean contrasts of a small thing that the opening may change by around it: on an outline it changes by more."""
+_OVER_GRAIN = 2.0
+"""Contrast of each pixel over the median of matter, whose noise would join things to a web."""
+_NEAR = 4.0
+"""Widths within which noise counts."""
 _LEAST_WIDTH = 3.0
 """Pixels. A thinner disk removes nothing but single pixels."""
 _FINE = 5.0
@@ -55,100 +72,157 @@ blob, a line without an end gave a thing 5 times its light."""
 
 
 @dataclass(frozen=True)
-class ThinThing:
-    """A thin thing of the truth, and the part of it that a picture keeps."""
+class SmallThing:
+    """A thin or small thing of the truth, and the part of it that a picture keeps."""
 
     rows: tuple[int, int]
     """First pixel row, and the row after its last."""
     columns: tuple[int, int]
     """First pixel column, and the column after its last."""
+    signal: Signal
+    """Signal in which it differs from its surroundings."""
+    is_thin: bool
+    """Whether it is at least twice as long as the width."""
     light: float
-    """The truth's light of it: brightness above the surroundings, summed over pixels."""
+    """The truth's light of it: contrast to the surroundings, summed over pixels."""
     kept: float
     """Part of that light that the picture has; 1 if right, below 0 if its surroundings have become darker."""
     within: float
     """Uncertainty of `kept`: from the scatter of the background's differences."""
 
+    @property
+    def kept_at_most(self) -> float:
+        """Most light that it may have kept, given the uncertainty."""
+        return self.kept + self.within
 
-def thin_things(picture: FloatArray, truth: FloatArray, width_pixels: float) -> tuple[ThinThing, ...]:
-    """Return the thin things of `truth` with the light that `picture` keeps of each, the least kept first.
+
+def small_things(
+    picture: FloatArray, truth: FloatArray, width_pixels: float, *, lit: bool = False
+) -> tuple[SmallThing, ...]:
+    """Return the things of `truth` with the light that `picture` keeps of each, the least kept first.
 
     Both pictures are [H, W, 4], premultiplied linear RGB and alpha. `width_pixels` is the width of two voxels of the
-    level in pixels. Raises ValueError if the shapes differ.
+    level in pixels. With `lit`, shades of one colour are no contrast. Raises ValueError if the shapes differ.
     """
     require_same_shape(picture, truth)
     scale = max(1, int(width_pixels / _FINE))
     width = max(_LEAST_WIDTH, width_pixels / scale)
-    bright = _reduced(truth, scale)
-    difference = _reduced(picture, scale) - bright
-    found = _things(bright, width)
+    fewer, other = _reduced(truth, scale), _reduced(picture, scale)
+    matter = opened(fewer[..., 3], disk_of(width)) > LEAST_CONTRAST
+    pairs = zip(signals_of(fewer, lit=lit), signals_of(other, lit=lit), strict=True)
+    found = [
+        thing
+        for (signal, high), (_, drawn) in pairs
+        if np.ptp(high) >= LEAST_MEAN_CONTRAST
+        for thing in _of_signal(signal, high, drawn - high, matter, width, scale)
+    ]
+    return tuple(sorted(found, key=lambda thing: thing.kept))
+
+
+def _of_signal(  # noqa: PLR0917 - a signal, and its pixels
+    signal: Signal, high: Float32Array, difference: Float32Array, matter: NDArray[np.bool_], width: float, scale: int
+) -> list[SmallThing]:
+    """Return the things of which the signal `high` of the truth is above its surroundings."""
+    found = _things(high, matter, width, signal)
     if found is None:
-        return ()
+        return []
     labels, removed = found
     near = _surroundings(labels, width)
-    background, scatter, unknown = _background(difference, bright - removed, near == 0, width)
+    background, scatter, unknown = _background(difference, high - removed, near == 0, width)
     count = int(labels.max()) + 1
     light = np.bincount(labels.ravel(), removed.ravel(), count)[1:]
     change, variance, brighter = (
         np.bincount(near.ravel(), each.ravel(), count)[1:] for each in (difference - background, scatter**2, unknown)
     )
-    mean_change = float(np.abs(difference).sum() / bright.sum())
+    mean_change = float(np.abs(difference).sum() / np.abs(high).sum())
     within = np.hypot(width * np.sqrt(variance), mean_change * brighter)
-    things = [
-        ThinThing(
+    return [
+        SmallThing(
             rows=(rows.start * scale, rows.stop * scale),
             columns=(columns.start * scale, columns.stop * scale),
+            signal=signal,
+            is_thin=_length((rows, columns)) >= 2 * width,
             light=float(light[index]) * scale**2,
             kept=1.0 + float(change[index] / light[index]),
             within=float(within[index] / light[index]),
         )
         for index, (rows, columns) in enumerate(_boxes(labels))
     ]
-    return tuple(sorted(things, key=lambda thing: thing.kept))
 
 
-def least_kept(things: Sequence[ThinThing]) -> float:
-    """Return the kept light of the thin thing that keeps the least; 1 without any."""
-    return min((thing.kept for thing in things), default=1.0)
+def least_kept(things: Sequence[SmallThing]) -> float | None:
+    """Return the kept light of the thing that keeps the least; None without any."""
+    return min((thing.kept for thing in things), default=None)
 
 
-def kept_at_most(things: Sequence[ThinThing]) -> float:
-    """Return the most light that every thin thing may have kept, given the uncertainty; 1 without any."""
-    return min((thing.kept + thing.within for thing in things), default=1.0)
+def kept_at_most(things: Sequence[SmallThing]) -> float | None:
+    """Return the most light that every thing may have kept, given the uncertainty; None without any."""
+    return min((thing.kept_at_most for thing in things), default=None)
+
+
+def lost_things(things: Sequence[SmallThing], least: float) -> tuple[SmallThing, ...]:
+    """Return the things that surely keep less than `least`, the least kept first, each once.
+
+    A thing may be found in several signals: those that overlap count as one.
+    """
+    lost: list[SmallThing] = []
+    for thing in things:
+        if thing.kept_at_most < least and not any(_overlap(thing, other) for other in lost):
+            lost.append(thing)
+    return tuple(lost)
+
+
+def _overlap(one: SmallThing, other: SmallThing) -> bool:
+    sides = ((one.rows, other.rows), (one.columns, other.columns))
+    return all(a[0] < b[1] and b[0] < a[1] for a, b in sides)
 
 
 def _reduced(picture: FloatArray, scale: int) -> Float32Array:
-    """Return the brightness of blocks of scale × scale pixels; incomplete blocks at the ends are cut off."""
-    bright = np.asarray(picture, np.float32).mean(axis=-1, dtype=np.float32)
-    height, width = (n // scale for n in bright.shape)
-    blocks = bright[: height * scale, : width * scale].reshape(height, scale, width, scale)
+    """Return the means of blocks of scale × scale pixels; incomplete blocks at the ends are cut off."""
+    height, width = (n // scale for n in picture.shape[:2])
+    blocks = picture[: height * scale, : width * scale].reshape(height, scale, width, scale, -1)
     means: Float32Array = blocks.mean(axis=(1, 3), dtype=np.float32)
     return means
 
 
-def _things(bright: Float32Array, width: float) -> tuple[NDArray[np.intp], Float32Array] | None:
-    """Return a label per pixel of a thin thing, 0 elsewhere, and the light that the opening removes; None if empty."""
+def _things(
+    high: Float32Array, matter: NDArray[np.bool_], width: float, signal: Signal
+) -> tuple[NDArray[np.intp], Float32Array] | None:
+    """Return a label per pixel of a thing, 0 elsewhere, and the light that the opening removes; None if empty."""
     from scipy import ndimage  # noqa: PLC0415 - heavy
 
-    removed = bright - ndimage.grey_opening(bright, footprint=_disk(width))
-    labels, count = ndimage.label(removed > LEAST_CONTRAST, np.ones((3, 3)))
+    removed = high - opened(high, disk_of(width))
+    grain = float(np.median(removed[matter])) if matter.any() else 0.0
+    labels, count = ndimage.label(removed > max(LEAST_CONTRAST, _OVER_GRAIN * grain), np.ones((3, 3)))
     if count == 0:
         return None
-    lengths = [max(side.stop - side.start for side in box) for box in ndimage.find_objects(labels)]
-    means = ndimage.mean(removed, labels, np.arange(1, count + 1))
-    opened = bright - removed
-    standing = bright - np.minimum(ndimage.grey_dilation(opened, size=(3, 3)), bright)
-    shares = ndimage.mean(standing, labels, np.arange(1, count + 1)) / means
-    counts = (
-        (np.array(lengths) >= 2 * width)
-        & (np.asarray(means) >= LEAST_MEAN_CONTRAST)
-        & (np.asarray(shares) >= _LEAST_STANDING)
-    )
+    numbers = np.arange(1, count + 1)
+    boxes = ndimage.find_objects(labels)
+    is_thin = np.array([_length(box) for box in boxes]) >= 2 * width
+    means = np.asarray(ndimage.mean(removed, labels, numbers))
+    light = means * np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    ground = high - removed
+    standing = high - np.minimum(ndimage.grey_dilation(ground, size=(3, 3)), high)
+    counts = (means >= LEAST_MEAN_CONTRAST) & (is_thin | (light >= _LEAST_SMALL_LIGHT))
+    counts &= ndimage.mean(standing, labels, numbers) / means >= _LEAST_STANDING
+    for k in np.flatnonzero(counts & ~(is_thin & (signal == "bright"))):
+        is_even = is_thin[k] or np.ptp(ground[_around(boxes[k], 1)]) <= _EVEN * means[k]
+        noise = _noise(removed, matter & (labels != k + 1), _around(boxes[k], round(_NEAR * width)))
+        counts[k] = is_even and means[k] >= _OVER_NOISE * noise
     if not counts.any():
         return None
     kept = np.concatenate([[0], counts]).astype(np.intp)
     numbered: NDArray[np.intp] = np.cumsum(kept) * kept
     return numbered[labels], removed
+
+
+def _around(box: tuple[slice, ...], margin: int) -> tuple[slice, ...]:
+    return tuple(slice(max(0, side.start - margin), side.stop + margin) for side in box)
+
+
+def _noise(removed: Float32Array, others: NDArray[np.bool_], near: tuple[slice, ...]) -> float:
+    """Return the mean of what the opening removes from `others`, pixels of other matter, near a thing."""
+    return float(removed[near][others[near]].mean()) if others[near].any() else 0.0
 
 
 def _surroundings(labels: NDArray[np.intp], width: float) -> NDArray[np.intp]:
@@ -161,17 +235,17 @@ def _surroundings(labels: NDArray[np.intp], width: float) -> NDArray[np.intp]:
 
 
 def _background(
-    difference: Float32Array, opened: Float32Array, outside: NDArray[np.bool_], width: float
+    difference: Float32Array, opening: Float32Array, outside: NDArray[np.bool_], width: float
 ) -> tuple[Float64Array, Float64Array, Float64Array]:
-    """Return the difference of a background as bright as `opened` near each pixel, and its scatter; 0 if none is near.
+    """Return the difference of a background as bright as `opening` near each pixel, and its scatter; 0 if none is near.
 
-    Where the background is even, `opened` changing by less than the least contrast, this is its mean. The third picture
-    is the brightness that is beyond the reach of the line.
+    Where the background is even, `opening` changing by less than the least contrast, this is its mean. The third
+    picture is the brightness that is beyond the reach of the line.
     """
     from scipy import ndimage  # noqa: PLC0415 - heavy
 
     size = 2 * round(_AROUND * width) + 1
-    ground, change = opened.astype(np.float64), difference.astype(np.float64)
+    ground, change = opening.astype(np.float64), difference.astype(np.float64)
     share = ndimage.uniform_filter(outside.astype(np.float64), size, mode="constant")
     share = np.where(share > 0.5 / size**2, share, np.inf)
 
@@ -195,9 +269,5 @@ def _boxes(labels: NDArray[np.intp]) -> list[tuple[slice, slice]]:
     return [(box[0], box[1]) for box in ndimage.find_objects(labels) if box is not None]
 
 
-def _disk(diameter: float) -> NDArray[np.bool_]:
-    """Return the disk whose widest row is the diameter in pixels, rounded."""
-    pixels = round(diameter)
-    places = np.arange(pixels) - (pixels - 1) / 2
-    disk: NDArray[np.bool_] = np.hypot(*np.meshgrid(places, places)) <= pixels / 2
-    return disk
+def _length(box: tuple[slice, ...]) -> int:
+    return max(int(side.stop) - int(side.start) for side in box)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.box import frequent_level
+from volprep.truth.kept_parts import LabelledField, kept_parts, label_boxes, union
 from volprep.truth.labelled import Labelled
 from volprep.truth.labelled_decoded import Look, held_looks, joined, labelled_as, parted, picture_of_labels
 from volprep.truth.labelled_light import light_of_labels
@@ -99,21 +100,25 @@ class LabelledSubject(Subject):
             msg = "a sealed package without a grid"
             raise ValueError(msg)
         box = part_of(self.scan.grid, grid)
-        scan = self._light(self.scan.stored[box], self._labels[box], self.scan, grid)
-        volume, held = self.level(level.index), self._held_labels(level.index)
-        coarse = self._light(volume.stored, held, volume, level.grid)
-        voxels = np.bincount(self._labels[box].ravel(), minlength=len(scan))
-        # Nothing can hold less than half a voxel.
-        enough = voxels * 2 >= math.prod(level.factors_zyx)
-        return kept_styles(self._derived, scan, coarse, enough, least)
+        scan = self._field(self.scan.stored[box], self._labels[box], self.scan, grid)
+        volume = self.level(level.index)
+        coarse = self._field(volume.stored, self._held_labels(level.index), volume, level.grid)
+        boxes = label_boxes(scan.labels)
 
-    def _light(
+        def parts(labels: list[int], transfer: str) -> Float64Array:
+            return kept_parts(scan, coarse, labels, union([boxes[k] for k in labels]), self.function(transfer))
+
+        voxels = np.bincount(scan.labels.ravel(), minlength=len(self._derived.labels)) / math.prod(level.factors_zyx)
+        return kept_styles(self._derived, self._light(scan), self._light(coarse), voxels, least, parts)
+
+    def _field(
         self, stored: NDArray[np.generic], labels: NDArray[np.uint16], volume: Volume, grid: Grid
-    ) -> Float64Array:
+    ) -> LabelledField:
+        return LabelledField(stored, volume.slope, volume.intercept, labels, math.prod(grid.spacing_mm_zyx))
+
+    def _light(self, field: LabelledField) -> Float64Array:
         functions = [self.function(label.transfer) for label in self._derived.labels]
-        return light_of_labels(
-            stored, volume.slope, volume.intercept, labels, functions, math.prod(grid.spacing_mm_zyx)
-        )
+        return light_of_labels(field.stored, field.slope, field.intercept, field.labels, functions, field.voxel_mm3)
 
     def on_table(self, transfer: str, view: str, level: int) -> OraclePicture:
         """Draw what the package holds of `level`, with lookup tables as transfer functions."""

@@ -36,7 +36,15 @@ from volprep.validation.pixels import Picture, errors_by_size, judged, judged_le
 from volprep.validation.records import ProgramResult
 from volprep.validation.references import REFERENCE_VIEWS, References, reference_view
 from volprep.validation.seen import width_pixels
-from volprep.validation.seen_records import FullSize, KeptLight, OtherDrawing, OtherView, SeenNumbers
+from volprep.validation.seen_records import (
+    FullSize,
+    KeptLight,
+    OtherDrawing,
+    OtherView,
+    SeenNumbers,
+    as_order,
+    least_light,
+)
 from volprep.validation.subject import Subject
 from volprep.validation.verdict import may_be_preview, share_of
 from volprep.validation.views import ViewedProgram
@@ -198,9 +206,9 @@ def _least_kept(
 ) -> KeptLight | None:
     """Write the place that keeps the least light in large pictures, which show more thin things than small ones."""
     full = {view.view: view.full for view in views if view.full is not None}
-    least = min(full, key=lambda name: full[name].kept_light)
+    least = min(full, key=lambda name: as_order(full[name]))
     shown = (pictures[least], viewed.truths[least])
-    box = min((view.box_full.kept_light for view in views if view.box_full is not None), default=None)
+    box = least_light(view.box_full.kept_light for view in views if view.box_full is not None)
     return kept_light(bench.folder, chosen.program.name, chosen.level.index, least, full[least], shown, box)
 
 

@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.averaged import averaged
-from volprep.truth.kept_light import ThinThing, thin_things
-from volprep.truth.seen import seen_error
+from volprep.truth.kept_light import SmallThing, small_things
 from volprep.validation.seen import full_size, seen_numbers, shift_voxels, width_pixels
-from volprep.validation.seen_records import OtherView, SeenNumbers, SizeErrors
+from volprep.validation.seen_records import OtherView, SeenNumbers, SizeErrors, least_light
 from volprep.validation.subject import Subject
 from volprep.validation.verdict import passes
 from volprep_formats.arrays import FloatArray
@@ -39,8 +38,8 @@ def pixels_of(subject: Subject, level: Level) -> int:
 
 
 def judged(view: str, drawn: Picture, truth: Picture, tolerance: Tolerance, width: float) -> OtherView:
-    """Compare one view with the truth; `width` is that of thin things in pixels."""
-    seen = seen_numbers(drawn, truth, thin_things(drawn, truth, width), is_of_target=True)
+    """Compare one view with the truth; `width` is that of things in pixels."""
+    seen = seen_numbers(drawn, truth, small_things(drawn, truth, width), is_of_target=True)
     return OtherView(view=view, passed=passes(seen, tolerance), rmse=rmse_of(drawn, truth), seen=seen)
 
 
@@ -58,8 +57,6 @@ def judged_level(  # noqa: PLR0917 - a view, and how it is looked at
     Everything that the tolerance limits is measured at that size. RMSE and kept light are also measured in pictures as
     large as the report's: they are reported, and no level may keep less light there than box means do.
     Its largest error is only reported: it is the error of one pixel at an outline, where any smaller picture differs.
-    Thin things of a lit level are measured in the opacity: gradients of coarser voxels shade a crease or a cut face
-    otherwise, and nothing is missing there. A head's ear seemed to keep -3.1 of the light of a crease.
     With pictures `boxes` of the box reference by view, the shift is measured in these views alone, against truth and
     reference, and the smaller one counts: means of a solid head that the volume cuts off seem to be shifted by 0.3
     voxels against the truth. The shift of levels of maxima or minima is not measured.
@@ -75,7 +72,9 @@ def judged_level(  # noqa: PLR0917 - a view, and how it is looked at
         passed=passes(seen, tolerance.model_copy(update={"maximum": 1.0})),
         rmse=rmse_of(one, other),
         seen=seen,
-        full=full_size(seen_error(drawn, truth).rmse, _things(drawn, truth, subject, level)),
+        full=full_size(
+            drawn, truth, _things(drawn, truth, subject, level), _width(truth, subject, level), tolerance.kept_light
+        ),
         shift_voxels=None
         if level.filter in _WIDENING
         else min((shift for shift in shifts if shift is not None), default=None),
@@ -121,7 +120,7 @@ def _worst(pixels: int, views: Sequence[SeenNumbers], allowed: Tolerance) -> Siz
         pixels=pixels,
         rmse=max(view.rmse for view in views),
         flip=max(view.flip for view in views),
-        kept_light=min(view.kept_light for view in views),
+        kept_light=least_light(view.kept_light for view in views),
         passed=all(passes(view, allowed) for view in views),
     )
 
@@ -132,11 +131,13 @@ def _seen_at(drawn: Picture, truth: Picture, pixels: int, subject: Subject, leve
     return seen_numbers(one, other, _things(one, other, subject, level))
 
 
-def _things(drawn: Picture, truth: Picture, subject: Subject, level: Level) -> tuple[ThinThing, ...]:
-    """Return the thin things of a level in pictures of any size."""
-    matter = slice(3, None) if subject.is_lit else slice(None)
-    width = width_pixels(subject.cameras.values(), level.grid, len(truth))
-    return thin_things(drawn[..., matter], truth[..., matter], width)
+def _things(drawn: Picture, truth: Picture, subject: Subject, level: Level) -> tuple[SmallThing, ...]:
+    """Return the thin and small things of a level in pictures of any size."""
+    return small_things(drawn, truth, _width(truth, subject, level), lit=subject.is_lit)
+
+
+def _width(truth: Picture, subject: Subject, level: Level) -> float:
+    return width_pixels(subject.cameras.values(), level.grid, len(truth))
 
 
 def rmse_of(picture: FloatArray, truth: FloatArray) -> float:

@@ -32,7 +32,7 @@ from volprep.validation.records import Derivation, ProgramResult
 from volprep.validation.references import References, draw_references
 from volprep.validation.report_record import Cost, PackageFacts, Report
 from volprep.validation.scan import Judge, find_scan
-from volprep.validation.seen_records import KeptLight
+from volprep.validation.seen_records import KeptLight, as_order
 from volprep.validation.slices import measure_slices
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW, measure_sweep, nominal_time
@@ -113,6 +113,7 @@ def measure_package(
                 unproved=unproved(package.manifest, programs),
                 disagreeing=() if asked is None else asked.disagreeing,
                 contradicted=() if asked is None else asked.contradicted,
+                unwitnessed=None if asked is None else asked.unwitnessed,
             ),
             warnings=(*warnings(package.manifest),),
             derivation=derivation,
@@ -243,7 +244,7 @@ def _result(bench: Bench, program: Program, views: ViewedProgram, references: Re
 
 
 def _kept_by_finest(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[KeptLight]:
-    least = min(viewed.views, key=lambda view: view.seen.kept_light)
+    least = min(viewed.views, key=lambda view: as_order(view.seen))
     shown = viewed.drawn[least.view], viewed.truths[least.view]
     found = kept_light(bench.folder, program.name, viewed.level, least.view, least.seen, shown, None)
     if found is not None:

@@ -6,11 +6,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from volprep.truth.camera import Camera
-from volprep.truth.kept_light import ThinThing, kept_at_most, least_kept
+from volprep.truth.contrast import contrast_loss
+from volprep.truth.kept_light import SmallThing, kept_at_most, least_kept, lost_things
 from volprep.truth.picture import encoded
-from volprep.truth.seen import in_8_bits, seen_error, seen_flip, without_rounding
+from volprep.truth.seen import in_8_bits, rounded_like, seen_error, seen_flip
 from volprep.truth.shift import shift_pixels
-from volprep.validation.seen_records import FullSize, LeastKept, SeenNumbers
+from volprep.validation.seen_records import FullSize, LeastKept, LostThings, SeenNumbers
 from volprep_formats.arrays import FloatArray, UInt8Array
 from volprep_formats.grid import Grid
 
@@ -27,18 +28,18 @@ def width_pixels(cameras: Iterable[Camera], grid: Grid, pixels: int) -> float:
 
 
 def seen_numbers(
-    picture: FloatArray, truth: FloatArray, things: Sequence[ThinThing], *, is_of_target: bool = False
+    picture: FloatArray, truth: FloatArray, things: Sequence[SmallThing], *, is_of_target: bool = False
 ) -> SeenNumbers:
     """Compare two square pictures [H, W, 4], premultiplied linear, over seen pixels.
 
-    `things` are the thin things. With `is_of_target` the picture comes from a target of 8 bits: FLIP sees what rounding
-    to them does not explain. In linear light half a step is up to six steps of sRGB in the dark: the truth itself,
+    `things` are its thin and small things. With `is_of_target` the picture comes from a target of 8 bits: FLIP compares
+    it with the rounded truth. In linear light half a step is up to six steps of sRGB in the dark: the truth itself,
     rounded, had FLIP 0.043 of 0.03 where a scene's light does not reach.
     """
     error = seen_error(picture, truth)
     if is_of_target:
         held = in_8_bits(picture)
-        flip = seen_flip(held, without_rounding(truth, held))
+        flip = seen_flip(held, rounded_like(truth, held))
     else:
         flip = seen_flip(picture, truth)
     return SeenNumbers(
@@ -49,23 +50,38 @@ def seen_numbers(
         flip=max(flip.black, flip.white),
         kept_light=least_kept(things),
         kept_light_at_most=kept_at_most(things),
-        thin_things=len(things),
+        things=len(things),
         least_kept=_place(things),
     )
 
 
-def full_size(rmse: float, things: Sequence[ThinThing]) -> FullSize:
-    """Return the error of a coarse level in large pictures, with the thin things that were measured in them."""
+def full_size(
+    picture: FloatArray, truth: FloatArray, things: Sequence[SmallThing], width: float, least: float
+) -> FullSize:
+    """Return the error of a coarse level in large pictures, with the things that were measured in them.
+
+    `width` is the width of things in pixels, and `least` the kept light that is allowed.
+    """
     return FullSize(
-        rmse=rmse,
+        rmse=seen_error(picture, truth).rmse,
         kept_light=least_kept(things),
         kept_light_at_most=kept_at_most(things),
-        thin_things=len(things),
+        things=len(things),
         least_kept=_place(things),
+        lost=_lost(things, least),
+        contrast_loss=contrast_loss(picture, truth, width),
     )
 
 
-def _place(things: Sequence[ThinThing]) -> LeastKept | None:
+def _lost(things: Sequence[SmallThing], least: float) -> LostThings | None:
+    lost = lost_things(things, least)
+    if not lost:
+        return None
+    thin = sum(thing.is_thin for thing in lost)
+    return LostThings(thin=thin, small=len(lost) - thin, kept_light=lost[0].kept)
+
+
+def _place(things: Sequence[SmallThing]) -> LeastKept | None:
     """Return the place of the thing that keeps the least light, which is the first."""
     least = things[0] if things else None
     return None if least is None else LeastKept(rows=least.rows, columns=least.columns, light=least.light)

@@ -1,5 +1,7 @@
 """Records of visible errors: pictures of levels, pieces, edits and cuts, and the light that they keep."""
 
+import math
+from collections.abc import Iterable
 from typing import Annotated
 
 from pydantic import Field
@@ -12,15 +14,31 @@ _Share = Annotated[float, Field(ge=0.0, le=1.0)]
 _Pixel = Annotated[int, Field(ge=0)]
 
 
+def least_light(kept: Iterable[float | None]) -> float | None:
+    """Return the least kept light that was measured; None if none was."""
+    return min((each for each in kept if each is not None), default=None)
+
+
 class LeastKept(Record):
-    """The thin thing that keeps the least of its light."""
+    """The thing that keeps the least of its light."""
 
     rows: tuple[_Pixel, _Pixel]
     """First pixel row, and the row after its last."""
     columns: tuple[_Pixel, _Pixel]
     """First pixel column, and the column after its last."""
     light: NonNegative
-    """The truth's light of it: brightness above the surroundings, summed over pixels."""
+    """The truth's light of it: contrast to the surroundings, summed over pixels."""
+
+
+class LostThings(Record):
+    """Thin and small things of a view that surely keep less of their light than the tolerance asks for."""
+
+    thin: _Pixel
+    """Number of thin things, at least twice as long as two voxels of the level: vessels, struts, fracture lines."""
+    small: _Pixel
+    """Number of other things that are no wider than two voxels of the level: nodules, lesions."""
+    kept_light: float
+    """Part of its light that the thing keeps that keeps the least."""
 
 
 class SeenNumbers(Record):
@@ -38,18 +56,19 @@ class SeenNumbers(Record):
     off: _Share
     """Part of the seen pixels with an sRGB channel off by more than 10 of 255, over black or over white."""
     flip: NonNegative
-    """Mean of FLIP over seen pixels at 67 pixels a degree, over black or white, whichever is larger, beyond what
-    rounding to the target's 8 bits explains. For a coarse level, whose pictures are means of pixels, all of it."""
-    kept_light: float
-    """Part of the truth's light that the thin thing keeps that keeps the least: 1 if right or without thin things,
-    below 0 if its surroundings have become darker."""
-    kept_light_at_most: float
-    """The least, over all thin things, of kept light plus its uncertainty, which follows from how much the differences
-    of the background scatter; 1 without thin things. A level is worse than the box reference only if this is."""
-    thin_things: _Pixel
-    """Number of thin things: connected, and thinner than two voxels of the level."""
+    """Mean of FLIP over seen pixels at 67 pixels a degree, over black or white, whichever is larger, against the truth
+    rounded to the target's 8 bits; for a coarse level, whose pictures are means of pixels, against the truth."""
+    kept_light: float | None
+    """Part of the truth's light that the thing keeps that keeps the least: 1 if right, below 0 if its surroundings have
+    become brighter than a dark thing, or darker than a bright one; null without things."""
+    kept_light_at_most: float | None
+    """The least, over all things, of kept light plus its uncertainty, which follows from how much the differences of
+    the background scatter; null without things. A level is worse than the box reference only if this is."""
+    things: _Pixel
+    """Number of things: connected, no wider than two voxels of the level, bright, dark or of another colour. One that
+    is bright and of another colour counts twice."""
     least_kept: LeastKept | None
-    """Place that keeps the least light; null without thin things."""
+    """Place that keeps the least light; null without things."""
 
 
 class FullSize(Record):
@@ -57,14 +76,24 @@ class FullSize(Record):
 
     rmse: NonNegative
     """Root mean square over seen pixels and the four channels, premultiplied linear."""
-    kept_light: float
+    kept_light: float | None
     """Kept light as in `SeenNumbers`."""
-    kept_light_at_most: float
+    kept_light_at_most: float | None
     """Kept light plus its uncertainty, as in `SeenNumbers`."""
-    thin_things: _Pixel
-    """Number of thin things."""
+    things: _Pixel
+    """Number of things."""
     least_kept: LeastKept | None
-    """Place that keeps the least light; null without thin things."""
+    """Place that keeps the least light; null without things."""
+    lost: LostThings | None = None
+    """Things that are lost; null without any."""
+    contrast_loss: NonNegative
+    """Largest loss of local contrast of any place and channel: of the difference of the means over two and over six
+    voxels of the level."""
+
+
+def as_order(found: SeenNumbers | FullSize) -> float:
+    """Return the kept light for comparison; infinity without things."""
+    return math.inf if found.kept_light is None else found.kept_light
 
 
 class SizeErrors(Record):
@@ -76,8 +105,8 @@ class SizeErrors(Record):
     """Root mean square over seen pixels and the four channels, premultiplied linear."""
     flip: NonNegative
     """FLIP."""
-    kept_light: float
-    """Light that the thin thing keeps that keeps the least; 1 without thin things."""
+    kept_light: float | None
+    """Light that the thing keeps that keeps the least; null without things."""
     passed: bool
     """Whether every view is within the tolerance of the level."""
 
@@ -93,8 +122,8 @@ class OtherView(Record):
     rmse: NonNegative
     """Root mean square error over all pixels and channels, premultiplied linear."""
     seen: SeenNumbers
-    """The error as a person sees it, in pictures of the size of the drawing's `pixels`. Thin things of a lit coarse
-    level are measured in their opacity."""
+    """The error as a person sees it, in pictures of the size of the drawing's `pixels`. Things of a lit coarse level
+    are measured in their opacity, and in colour without its brightness."""
     full: FullSize | None = None
     """The error of a coarse level in pictures as large as the report's; null for everything else."""
     shift_voxels: NonNegative | None = None
@@ -119,14 +148,19 @@ class KeptStyle(Record):
     """Transfer function."""
     kept_light: NonNegative
     """Kept light of all its visible labels together."""
+    segments: _Pixel
+    """Number of its visible segments."""
     least: str | None
-    """Name of the visible segment that keeps the least, "outside" for what belongs to none; null if all are smaller
-    than half a voxel of the level."""
-    least_kept_light: NonNegative
-    """Kept light of this segment."""
+    """Name of the visible segment that keeps the least; null if no segment is visible."""
+    least_kept_light: NonNegative | None
+    """Kept light of this segment; null without one."""
     lost: tuple[str, ...] = ()
     """Names of the visible segments that keep less than the tolerance of the level, but for smaller ones than half a
     voxel of it."""
+    too_small: tuple[str, ...] = ()
+    """Names of the visible segments smaller than half a voxel of the level that keep less: no level can hold them."""
+    lost_parts: tuple[str, ...] = ()
+    """Visible segments that keep enough, although some of their connected parts do not, with the number of parts."""
 
 
 class OtherDrawing(Record):
@@ -178,9 +212,9 @@ class OtherDrawing(Record):
         return max(view.seen.flip for view in self.views)
 
     @property
-    def kept_light(self) -> float:
-        """Light that the thin thing keeps that keeps the least in any view."""
-        return min(view.seen.kept_light for view in self.views)
+    def kept_light(self) -> float | None:
+        """Light that the thing keeps that keeps the least in any view; None without things."""
+        return least_light(view.seen.kept_light for view in self.views)
 
     @property
     def full_rmse(self) -> float | None:
@@ -197,19 +231,24 @@ class OtherDrawing(Record):
         """Errors of the reference, in the views in which it was drawn."""
         return tuple(view.box for view in self.views if view.box is not None)
 
+    @property
+    def beside_boxes(self) -> tuple[SeenNumbers, ...]:
+        """Errors of the drawing in the same views as `boxes`."""
+        return tuple(view.seen for view in self.views if view.box is not None)
+
 
 class KeptLight(Record):
-    """Part of the truth's light that thin things keep at one level, and the worst place."""
+    """Part of the truth's light that thin and small things keep at one level, and the worst place."""
 
     level: Annotated[int, Field(ge=0)]
     """Level."""
     view: str
-    """Standard view with the thin thing that keeps the least."""
+    """Standard view with the thing that keeps the least."""
     kept_light: float
     """Part of its light that it keeps; 1 if right."""
     box: float | None
     """Part of the light that the box reference keeps at worst; null at the finest level, and if it was not drawn."""
-    thin_things: Count
-    """Number of thin things in this view."""
+    things: Count
+    """Number of things in this view."""
     picture: str
     """File of the place, enlarged: truth and drawing over black, side by side."""

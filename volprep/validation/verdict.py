@@ -6,6 +6,7 @@ from typing import Annotated
 from pydantic import Field
 
 from volprep.truth.verdict_code import VerdictCode
+from volprep.validation.outcomes import FinestOutcome, LevelOutcome, finest_outcome, level_outcomes
 from volprep.validation.records import ErrorNumbers, ProgramResult
 from volprep.validation.seen_records import FullSize, NonNegative, OtherDrawing, OtherView, SeenNumbers
 from volprep_formats.grid import Count
@@ -21,19 +22,6 @@ _WORSE = 1.05
 _ROUNDING_RMSE = 0.5 / 255
 _ROUNDING_FLIP = 0.01
 _ROUNDING_KEPT = 0.05
-
-
-class PreviewOutcome(Record):
-    """A level for previews only, and the error of its pictures against the truth."""
-
-    item: str
-    """Description of the drawing."""
-    rmse: NonNegative
-    """Root mean square error over seen pixels of the worst view, with one pixel for a voxel of the level."""
-    within: bool
-    """Whether it is within the tolerance of levels for previews."""
-    right_up_to_pixels: Count | None = None
-    """Size of the largest measured pictures within that tolerance; null if no size is."""
 
 
 class Verdict(Record):
@@ -56,8 +44,12 @@ class Verdict(Record):
     beyond: tuple[str, ...] = ()
     """Coarse levels, pieces of level 0, edits and cuts with a view beyond the tolerance; not levels for previews that
     the box reference excuses, unless they lose a segment."""
-    previews: tuple[PreviewOutcome, ...] = ()
-    """Levels for previews only, with the errors of their pictures: they have a tolerance of their own."""
+    finest: tuple[FinestOutcome, ...] = ()
+    """The finest level of each program."""
+    levels: tuple[LevelOutcome, ...] = ()
+    """Each coarse level: whether it is within its tolerance, what it has lost, and the size that it is usable to."""
+    unwitnessed: tuple[str, ...] | None = None
+    """What no second renderer or reader has seen, with the reasons; null if none was asked."""
     unproved: tuple[str, ...] = ()
     """Parts of the package that no picture has judged."""
     disagreeing: tuple[str, ...] = ()
@@ -76,8 +68,8 @@ class Verdict(Record):
     """Its largest error."""
     worst_flip: NonNegative
     """Its FLIP."""
-    worst_kept_light: float
-    """Light that the thin thing keeps that keeps the least in it."""
+    worst_kept_light: float | None
+    """Light that the thing keeps that keeps the least in it; null without things."""
     worst_data_rmse: NonNegative
     """Part of its root mean square error over seen pixels that is due to level and quantisation."""
     worst_drawing_rmse: NonNegative
@@ -97,7 +89,7 @@ def passes(found: SeenNumbers, tolerance: Tolerance) -> bool:
         found.rmse <= tolerance.rmse
         and found.maximum <= tolerance.maximum
         and found.flip <= tolerance.flip
-        and (found.kept_light >= tolerance.kept_light or tolerance.kept_light == 0.0)
+        and (found.kept_light is None or found.kept_light >= tolerance.kept_light or tolerance.kept_light == 0.0)
     )
 
 
@@ -108,12 +100,16 @@ def passes_errors(found: ErrorNumbers, tolerance: Tolerance) -> bool:
 
 def share_of(found: SeenNumbers, tolerance: Tolerance) -> float:
     """Return the largest share of a limit of the tolerance; above 1 is beyond it."""
-    lost = (1.0 - found.kept_light) / max(1.0 - tolerance.kept_light, _SMALLEST_TOLERANCE)
+    lost = _lost(found) / max(1.0 - tolerance.kept_light, _SMALLEST_TOLERANCE)
     return max(
         share_of_errors(found.rmse, found.maximum, tolerance),
         found.flip / max(tolerance.flip, _SMALLEST_TOLERANCE),
         lost if tolerance.kept_light > 0.0 else 0.0,
     )
+
+
+def _lost(found: SeenNumbers) -> float:
+    return 0.0 if found.kept_light is None else 1.0 - found.kept_light
 
 
 def share_of_errors(rmse: float, maximum: float, tolerance: Tolerance) -> float:
@@ -142,9 +138,9 @@ def is_worse(level: OtherView, finest: SeenNumbers) -> bool:
 
 
 def _keeps_less(level: FullSize | None, box: FullSize | None, finest: SeenNumbers) -> bool:
-    if level is None or box is None:
+    if level is None or box is None or level.kept_light_at_most is None or box.kept_light is None:
         return False
-    lost = max(1.0 - finest.kept_light, 0.0)
+    lost = max(_lost(finest), 0.0)
     return min(level.kept_light_at_most, 1.0) < min(box.kept_light, 1.0) - lost - _ROUNDING_KEPT
 
 
@@ -165,11 +161,13 @@ def judge(
     unproved: Sequence[str] = (),
     disagreeing: Sequence[str] = (),
     contradicted: Sequence[str] = (),
+    unwitnessed: Sequence[str] | None = None,
 ) -> Verdict:
     """Judge all views of `programs` (at least one view) and name the worst. The first of equals is the worst.
 
     `differing` are items that do not follow from the scan, `unproved` items that no picture has judged, `disagreeing`
-    programs that a second renderer disagrees with, `contradicted` facts that a second reading contradicts.
+    programs that a second renderer disagrees with, `contradicted` facts that a second reading contradicts, and
+    `unwitnessed` is what neither has seen; None if none was asked.
     """
     views = [(program.program, view) for program in programs for view in program.views]
     worst_program, worst = max(views, key=lambda item: share_of(item[1].seen, tolerance))
@@ -202,7 +200,9 @@ def judge(
         shifted=shifted,
         worse=worse,
         beyond=beyond,
-        previews=_previews(others),
+        finest=tuple(finest_outcome(program) for program in programs),
+        levels=level_outcomes(programs, tolerance),
+        unwitnessed=None if unwitnessed is None else tuple(unwitnessed),
         unproved=tuple(unproved),
         disagreeing=tuple(disagreeing),
         contradicted=tuple(contradicted),
@@ -232,15 +232,3 @@ def _has_worse_view(other: OtherDrawing, program: ProgramResult) -> bool:
 def _items(others: Iterable[OtherDrawing]) -> tuple[str, ...]:
     """Return the drawings, each once: two programs may draw one level."""
     return tuple(dict.fromkeys(other.item for other in others))
-
-
-def _previews(others: Sequence[OtherDrawing]) -> tuple[PreviewOutcome, ...]:
-    told: dict[str, OtherDrawing] = {}
-    for other in others:
-        # Two programs may draw one level: the worse of them counts.
-        if other.preview_only and (other.item not in told or other.rmse >= told[other.item].rmse):
-            told[other.item] = other
-    return tuple(
-        PreviewOutcome(item=name, rmse=other.rmse, within=other.passed, right_up_to_pixels=other.right_up_to_pixels)
-        for name, other in told.items()
-    )

@@ -72,7 +72,7 @@ def _beyond(report: Report, package: Path, folder: Path) -> VolprepError:
         "maximum_allowed": allowed.maximum,
         "flip": verdict.worst_flip,
         "flip_allowed": allowed.flip,
-        "kept": verdict.worst_kept_light,
+        "kept": "all" if verdict.worst_kept_light is None else f"{verdict.worst_kept_light:.3g}",
         "kept_allowed": allowed.kept_light,
         "report": folder,
     }

@@ -9,7 +9,7 @@ import numpy as np
 from volprep.render.choose import renderer_of
 from volprep.render.renderer import Renderer
 from volprep.render.slices import SliceRenderer
-from volprep.truth.kept_light import thin_things
+from volprep.truth.kept_light import small_things
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
 from volprep.truth.picture import encoded
 from volprep.validation.bench import Bench
@@ -163,7 +163,7 @@ def _compared(  # noqa: PLR0917 - a view, and its known results
     """
     truth_of_data, drawn_of_data = (as_sparse(each, len(on_data.rgba)) for each in (truth.rgba, drawn))
     with bench.clock.part("comparing"):
-        seen = seen_numbers(drawn, truth.rgba, thin_things(drawn, truth.rgba, width), is_of_target=True)
+        seen = seen_numbers(drawn, truth.rgba, small_things(drawn, truth.rgba, width), is_of_target=True)
         total = errors(drawn, truth.rgba)
         result = ViewResult(
             view=view,

@@ -4,8 +4,8 @@ from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
 _SEEN_PIXELS = (
     "over seen pixels RMSE {rmse:.4g} (limit {rmse_allowed:g}), largest error {maximum:.4g} (limit "
-    "{maximum_allowed:g}), FLIP {flip:.3g} (limit {flip_allowed:g}); thin structures keep at least {kept:.3g} of their "
-    "light (limit {kept_allowed:g}). "
+    "{maximum_allowed:g}), FLIP {flip:.3g} (limit {flip_allowed:g}); thin and small structures keep "
+    "{kept} of their light (limit {kept_allowed:g}). "
 )
 
 ENTRIES: dict[str, Diagnostic] = {
@@ -182,5 +182,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "program {program} draws {wrong} of {pixels} pixels as NaN or infinite, into a target of {target}",
         "This driver, or volprep, computes numerically hard cases wrongly: volprep stress finds them. Report it, with "
         "the scene and the driver.",
+    ),
+    "VP6085": Diagnostic(
+        ExitStatus.TOLERANCE,
+        "{path}: with --strict-levels, coarse levels may be neither beyond their tolerance nor lose anything: {listed}",
+        "See {report}. Leave coarse levels out with a larger pyramid.coarsest_longest_axis, allow more in "
+        "[tolerance.levels], or build for a profile that holds finer levels.",
     ),
 }

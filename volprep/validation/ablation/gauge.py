@@ -12,7 +12,7 @@ import numpy as np
 
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
-from volprep.render.timing import Spread, paired_ms
+from volprep.render.timing import Spread, draws_with_processor, paired_ms
 from volprep.truth.averaged import averaged
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.seen import seen_error
@@ -33,8 +33,6 @@ _SHORT = (0.125, 0.25, 0.5, 1.0)
 _LEAST_TURNS, _SECONDS = 15, 2.0
 """Minimum number of turns, and minimum time, for which two packages are drawn alternately. For two equally fast
 packages, 12 of 15 ratios fall on one side of 1 once in fifty runs."""
-_SOFTWARE = ("llvmpipe", "softpipe", "swrast", "SwiftShader")
-"""Drivers that draw with the processor."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +59,7 @@ class PackageGauge:
         with ray_caster_of(planned, None, first)(planned, transfer=first) as renderer:
             self.renderer = renderer.driver.renderer
             """The OpenGL ES that draws."""
-        self.clock: Literal["wall", "processor"] = (
-            "processor" if any(name in self.renderer for name in _SOFTWARE) else "wall"
-        )
+        self.clock: Literal["wall", "processor"] = "processor" if draws_with_processor(self.renderer) else "wall"
         """Clock that is used."""
         self.transfers = tuple(program.transfer for program in self.subject.programs)
         """Transfer functions that are drawn."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from volprep.validation.curves.records import Cost, CurvePoint, Range, cost_range
+from volprep.validation.curves.records import Cost, CurvePoint, Range, cost_range, plotted_cost
 
 _SAME_ERROR = 0.02
 """Errors that differ by less than a fiftieth count as equal: another view may order them the other way round."""
@@ -17,15 +17,15 @@ def with_front(points: Sequence[CurvePoint], cost: Cost) -> tuple[CurvePoint, ..
 
 
 def beats(one: CurvePoint, other: CurvePoint, cost: Cost) -> bool:
-    """Return whether `one` is clearly better than `other` in cost or in error, and in neither clearly worse.
+    """Return whether `one` is clearly better than `other` in cost or in error, costs no more, and has no larger error.
 
-    Costs are compared by their quartiles, errors up to a fiftieth.
+    Costs are clearly apart if their quartiles are, errors if they differ by a fiftieth. What costs more in the median
+    beats nothing that is cheaper, however far its quartiles reach: on a busy machine a step of 354 ms beat one of 80.
     """
     costs = cost_range(one, cost), cost_range(other, cost)
     errors = _error_range(one), _error_range(other)
     better = _is_less(*costs) or _is_less(*errors)
-    worse = _is_less(*reversed(costs)) or _is_less(*reversed(errors))
-    return better and not worse
+    return better and plotted_cost(one, cost) <= plotted_cost(other, cost) and not _is_less(*reversed(errors))
 
 
 def _error_range(point: CurvePoint) -> Range:

@@ -12,6 +12,7 @@ from typing import Any
 from volprep.parts.ablation import Changes
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.render.timing import draws_with_processor
 from volprep.scene.channels import drawn_channels
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan
@@ -117,8 +118,11 @@ class _Trial:
     """Its point, when its times are known."""
 
     def draw_ms(self) -> float:
-        """Draw once, and return the milliseconds."""
-        return self.renderer.time_ms(self.box_from_clip, self.shape_hw, self.step_mm, repeats=1, warm=False)
+        """Draw once, and return the milliseconds: of the processor if the driver draws with it."""
+        clock = time.process_time if draws_with_processor(self.renderer.driver.renderer) else time.perf_counter
+        return self.renderer.time_ms(
+            self.box_from_clip, self.shape_hw, self.step_mm, repeats=1, clock=clock, warm=False
+        )
 
 
 class _Bench:

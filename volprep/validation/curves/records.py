@@ -54,7 +54,7 @@ class CurvePoint(Record):
     errors: CurveErrors
     """Against the oracle on the scan."""
     wall: Milliseconds
-    """Time of a picture by the clock on the wall."""
+    """Time of a picture: by the clock on the wall, or of the processor if the driver draws with it."""
     gpu: Milliseconds | None
     """Time of a picture by the driver's own clock; null if it has none."""
     upload_bytes: ByteCount

@@ -82,6 +82,11 @@ class Witness(Record):
         return tuple(each.program for each in self.programs if not each.passed)
 
     @property
+    def unwitnessed(self) -> tuple[str, ...]:
+        """Items that no witness covers, with the reasons."""
+        return tuple(f"{each.item} ({each.reason})" for each in self.missing)
+
+    @property
     def contradicted(self) -> tuple[str, ...]:
         """Items about which the second reading disagrees."""
         return tuple(each.item for each in self.checks if not each.passed)
