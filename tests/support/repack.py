@@ -29,10 +29,11 @@ def packed(files: Files) -> bytes:
 
 
 def with_digests(files: Files) -> Files:
-    """The same files, with a manifest that has the sizes and digests that they have now."""
+    """The same files, with a manifest that has the sizes and digests that they have now, as far as it is whole."""
     manifest = json.loads(files[MANIFEST])
-    for record in manifest["files"]:
-        data = files.get(record["path"])
+    records = manifest.get("files") if isinstance(manifest, dict) else None
+    for record in records if isinstance(records, list) else []:
+        data = files.get(record.get("path", "")) if isinstance(record, dict) else None
         if data is not None:
             record |= {"size_bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
     return files | {MANIFEST: json.dumps(manifest).encode()}
