@@ -17,6 +17,7 @@ RECORDS = {
     "Manifest": "package",
     "MosaicLayout": "mosaic",
     "Pass": "pass",
+    "PictureMedium": "medium",
     "ProxyMeshFile": "mesh",
     "RenderSettings": "render",
     "SliceLayout": "slices",

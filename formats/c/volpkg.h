@@ -3659,12 +3659,12 @@ static const volpkg__field volpkg__program_fields[] = {
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__program_record, volpkg_program, volpkg__program_fields)
 VOLPKG__MANY(volpkg__program_record_list_to_256, volpkg__program_record, 0, 256.0)
-static const volpkg__field volpkg__medium_fields[] = {
+static const volpkg__field volpkg__picture_medium_fields[] = {
     {"channel", &volpkg__label, offsetof(volpkg_medium, channel), VOLPKG__NEEDED, 0, NULL},
     {"transfer", &volpkg__string, offsetof(volpkg_medium, transfer), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__medium_record, volpkg_medium, volpkg__medium_fields)
-VOLPKG__MANY(volpkg__medium_record_list_1_to_64, volpkg__medium_record, 1, 64.0)
+VOLPKG__RECORDS(volpkg__picture_medium_record, volpkg_medium, volpkg__picture_medium_fields)
+VOLPKG__MANY(volpkg__picture_medium_record_list_1_to_64, volpkg__picture_medium_record, 1, 64.0)
 static const volpkg__named volpkg__mixing_words[] = {{"one", VOLPKG_MIXING_ONE}, {"sum", VOLPKG_MIXING_SUM},
     {"labels", VOLPKG_MIXING_LABELS}, {"colour", VOLPKG_MIXING_COLOUR}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__mixing_word, VOLPKG__NAMED, 0, volpkg__mixing_words)
@@ -3677,7 +3677,7 @@ VOLPKG__RECORDS(volpkg__pieces_record, volpkg_pieces, volpkg__pieces_fields)
 VOLPKG__MAYBE(volpkg__pieces_record_pointer, volpkg__pieces_record)
 static const volpkg__field volpkg__picture_fields[] = {
     {"name", &volpkg__string, offsetof(volpkg_picture, name), VOLPKG__NEEDED, 0, NULL},
-    {"media", &volpkg__medium_record_list_1_to_64, offsetof(volpkg_picture, media), VOLPKG__NEEDED, 0, NULL},
+    {"media", &volpkg__picture_medium_record_list_1_to_64, offsetof(volpkg_picture, media), VOLPKG__NEEDED, 0, NULL},
     {"mixing", &volpkg__mixing_word, offsetof(volpkg_picture, mixing), 0, VOLPKG_MIXING_ONE, NULL},
     {"drawings", &volpkg__drawing_record_list_1_to_64, offsetof(volpkg_picture, drawings), VOLPKG__NEEDED, 0, NULL},
     {"pieces", &volpkg__pieces_record_pointer, offsetof(volpkg_picture, pieces), VOLPKG__NULLABLE, 0, NULL},

@@ -40,6 +40,9 @@ class WebGl:
     def vertexAttribPointer(self, *values: int) -> None:
         GLES3.glVertexAttribPointer(*values[:-1], ctypes.c_void_p(values[-1]))
 
+    def uniform1fv(self, location: int, value: np.ndarray) -> None:
+        GLES3.glUniform1fv(location, 1, value)
+
     def uniform3fv(self, location: int, value: np.ndarray) -> None:
         GLES3.glUniform3fv(location, 1, value)
 
