@@ -107,7 +107,7 @@ def test_labels_on_turned_and_cropped_axes_are_copied_voxel_by_voxel():
     ids=["square", "triangle", "hole", "keyhole", "beyond the picture"],
 )
 def test_contours_cover_their_area(rings, area):
-    covered = plane_coverage([np.array(ring, float) for ring in rings], (7, 8))
+    covered = plane_coverage([[np.array(ring, float) for ring in rings]], (7, 8))
     assert covered.sum() == pytest.approx(area, rel=0.01)
     assert covered.min() >= -1e-12
     assert covered.max() <= 1 + 1e-12
@@ -115,8 +115,20 @@ def test_contours_cover_their_area(rings, area):
 
 def test_a_pixel_that_is_half_covered_counts_by_its_area_not_by_its_centre():
     # The centres of the pixels of column 2 lie inside, but 40 % of them do.
-    covered = plane_coverage([np.array([(0.5, -0.5), (1.9, -0.5), (1.9, 2.5), (0.5, 2.5)])], (3, 4))
+    covered = plane_coverage([[np.array([(0.5, -0.5), (1.9, -0.5), (1.9, 2.5), (0.5, 2.5)])]], (3, 4))
     assert covered[1] == pytest.approx([0, 1, 0.4, 0])
+
+
+def test_items_are_united_where_they_overlap_and_touch_and_keep_their_own_holes():
+    def square(low, high):
+        return np.array([(low, low), (high, low), (high, high), (low, high)], float)
+
+    one, hole = square(0, 6), square(1, 3)
+    two, beside = square(2, 8), np.array([(6, 0), (8, 0), (8, 2), (6, 2)], float)
+    covered = plane_coverage([[one, hole], [two], [two[::-1]], [beside]], (10, 10))
+    # The hole is filled where the second square lies in it.
+    assert covered.sum() == pytest.approx(36 + 36 - 16 - 4 + 1 + 4)
+    assert covered.max() == pytest.approx(1.0)
 
 
 SCAN = Grid.of((5, 8, 9), (2.0, 0.5, 0.25), (1.0, 2.0, 3.0))

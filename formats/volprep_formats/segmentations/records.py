@@ -89,6 +89,8 @@ class Contours:
     """All segments, in the order of their numbers."""
     rings: tuple[tuple[Float64Array, ...], ...]
     """Of each segment: its contours, each [points, (x, y, z)] in millimetres (LPS)."""
+    items: tuple[tuple[int, ...], ...]
+    """Of each contour: the item of the file that it is in. Items of one segment are united."""
     frame_of_reference: str = ""
     """UID of the coordinate system of the points; empty if the file does not say."""
     images: frozenset[str] = frozenset()

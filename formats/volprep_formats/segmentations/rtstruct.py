@@ -37,10 +37,12 @@ def read_rtstruct(path: Path) -> Contours:
         if len(frames) > 1:
             raise VolprepError("VP1406", path=path, count=len(frames))
         rings: list[tuple[Float64Array, ...]] = []
+        items: list[tuple[int, ...]] = []
         left_out = 0
         for number in sorted(structures):
             found, others = _rings(path, drawn.get(number, []))
-            rings.append(found)
+            rings.append(tuple(ring for _, ring in found))
+            items.append(tuple(item for item, _ in found))
             left_out += others
         if not any(rings):
             raise VolprepError("VP1400", path=path, problem="none of its structures has a closed contour")
@@ -55,7 +57,8 @@ def read_rtstruct(path: Path) -> Contours:
         )
         remark = f"{left_out} contours are points or open lines, which enclose nothing; they are left out"
         frame = "".join(frames)
-        return Contours(segments, tuple(rings), frame, _images(data, frame), (remark,) if left_out else ())
+        remarks = (remark,) if left_out else ()
+        return Contours(segments, tuple(rings), tuple(items), frame, _images(data, frame), remarks)
 
 
 def _structures(path: Path, data: Item) -> dict[int, Item]:
@@ -87,20 +90,21 @@ def _images(data: Item, frame: str) -> frozenset[str]:
     return named or frozenset[str]().union(*listed)
 
 
-def _rings(path: Path, items: Sequence[Item]) -> tuple[tuple[Float64Array, ...], int]:
-    """Return the closed contours of a structure, from all of its items, and the number of others."""
+def _rings(path: Path, items: Sequence[Item]) -> tuple[list[tuple[int, Float64Array]], int]:
+    """Return the closed contours of a structure, each with the number of its item, and the number of others."""
     found = []
     others = 0
-    for contour in (contour for item in items for contour in item.get("ContourSequence") or ()):
+    contours = ((number, each) for number, item in enumerate(items) for each in item.get("ContourSequence") or ())
+    for number, contour in contours:
         if str(contour.get("ContourGeometricType", "")) not in _CLOSED:
             others += 1
             continue
         points = _points(path, contour)
         if len(points) > 2:
-            found.append(points)
+            found.append((number, points))
         else:
             others += 1
-    return tuple(found), others
+    return found, others
 
 
 def _points(path: Path, contour: Item) -> Float64Array:

@@ -1,9 +1,10 @@
 """Contours in slices of a scan become masks: a voxel is inside if contours cover at least half of it.
 
 The covered area of each pixel is summed over SUBLINES lines through it, along which it is exact. Contours of a plane
-count as one shape by the even-odd rule: a contour inside another is a hole, as one that a keyhole edge joins; equal
-contours count once. Planes of contours become slabs (`planes.py`). Slices are made one after the other, and lines of a
-slice in strips, so that memory grows with neither the scan nor the crossings of contours.
+in one item count as one shape by the even-odd rule: a contour inside another is a hole, as one that a keyhole edge
+joins; equal contours count once. Shapes of several items are united. Planes of contours become slabs (`planes.py`).
+Slices are made one after the other, and lines of a slice in strips, so that memory grows with neither the scan nor the
+crossings of contours.
 """
 
 from collections.abc import Iterator, Sequence
@@ -41,7 +42,7 @@ def covered_slices(planes: Planes, usual: float, shape_zyx: tuple[int, int, int]
                 break
             # Slabs do not overlap, so that one of them at most reaches into the next slice.
             if last is None or last[0] != plane:
-                last = plane, plane_coverage(planes.rings[plane], shape)
+                last = plane, plane_coverage(planes.groups[plane], shape)
             share = overlap * last[1] if share is None else share + overlap * last[1]
         if share is not None:
             yield place, share
@@ -58,31 +59,27 @@ def steps_of(planes: Planes, usual: float, shape_zyx: tuple[int, int, int]) -> i
     """Return how much work the contours of a segment are, in times of a pixel, without doing it."""
     _, *shape = _turned(shape_zyx, planes.axis)
     steps = 0
-    for (low, high), rings in zip(planes.slabs(usual), planes.rings, strict=True):
-        starts, ends = _edges(rings)
+    for (low, high), groups in zip(planes.slabs(usual), planes.groups, strict=True):
+        starts, ends, _ = _edges(groups)
         lows, highs = _lines(starts, ends, shape[0])
         steps += _STEPS_PER_CROSSING * int((highs - lows).sum())
         steps += shape[0] * shape[1] * (1 + int(min(max(high - low, 0.0), 1e6)))
     return steps
 
 
-def plane_coverage(rings: Sequence[Float64Array], shape_yx: Sequence[int]) -> Float64Array:
+def plane_coverage(groups: Sequence[Sequence[Float64Array]], shape_yx: Sequence[int]) -> Float64Array:
     """Return the share of each pixel [y, x] that closed rings of points (x, y) enclose, pixel centres being integers.
 
-    Rings fill by the even-odd rule; parts outside the picture are cut off.
+    Rings of a group fill by the even-odd rule, and groups are united; parts outside the picture are cut off.
     """
     height, width = shape_yx
-    starts, ends = _edges(rings)
+    starts, ends, group = _edges(groups)
     low, high = _lines(starts, ends, height)
     # The area to the left of a crossing: whole pixels before its own, and a part of that.
     covered = np.zeros((height, width))
     for first, stop in _strips(low, high, height * SUBLINES):
-        line, place = _crossings(starts, ends, np.maximum(low, first), np.minimum(high, stop))
-        # Along each line crossings alternate between going in and going out.
-        order = np.lexsort((place, line))
-        line, place = line[order], place[order]
-        start = np.searchsorted(line, line)
-        sign = np.where((np.arange(len(line)) - start) % 2 == 0, -1.0, 1.0)
+        line, place, edge = _crossings(starts, ends, np.maximum(low, first), np.minimum(high, stop))
+        line, place, sign = _borders(line, place, group[edge])
         place = np.clip(place + 0.5, 0.0, float(width))
         column = np.minimum(np.floor(place), width - 1).astype(np.intp)
         top, bottom = first // SUBLINES, (stop - 1) // SUBLINES + 1
@@ -94,9 +91,31 @@ def plane_coverage(rings: Sequence[Float64Array], shape_yx: Sequence[int]) -> Fl
     return covered
 
 
-def _edges(rings: Sequence[Float64Array]) -> tuple[Float64Array, Float64Array]:
-    """Return both ends (x, y) of each edge."""
-    return np.concatenate(rings), np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+def _borders(
+    line: NDArray[np.intp], place: Float64Array, group: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], Float64Array, Float64Array]:
+    """Return the crossings where the union of all groups begins, with sign -1, or ends, with sign 1."""
+    order = np.lexsort((place, group, line))
+    line, place, group = line[order], place[order], group[order]
+    # Along each line crossings of a group alternate between going in and going out.
+    number = np.arange(len(line))
+    is_first = np.ones(len(line), np.bool_)
+    is_first[1:] = (line[1:] != line[:-1]) | (group[1:] != group[:-1])
+    step = 1 - 2 * ((number - np.maximum.accumulate(np.where(is_first, number, 0))) % 2)
+    if group.any():
+        order = np.lexsort((-step, place, line))
+        line, place, step = line[order], place[order], step[order]
+        kept = np.cumsum(step) == (step > 0)
+        line, place, step = line[kept], place[kept], step[kept]
+    return line, place, -step.astype(np.float64)
+
+
+def _edges(groups: Sequence[Sequence[Float64Array]]) -> tuple[Float64Array, Float64Array, NDArray[np.intp]]:
+    """Return both ends (x, y) of each edge, and the number of its group."""
+    rings = [ring for group in groups for ring in group]
+    starts, ends = np.concatenate(rings), np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+    counts = [sum(len(ring) for ring in group) for group in groups]
+    return starts, ends, np.repeat(np.arange(len(groups)), counts)
 
 
 def _lines(starts: Float64Array, ends: Float64Array, height: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -127,12 +146,12 @@ def _strips(low: NDArray[np.intp], high: NDArray[np.intp], lines: int) -> Iterat
 
 def _crossings(
     starts: Float64Array, ends: Float64Array, low: NDArray[np.intp], high: NDArray[np.intp]
-) -> tuple[NDArray[np.intp], Float64Array]:
-    """Return where edges cross the lines from `low` to `high` - 1: number of the line, and place along x."""
+) -> tuple[NDArray[np.intp], Float64Array, NDArray[np.intp]]:
+    """Return where edges cross the lines from `low` to `high` - 1: number of the line, place along x, and the edge."""
     counts = np.maximum(high - low, 0)
     edge = np.repeat(np.arange(len(starts)), counts)
     before = np.repeat(np.cumsum(counts) - counts, counts)
     line: NDArray[np.intp] = low[edge] + np.arange(len(edge)) - before
     y = (line + 0.5) / SUBLINES - 0.5
     (x0, y0), (x1, y1) = starts[edge].T, ends[edge].T
-    return line, x0 + (y - y0) / np.where(y1 == y0, 1.0, y1 - y0) * (x1 - x0)
+    return line, x0 + (y - y0) / np.where(y1 == y0, 1.0, y1 - y0) * (x1 - x0), edge

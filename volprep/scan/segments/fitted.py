@@ -117,7 +117,7 @@ def _planes(path: Path, found: Contours, grid: Grid) -> dict[int, Planes]:
     for index, rings in enumerate(found.rings):
         if not rings:
             continue
-        each = planes_of(rings, grid)
+        each = planes_of(rings, found.items[index], grid)
         if isinstance(each, OffPlane):
             number = found.segments[index].number
             fields = {"contour": each.contour, "off_mm": each.off_mm, "angle": each.angle_deg}

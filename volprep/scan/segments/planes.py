@@ -44,8 +44,8 @@ class Planes:
     """Axis across the planes: 0 for x to 2 for z."""
     centres: Float64Array
     """Where each plane lies on the axis, ascending."""
-    rings: tuple[tuple[Float64Array, ...], ...]
-    """Contours of each plane, [points, the other axes in the order x, y, z]; equal ones are one."""
+    groups: tuple[tuple[tuple[Float64Array, ...], ...], ...]
+    """Of each plane: contours of each item, [points, the other axes in the order x, y, z]; equal ones are one."""
 
     @property
     def usual_distance(self) -> float | None:
@@ -69,8 +69,8 @@ class Planes:
         return int(np.count_nonzero(np.diff(self.centres) > _IN_GAP * usual))
 
 
-def planes_of(rings_mm: Sequence[Float64Array], grid: Grid) -> Planes | OffPlane:
-    """Group contours of one segment, [points, (x, y, z)] in millimetres, by plane."""
+def planes_of(rings_mm: Sequence[Float64Array], items: Sequence[int], grid: Grid) -> Planes | OffPlane:
+    """Group contours of one segment, [points, (x, y, z)] in millimetres, by plane and by the item that each is in."""
     from_world = np.linalg.inv(grid.world_from_index)
     rings = [ring @ from_world[:3, :3].T + from_world[:3, 3] for ring in rings_mm]
     axis = _slice_axis(rings)
@@ -80,14 +80,15 @@ def planes_of(rings_mm: Sequence[Float64Array], grid: Grid) -> Planes | OffPlane
     across = [each for each in range(3) if each != axis]
     places = [float(ring[:, axis].mean()) for ring in rings]
     centres: list[float] = []
-    planes: list[dict[bytes, Float64Array]] = []
+    planes: list[dict[int, dict[bytes, Float64Array]]] = []
     for number in sorted(range(len(rings)), key=lambda ring: places[ring]):
         if not centres or places[number] - centres[-1] > _SAME_PLANE:
             centres.append(places[number])
             planes.append({})
         ring = rings[number][:, across]
-        planes[-1].setdefault(_form(ring), ring)
-    return Planes(axis, np.array(centres), tuple(tuple(plane.values()) for plane in planes))
+        planes[-1].setdefault(items[number], {}).setdefault(_form(ring), ring)
+    groups = tuple(tuple(tuple(item.values()) for item in plane.values()) for plane in planes)
+    return Planes(axis, np.array(centres), groups)
 
 
 def _form(ring: Float64Array) -> bytes:
