@@ -8,13 +8,13 @@ from pathlib import Path
 from json_lines import json_lines
 from pydantic import BaseModel
 
-from volprep.pipeline.walk import WalkReport
+from volprep.lab.stress.records import StressReport
+from volprep.lab.walk.study import WalkReport
 from volprep.plan.device_records import DeviceRecord
 from volprep.scene.profiles import ProfileFile
 from volprep.scene.scene import Scene
 from volprep.validation.curves.records import CurvesReport
 from volprep.validation.report_record import Report
-from volprep.validation.stress_records import StressReport
 from volprep.validation.truth_records import TruthIndex
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid

@@ -168,7 +168,7 @@ def render(
 
 
 def _finish(package: Path, shot: "Shot", folder: Path, order: OrderName | None, ms: float) -> None:
-    from volprep.pipeline.progressive_shot import Finishing, take_progressively
+    from volprep.lab.progressive import Finishing, take_progressively
 
     found = take_progressively(package, shot, Finishing(order, ms), folder)
     drawn = [frame.milliseconds for frame in found.frames]

@@ -10,7 +10,7 @@ from volprep_cli.console import Json, end_beyond, print_json, print_line, print_
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
-    from volprep.validation.stress_records import StressDrawing, StressReport
+    from volprep.lab.stress.records import StressDrawing, StressReport
 
 Profile = Annotated[str, typer.Option(help="Class of devices with shaders: a name, or a TOML file.", metavar="PROFILE")]
 Cases = Annotated[
@@ -60,11 +60,11 @@ def stress(
     from volprep_formats.installation import require_extra
 
     require_extra("validate")
-    from volprep.report.stress import stress as try_cases
+    from volprep.lab.stress.cases import CASES
+    from volprep.lab.stress.drawing import PRECISIONS, Trials
+    from volprep.lab.stress.study import stress as try_cases
     from volprep.scene.profiles import load_profile
     from volprep.techniques import TECHNIQUES
-    from volprep.validation.stress_cases import CASES
-    from volprep.validation.stress_drawing import PRECISIONS, Trials
 
     names = [each.name for each in CASES]
     _require_known("--case", case, names)

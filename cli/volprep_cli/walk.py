@@ -11,7 +11,7 @@ from volprep_cli.outputs import Force
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
-    from volprep.pipeline.walk import WalkPicture, WalkReport
+    from volprep.lab.walk.study import WalkPicture, WalkReport
 
 
 def walk(
@@ -33,7 +33,7 @@ def walk(
 
     Exit status 0: every picture is within the scene's tolerance. 1: a picture is not.
     """
-    from volprep.pipeline.walk import walk as draw_walk
+    from volprep.lab.walk.study import walk as draw_walk
 
     with progress() as watcher:
         report = draw_walk(package, steps, output, watcher, force=force)

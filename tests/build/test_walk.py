@@ -11,8 +11,8 @@ import scene_builds
 from command_line import volprep
 from phantom_scene import write_phantom_scene
 
+from volprep.lab.walk.study import walk
 from volprep.parts.subvolumes.cut import cut
-from volprep.pipeline.walk import walk
 from volprep.render.renderer import Renderer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check

@@ -17,13 +17,13 @@ from widget_page import module_served, open_widget
 import volprep
 from volprep.batch import page as batch_page
 from volprep.batch.records import JobRecord
+from volprep.lab.stress.page import stress_page
+from volprep.lab.stress.records import StressReport
 from volprep.report.ablation_page import ablation_page
 from volprep.report.curves_page import curves_page
 from volprep.report.page import page as report_page
-from volprep.report.stress_page import stress_page
 from volprep.validation.curves.records import CurvesReport
 from volprep.validation.report_record import Report
-from volprep.validation.stress_records import StressReport
 from volprep.view.export import write_page_file
 from volprep.view.site import shown_with
 from volprep_formats.progress import Silent

@@ -24,7 +24,7 @@ _MODULES = (
     "volprep.pipeline.build",
     "volprep.pipeline.drafts",
     "volprep.render.renderer",
-    "volprep.report.stress",
+    "volprep.lab.stress.study",
     "volprep.report.validate",
     "volprep.view.export",
     "volprep.view.server",

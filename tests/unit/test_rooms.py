@@ -19,6 +19,7 @@ FLOORS = (
     {"validation"},
     {"report", "view"},
     {"batch", "library"},
+    {"lab"},
     {"volprep_cli", "__init__"},
 )
 """The rooms, the lowest floor first."""

@@ -10,13 +10,13 @@ import pytest
 from command_line import volprep
 from sample_report import errors
 
+from volprep.lab.stress.cases import CASES
+from volprep.lab.stress.drawing import PRECISIONS, STEP_RATIOS, Trials
+from volprep.lab.stress.records import StressDrawing, StressPoint, StressReport
+from volprep.lab.stress.study import stress
 from volprep.render.renderer import Renderer
-from volprep.report.stress import stress
 from volprep.scene.profiles import load_profile
 from volprep.techniques import TECHNIQUES
-from volprep.validation.stress_cases import CASES
-from volprep.validation.stress_drawing import PRECISIONS, STEP_RATIOS, Trials
-from volprep.validation.stress_records import StressDrawing, StressPoint, StressReport
 from volprep_cli.main import command_line
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.manifest import Tolerance
@@ -28,7 +28,7 @@ CASE = {case.name: case for case in CASES}
 @pytest.fixture(autouse=True)
 def _small_pictures():
     # A patch of its own: where a test has the fixture monkeypatch, no stage is remembered, and no stage reads this.
-    with patch("volprep.validation.stress.PICTURE_SIZE", 32):
+    with patch("volprep.lab.stress.measure.PICTURE_SIZE", 32):
         yield
 
 

@@ -9,6 +9,9 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from volprep.lab.stress.cases import StressCase
+from volprep.lab.stress.drawing import ROUNDING, TRANSFER, VIEWS, Trials, points_of, views_of, worst
+from volprep.lab.stress.records import Precision, StressDrawing, StressPoint
 from volprep.render.renderer import Renderer
 from volprep.shading.half_floats import in_half_floats, with_half_coordinates
 from volprep.techniques import TECHNIQUES
@@ -16,9 +19,6 @@ from volprep.truth.laws import broken_laws
 from volprep.validation.altered import Altered
 from volprep.validation.precise import most_precise
 from volprep.validation.records import Target
-from volprep.validation.stress_cases import StressCase
-from volprep.validation.stress_drawing import ROUNDING, TRANSFER, VIEWS, Trials, points_of, views_of, worst
-from volprep.validation.stress_records import Precision, StressDrawing, StressPoint
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.ways import Way, in_way

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from volprep.report.stress_page import stress_page
+from volprep.lab.stress.cases import StressCase
+from volprep.lab.stress.drawing import Trials
+from volprep.lab.stress.measure import measure_stress
+from volprep.lab.stress.page import stress_page
+from volprep.lab.stress.records import StressReport
 from volprep.validation.folder import report_folder
-from volprep.validation.stress import measure_stress
-from volprep.validation.stress_cases import StressCase
-from volprep.validation.stress_drawing import Trials
-from volprep.validation.stress_records import StressReport
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.progress import Progress

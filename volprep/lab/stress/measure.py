@@ -16,6 +16,20 @@ from pathlib import Path
 
 import numpy as np
 
+from volprep.lab.stress.cases import CLASSIFICATIONS, COMPOSITING, StressCase
+from volprep.lab.stress.drawing import (
+    PICTURE_SIZE,
+    ROUNDING,
+    TRANSFER,
+    VIEWS,
+    Trials,
+    points_of,
+    views_of,
+    worst,
+)
+from volprep.lab.stress.records import StressDrawing, StressReport, StressResult
+from volprep.lab.stress.unjudged import unjudged
+from volprep.lab.stress.variations import varied_drawings
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
@@ -30,20 +44,6 @@ from volprep.validation.pictures import coloured, largest_difference
 from volprep.validation.precise import most_precise
 from volprep.validation.records import Driver, Target
 from volprep.validation.scan import read_scan
-from volprep.validation.stress_cases import CLASSIFICATIONS, COMPOSITING, StressCase
-from volprep.validation.stress_drawing import (
-    PICTURE_SIZE,
-    ROUNDING,
-    TRANSFER,
-    VIEWS,
-    Trials,
-    points_of,
-    views_of,
-    worst,
-)
-from volprep.validation.stress_records import StressDrawing, StressReport, StressResult
-from volprep.validation.stress_unjudged import unjudged
-from volprep.validation.stress_ways import varied_drawings
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.views import driver_of

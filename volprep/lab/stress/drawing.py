@@ -6,11 +6,11 @@ from typing import get_args
 
 import numpy as np
 
+from volprep.lab.stress.records import Precision, StressPoint
 from volprep.render.renderer import Renderer
 from volprep.techniques import TECHNIQUES
 from volprep.truth.seen import seen_error
 from volprep.validation.records import ErrorNumbers, Target
-from volprep.validation.stress_records import Precision, StressPoint
 from volprep.validation.subject import Subject, errors
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.verdict import share_of_errors

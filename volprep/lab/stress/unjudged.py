@@ -4,10 +4,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import get_args
 
 from volprep.compositing import COMPOSITINGS
+from volprep.lab.stress.cases import CLASSIFICATIONS, COMPOSITING
+from volprep.lab.stress.drawing import STEP_RATIOS, Trials
+from volprep.lab.stress.records import StressDrawing, StressResult
 from volprep.techniques import TECHNIQUES
-from volprep.validation.stress_cases import CLASSIFICATIONS, COMPOSITING
-from volprep.validation.stress_drawing import STEP_RATIOS, Trials
-from volprep.validation.stress_records import StressDrawing, StressResult
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep_formats.package.program import ClassificationName
 

@@ -1,7 +1,7 @@
 """The page of the stress cases, made from the report's data alone."""
 
+from volprep.lab.stress.records import StressReport
 from volprep.report.environment import environment
-from volprep.validation.stress_records import StressReport
 
 
 def stress_page(report: StressReport) -> str:

@@ -1,0 +1,1 @@
+"""Numerically hard cases: drawn on this driver, judged against the truth."""

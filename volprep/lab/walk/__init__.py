@@ -1,0 +1,1 @@
+"""Pictures of a walk through a package: levels, sub-volumes, cuts and blocks."""
