@@ -1,5 +1,6 @@
 """volprep build: the main job, from a scene to a sealed package."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -50,6 +51,7 @@ Grid = Annotated[
 ]
 
 Force = Annotated[bool, typer.Option("--force", help="Also replace a package of another scan or scene.")]
+Times = Annotated[bool, typer.Option("--timing", help="Also print the time that each task of the build took.")]
 
 
 @takes_choices
@@ -61,6 +63,7 @@ def build(
     *,
     grid: Grid = None,
     force: Force = False,
+    timing: Times = False,
     choices: Choices,
     as_json: Json = False,
 ) -> None:
@@ -73,19 +76,23 @@ def build(
     from volprep.pipeline.build import build as build_package
     from volprep.pipeline.rebuild import check_replaced
     from volprep.scene.request import request_of
+    from volprep_cli.timing import Timing, print_times
 
     request = choices.of(request_of(scene, profile, source))
     if grid is not None:
         request = request.with_grid(grid)
     replaced = check_replaced(request, output, force=force)
     with progress() as watcher:
-        manifest = build_package(request, output, watcher)
+        timed = Timing(watcher)
+        manifest = build_package(request, output, timed)
+        tasks = timed.tasks() if timing else []
     print_remarks(manifest)
     if replaced:
         print_note(f"{output} replaced the package that was there")
     size = sum(record.size_bytes for record in manifest.files)
     if as_json:
-        print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size} | _told(manifest))
+        times = {"timing": [asdict(task) for task in tasks]} if timing else {}
+        print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size} | _told(manifest) | times)
     else:
         levels = ", ".join(
             voxels_text(level.grid.shape_zyx) + (" (for previews)" if level.preview_only else "")
@@ -94,6 +101,8 @@ def build(
         print_line(
             f"{output}: {manifest.profile.name}, {len(manifest.files)} files, {bytes_text(size)}; levels {levels}"
         )
+        if timing:
+            print_times(tasks)
 
 
 def _told(manifest: "Manifest") -> dict[str, object]:
