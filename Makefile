@@ -1,9 +1,10 @@
-# The commands of volprep; `make` alone prints them. Each first sets up what is missing: system packages, a .venv
-# with the versions of constraints.txt, the native core. What is there already is not done again.
+# The commands of volprep; `make` alone prints them. Each first sets up what it needs and what is missing: system
+# packages, a .venv with the versions of constraints.txt, the native core. These steps run side by side, and what is there
+# already is not done again.
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long lint docs bench papers levels-study mutants fuzz fuzz-c fuzz-native fuzz-readers sanitize strangers tampers wheel system
+.PHONY: help demo test test-long lint docs bench papers levels-study mutants fuzz fuzz-c fuzz-native fuzz-readers sanitize strangers tampers wheel always
 
 # Real scans, where they lie beside the checkout. Tests that need them are skipped if this is empty.
 VOLPREP_TEST_DATA ?= $(abspath $(wildcard ../shared/data))
@@ -13,14 +14,28 @@ export VOLPREP_TEST_DATA
 # version manager) loses them, and is then made anew.
 STAMPS := .venv/stamps
 $(shell .venv/bin/python -c '' 2>/dev/null || rm -rf $(STAMPS))
+VENV := $(STAMPS)/venv
+BUILD := $(STAMPS)/build
 CORE := $(STAMPS)/core
+EXTRAS := $(STAMPS)/extras
 TEST := $(STAMPS)/test
 LINT := $(STAMPS)/lint
 DOCS := $(STAMPS)/docs
 BENCH := $(STAMPS)/bench
 WHEEL := $(STAMPS)/wheel
 NATIVE := $(STAMPS)/native
+TOOLS := build/system/tools
+DRIVER := build/system/driver
 CXX_FILES := $(shell find volprep/native formats/native -name '*.[ch]pp') $(wildcard formats/c/*.[ch] tests/c/*.c)
+
+# Steps of one command run side by side; several commands run one after the other.
+ifeq ($(words $(MAKECMDGOALS)),1)
+MAKEFLAGS += --jobs=3
+endif
+# The demo needs no browser and no OpenVDB.
+ifeq ($(MAKECMDGOALS),demo)
+NEEDED := python compiler
+endif
 
 help:
 	@echo "make demo    a real brain scan becomes two validated packages, with report and pictures (out/)"
@@ -28,7 +43,7 @@ help:
 	@echo "make test-long  tests at full length: damaged files, killed builds, a lie in every field, orders of every layout"
 	@echo "make lint    ruff, mypy, clang-format (C++ and GLSL), Biome, codespell"
 	@echo "make docs    the documentation as a site, from the pages of this folder (out/docs/index.html)"
-	@echo "make bench   kernels and import against their peers; writes bench.json"
+	@echo "make bench   kernels and import against their peers; writes bench.json; ARGS=import measures one"
 	@echo "make papers  tables and curves of the papers, measured on this driver (out/papers); ARGS='thesis --quick' passes arguments"
 	@echo "make mutants plants bugs and says who finds each: tests, validate, its witness (out/mutants); ARGS='srgb' takes one"
 	@echo "make levels-study  what coarse levels keep: every phantom and scan, level and filter (out/levels-study); ARGS='--only vessels' passes arguments"
@@ -41,7 +56,7 @@ help:
 	@echo "make sanitize     tests of native code against a build with AddressSanitizer and UndefinedBehaviorSanitizer"
 	@echo "make wheel        a wheel with everything native inside, and an sdist (dist/); built twice they are the same bytes"
 
-demo: $(NATIVE)
+demo: $(NATIVE) $(CORE) $(DRIVER)
 	.venv/bin/python tools/demo.py
 
 test: $(NATIVE) $(TEST)
@@ -64,7 +79,7 @@ docs: $(NATIVE) $(DOCS)
 	.venv/bin/python tools/docs_site.py
 
 bench: $(NATIVE) $(BENCH)
-	.venv/bin/python -m tests.benchmarks
+	.venv/bin/python -m tests.benchmarks $(ARGS)
 
 papers: $(NATIVE) $(TEST)
 	.venv/bin/python -m tests.papers $(ARGS)
@@ -96,21 +111,52 @@ strangers: $(NATIVE) $(TEST)
 sanitize: $(NATIVE) $(TEST)
 	@tools/sanitize.sh $(ARGS)
 
-wheel: $(CORE) $(WHEEL)
+wheel: $(TOOLS) $(WHEEL)
 	@tools/wheel.sh
 
-system:
-	@tools/system_packages.sh
+# Looks each time; the file becomes newer when something was installed.
+$(TOOLS): always
+	@tools/system_packages.sh $@ $(NEEDED)
 
-$(CORE): constraints.txt pyproject.toml | system
-	@tools/install.sh core validate batch zarr convex build
+# After the tools: apt does one thing at a time.
+$(DRIVER): $(TOOLS) always
+	@tools/system_packages.sh $@ gles mesa
+
+# Needs no tools where there is a Python already.
+$(VENV): | $(if $(wildcard $(VENV)),,$(if $(shell tools/find_python.sh),,$(TOOLS)))
+	@tools/step.sh venv "making .venv (usually 10 s)" tools/make_venv.sh
 	@mkdir -p $(@D) && touch $@
 
-$(TEST) $(LINT) $(DOCS) $(BENCH) $(WHEEL): $(CORE)
-	@tools/install.sh $(@F)
+# One installation after the other, as pip wants it, beside the compiler.
+$(BUILD): constraints.txt pyproject.toml $(VENV)
+	@tools/install.sh "5 s" build
+	@touch $@
+
+$(CORE): $(BUILD)
+	@tools/install.sh "40 s" core validate
+	@touch $@
+
+$(EXTRAS): $(CORE)
+	@tools/install.sh "15 s" batch zarr convex
+	@touch $@
+
+$(TEST): $(EXTRAS)
+	@tools/install.sh "60 s" $(@F)
+	@touch $@
+
+$(LINT) $(BENCH): $(TEST)
+	@tools/install.sh "15 s" $(@F)
+	@touch $@
+
+$(DOCS): $(EXTRAS)
+	@tools/install.sh "15 s" $(@F)
+	@touch $@
+
+$(WHEEL): $(CORE)
+	@tools/install.sh "5 s" $(@F)
 	@touch $@
 
 # Not isolated, so that the build takes the pinned versions and compiles only what changed.
-$(NATIVE): $(CORE) CMakeLists.txt $(wildcard tools/cmake/*) $(shell find volprep/native formats/native -type f)
-	@tools/step.sh native "building the native core" .venv/bin/pip install --no-build-isolation --no-deps --editable .
+$(NATIVE): $(BUILD) $(TOOLS) CMakeLists.txt $(wildcard tools/cmake/*) $(shell find volprep/native formats/native -type f)
+	@tools/step.sh native "compiling the native core (usually 80 s on two cores)" .venv/bin/pip install --no-build-isolation --no-deps --editable .
 	@touch $@

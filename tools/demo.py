@@ -18,6 +18,7 @@ import numpy as np
 from fetch_scan import BRAIN, SCANS, fetch
 from numpy.typing import NDArray
 
+from volprep.plan.records import PREVIEW
 from volprep_formats.diagnostics import ExitStatus
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
@@ -56,17 +57,16 @@ def main() -> int:
     nifti = fetch(BRAIN)
     say("writing it as a DICOM series")
     make_series(nifti)
-    made, worst = {}, 0
+    worst = 0
     for profile in PROFILES:
         package = ROOT / "out" / f"brain-{profile}.volpkg"
         report = package.with_suffix(".report")
         volprep("build", SCENE, "--profile", profile, "-o", package)
+        say(f"after {time.perf_counter() - start:.0f} s a picture: {package / PREVIEW}")
         worst = max(worst, volprep("validate", package, "--report", report))
-        made[package] = report
-    print(f"\nThe demo is done, in {time.perf_counter() - start:.0f} s. DICOM series: {SERIES}")
-    for package, report in made.items():
         print_summary(package, report)
-    print(f"\nTo look at it, and to measure this device: volprep view {next(iter(made)).relative_to(ROOT)}")
+    print(f"\nThe demo is done, in {time.perf_counter() - start:.0f} s. DICOM series: {SERIES}")
+    print(f"To look at a package, and to measure this device: volprep view out/brain-{PROFILES[0]}.volpkg")
     return worst
 
 
@@ -92,7 +92,8 @@ def print_summary(package: Path, report: Path) -> None:
     print(
         f"\npackage  {package}\nreport   {report / 'index.html'}\npictures {report / 'pictures'}\n"
         f"worst of {verdict['views']} views: {verdict['worst_view']}, rmse {verdict['worst_rmse']:.5f}, "
-        f"largest error {verdict['worst_maximum']:.4f}: {verdict['share']:.0%} of what the scene allows"
+        f"largest error {verdict['worst_maximum']:.4f}: {verdict['share']:.0%} of what the scene allows\n",
+        flush=True,
     )
 
 

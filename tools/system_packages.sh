@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Checks for what volprep needs from the system. On Debian and its relatives it installs what is missing, as root or
+# Checks for what volprep needs from the system: the named things, or all. On Debian and its relatives it installs what is missing, as root or
 # with sudo; anywhere else it says, one line for each missing thing, how to get it. Prints nothing if all is there.
 #
+# Usage: tools/system_packages.sh STAMP [THING...]; the file STAMP becomes newer when something was installed.
 # Exit status: 0 all that must be is there; 1 the installation failed; 2 something is missing and cannot be installed
 # from here.
 set -uo pipefail
@@ -47,11 +48,17 @@ things=(
     "openvdb|headers of OpenVDB, TBB and Boost (only for .vdb files)|libopenvdb-dev libtbb-dev libboost-dev|openvdb-devel tbb-devel boost-devel|openvdb onetbb boost|openvdb"
 )
 
-# Sets `missing` to those of `things` that are not there.
+stamp=$1
+mkdir -p "${stamp%/*}"
+[ -e "$stamp" ] || touch "$stamp"
+wanted=" ${*:2} "
+
+# Sets `missing` to those of the wanted `things` that are not there.
 look() {
     missing=()
     local thing
     for thing in "${things[@]}"; do
+        [ "$wanted" = "  " ] || [[ $wanted == *" ${thing%%|*} "* ]] || continue
         "have_${thing%%|*}" || missing+=("$thing")
     done
 }
@@ -88,12 +95,12 @@ install_on_debian() {
         sudo=(sudo)
     fi
     echo "volprep: missing system packages: ${packages[*]}"
-    tools/step.sh apt-update "reading Debian's package lists" "${sudo[@]}" apt-get -o Acquire::Retries=3 update || exit 1
+    tools/step.sh apt-update "reading Debian's package lists (usually 5 s)" "${sudo[@]}" apt-get -o Acquire::Retries=3 update || exit 1
     # Ubuntu has no firefox-esr: what apt does not know is told of later.
     for package in "${packages[@]}"; do
         apt-cache show "$package" >/dev/null 2>&1 && known+=("$package")
     done
-    tools/step.sh apt-install "installing system packages" "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive \
+    tools/step.sh apt-install "installing system packages (usually 15 to 40 s)" "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive \
         apt-get -o Acquire::Retries=3 install --yes --no-install-recommends "${known[@]}" || exit 1
 }
 
@@ -108,6 +115,7 @@ fi
 case " $system " in
     *" debian "*)
         install_on_debian
+        touch "$stamp"
         look
         [ ${#missing[@]} -eq 0 ] || tell "This release has none that is new enough in its" 2
         ;;

@@ -1,16 +1,18 @@
-"""`make bench`: prints what every room's benchmarks found, and writes it to bench.json.
+"""`make bench`: prints what every room's benchmarks found, and writes it to bench.json; ARGS=import measures one.
 
 Each room has a file bench_*.py here. Kernels give contests (contest.py) and appear in the table of rows below. What is
 measured in another unit, such as the memory of a build, is a section of its own, below and in bench.json.
 """
 
 import json
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterable
 from dataclasses import asdict
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import pytest
 from rich.console import Console, RenderableType
 from rich.table import Table
 
@@ -40,12 +42,15 @@ from .bench_transfer import contests as transfer_contests
 from .bench_transport import measure_transport, transport_table
 from .bench_vtk import measure_vtk, vtk_table
 from .contest import Row, hold
+from .real_scans import NoData
 
 RESULT = Path("bench.json")
 TABLE_WIDTH = 160
 """Columns of the table: a narrower terminal wraps its lines, which is better than half of their words."""
 
-SECTIONS: dict[str, tuple[Callable[[Console], Any], Callable[[Any], RenderableType]]] = {
+KERNELS = "kernels"
+
+SECTIONS: dict[str, tuple[Callable[[Console], Iterable[Any]], Callable[[Any], RenderableType]]] = {
     "import": (measure_import, import_table),
     "decode": (measure_decode, decode_table),
     "mosaics": (measure_fetch, fetch_table),
@@ -69,14 +74,33 @@ SECTIONS: dict[str, tuple[Callable[[Console], Any], Callable[[Any], RenderableTy
 """What measures each section of bench.json, and its table for people."""
 
 
-def main() -> None:
-    """Hold all contests, measure all sections, print the tables, write the file."""
+def main(wanted: list[str]) -> None:
+    """Measure all, or what has one of these words in its name: print each row, then each table; write the file."""
     console = Console()
     console.width = max(console.width, TABLE_WIDTH)
+    chosen = [name for name in (KERNELS, *SECTIONS) if not wanted or any(word in name for word in wanted)]
+    if not chosen:
+        sys.exit(f"no benchmark has such a name; there are {KERNELS}, {', '.join(SECTIONS)}")
+    found: dict[str, Any] = {}
+    for name in chosen:
+        try:
+            found |= measure_kernels(console) if name == KERNELS else {name: measure_section(console, name)}
+        except (NoData, pytest.skip.Exception) as missing:
+            console.print(f"{name}: not measured: {missing}", markup=False)
+            continue
+        RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    console.print(f"Written to {RESULT.resolve()}." if found else "Nothing was measured.")
+
+
+def measure_kernels(console: Console) -> dict[str, Any]:
+    """Hold all contests; return their rows, and the bandwidth of the machine."""
     outcomes = []
     for contest in chain(contests(), mosaic_contests(), skip_contests(), proxy_contests(), transfer_contests()):
-        console.print(f"measuring {contest.work}, {contest.source.dtype}", style="dim")
         outcomes.append(hold(contest))
+        for row in outcomes[-1].rows:
+            console.print(
+                f"{row.work}, {row.source}: {row.ours_ms:.1f} ms, {row.peer} {row.peer_ms:.1f} ms", style="dim"
+            )
     machine = {
         "threads": _native.max_threads(),
         "read_gb_per_s": max(outcome.read_gb_per_s for outcome in outcomes),
@@ -87,13 +111,20 @@ def main() -> None:
     console.print(
         "Memory on {threads} threads: read {read_gb_per_s:.1f}, copy {copy_gb_per_s:.1f} GB/s.".format(**machine)
     )
-    found = {"machine": machine, "rows": [asdict(row) for row in rows]}
-    for name, (measure, table) in SECTIONS.items():
-        measured = measure(console)
-        console.print(table(measured))
-        found[name] = [asdict(row) for row in measured] if isinstance(measured, list) else asdict(measured)
-    RESULT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    console.print(f"Written to {RESULT.resolve()}.")
+    return {"machine": machine, KERNELS: [asdict(row) for row in rows]}
+
+
+def measure_section(console: Console, name: str) -> list[dict[str, Any]]:
+    """Measure one of SECTIONS and return its rows."""
+    measure, table = SECTIONS[name]
+    rows = []
+    for row in measure(console):
+        rows.append(row)
+        facts = asdict(row).items()
+        told = (f"{fact} {value:.4g}" if isinstance(value, float) else f"{fact} {value}" for fact, value in facts)
+        console.print(f"{name}: {', '.join(told)}", style="dim", markup=False)
+    console.print(table(rows))
+    return [asdict(row) for row in rows]
 
 
 def _table(rows: list[Row]) -> Table:
@@ -116,4 +147,4 @@ def _table(rows: list[Row]) -> Table:
     return table
 
 
-main()
+main(sys.argv[1:])

@@ -5,6 +5,7 @@ drawn in turn, so that what else the machine does falls on both.
 """
 
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,15 +43,13 @@ class ChannelRow:
     """Best time where each has a texture of its own; None where these cannot be drawn together."""
 
 
-def measure_channels(console: Console) -> list[ChannelRow]:
+def measure_channels(console: Console) -> Iterator[ChannelRow]:
     """Draw two and four channels, on every class of devices."""
-    rows = []
     with tempfile.TemporaryDirectory() as folder:
         for profile in PROFILES:
             for channels in (2, 4):
                 console.print(f"measuring {channels} channels, {profile}", style="dim")
-                rows += _measured(Path(folder), profile, channels)
-    return rows
+                yield from _measured(Path(folder), profile, channels)
 
 
 def channels_table(rows: list[ChannelRow]) -> Table:

@@ -4,8 +4,8 @@ The scans and transfer functions are those of bench_levels.py. Box is a level of
 neighbours are levels of classified voxels. What a build does is compared: "auto" takes the one whose light is nearest.
 """
 
-import os
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from volprep.transfer.lookup import lookup_table
 from volprep_formats.progress import Silent
 
 from .bench_levels import LEVELS, SCENES, request_of
+from .real_scans import scans_folder
 
 
 @dataclass(frozen=True)
@@ -46,17 +47,15 @@ class ClassifiedRow:
     """What each took."""
 
 
-def measure_classified(console: Console) -> list[ClassifiedRow]:
-    """Measure all scans; nothing where the scans are not there."""
-    data = os.environ.get("VOLPREP_TEST_DATA")
-    rows: list[ClassifiedRow] = []
-    for scan in SCENES if data else ():
+def measure_classified(console: Console) -> Iterator[ClassifiedRow]:
+    """Measure all scans."""
+    data = scans_folder()
+    for scan in SCENES:
         console.print(f"measuring classified levels of {scan}", style="dim")
         with tempfile.TemporaryDirectory() as folder:
-            request = request_of(scan, Path(data or ""), Path(folder))
+            request = request_of(scan, data, Path(folder))
             for transfer in request.scene.transfer:
-                rows += _rows(scan, request, transfer.name, Path(folder) / transfer.name)
-    return rows
+                yield from _rows(scan, request, transfer.name, Path(folder) / transfer.name)
 
 
 def _rows(scan: str, request: Request, transfer: str, folder: Path) -> list[ClassifiedRow]:

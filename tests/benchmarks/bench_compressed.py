@@ -6,7 +6,6 @@ the fetch and ASTC on upload, phones all of them in the texture unit.
 """
 
 import gzip
-import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -32,6 +31,8 @@ from volprep_formats.source import SourceSpec
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 from volprep_formats.textures.blocks import decode_blocks, encode_blocks
 from volprep_formats.textures.mosaic import slices_of_mosaic
+
+from .real_scans import scans_folder
 
 PART_ZYX = (48, 95, 94)
 """Of each scan, from its middle: sizes that are whole blocks of none of the formats."""
@@ -94,17 +95,12 @@ class CompressedRow:
     """Median time of a picture."""
 
 
-def measure_compressed(console: Console) -> list[CompressedRow]:
-    """Measure every form of parts of real scans; nothing where there are none."""
-    if "VOLPREP_TEST_DATA" not in os.environ:
-        console.print("compressed mosaics: VOLPREP_TEST_DATA names no scans", style="dim")
-        return []
-    rows = []
-    for scan, part in _parts(Path(os.environ["VOLPREP_TEST_DATA"])):
+def measure_compressed(console: Console) -> Iterator[CompressedRow]:
+    """Measure every form of parts of real scans."""
+    for scan, part in _parts(scans_folder()):
         console.print(f"measuring compressed mosaics, {scan}", style="dim")
         with tempfile.TemporaryDirectory() as folder:
-            rows += _rows(scan, part, Path(folder))
-    return rows
+            yield from _rows(scan, part, Path(folder))
 
 
 def compressed_table(rows: list[CompressedRow]) -> Table:

@@ -2,7 +2,7 @@
 
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +38,7 @@ class DecodeRow:
     """How many times faster workers are that run already."""
 
 
-def measure_decode(console: Console) -> list[DecodeRow]:
+def measure_decode(console: Console) -> Iterator[DecodeRow]:
     """Decode 60 slices of 512×512 pixels with 12 bits, the same ones in each syntax."""
     y, x = np.linspace(-1, 1, SIDE)[:, None], np.linspace(-1, 1, SIDE)
     noise = np.random.default_rng(1).normal(0, 12, (SIDE, SIDE))
@@ -46,12 +46,10 @@ def measure_decode(console: Console) -> list[DecodeRow]:
         ((1000 + 600 * np.sin(9 * x + k / 9) * np.cos(7 * y) + noise) * (x**2 + y**2 < 0.8)).clip(0).astype(np.uint16)
         for k in range(SLICES)
     ]
-    rows = []
     for syntax in (JPEGLosslessSV1, JPEG2000Lossless, JPEGLSLossless, RLELossless):
         console.print(f"measuring decoding of {syntax.name}", style="dim")
         with tempfile.TemporaryDirectory() as folder:
-            rows.append(_measure(syntax, [_encoded(Path(folder) / str(k), s, syntax) for k, s in enumerate(slices)]))
-    return rows
+            yield _measure(syntax, [_encoded(Path(folder) / str(k), s, syntax) for k, s in enumerate(slices)])
 
 
 def decode_table(rows: list[DecodeRow]) -> Table:

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -31,6 +31,8 @@ from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import SourceInfo, SourceSpec
 from volprep_formats.writers import dicom
+
+from .real_scans import scans_folder
 
 ROUNDS = 5
 LARGE_ZYX = (400, 512, 512)
@@ -123,23 +125,18 @@ class _Resampled:
         pass
 
 
-def measure_import(console: Console) -> list[ImportRow]:
-    """Measure the head MR among the real scans, and a series of 512×512×400 made of it; nothing where there is none."""
-    scan = Path(os.environ.get("VOLPREP_TEST_DATA", "")) / "mr_t1_studyforrest"
-    if not scan.is_dir():
-        console.print("import is not measured: no real scans, VOLPREP_TEST_DATA names none", style="dim")
-        return []
+def measure_import(console: Console) -> Iterator[ImportRow]:
+    """Measure the head MR among the real scans, and a series of 512×512×400 made of it."""
+    scan = scans_folder() / "mr_t1_studyforrest"
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         with open_source(SourceSpec(path=str(scan)), Path(), Silent()) as source:
             voxels = source.read_slab(0, source.info.grid.shape_zyx[0]).astype(np.int16)
         dicom.write(_Resampled(voxels), folder / "large", Silent())
-        rows = []
         for series, shape_zyx in ((scan, voxels.shape), (folder / "large", LARGE_ZYX)):
             size = "×".join(str(n) for n in reversed(shape_zyx))
             console.print(f"measuring import of {size}", style="dim")
-            rows += _contest(size, series, folder / "out")
-    return rows
+            yield from _contest(size, series, folder / "out")
 
 
 def import_table(rows: list[ImportRow]) -> Table:

@@ -4,8 +4,8 @@ Everything: the border that nobody sees, 16 bits, skip tables and meshes whether
 normals with the length of the gradient, sub-volumes, early ray termination. Steps, levels and pictures are the same.
 """
 
-import os
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from volprep.validation.ablation.measure import MOST_VOXELS, VariantBench
 from volprep.validation.curves.scan import write_scan
 from volprep_formats.progress import Silent
 
-from .real_scans import POINT, SCANS, Points, have_scans
+from .real_scans import POINT, SCANS, Points, scans_folder
 
 PIXELS = 160
 LEAST_BYTES, LEAST_SPEED = 2.0, 1.5
@@ -78,24 +78,20 @@ class LeftOutRow:
     """What the planned package leaves out."""
 
 
-def measure_leaving_out(console: Console) -> list[LeftOutRow]:
-    """Build and draw both packages of each scan. Empty where VOLPREP_TEST_DATA does not say where the scans are."""
-    rows: list[LeftOutRow] = []
-    if not have_scans():
-        return rows
-    base = Path(os.environ["VOLPREP_TEST_DATA"])
+def measure_leaving_out(console: Console) -> Iterator[LeftOutRow]:
+    """Build and draw both packages of each scan."""
+    base = scans_folder()
     with tempfile.TemporaryDirectory() as folder:
         for scan, place in _FIRST_LOOKS.items():
-            rows += _row(console, f"{scan}, first look", request_for_source(base / place), Path(folder))
+            yield from _row(console, f"{scan}, first look", request_for_source(base / place), Path(folder))
         for scan, functions in _OWN_FUNCTIONS.items():
             for name, points in functions.items():
                 request = _request(scan, points, Path(folder) / "scene.toml")
-                rows += _row(console, f"{scan}, {name}", request, Path(folder))
-    return rows
+                yield from _row(console, f"{scan}, {name}", request, Path(folder))
 
 
 def _request(scan: str, points: Points, path: Path) -> Request:
-    source = SCANS[scan].format(os.environ["VOLPREP_TEST_DATA"])
+    source = SCANS[scan].format(scans_folder())
     listed = ", ".join(POINT.format(*point) for point in points)
     path.write_text(
         f'name = "s"\n[source]\n{source}\n[[transfer]]\nname = "f"\npoints = [{listed}]\n', encoding="utf-8"

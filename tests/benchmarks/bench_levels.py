@@ -6,7 +6,6 @@ fitted as a build does it: along random rays, never in the views that are measur
 editable package: no transfer function is in its filter and histogram, so that each row is that of an edit.
 """
 
-import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -42,6 +41,8 @@ from volprep_formats.package.parts.editing.record import encode_histogram
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent
+
+from .real_scans import scans_folder
 
 SIZE = 128
 _ORACLE_TOLERANCE = 1e-4
@@ -145,20 +146,15 @@ class LevelRow:
     """For each filter: gain with the common table, with one of its own, and the seconds that both took."""
 
 
-def measure_levels(console: Console) -> list[LevelRow]:
-    """Measure all scans; nothing where the scans are not there."""
-    data = os.environ.get("VOLPREP_TEST_DATA")
-    rows: list[LevelRow] = []
-    if not data:
-        console.print("coarse levels: VOLPREP_TEST_DATA names no scans", style="dim")
-        return rows
+def measure_levels(console: Console) -> Iterator[LevelRow]:
+    """Measure all scans."""
+    data = scans_folder()
     for scan in SCENES:
         with tempfile.TemporaryDirectory() as folder:
-            bench = _Bench(scan, request_of(scan, Path(data), Path(folder)), Path(folder))
+            bench = _Bench(scan, request_of(scan, data, Path(folder)), Path(folder))
             for level in LEVELS:
                 console.print(f"measuring level {level} of {scan}", style="dim")
-                rows += bench.rows(level)
-    return rows
+                yield from bench.rows(level)
 
 
 def levels_table(rows: list[LevelRow]) -> Rows:

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -64,28 +65,26 @@ class MemoryRow:
     """Time of reading the source, its digest, and writing as many bytes; nothing where that was not measured."""
 
 
-def measure_memory(console: Console) -> list[MemoryRow]:
+def measure_memory(console: Console) -> Iterator[MemoryRow]:
     """Build a head, and packages of scans of 2 GB and of 20 GB.
 
     The last has 9000 slices more, of which the samples for the plan keep 20 kB each; all else must be the same. What
     the disk has no room for is left out; so is the head where VOLPREP_TEST_DATA does not say where scans are.
     """
-    rows = []
     scans = os.environ.get("VOLPREP_TEST_DATA", "")
     with tempfile.TemporaryDirectory() as name:
         if scans:
             series = Path(scans) / "mr_t1_studyforrest" / "dicoms"
             console.print("measuring memory of a build", style="dim")
             target = Path(name) / "head.volpkg"
-            rows.append(_measure("build of 384 DICOM files", "build", _HEAD_SCENE, "--source", series, "-o", target))
+            yield _measure("build of 384 DICOM files", "build", _HEAD_SCENE, "--source", series, "-o", target)
         for depth in _DEPTHS:
             size = depth * _SLICE_YX[0] * _SLICE_YX[1] * _VOXEL_BYTES
             if shutil.disk_usage(name).free < size * (1 + _TIMES_THE_SCAN) + _SPARE_BYTES:
                 console.print(f"a build of {size / 1e9:g} GB is not measured: {name} has no room", style="dim")
                 continue
             console.print(f"measuring a build of {size / 1e9:g} GB", style="dim")
-            rows.append(measure_build(Path(name), depth))
-    return rows
+            yield measure_build(Path(name), depth)
 
 
 def memory_table(rows: list[MemoryRow]) -> Table:

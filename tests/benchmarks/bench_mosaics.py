@@ -97,7 +97,7 @@ def _packing(work: str, volume: np.ndarray, packing: Packing, peers: dict) -> Co
     return Contest(work=work, source=volume, bytes_written=volume.nbytes, ours=ours, peers=peers)
 
 
-def measure_fetch(console: Console) -> list[FetchRow]:
+def measure_fetch(console: Console) -> Iterator[FetchRow]:
     """Draw one volume from every layout, in turn, and from a 3D texture."""
     volume = _phantom()
     profiles = {1: ES2, 2: ES2.model_copy(update={"max_texture_size": 512})}
@@ -125,12 +125,10 @@ def measure_fetch(console: Console) -> list[FetchRow]:
             console.print(f"measuring the fetch of mosaics, round {turn + 1} of {ROUNDS}", style="dim")
             for k, renderer in enumerate(renderers):
                 best[k] = min(best[k], renderer.time_ms(camera, PICTURE_HW, repeats=3))
-        rows = []
         for (layout, fetches, package), renderer, ms in zip(drawn, renderers, best, strict=True):
             error = picture_error(renderer.render(camera, PICTURE_HW), truth)
             textures, size = _size(package)
-            rows.append(FetchRow(layout, textures, fetches, size, ms, error.rmse, error.maximum))
-    return rows
+            yield FetchRow(layout, textures, fetches, size, ms, error.rmse, error.maximum)
 
 
 def fetch_table(rows: list[FetchRow]) -> Table:

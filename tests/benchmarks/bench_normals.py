@@ -13,7 +13,7 @@ multipliers busy instead.
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
@@ -93,15 +93,16 @@ class NormalsRows:
     errors: tuple[NormalsError, ...]
 
 
-def measure_normals(console: Console) -> NormalsRows:
+def measure_normals(console: Console) -> Iterator[NormalsRows]:
     """Measure speed, then errors."""
     console.print("measuring normals", style="dim")
     copy_gb_per_s, speed = _speed()
-    return NormalsRows(copy_gb_per_s, speed, (*_waves(), *_code_errors(), *_field_errors()))
+    yield NormalsRows(copy_gb_per_s, speed, (*_waves(), *_code_errors(), *_field_errors()))
 
 
-def normals_tables(rows: NormalsRows) -> Group:
+def normals_tables(measured: list[NormalsRows]) -> Group:
     """Tables for people."""
+    (rows,) = measured
     speed = Table("normals, 224×512×512", "code", "voxels", "ms", "bytes", "bandwidth", "scipy sobel")
     for row in rows.speed:
         cells = (f"{row.ms:.0f}", str(row.bytes_a_voxel), f"{row.share_of_bandwidth:.0%}", f"{row.times_scipy:.0f} ×")

@@ -7,6 +7,7 @@ coarsest level. The machine draws in software, as Chromium does without a GPU.
 import sys
 import tempfile
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,7 +58,7 @@ class PageRow:
     """The longest."""
 
 
-def measure_page(console: Console) -> list[PageRow]:
+def measure_page(console: Console) -> Iterator[PageRow]:
     """Build the package and open its page; nothing where there is no Chromium."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
     from browser import Browser
@@ -77,7 +78,7 @@ def measure_page(console: Console) -> list[PageRow]:
             server.shutdown()
             thread.join()
         size = sum(record.size_bytes for record in Package.open(package).manifest.files)
-        return [PageRow(size, float(np.median(times)), max(times))]
+        yield PageRow(size, float(np.median(times)), max(times))
 
 
 def page_table(rows: list[PageRow]) -> Table:

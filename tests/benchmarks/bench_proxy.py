@@ -21,7 +21,7 @@ from volprep_formats.meshes import primitives_of, read_glb, write_glb
 from volprep_formats.package.parts.proxy.record import ProxyForm
 
 from .contest import Contest
-from .real_scans import Drawn, PlannedDraft, Points, drawn, have_scans, planned_draft
+from .real_scans import Drawn, PlannedDraft, Points, drawn, planned_draft
 
 MESHES: tuple[tuple[ProxyForm, int], ...] = (
     ("blocks", 8),
@@ -116,16 +116,14 @@ def _numpy_faces(occupied: Occupied) -> tuple[NDArray[np.int64], NDArray[np.int6
     return corners, numbered
 
 
-def measure_proxy(console: Console) -> list[ProxyRow]:
-    """Draw the scans with each mesh and without. Empty where VOLPREP_TEST_DATA does not say where they are."""
-    rows: list[ProxyRow] = []
-    for name, (scan, points) in _SCENES.items() if have_scans() else ():
+def measure_proxy(console: Console) -> Iterator[ProxyRow]:
+    """Draw the scans with each mesh and without."""
+    for name, (scan, points) in _SCENES.items():
         console.print(f"measuring proxy geometry on {name}", style="dim")
         with planned_draft(scan, {_TRANSFER: points}) as made:
             plain = drawn(made.package(), _TRANSFER)
-            rows.append(ProxyRow(name, "none", 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, plain.cpu_ms, 1.0, 0.0))
-            rows += [_measure_mesh(made, name, plain, form=form, block=block) for form, block in MESHES]
-    return rows
+            yield ProxyRow(name, "none", 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, plain.cpu_ms, 1.0, 0.0)
+            yield from [_measure_mesh(made, name, plain, form=form, block=block) for form, block in MESHES]
 
 
 def _measure_mesh(made: PlannedDraft, name: str, plain: Drawn, *, form: ProxyForm, block: int) -> ProxyRow:

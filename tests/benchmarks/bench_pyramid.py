@@ -18,7 +18,7 @@ to 31 % for floats, whose pass along z converts every voxel five times.
 """
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -71,11 +71,10 @@ class FilterRow:
     """Its best time."""
 
 
-def measure_pyramid(console: Console) -> list[FilterRow]:
+def measure_pyramid(console: Console) -> Iterator[FilterRow]:
     """Measure every filter on bytes, 16 bits and floats, and label filters on labels."""
     rng = np.random.default_rng(1)
     scan = rng.normal(120, 25, SHAPE).clip(1, 255).astype(np.uint8)
-    rows: list[FilterRow] = []
     for dtype in (np.uint8, np.uint16, np.float32):
         volume = scan[:: np.dtype(dtype).itemsize].astype(dtype)
         console.print(f"measuring filters of the pyramid, {volume.dtype}", style="dim")
@@ -84,15 +83,14 @@ def measure_pyramid(console: Console) -> list[FilterRow]:
         with tempfile.TemporaryDirectory() as folder:
             if dtype != np.float32:
                 runs |= _with_noise(volume, Path(folder))
-            rows += _rows(volume, runs, peers)
+            yield from _rows(volume, runs, peers)
     labels = np.zeros(SHAPE, np.uint8)
     labels[40:150, 90:400, 100:300] = 3
     labels[60:, 200:, 250:] = 7
     console.print("measuring filters of labels", style="dim")
     runs = {name: _run(labels, name) for name in ("box", "mode", "mode-foreground")}
     peer = ("tinybrain", lambda: tinybrain.downsample_segmentation(labels.T, FACTORS))
-    rows += _rows(labels, runs, {"mode": peer})[1:]
-    return rows
+    yield from _rows(labels, runs, {"mode": peer})[1:]
 
 
 def pyramid_table(rows: list[FilterRow]) -> Table:

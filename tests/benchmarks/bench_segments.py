@@ -13,6 +13,7 @@ that counts all labels: what it takes if hiding empties no block.
 
 import os
 import tempfile
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import product
@@ -90,9 +91,8 @@ class HidingRow:
     """The same with a skip table that counts hidden labels."""
 
 
-def measure_segments(console: Console) -> list[SegmentsRow]:
+def measure_segments(console: Console) -> Iterator[SegmentsRow]:
     """Measure all cases."""
-    rows = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         _write_scan(folder)
@@ -102,13 +102,11 @@ def measure_segments(console: Console) -> list[SegmentsRow]:
             scenes = [_scene(folder, classification, lighting, *each) for each in pictures]
             ratios = _ratios([_built(scene, profile, folder) for scene in scenes])
             found = zip(_PICTURES, ratios, strict=True)
-            rows += [SegmentsRow(profile, classification, *each, lighting, ratio) for each, ratio in found]
-    return rows
+            yield from [SegmentsRow(profile, classification, *each, lighting, ratio) for each, ratio in found]
 
 
-def measure_hiding(console: Console) -> list[HidingRow]:
+def measure_hiding(console: Console) -> Iterator[HidingRow]:
     """Measure what skipping hidden segments saves: of synthetic regions, and of a head if the real scans are there."""
-    rows = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         _write_scan(folder)
@@ -122,8 +120,7 @@ def measure_hiding(console: Console) -> list[HidingRow]:
                 package = _built(_hiding(source, labels, scan), profile, folder)
                 table = next(each for each in package.manifest.skipping.tables if each.level == 0)
                 ratio, ms = _with_all_labels(package)
-                rows.append(HidingRow(scan, profile, table.empty_share, ms, ms * ratio))
-    return rows
+                yield HidingRow(scan, profile, table.empty_share, ms, ms * ratio)
 
 
 def hiding_table(rows: list[HidingRow]) -> Table:

@@ -20,7 +20,7 @@ from volprep.scan.block_ranges import BlockRanges, block_ranges
 from volprep_formats.package.parts.skip.record import SkipKind
 
 from .contest import Contest
-from .real_scans import Drawn, PlannedDraft, Points, drawn, have_scans, planned_draft
+from .real_scans import Drawn, PlannedDraft, Points, drawn, planned_draft
 
 TABLES: tuple[tuple[SkipKind, int], ...] = (
     ("blocks", 8),
@@ -132,10 +132,9 @@ def _numpy_occupancy(scan: NDArray[np.uint8], table: NDArray[np.float64]) -> NDA
     return occupied_blocks(BlockRanges(blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5)), 16), table)
 
 
-def measure_skip(console: Console) -> list[SkipRow]:
-    """Draw the scans with each kind of table and without. Empty where VOLPREP_TEST_DATA does not say where they are."""
-    rows: list[SkipRow] = []
-    for scan, functions in _SCENES.items() if have_scans() else ():
+def measure_skip(console: Console) -> Iterator[SkipRow]:
+    """Draw the scans with each kind of table and without."""
+    for scan, functions in _SCENES.items():
         console.print(f"measuring empty-space skipping on {scan}", style="dim")
         with planned_draft(scan, {**functions, "fog": _FOG}) as made:
             package = made.package()
@@ -147,8 +146,7 @@ def measure_skip(console: Console) -> list[SkipRow]:
             for kind, block in TABLES:
                 found += _measure_table(made, plain, kind=kind, block=block)
         named = [dataclasses.replace(row, scan=f"{scan}, {row.scan}") for row in found]
-        rows += sorted(named, key=lambda row: row.scan)
-    return rows
+        yield from sorted(named, key=lambda row: row.scan)
 
 
 def _measure_table(made: PlannedDraft, plain: dict[str, Drawn], *, kind: SkipKind, block: int) -> list[SkipRow]:

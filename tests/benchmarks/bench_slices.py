@@ -7,6 +7,7 @@ of the driver at hand, and count for comparison only.
 
 import math
 import tempfile
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,8 @@ from volprep.truth.oracle import oracle_picture
 from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package
+
+from .real_scans import NoData
 
 SIZES = (24, 48, 96)
 EXTENT_MM = 96.0
@@ -67,13 +70,11 @@ class SliceRow:
     """Largest error of the picture."""
 
 
-def measure_slices(console: Console) -> list[SliceRow]:
-    """Draw a field from each form at several angles; nothing where there is no OpenGL ES 1.1."""
+def measure_slices(console: Console) -> Iterator[SliceRow]:
+    """Draw a field from each form at several angles, where there is OpenGL ES 1.1."""
     missing = missing_es11()
     if missing is not None:
-        console.print(f"slices are not measured: {missing}", style="dim")
-        return []
-    rows: list[SliceRow] = []
+        raise NoData(missing)
     with tempfile.TemporaryDirectory() as name:
         truths: dict[float, NDArray[np.float64]] = {}
         # The finest first: it is the truth of the others.
@@ -84,8 +85,7 @@ def measure_slices(console: Console) -> list[SliceRow]:
             for form, table in FORMS.items():
                 folder = Path(name) / f"{form}-{voxels}"
                 package = slice_package(folder, codes, (spacing_mm,) * 3, points=GLOW, slices=table)
-                rows += _rows(package, codes, form, truths)
-    return rows
+                yield from _rows(package, codes, form, truths)
 
 
 def slices_table(rows: list[SliceRow]) -> Table:

@@ -22,7 +22,7 @@ from rich.table import Table
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.zstd_frames import compress, decompress
 
-from .real_scans import SCANS, PlannedDraft, have_scans, planned_draft
+from .real_scans import SCANS, PlannedDraft, planned_draft
 
 _TRANSFER = "surface"
 _POINTS = ((60.0, 0.0), (120.0, 0.1), (220.0, 0.5))
@@ -52,17 +52,12 @@ class TransportRow:
     """Speed of a connection on which formats/js takes as long to decode as the smaller file saves."""
 
 
-def measure_transport(console: Console) -> list[TransportRow]:
-    """Measure six real scans; nothing where there are none."""
-    if not have_scans():
-        console.print("transport: VOLPREP_TEST_DATA names no scans", style="dim")
-        return []
-    rows: list[TransportRow] = []
+def measure_transport(console: Console) -> Iterator[TransportRow]:
+    """Measure six real scans."""
     for scan in SCANS:
         console.print(f"measuring transport, {scan}", style="dim")
         with planned_draft(scan, {_TRANSFER: _POINTS}) as made:
-            rows.append(_row(scan, list(_texels(made))))
-    return rows
+            yield _row(scan, list(_texels(made)))
 
 
 def transport_table(rows: list[TransportRow]) -> Table:

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
@@ -41,7 +41,7 @@ from volprep_formats.source import SourceSpec
 
 from .bare_loop import bare, taking_all
 from .drawing_time import honest_ms, picture_ms
-from .real_scans import SCANS, have_scans
+from .real_scans import SCANS, scans_folder
 from .waking import is_software
 
 PRESETS = {"MR head": "mr-head", "ch2 head": "mr-head", "engine": "micro-ct"}
@@ -118,16 +118,14 @@ class VtkRow:
         return self.all_ms / self.bare_ms
 
 
-def measure_vtk(console: Console) -> list[VtkRow]:
-    """Draw three scans with both. Empty where VOLPREP_TEST_DATA does not say where they are."""
-    rows = []
-    for scan, preset in PRESETS.items() if have_scans() else ():
+def measure_vtk(console: Console) -> Iterator[VtkRow]:
+    """Draw three scans with both."""
+    for scan, preset in PRESETS.items():
         for light in _TARGET:
             console.print(f"measuring VTK's ray caster on {scan}, {light}", style="dim")
             with tempfile.TemporaryDirectory() as folder:
                 packages = {name: _package(scan, preset, light, name, Path(folder)) for name in _CLASSIFICATIONS}
-                rows.append(_row(scan, light, packages, Path(folder)))
-    return rows
+                yield _row(scan, light, packages, Path(folder))
 
 
 def vtk_table(rows: list[VtkRow]) -> Table:
@@ -160,7 +158,7 @@ def vtk_table(rows: list[VtkRow]) -> Table:
 
 
 def _package(scan: str, preset: str, light: str, classification: ClassificationName, folder: Path) -> Package:
-    source = SCANS[scan].format(os.environ["VOLPREP_TEST_DATA"])
+    source = SCANS[scan].format(scans_folder())
     lit = 'lighting = "headlight"\n[normals]\nkernel = "central"\n' if light == "lit" else 'lighting = "none"\n'
     scene = folder / "scene.toml"
     scene.write_text(
@@ -234,7 +232,7 @@ def _equal_step(renderer: Renderer, views: "_Views", step_mm: float, rmse: float
 
 
 def _scan(scan: str) -> Volume:
-    table = tomllib.loads(SCANS[scan].format(os.environ["VOLPREP_TEST_DATA"]))
+    table = tomllib.loads(SCANS[scan].format(scans_folder()))
     with opened_channel("scan", SourceSpec.model_validate(table), None, Silent()) as source:
         info = source.info
         stored = source.read_slab(0, info.grid.shape_zyx[0])

@@ -42,9 +42,20 @@ Points = tuple[tuple[float, float], ...]
 """Value and extinction of each point of a transfer function."""
 
 
+class NoData(Exception):
+    """What is to be measured is not on this machine; the text says what is missing."""
+
+
 def have_scans() -> bool:
     """Whether VOLPREP_TEST_DATA says where real scans are."""
     return bool(os.environ.get("VOLPREP_TEST_DATA"))
+
+
+def scans_folder() -> Path:
+    """Return the folder of real scans. Raises NoData if there is none."""
+    if not have_scans():
+        raise NoData("VOLPREP_TEST_DATA names no folder of real scans")
+    return Path(os.environ["VOLPREP_TEST_DATA"])
 
 
 @dataclass(frozen=True)
@@ -80,7 +91,7 @@ class PlannedDraft:
 @contextmanager
 def planned_draft(scan: str, functions: Mapping[str, Points]) -> Iterator[PlannedDraft]:
     """Make the draft of one of SCANS with these transfer functions, in a folder that goes. Nothing is skipped in it."""
-    source = SCANS[scan].format(os.environ["VOLPREP_TEST_DATA"])
+    source = SCANS[scan].format(scans_folder())
     tables = [
         f'[[transfer]]\nname = "{name.replace(" ", "-")}"\npoints = [{", ".join(POINT.format(*p) for p in points)}]\n'
         for name, points in functions.items()

@@ -2,7 +2,7 @@
 
 #include "checks.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::bandwidth {
 namespace {
 
 using Words = nb::ndarray<const uint64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
@@ -11,7 +11,7 @@ using MutableBytes = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device:
 
 }  // namespace
 
-void bandwidth(nb::module_& module) {
+const Definitions definitions([](nb::module_& module) {
     module.def(
         "memory_read",
         [](const Words& src, int threads) {
@@ -19,8 +19,7 @@ void bandwidth(nb::module_& module) {
             const nb::gil_scoped_release released;
             return volprep::memory_read(src.data(), static_cast<int64_t>(src.size()), threads);
         },
-        nb::arg("src").noconvert(), nb::arg("threads") = 0,
-        "Read every word once and return the sum modulo 2^64: the machine's read bandwidth, when timed.");
+        "src"_array, "threads"_a = 0);
     module.def(
         "memory_copy",
         [](const Bytes& src, const MutableBytes& dst, int threads) {
@@ -30,8 +29,7 @@ void bandwidth(nb::module_& module) {
             const nb::gil_scoped_release released;
             volprep::memory_copy(src.data(), static_cast<int64_t>(src.size()), dst.data(), threads);
         },
-        nb::arg("src").noconvert(), nb::arg("dst").noconvert(), nb::arg("threads") = 0,
-        "Copy src to dst, each thread one part: the machine's copy bandwidth, when timed.");
-}
+        "src"_array, "dst"_array, "threads"_a = 0);
+});
 
-}  // namespace volprep::bind
+}  // namespace volprep::bind::bandwidth

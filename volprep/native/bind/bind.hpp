@@ -15,52 +15,31 @@ namespace nb = nanobind;
 using AnyVolume = nb::ndarray<nb::ro, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using AnyMutableVolume = nb::ndarray<nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
+using namespace nb::literals;
+
+// The name of an array argument, of which no copy in another type or order is made.
+inline auto operator""_array(const char* name, std::size_t) { return nb::arg(name).noconvert(); }
+
 template <typename Array>
 Shape3 shape_of(const Array& array) {
     return {static_cast<int64_t>(array.shape(0)), static_cast<int64_t>(array.shape(1)),
             static_cast<int64_t>(array.shape(2))};
 }
 
-void bandwidth(nb::module_& module);
-void block_minmax(nb::module_& module);
-void block_surface(nb::module_& module);
-void box_reduce(nb::module_& module);
-void column_light(nb::module_& module);
-void distances(nb::module_& module);
-void extrema_reduce(nb::module_& module);
-void feature_reduce(nb::module_& module);
-void fit_level(nb::module_& module);
-void fit_values(nb::module_& module);
-void joint_histogram(nb::module_& module);
-void label_coverage(nb::module_& module);
-void laplacian_histogram(nb::module_& module);
-void light_fit(nb::module_& module);
-void light_samples(nb::module_& module);
-void linear_reduce(nb::module_& module);
-void lit_level(nb::module_& module);
-void median_reduce(nb::module_& module);
-void mixed_light(nb::module_& module);
-void mode_reduce(nb::module_& module);
-void nearest_reduce(nb::module_& module);
-void normals(nb::module_& module);
-void oracle(nb::module_& module);
-void oracle_labels(nb::module_& module);
-void oracle_projection(nb::module_& module);
-void oracle_refined(nb::module_& module);
-void oracle_sum(nb::module_& module);
-void oracle_surface(nb::module_& module);
-void pack_tiles(nb::module_& module);
-void patch_samples(nb::module_& module);
-void path_tracer(nb::module_& module);
-void preintegrate(nb::module_& module);
-void quantize(nb::module_& module);
-void ray_light(nb::module_& module);
-void ray_samples(nb::module_& module);
-void refine_level(nb::module_& module);
-void rgba_reduce(nb::module_& module);
-void slice_ranges(nb::module_& module);
-void straight_light(nb::module_& module);
-void threads(nb::module_& module);
-void value_range(nb::module_& module);
+// What a binding file adds to the module. Each has one record of it, and the module adds all.
+class Definitions {
+  public:
+    using Add = void (*)(nb::module_& module);
+
+    explicit Definitions(Add add) noexcept : add_(add), next_(first_) { first_ = this; }
+    static void add_all(nb::module_& module) {
+        for (const Definitions* one = first_; one != nullptr; one = one->next_) one->add_(module);
+    }
+
+  private:
+    Add add_;
+    const Definitions* next_;
+    inline static const Definitions* first_ = nullptr;
+};
 
 }  // namespace volprep::bind

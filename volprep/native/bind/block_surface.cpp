@@ -1,10 +1,12 @@
 #include "volprep/block_surface.hpp"
 
+#include <nanobind/stl/pair.h>
+
 #include <memory>
 
 #include "checks.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::block_surface {
 namespace {
 
 using Cells = nb::ndarray<const uint8_t, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
@@ -32,7 +34,8 @@ Triples array_of(std::vector<int32_t>&& numbers) {
     return Triples(data, {rows, 3}, owner);
 }
 
-nb::object surface(const Cells& occupied, const Planes& z, const Planes& y, const Planes& x, bool merged) {
+std::pair<Triples, Triples> surface(const Cells& occupied, const Planes& z, const Planes& y, const Planes& x,
+                                    bool merged) {
     const Shape3 blocks = shape_of(occupied);
     require_voxels(blocks);
     require_planes("planes_z", z, blocks.z);
@@ -43,26 +46,14 @@ nb::object surface(const Cells& occupied, const Planes& z, const Planes& y, cons
         const nb::gil_scoped_release released;
         volprep::block_surface(occupied.data(), blocks, {z.data(), y.data(), x.data()}, merged, mesh);
     }
-    return nb::make_tuple(array_of(std::move(mesh.positions_xyz)), array_of(std::move(mesh.triangles)));
+    return {array_of(std::move(mesh.positions_xyz)), array_of(std::move(mesh.triangles))};
 }
 
 }  // namespace
 
-void block_surface(nb::module_& module) {
-    module.def(
-        "block_surface", &surface, nb::arg("occupied").noconvert(), nb::arg("planes_z").noconvert(),
-        nb::arg("planes_y").noconvert(), nb::arg("planes_x").noconvert(), nb::arg("merged"),
-        nb::sig("def block_surface(occupied: numpy.typing.NDArray[numpy.uint8], planes_z: "
-                "numpy.typing.NDArray[numpy.int32], planes_y: numpy.typing.NDArray[numpy.int32], planes_x: "
-                "numpy.typing.NDArray[numpy.int32], merged: bool) -> tuple[numpy.typing.NDArray[numpy.int32], "
-                "numpy.typing.NDArray[numpy.int32]]"),
-        R"(Give the outer faces of occupied blocks as a closed mesh: positions [n, xyz] and triangles [m, 3], both int32.
+const Definitions definitions([](nb::module_& module) {
+    module.def("block_surface", &surface, "occupied"_array, "planes_z"_array, "planes_y"_array, "planes_x"_array,
+               "merged"_a);
+});
 
-occupied is uint8, C-contiguous [z, y, x]; a block is occupied where it is not 0, and what lies outside is empty. planes_z
-holds the positions of the blocks.z + 1 planes between blocks, int32, ascending, at least 4 apart; planes_y and planes_x
-likewise. merged: faces of one plane and side become rectangles, greedily. Triangles are counter-clockwise as seen from
-outside, and every edge has exactly two: where two blocks touch at an edge alone, each has a vertex of its own on it.
-Raises ValueError if planes do not fit.)");
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::block_surface

@@ -2,16 +2,11 @@
 #pragma once
 
 #include "checks.hpp"
-#include "described.hpp"
 #include "volprep/blocks.hpp"
 #include "volprep/threads.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {
-
-inline constexpr Parameter level_of_its_type{"dst", "Of the same type, with ceil(n / factor) voxels along each axis."};
-inline constexpr Parameter voxels_of_a_block{
-    "factors_zyx", "Voxels that become one, along each axis; at least 1, with a product of at most 2^21."};
 
 inline Shape3 block_factors(Triple factors) {
     const Shape3 shape{factors[0], factors[1], factors[2]};

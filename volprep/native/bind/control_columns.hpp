@@ -7,7 +7,7 @@
 
 namespace volprep::bind {
 
-using Points = nb::ndarray<const double, nb::shape<-1, 5>, nb::c_contig, nb::device::cpu>;
+using PointRows = nb::ndarray<const double, nb::shape<-1, 5>, nb::c_contig, nb::device::cpu>;
 
 // The columns of control points, each by itself.
 struct Columns {
@@ -15,7 +15,7 @@ struct Columns {
     std::vector<double> colours;
     std::vector<double> extinctions_per_mm;
 
-    explicit Columns(const Points& points) {
+    explicit Columns(const PointRows& points) {
         for (std::size_t i = 0; i < points.shape(0); ++i) {
             values.push_back(points(i, 0));
             for (std::size_t channel = 1; channel < 4; ++channel) colours.push_back(points(i, channel));

@@ -5,7 +5,7 @@
 #include "volprep/euclidean_distance.hpp"
 #include "volprep/threads.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::distances {
 namespace {
 
 using Cells = nb::ndarray<const uint8_t, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
@@ -44,28 +44,10 @@ void euclidean(const Cells& occupied, const Squares& dst, int threads) {
 
 }  // namespace
 
-void distances(nb::module_& module) {
-    module.def(
-        "chebyshev_distance", &chebyshev, nb::arg("occupied").noconvert(), nb::arg("dst").noconvert(),
-        nb::arg("threads") = 0,
-        R"(Write to dst how far each cell is from the nearest occupied one, as max(|dz|, |dy|, |dx|), at most 255.
+const Definitions definitions([](nb::module_& module) {
+    module.def("chebyshev_distance", &chebyshev, "occupied"_array, "dst"_array, "threads"_a = 0);
+    module.def("octant_distance", &octants, "occupied"_array, "dst"_array, "threads"_a = 0);
+    module.def("euclidean_distance", &euclidean, "occupied"_array, "dst"_array, "threads"_a = 0);
+});
 
-occupied and dst are C-contiguous [z, y, x]; a cell is occupied where it is not 0. Without an occupied cell all distances are
-255. What lies outside counts as empty. threads: 0 for all; the result does not depend on it. Raises ValueError if a shape
-does not fit.)");
-    module.def("octant_distance", &octants, nb::arg("occupied").noconvert(), nb::arg("dst").noconvert(),
-               nb::arg("threads") = 0,
-               R"(Write to dst, for each octant of directions, the edge of the largest empty cube ahead of each cell.
-
-dst is [8 z, y, x]: eight volumes, octant k looks towards smaller x if k & 1, smaller y if k & 2, smaller z if k & 4, else
-towards greater. The cube has the cell as its hindmost corner; 0 where that is occupied, at most 255. What lies outside counts
-as empty. threads: 0 for all. Raises ValueError if a shape does not fit.)");
-    module.def("euclidean_distance", &euclidean, nb::arg("occupied").noconvert(), nb::arg("dst").noconvert(),
-               nb::arg("threads") = 0,
-               R"(Write to dst the square of the Euclidean distance of each cell to the nearest occupied one, in cells.
-
-Exact below 255², 65535 where it is more. occupied and dst are C-contiguous [z, y, x]; a cell is occupied where it is not 0.
-threads: 0 for all; the result does not depend on it. Raises ValueError if a shape does not fit.)");
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::distances

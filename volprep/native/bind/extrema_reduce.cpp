@@ -8,7 +8,7 @@
 
 #include "blocks.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::extrema_reduce {
 namespace {
 
 using MaybeVolume = std::optional<AnyMutableVolume>;
@@ -36,24 +36,9 @@ void reduce(const AnyVolume& src, const MaybeVolume& dst_min, const MaybeVolume&
 
 }  // namespace
 
-void extrema_reduce(nb::module_& module) {
-    module.def(
-        "extrema_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst_min").noconvert().none(),
-        nb::arg("dst_max").noconvert().none(), nb::arg("factors_zyx"), nb::arg("threads") = 0,
-        nb::sig("def extrema_reduce(src: numpy.typing.NDArray[numpy.generic], dst_min: "
-                "numpy.typing.NDArray[numpy.generic] | None, dst_max: numpy.typing.NDArray[numpy.generic] | None, "
-                "factors_zyx: collections.abc.Sequence[int], threads: int = 0) -> None"),
-        described(R"(Write the least and the greatest voxel of each block of factors_zyx voxels of src.
+const Definitions definitions([](nb::module_& module) {
+    module.def("extrema_reduce", &reduce, "src"_array, "dst_min"_array.none(), "dst_max"_array.none(), "factors_zyx"_a,
+               "threads"_a = 0);
+});
 
-A block that hangs over the edge behaves as if the edge voxel were repeated. In float32 -0 is less than +0, and NaN lies
-beyond the infinities. Arrays are C-contiguous [z, y, x] and do not overlap.)" +
-                      parameters({source_volume,
-                                  Parameter{"dst_min, dst_max",
-                                            "Of the same type, with ceil(n / factor) voxels along each axis. One of "
-                                            "them may be None: it is not made."},
-                                  voxels_of_a_block}),
-                  "a shape or a factor does not fit")
-            .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::extrema_reduce

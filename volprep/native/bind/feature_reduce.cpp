@@ -10,7 +10,7 @@
 #include "volprep/threads.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::feature_reduce {
 namespace {
 
 Gate checked_gate(double noise, double low, double high) {
@@ -45,38 +45,10 @@ void reduce(const AnyVolume& src, const AnyMutableVolume& dst, Triple factors_zy
 
 }  // namespace
 
-void feature_reduce(nb::module_& module) {
-    module.def("feature_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst").noconvert(),
-               nb::arg("factors_zyx"), nb::arg("taps_z").noconvert(), nb::arg("taps_y").noconvert(),
-               nb::arg("taps_x").noconvert(), nb::arg("noise"), nb::arg("low") = 3.0, nb::arg("high") = 6.0,
-               nb::arg("src_z") = 0, nb::arg("dst_z") = 0, nb::arg("depth") = nb::none(), nb::arg("threads") = 0,
-               nb::sig("def feature_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
-                       "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], taps_z: "
-                       "numpy.typing.NDArray[numpy.int32], taps_y: numpy.typing.NDArray[numpy.int32], taps_x: "
-                       "numpy.typing.NDArray[numpy.int32], noise: float, low: float = 3.0, high: float = 6.0, src_z: "
-                       "int = 0, dst_z: int = 0, depth: int | None = None, threads: int = 0) -> None"),
-               R"(Write slices of a pyramid level to dst that keep what stands out of the noise.
+const Definitions definitions([](nb::module_& module) {
+    module.def("feature_reduce", &reduce, "src"_array, "dst"_array, "factors_zyx"_a, "taps_z"_array, "taps_y"_array,
+               "taps_x"_array, "noise"_a, "low"_a = 3.0, "high"_a = 6.0, "src_z"_a = 0, "dst_z"_a = 0,
+               "depth"_a = nb::none(), "threads"_a = 0);
+});
 
-A noise-gated extremum over a smooth base, our own filter. For each cell of factors_zyx voxels: base = the linear filter of
-the weights, unrounded; extremum = the least or the greatest voxel of the cell, whichever is farther from the base, the
-greatest if both are as far; t = (|extremum - base| - low * noise) / ((high - low) * noise), limited to 0 ... 1; then
-base + t * t * (3 - 2 * t) * (extremum - base) in float64, rounded once, half to even. NaN propagates.
-
-Parameters
-----------
-src, dst, factors_zyx, taps_z, taps_y, taps_x, src_z, dst_z, depth, threads
-    As in linear_reduce; the weights cover the cell.
-noise
-    Standard deviation of the noise of src, in its units. 0: every deviation is a feature.
-low, high
-    A deviation below `low` times the noise is none, from `high` times on it is kept whole.
-
-Raises
-------
-ValueError
-    If a shape, a factor, a weight, the noise, the gate or a slab does not fit.
-TypeError
-    If an array has another type or order.)");
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::feature_reduce

@@ -3,12 +3,11 @@
 #include <nanobind/stl/array.h>
 
 #include "checks.hpp"
-#include "described.hpp"
 #include "volprep/box_reduce.hpp"
 #include "volprep/sample_means.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::fit_level {
 namespace {
 
 using Level = nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
@@ -122,109 +121,17 @@ void means_of(const AnyVolume& src, Triple factors_zyx, double bins_per_code, co
     });
 }
 
-constexpr auto formula = R"(
-
-Values are counted in bins. Each of m transfer functions gives a bin k a look F[k] of four numbers, linear between bins.
-The sum over the samples of linear · (difference of bins)² and of weight · (difference of looks)² falls with each
-iteration: Gauss-Newton with the sums of rows.)";
-
-constexpr Parameter fitted[] = {
-    {"level", "float32, bins; with the shape that box_reduced_shape gives for the samples. Read, and written."},
-    {"factors_zyx", "Samples that make one voxel of the level."},
-    {"first", "Number of the first slice of samples in the whole volume, a multiple of the factor."},
-    {"wanted",
-     "First slice of the level that is wanted, and the one after the last. Others are as they happen to be."}};
-constexpr Parameter looked[] = {
-    {"linear", "See above."},
-    {"table", "float32 [m, bins, 4]: F."},
-    {"weights", "float32 [m, z, y, x]: how much each block of samples matters; blocks cover the whole volume."},
-    {"weight_factors_zyx", "Samples along the edges of a block."},
-    {"iterations", "What lies so many voxels of the level away has influence: slabs overlap by that."},
-    {"step", "1 for plain steps, below 2."}};
-
 }  // namespace
 
-void fit_level(nb::module_& module) {
-    const auto& [level, factors, first, wanted] = fitted;
-    const auto& [linear, table, weights, weight_factors, iterations, step] = looked;
-    module.def(
-        "fit_level", &fit_codes, nb::arg("src").noconvert(), nb::arg("level").noconvert(), nb::arg("factors_zyx"),
-        nb::arg("first"), nb::arg("wanted"), nb::arg("bins_per_code"), nb::arg("linear"), nb::arg("table").noconvert(),
-        nb::arg("weights").noconvert(), nb::arg("weight_factors_zyx"), nb::arg("iterations"), nb::arg("step"),
-        nb::arg("threads") = 0,
-        nb::sig("def fit_level(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], "
-                "factors_zyx: collections.abc.Sequence[int], first: int, wanted: collections.abc.Sequence[int], "
-                "bins_per_code: float, linear: float, table: "
-                "numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], "
-                "weight_factors_zyx: collections.abc.Sequence[int], iterations: int, step: float, threads: int = 0) "
-                "-> None"),
-        described(
-            "Improve a coarse level until its trilinear field misses level 0 least, in values or looks." +
-                std::string(formula) +
-                parameters({{"src", "Slices of level 0 [z, y, x]: uint8 or uint16."},
-                            level,
-                            factors,
-                            first,
-                            wanted,
-                            {"bins_per_code", "A code v lies at v · bins_per_code, with the look of the nearest bin."},
-                            linear,
-                            table,
-                            weights,
-                            weight_factors,
-                            iterations,
-                            step}),
-            "a shape or a number does not fit")
-            .c_str());
-    module.def(
-        "fit_level_to_means", &fit_means, nb::arg("values").noconvert(), nb::arg("looks").noconvert(),
-        nb::arg("level").noconvert(), nb::arg("factors_zyx"), nb::arg("first"), nb::arg("wanted"), nb::arg("linear"),
-        nb::arg("table").noconvert(), nb::arg("weights").noconvert(), nb::arg("weight_factors_zyx"),
-        nb::arg("iterations"), nb::arg("step"), nb::arg("threads") = 0,
-        nb::sig("def fit_level_to_means(values: numpy.typing.NDArray[numpy.float32], looks: "
-                "numpy.typing.NDArray[numpy.float32], level: numpy.typing.NDArray[numpy.float32], "
-                "factors_zyx: collections.abc.Sequence[int], first: int, wanted: collections.abc.Sequence[int], "
-                "linear: float, table: "
-                "numpy.typing.NDArray[numpy.float32], weights: numpy.typing.NDArray[numpy.float32], "
-                "weight_factors_zyx: collections.abc.Sequence[int], iterations: int, step: float, threads: int = 0) "
-                "-> None"),
-        described("Improve a coarse level until its trilinear field misses means of level 0 least." +
-                      std::string(formula) +
-                      parameters({{"values, looks",
-                                   "float32 [z, y, x] and [z, m, y, x, 4], as sample_means gives "
-                                   "them: the samples."},
-                                  level,
-                                  factors,
-                                  first,
-                                  wanted,
-                                  linear,
-                                  table,
-                                  weights,
-                                  weight_factors,
-                                  iterations,
-                                  step}),
-                  "a shape or a number does not fit")
-            .c_str());
-    module.def(
-        "sample_means", &means_of, nb::arg("src").noconvert(), nb::arg("factors_zyx"), nb::arg("bins_per_code"),
-        nb::arg("table").noconvert(), nb::arg("values").noconvert(), nb::arg("looks").noconvert(),
-        nb::arg("threads") = 0,
-        nb::sig("def sample_means(src: numpy.typing.NDArray[numpy.generic], factors_zyx: "
-                "collections.abc.Sequence[int], bins_per_code: float, table: numpy.typing.NDArray[numpy.float32], "
-                "values: numpy.typing.NDArray[numpy.float32], looks: numpy.typing.NDArray[numpy.float32], "
-                "threads: int = 0) -> None"),
-        described("Write the means over blocks of level 0 of values, in bins, and of their looks." +
-                      parameters({{"src", "Slices of level 0 [z, y, x]: uint8 or uint16."},
-                                  {"factors_zyx",
-                                   "Voxels along the edges of a block; one over the edge has those "
-                                   "inside."},
-                                  {"bins_per_code",
-                                   "A code v lies at v · bins_per_code, with the look of the nearest "
-                                   "bin."},
-                                  {"table", "float32 [m, bins, 4]: the looks of the bins for m transfer functions."},
-                                  {"values", "float32, with the shape that box_reduced_shape gives for src. Written."},
-                                  {"looks", "float32 [z, m, y, x, 4], with z, y and x of values. Written."}}),
-                  "a shape or a number does not fit")
-            .c_str());
-}
+const Definitions definitions([](nb::module_& module) {
+    module.def("fit_level", &fit_codes, "src"_array, "level"_array, "factors_zyx"_a, "first"_a, "wanted"_a,
+               "bins_per_code"_a, "linear"_a, "table"_array, "weights"_array, "weight_factors_zyx"_a, "iterations"_a,
+               "step"_a, "threads"_a = 0);
+    module.def("fit_level_to_means", &fit_means, "values"_array, "looks"_array, "level"_array, "factors_zyx"_a,
+               "first"_a, "wanted"_a, "linear"_a, "table"_array, "weights"_array, "weight_factors_zyx"_a,
+               "iterations"_a, "step"_a, "threads"_a = 0);
+    module.def("sample_means", &means_of, "src"_array, "factors_zyx"_a, "bins_per_code"_a, "table"_array,
+               "values"_array, "looks"_array, "threads"_a = 0);
+});
 
-}  // namespace volprep::bind
+}  // namespace volprep::bind::fit_level

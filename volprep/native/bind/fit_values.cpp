@@ -3,11 +3,10 @@
 #include <nanobind/stl/array.h>
 
 #include "checks.hpp"
-#include "described.hpp"
 #include "volprep/box_reduce.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::fit_values {
 namespace {
 
 using Level = nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
@@ -30,26 +29,9 @@ void values(const AnyVolume& src, const Level& level, Triple factors_zyx, double
 
 }  // namespace
 
-void fit_values(nb::module_& module) {
-    module.def(
-        "fit_values", &values, nb::arg("src").noconvert(), nb::arg("level").noconvert(), nb::arg("factors_zyx"),
-        nb::arg("largest"), nb::arg("iterations"), nb::arg("step"), nb::arg("threads") = 0,
-        nb::sig("def fit_values(src: numpy.typing.NDArray[numpy.generic], level: numpy.typing.NDArray[numpy.float32], "
-                "factors_zyx: collections.abc.Sequence[int], largest: float, iterations: int, step: float, threads: "
-                "int = 0) -> None"),
-        described("Improve a coarse level until its trilinear field misses the values of level 0 least." +
-                      parameters({{"src", "Slices of level 0, or of means of it [z, y, x]: uint8, uint16 or float32."},
-                                  {"level",
-                                   "float32, with the shape that box_reduced_shape gives. Read, and "
-                                   "written."},
-                                  {"factors_zyx", "Voxels that make one voxel of the level."},
-                                  {"largest", "Values of the level stay within 0 and this."},
-                                  {"iterations",
-                                   "What lies so many voxels of the level away has influence: slabs of whole cells "
-                                   "overlap by that."},
-                                  {"step", "1 for plain steps, below 2."}}),
-                  "a shape or a number does not fit")
-            .c_str());
-}
+const Definitions definitions([](nb::module_& module) {
+    module.def("fit_values", &values, "src"_array, "level"_array, "factors_zyx"_a, "largest"_a, "iterations"_a,
+               "step"_a, "threads"_a = 0);
+});
 
-}  // namespace volprep::bind
+}  // namespace volprep::bind::fit_values

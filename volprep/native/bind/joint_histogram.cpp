@@ -6,7 +6,7 @@
 
 #include "blocks.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::joint_histogram {
 namespace {
 
 using Counts = nb::ndarray<uint64_t, nb::shape<joint_bins, joint_bins>, nb::c_contig, nb::device::cpu>;
@@ -52,36 +52,9 @@ void count(const AnyVolume& src, int64_t first, int64_t depth, const AnyVolume& 
 
 }  // namespace
 
-void joint_histogram(nb::module_& module) {
-    module.def("joint_histogram", &count, nb::arg("src").noconvert(), nb::arg("first"), nb::arg("depth"),
-               nb::arg("level").noconvert(), nb::arg("level_first"), nb::arg("factors_zyx"),
-               nb::arg("counts").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def joint_histogram(src: numpy.typing.NDArray[numpy.generic], first: int, depth: int, level: "
-                       "numpy.typing.NDArray[numpy.generic], level_first: int, factors_zyx: "
-                       "collections.abc.Sequence[int], counts: numpy.typing.NDArray[numpy.uint64], threads: int = 0) "
-                       "-> None"),
-               described(R"(Add to counts how often each value of level 0 occurs where a coarser level has each value.
+const Definitions definitions([](nb::module_& module) {
+    module.def("joint_histogram", &count, "src"_array, "first"_a, "depth"_a, "level"_array, "level_first"_a,
+               "factors_zyx"_a, "counts"_array, "threads"_a = 0);
+});
 
-The level is read as a renderer reads it: trilinear between the centres of its voxels, at the centre of each voxel of src.
-
-Parameters
-----------
-src
-    Slices of level 0 [z, y, x]: uint8 or uint16, fewer than 2^32 voxels.
-first, depth
-    Number of the first of these slices, and of all slices of level 0.
-level
-    Slices of the level, of the same type: all those beside a slice of src.
-level_first
-    Number of the first of these.
-factors_zyx
-    Voxels of level 0 along each axis that made one of the level.
-counts
-    uint64 [256, 256]: entry [c, f] is that of bin c of the level and bin f of level 0. A bin is a code of 8 bits; one of
-    16 bits is in the nearest bin, code / 257.
-)",
-                         "a shape, a factor or a number of slices does not fit")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::joint_histogram

@@ -52,40 +52,9 @@ inline light::Surroundings surroundings_of(const SkyNumbers& sky, const Suns& ro
     return around;
 }
 
-// Their names, and their parts of the signature and of the docstring.
-#define VOLPREP_LIGHT_ARGS                                                                                     \
-    nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"), nb::arg("spacing_mm_xyz"),          \
-        nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(), nb::arg("colours").noconvert(),               \
-        nb::arg("extinctions_per_mm").noconvert(), nb::arg("albedos").noconvert(), nb::arg("sky").noconvert(), \
-        nb::arg("suns").noconvert(), nb::arg("lamp_mm_xyz").none(), nb::arg("ambient"), nb::arg("reach_mm"),   \
-        nb::arg("scatters"), nb::arg("planes").noconvert().none()
-
-inline constexpr const char* kLightSignature =
-    "volume: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, "
-    "spacing_mm_xyz: collections.abc.Sequence[float], extent_mm_xyz: collections.abc.Sequence[float], "
-    "values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], "
-    "extinctions_per_mm: numpy.typing.NDArray[numpy.float64], albedos: numpy.typing.NDArray[numpy.float64], "
-    "sky: numpy.typing.NDArray[numpy.float64], suns: numpy.typing.NDArray[numpy.float64], "
-    "lamp_mm_xyz: collections.abc.Sequence[float] | None, ambient: float, reach_mm: float, scatters: bool, "
-    "planes: numpy.typing.NDArray[numpy.float64] | None, ";
-
-inline constexpr std::string_view kLightParameters = R"(volume
-    [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
-spacing_mm_xyz, extent_mm_xyz
-    Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
-values, colours, extinctions_per_mm, albedos
-    Control points of the transfer function: ascending values, linear RGB, extinction, and the part of the light [n, 3], 0 to
-    1, that goes on where scattered light is stopped again.
-sky, suns
-    float64 [3, 4]: for each of red, green and blue the light that comes from everywhere, and its change along x, y and z:
-    from the direction w comes sky[:, 0] + sky[:, 1:] @ w. float64 [n, 7]: direction, colour and cosine of half the angle
-    of each sun. Colours are what an unshadowed place gets.
-lamp_mm_xyz, ambient
-    A light at a place instead; an unshadowed place gets 1, one in shadow `ambient`.
-reach_mm, scatters
-    What is farther away than this takes no light away; whether light that is stopped goes on.
-planes
-    float64 [n, 4] in box space, or None. The volume ends at these: it is where planes[:, :3] @ place + planes[:, 3] >= 0.
-)";
+#define VOLPREP_LIGHT_ARGS                                                                                            \
+    "volume"_array, "slope"_a, "intercept"_a, "spacing_mm_xyz"_a, "extent_mm_xyz"_a, "values"_array, "colours"_array, \
+        "extinctions_per_mm"_array, "albedos"_array, "sky"_array, "suns"_array, "lamp_mm_xyz"_a.none(), "ambient"_a,  \
+        "reach_mm"_a, "scatters"_a, "planes"_array.none()
 
 }  // namespace volprep::bind

@@ -5,9 +5,8 @@
 #include <algorithm>
 
 #include "checks.hpp"
-#include "described.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::light_fit {
 namespace {
 
 using Rows = nb::ndarray<const int32_t, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
@@ -64,65 +63,11 @@ double solve(const Rows& rows, const Pairs& pairs, const Lights& sums, int chann
 
 }  // namespace
 
-void light_fit(nb::module_& module) {
-    module.def("add_light_samples", &add_samples, nb::arg("rows").noconvert(), nb::arg("nodes_per_mm_xyz"),
-               nb::arg("places").noconvert(), nb::arg("light").noconvert(), nb::arg("weights").noconvert(),
-               nb::arg("curve").noconvert(), nb::arg("pairs").noconvert(), nb::arg("sums").noconvert(),
-               nb::arg("threads") = 0,
-               nb::sig("def add_light_samples(rows: numpy.typing.NDArray[numpy.int32], "
-                       "nodes_per_mm_xyz: collections.abc.Sequence[float], "
-                       "places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], "
-                       "weights: numpy.typing.NDArray[numpy.float32], curve: numpy.typing.NDArray[numpy.float64], "
-                       "pairs: numpy.typing.NDArray[numpy.float32], sums: numpy.typing.NDArray[numpy.float32], "
-                       "threads: int = 0) -> None"),
-               described(R"(Add samples of light to the sums of a least-squares problem.
+const Definitions definitions([](nb::module_& module) {
+    module.def("add_light_samples", &add_samples, "rows"_array, "nodes_per_mm_xyz"_a, "places"_array, "light"_array,
+               "weights"_array, "curve"_array, "pairs"_array, "sums"_array, "threads"_a = 0);
+    module.def("solve_light", &solve, "rows"_array, "pairs"_array, "sums"_array, "channel"_a, "smooth_first"_a,
+               "smooth_second"_a, "small_second"_a, "tolerance"_a, "most"_a, "field"_array, "threads"_a = 0);
+});
 
-Parameters
-----------
-rows
-    int32 [z, y, x]: the row of each node of the field, or -1. Samples beside a node without a row do not count.
-nodes_per_mm_xyz
-    Nodes for each millimetre; node k lies at k divided by this.
-places, light, weights
-    float32 [n, 4], [n, 3] and [n]: x, y and z in millimetres in box space and the physical value; light; weight, 0 for
-    samples that do not count.
-curve
-    float64 [2, n]: ascending physical values, and the share of the second number of a node at each.
-pairs, sums
-    float32 [rows, 14, 3] and [rows, 2, 3], added to: products of weights of a node and itself or 13 later neighbours, times
-    1, share and share squared; products of weight and light, times 1 and share.
-)",
-                         "a size does not fit")
-                   .c_str());
-    module.def("solve_light", &solve, nb::arg("rows").noconvert(), nb::arg("pairs").noconvert(),
-               nb::arg("sums").noconvert(), nb::arg("channel"), nb::arg("smooth_first"), nb::arg("smooth_second"),
-               nb::arg("small_second"), nb::arg("tolerance"), nb::arg("most"), nb::arg("field").noconvert(),
-               nb::arg("threads") = 0,
-               nb::sig("def solve_light(rows: numpy.typing.NDArray[numpy.int32], "
-                       "pairs: numpy.typing.NDArray[numpy.float32], sums: numpy.typing.NDArray[numpy.float32], "
-                       "channel: int, smooth_first: float, smooth_second: float, small_second: float, "
-                       "tolerance: float, most: int, field: numpy.typing.NDArray[numpy.float64], "
-                       "threads: int = 0) -> float"),
-               described(R"(Fit a field of light to its samples by conjugate gradients.
-
-Returns the share of the residual that is left.
-
-Parameters
-----------
-rows, pairs, sums
-    As add_light_samples has made them.
-channel
-    0, 1 or 2: the component of the light.
-smooth_first, smooth_second, small_second
-    Weights of the squared differences of the first and of the second number between neighbouring nodes, and of the square of
-    the second number.
-tolerance, most
-    Share of the residual at which the solution is good enough; most steps.
-field
-    float64 [rows, 2], added to: the two numbers of each node. Only what is added is smooth and small.
-)",
-                         "a size does not fit")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::light_fit

@@ -1,10 +1,9 @@
 #include "volprep/light_samples.hpp"
 
-#include "described.hpp"
 #include "light_arguments.hpp"
 #include "stored_light.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::light_samples {
 namespace {
 
 using Rows4 = nb::ndarray<float, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
@@ -52,44 +51,11 @@ void sample(const AnyVolume& volume, double slope, double intercept, Vector3 spa
 
 }  // namespace
 
-void light_samples(nb::module_& module) {
-    module.def("light_samples", &sample, VOLPREP_LIGHT_ARGS, nb::arg("seed"), nb::arg("first"), nb::arg("paths"),
-               nb::arg("inner_each"), nb::arg("places").noconvert(), nb::arg("light").noconvert(),
-               nb::arg("kinds").noconvert(), nb::arg("known").noconvert().none() = nb::none(),
-               nb::arg("known_curve").noconvert().none() = nb::none(), nb::arg("known_per_mm_xyz").none() = nb::none(),
-               nb::arg("lighting") = false, nb::arg("bounces") = 1, nb::arg("threads") = 0,
-               nb::sig((std::string("def light_samples(") + kLightSignature +
-                        "seed: int, first: int, paths: int, inner_each: int, "
-                        "places: numpy.typing.NDArray[numpy.float32], light: numpy.typing.NDArray[numpy.float32], "
-                        "kinds: numpy.typing.NDArray[numpy.uint8], "
-                        "known: numpy.typing.NDArray[numpy.float32] | None = None, "
-                        "known_curve: numpy.typing.NDArray[numpy.float64] | None = None, "
-                        "known_per_mm_xyz: collections.abc.Sequence[float] | None = None, lighting: bool = False, "
-                        "bounces: int = 1, threads: int = 0) -> None")
-                           .c_str()),
-               described("Write the places where pictures need light, and an estimate of the light at each.\n\n"
-                         "Parameters\n----------\n" +
-                             std::string(kLightParameters) + R"(seed, first
-    Sample k has its own stream of random numbers, that of `seed` and `first` + k.
-paths
-    Paths of light for each place, at least 1.
-inner_each
-    Every so many samples one is uniform in the volume where it has extinction, instead of seen from outside; 0: none.
-places
-    float32 [n, 4], written: x, y and z in millimetres in box space, and the physical value there.
-light
-    float32 [n, 3], written: the mean of what the paths bring.
-kinds
-    uint8 [n], written: 0 nothing was found, 1 seen from outside, 2 uniform in the volume.
-known, known_curve, known_per_mm_xyz
-    A field of light as the oracle takes it, whose light paths end with. None: they go on until they leave.
-lighting
-    Whether places are, instead of seen ones, those where light toward a seen place was last stopped.
-bounces
-    How often a path is stopped before it ends with the light that `known` holds there, at least 1.
-)",
-                         "a size does not fit")
-                   .c_str());
-}
+const Definitions definitions([](nb::module_& module) {
+    module.def("light_samples", &sample, VOLPREP_LIGHT_ARGS, "seed"_a, "first"_a, "paths"_a, "inner_each"_a,
+               "places"_array, "light"_array, "kinds"_array, "known"_array.none() = nb::none(),
+               "known_curve"_array.none() = nb::none(), "known_per_mm_xyz"_a.none() = nb::none(), "lighting"_a = false,
+               "bounces"_a = 1, "threads"_a = 0);
+});
 
-}  // namespace volprep::bind
+}  // namespace volprep::bind::light_samples

@@ -5,12 +5,11 @@
 
 #include <vector>
 
-#include "described.hpp"
 #include "separable.hpp"
 #include "volprep/threads.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::linear_reduce {
 namespace {
 
 void reduce(const AnyVolume& src, const AnyMutableVolume& dst, Triple factors_zyx, const Weights& taps_z,
@@ -33,45 +32,10 @@ void reduce(const AnyVolume& src, const AnyMutableVolume& dst, Triple factors_zy
 
 }  // namespace
 
-void linear_reduce(nb::module_& module) {
-    module.def("linear_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst").noconvert(), nb::arg("factors_zyx"),
-               nb::arg("taps_z").noconvert(), nb::arg("taps_y").noconvert(), nb::arg("taps_x").noconvert(),
-               nb::arg("clamp") = false, nb::arg("src_z") = 0, nb::arg("dst_z") = 0, nb::arg("depth") = nb::none(),
-               nb::arg("threads") = 0,
-               nb::sig("def linear_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
-                       "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], taps_z: "
-                       "numpy.typing.NDArray[numpy.int32], taps_y: numpy.typing.NDArray[numpy.int32], taps_x: "
-                       "numpy.typing.NDArray[numpy.int32], clamp: bool = False, src_z: int = 0, dst_z: int = 0, depth: "
-                       "int | None = None, threads: int = 0) -> None"),
-               described(R"(Write slices of a pyramid level to dst, made by a separable linear filter.
+const Definitions definitions([](nb::module_& module) {
+    module.def("linear_reduce", &reduce, "src"_array, "dst"_array, "factors_zyx"_a, "taps_z"_array, "taps_y"_array,
+               "taps_x"_array, "clamp"_a = false, "src_z"_a = 0, "dst_z"_a = 0, "depth"_a = nb::none(),
+               "threads"_a = 0);
+});
 
-A voxel of the level is the sum of weight_z * weight_y * weight_x * voxel over the filter's support, divided by the product
-of the sums of the weights. The weights along an axis belong to consecutive voxels around the centre of the cell of `factor`
-voxels that becomes one. Outside the volume the edge voxel is repeated. Integers are summed exactly, rounded once, half to
-even, and clamped to their type. float32 is summed in float64, along z, then y, then x, pair by pair from the outermost
-voxels inwards, and rounded once; NaN propagates. Arrays are C-contiguous [z, y, x] and do not overlap.
-
-Parameters
-----------
-src
-    Slices of a volume: uint8, int16, uint16 or float32, at least one voxel along each axis.
-dst
-    Slices of the level, of the same type; the level has ceil(n / factor) voxels along each axis.
-factors_zyx
-    Voxels that become one, along each axis, 1 to 1024.
-taps_z, taps_y, taps_x
-    Weights along each axis: 1 where nothing is to be done, else symmetric, an even number of them, with a power of two as
-    their sum and at most 2048 as the sum of their sizes. Their number differs from the factor by an even one.
-clamp
-    Limit each result to the range of the voxels that have a weight.
-src_z, dst_z
-    Number of the first slice of src in the volume, and of dst in the level. The result does not depend on how a volume is
-    cut: src must hold all slices that dst is made from.
-depth
-    Slices of the whole volume; those of src unless given.
-)",
-                         "a shape, a factor, a weight or a slab does not fit")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::linear_reduce

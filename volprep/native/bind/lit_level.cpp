@@ -3,7 +3,7 @@
 #include "level_rays.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::lit_level {
 namespace {
 
 using Three = nb::ndarray<const double, nb::shape<3>, nb::c_contig, nb::device::cpu>;
@@ -51,89 +51,13 @@ double sums(const Level& level, const Points& origins, const Points& directions,
 
 }  // namespace
 
-void lit_level(nb::module_& module) {
-    module.def("lit_light", &light, nb::arg("src").noconvert(), nb::arg("scale"), nb::arg("origins").noconvert(),
-               nb::arg("directions").noconvert(), nb::arg("lengths_mm").noconvert(), nb::arg("offsets").noconvert(),
-               nb::arg("spacing_mm_xyz").noconvert(), nb::arg("apart_xyz").noconvert(), nb::arg("soft_per_mm"),
-               nb::arg("table").noconvert(), nb::arg("light").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def lit_light(src: numpy.typing.NDArray[numpy.generic], scale: float, origins: "
-                       "numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], "
-                       "lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], "
-                       "spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: "
-                       "numpy.typing.NDArray[numpy.float64], soft_per_mm: float, table: "
-                       "numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], threads: int "
-                       "= 0) -> None"),
-               R"(Write the light of rays, lit by the viewer.
+const Definitions definitions([](nb::module_& module) {
+    module.def("lit_light", &light, "src"_array, "scale"_a, "origins"_array, "directions"_array, "lengths_mm"_array,
+               "offsets"_array, "spacing_mm_xyz"_array, "apart_xyz"_array, "soft_per_mm"_a, "table"_array,
+               "light"_array, "threads"_a = 0);
+    module.def("lit_sums", &sums, "level"_array, "origins"_array, "directions"_array, "lengths_mm"_array,
+               "offsets"_array, "spacing_mm_xyz"_array, "apart_xyz"_array, "soft_per_mm"_a, "table"_array,
+               "slopes"_array, "light"_array, "weights"_array, "sums"_array, "threads"_a = 0);
+});
 
-Rays have samples in the middles of equal segments, trilinear between voxels, each of opacity 1 - exp(-extinction ·
-length), front to back. A colour is multiplied by the absolute cosine of ray and gradient.
-
-Parameters
-----------
-src
-    uint8 or uint16 [z, y, x].
-scale
-    A code times this is the value: 0 is the first entry of the table, 1 the last.
-origins, directions, lengths_mm, offsets
-    As for sample_rays; the samples are made here.
-spacing_mm_xyz
-    float64 [3]: distances of voxels.
-apart_xyz
-    float64 [3]: voxels to each side that central differences are taken of.
-soft_per_mm
-    Slope of the value at which a place is half a surface, above 0.
-table
-    float64 [entries, 4]: linear colour, and extinction per millimetre.
-light
-    float64 [n, 4], written: premultiplied linear colour and opacity.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-TypeError
-    If src has another type.
-ValueError
-    If a shape does not fit.)");
-    module.def(
-        "lit_sums", &sums, nb::arg("level").noconvert(), nb::arg("origins").noconvert(),
-        nb::arg("directions").noconvert(), nb::arg("lengths_mm").noconvert(), nb::arg("offsets").noconvert(),
-        nb::arg("spacing_mm_xyz").noconvert(), nb::arg("apart_xyz").noconvert(), nb::arg("soft_per_mm"),
-        nb::arg("table").noconvert(), nb::arg("slopes").noconvert(), nb::arg("light").noconvert(),
-        nb::arg("weights").noconvert(), nb::arg("sums").noconvert(), nb::arg("threads") = 0,
-        nb::sig("def lit_sums(level: numpy.typing.NDArray[numpy.float32], origins: "
-                "numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], "
-                "lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], "
-                "spacing_mm_xyz: numpy.typing.NDArray[numpy.float64], apart_xyz: "
-                "numpy.typing.NDArray[numpy.float64], soft_per_mm: float, table: "
-                "numpy.typing.NDArray[numpy.float64], slopes: numpy.typing.NDArray[numpy.float64], light: "
-                "numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], sums: "
-                "numpy.typing.NDArray[numpy.float32], threads: int = 0) -> float"),
-        R"(Add the gradient of the lit light of rays by the voxels of a level, and a curvature that bounds a step.
-
-As refine_sums, of the light that lit_light gives: a voxel changes it by the values and by the gradients of the samples
-around it.
-
-Parameters
-----------
-level
-    float32 [z, y, x]: values from 0, the first entry of the table, to 1, the last.
-origins, directions, lengths_mm, offsets, spacing_mm_xyz, apart_xyz, soft_per_mm, table
-    As for lit_light.
-slopes, light, weights, sums
-    As for refine_sums.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Returns
--------
-float
-    The error.
-
-Raises
-------
-ValueError
-    If a shape does not fit.)");
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::lit_level

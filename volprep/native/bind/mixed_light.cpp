@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "control_points.hpp"
-#include "described.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::mixed_light {
 namespace {
 
 using Values = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
@@ -42,39 +41,9 @@ void run(const Values& values, const Looks& looks, const std::vector<Points>& st
 
 }  // namespace
 
-void mixed_light(nb::module_& module) {
-    module.def("mixed_light", &run, nb::arg("values").noconvert(), nb::arg("looks").noconvert(),
-               nb::arg("styles").noconvert(), nb::arg("samples"), nb::arg("length_mm"), nb::arg("light").noconvert(),
-               nb::arg("brightness").noconvert() = nb::none(), nb::arg("threads") = 0,
-               nb::sig("def mixed_light(values: numpy.typing.NDArray[numpy.float64], looks: "
-                       "numpy.typing.NDArray[numpy.float32], styles: "
-                       "Sequence[tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
-                       "numpy.typing.NDArray[numpy.float64]]], samples: int, length_mm: float, light: "
-                       "numpy.typing.NDArray[numpy.float64], brightness: numpy.typing.NDArray[numpy.float64] | None = "
-                       "None, threads: int = 0) -> None"),
-               described(R"(Write the light of rays on which the media of several styles are mixed.
+const Definitions definitions([](nb::module_& module) {
+    module.def("mixed_light", &run, "values"_array, "looks"_array, "styles"_array, "samples"_a, "length_mm"_a,
+               "light"_array, "brightness"_array = nb::none(), "threads"_a = 0);
+});
 
-Values, looks and brightness are known in the middles of equal segments of a ray, and linear between these. A ray has so
-many `samples` in the middles of equal segments, each with opacity 1 - exp(-extinction · length), front to back.
-
-Parameters
-----------
-values
-    float64 [place, n], finite: front to back.
-looks
-    float32 [style, place, n, 4]: factors of the style's colour times extinction, and of its extinction.
-styles
-    The transfer function of each style: values float64 [k] ascending, linear RGB [k, 3], extinctions per millimetre
-    [k], not negative. Linear between control points and constant outside; at a jump the upper side counts.
-samples, length_mm
-    Samples of a ray, and how far apart they are.
-light
-    float64 [n, 4], written: premultiplied linear colour, and opacity.
-brightness
-    float64 [place, n], or None for 1: a factor of the colour.
-)",
-                         "a size does not fit, or values do not ascend")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::mixed_light

@@ -9,7 +9,7 @@
 
 #include "blocks.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::mode_reduce {
 namespace {
 
 void reduce(const AnyVolume& src, const AnyMutableVolume& dst, Triple factors_zyx, std::optional<int64_t> background,
@@ -35,25 +35,9 @@ void reduce(const AnyVolume& src, const AnyMutableVolume& dst, Triple factors_zy
 
 }  // namespace
 
-void mode_reduce(nb::module_& module) {
-    module.def(
-        "mode_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst").noconvert(), nb::arg("factors_zyx"),
-        nb::arg("background") = nb::none(), nb::arg("threads") = 0,
-        nb::sig("def mode_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
-                "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], background: "
-                "int | None = None, threads: int = 0) -> None"),
-        described(
-            R"(Write the most frequent label of each block of factors_zyx voxels of src to dst.
+const Definitions definitions([](nb::module_& module) {
+    module.def("mode_reduce", &reduce, "src"_array, "dst"_array, "factors_zyx"_a, "background"_a = nb::none(),
+               "threads"_a = 0);
+});
 
-Of labels that are equally frequent it is the smallest. A block that hangs over the edge behaves as if the edge voxel were
-repeated. src and dst are C-contiguous [z, y, x] and do not overlap.)" +
-                parameters({Parameter{"src", "The volume: uint8, int16 or uint16, at least one voxel along each axis."},
-                            level_of_its_type, voxels_of_a_block,
-                            Parameter{"background",
-                                      "A label that does not count, and remains only where a block has no other; None: "
-                                      "all count."}}),
-            "a shape, a factor or the background does not fit")
-            .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::mode_reduce

@@ -4,7 +4,7 @@
 
 #include "blocks.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::nearest_reduce {
 namespace {
 
 void reduce(const AnyVolume& src, const AnyMutableVolume& dst, Triple factors_zyx, int threads) {
@@ -21,20 +21,8 @@ void reduce(const AnyVolume& src, const AnyMutableVolume& dst, Triple factors_zy
 
 }  // namespace
 
-void nearest_reduce(nb::module_& module) {
-    module.def("nearest_reduce", &reduce, nb::arg("src").noconvert(), nb::arg("dst").noconvert(),
-               nb::arg("factors_zyx"), nb::arg("threads") = 0,
-               nb::sig("def nearest_reduce(src: numpy.typing.NDArray[numpy.generic], dst: "
-                       "numpy.typing.NDArray[numpy.generic], factors_zyx: collections.abc.Sequence[int], "
-                       "threads: int = 0) -> None"),
-               described(R"(Write one voxel of each block of factors_zyx voxels of src to dst.
+const Definitions definitions([](nb::module_& module) {
+    module.def("nearest_reduce", &reduce, "src"_array, "dst"_array, "factors_zyx"_a, "threads"_a = 0);
+});
 
-It is voxel k * factor + factor // 2 along each axis, or the last one where that lies outside: the one that GL_NEAREST takes
-at the centre of the block. Of an even number it is the upper one beside the centre, so the picture moves by half a voxel.
-src and dst are C-contiguous [z, y, x] and do not overlap.)" +
-                             parameters({source_volume, level_of_its_type, voxels_of_a_block}),
-                         "a shape or a factor does not fit")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::nearest_reduce

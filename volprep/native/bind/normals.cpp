@@ -8,11 +8,10 @@
 #include <tuple>
 
 #include "checks.hpp"
-#include "described.hpp"
 #include "kernels.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::normals {
 namespace {
 
 using Matrix = std::array<float, 9>;
@@ -134,62 +133,13 @@ void bind_coarse(const AnyVolume& src, const std::string& kernel, Ends ends, Tri
 
 }  // namespace
 
-void normals(nb::module_& module) {
-    module.def("gradient", &bind_gradient, nb::arg("src").noconvert(), nb::arg("kernel"), nb::arg("halo"),
-               nb::arg("matrix"), nb::arg("dst").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def gradient(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], "
-                       "matrix: collections.abc.Sequence[float], dst: numpy.typing.NDArray[numpy.float32], "
-                       "threads: int = 0) -> None"),
-               described(R"(Write matrix · (x, y, z) of the sums of differences at each voxel of a slab.
+const Definitions definitions([](nb::module_& module) {
+    module.def("gradient", &bind_gradient, "src"_array, "kernel"_a, "halo"_a, "matrix"_a, "dst"_array, "threads"_a = 0);
+    module.def("largest_gradient", &bind_largest, "src"_array, "kernel"_a, "halo"_a, "matrix"_a, "threads"_a = 0);
+    module.def("normals", &bind_normals, "src"_array, "kernel"_a, "halo"_a, "matrix"_a, "code"_a, "magnitude_factor"_a,
+               "dst"_array, "threads"_a = 0);
+    module.def("coarse_normals", &bind_coarse, "src"_array, "kernel"_a, "halo"_a, "factors_zyx"_a, "matrix"_a, "code"_a,
+               "magnitude_factor"_a, "dst"_array, "threads"_a = 0);
+});
 
-The kernels are forward, central, thesis, sobel and isotropic; their sums are the slope of a ramp, per voxel, times 1, 2,
-44, 32 and 72. What lies outside the volume is the voxel at its edge, and the difference along the axis is one-sided there.
-
-Parameters
-----------
-src
-    The slab: uint8, uint16 or float32, C-contiguous [z, y, x].
-kernel
-    Name of the kernel.
-halo
-    Whether the first and the last slice belong to the neighbours: they are read, and get no vector. Where there is no
-    halo the volume ends.
-matrix
-    3×3, row by row: what turns the sums into the wanted unit and space.
-dst
-    float32 [z, y, x, 3], without the halo.
-)",
-                         "a shape or a name does not fit")
-                   .c_str());
-    module.def("largest_gradient", &bind_largest, nb::arg("src").noconvert(), nb::arg("kernel"), nb::arg("halo"),
-               nb::arg("matrix"), nb::arg("threads") = 0,
-               nb::sig("def largest_gradient(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, "
-                       "bool], matrix: collections.abc.Sequence[float], threads: int = 0) -> float"),
-               "Length of the longest vector that gradient would give for uint8 or uint16.");
-    module.def("normals", &bind_normals, nb::arg("src").noconvert(), nb::arg("kernel"), nb::arg("halo"),
-               nb::arg("matrix"), nb::arg("code"), nb::arg("magnitude_factor"), nb::arg("dst").noconvert(),
-               nb::arg("threads") = 0,
-               nb::sig("def normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, bool], "
-                       "matrix: collections.abc.Sequence[float], code: str, magnitude_factor: float, dst: "
-                       "numpy.typing.NDArray[numpy.uint8], threads: int = 0) -> None"),
-               R"(Write the code of the direction of each vector that gradient would give.
-
-The codes are biased8, snorm8, oct8 and oct12, of 3, 3, 2 and 3 bytes; native/include/volprep/normals.hpp defines them. With
-a magnitude_factor above 0 one more byte holds min(round(magnitude_factor · length), 255), or 127 for snorm8. dst is uint8
-[z, y, x, bytes], without the halo. The other arguments, and what is raised, are those of gradient.)");
-    module.def("coarse_normals", &bind_coarse, nb::arg("src").noconvert(), nb::arg("kernel"), nb::arg("halo"),
-               nb::arg("factors_zyx"), nb::arg("matrix"), nb::arg("code"), nb::arg("magnitude_factor"),
-               nb::arg("dst").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def coarse_normals(src: numpy.typing.NDArray[numpy.generic], kernel: str, halo: tuple[bool, "
-                       "bool], factors_zyx: collections.abc.Sequence[int], matrix: collections.abc.Sequence[float], "
-                       "code: str, magnitude_factor: float, dst: numpy.typing.NDArray[numpy.uint8], threads: int = 0) "
-                       "-> None"),
-               R"(Write the code of the mean vector of each block of factors_zyx voxels of uint8 or uint16.
-
-Where the vectors of a block cancel, as on the two sides of a thin sheet, they are turned to one side first. A block that
-hangs over the edge repeats the edge voxel; of the slabs of a volume only the last may have one along z. dst is uint8
-[z, y, x, bytes] with ceil(n / factor) blocks along each axis, where n counts no halo. The other arguments are those of
-normals.)");
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::normals

@@ -1,9 +1,8 @@
 #include "volprep/oracle_projection.hpp"
 
-#include "described.hpp"
 #include "oracle_source.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::oracle_projection {
 namespace {
 
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
@@ -29,41 +28,10 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
 
 }  // namespace
 
-void oracle_projection(nb::module_& module) {
-    module.def("render_projection", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
-               nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("box_from_clip").noconvert(),
-               nb::arg("projection"), nb::arg("value").noconvert(), nb::arg("bound").noconvert(),
-               nb::arg("t_mm").noconvert().none() = nb::none(), nb::arg("tie") = 0.0, nb::arg("threads") = 0,
-               nb::sig("def render_projection(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
-                       "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
-                       "extent_mm_xyz: collections.abc.Sequence[float], "
-                       "box_from_clip: numpy.typing.NDArray[numpy.float64], projection: str, "
-                       "value: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
-                       "t_mm: numpy.typing.NDArray[numpy.float64] | None = None, tie: float = 0.0, "
-                       "threads: int = 0) -> None"),
-               described(R"(Write one physical value for each pixel's ray and a bound on its error.
+const Definitions definitions([](nb::module_& module) {
+    module.def("render_projection", &render, "volume"_array, "slope"_a, "intercept"_a, "spacing_mm_xyz"_a,
+               "extent_mm_xyz"_a, "box_from_clip"_array, "projection"_a, "value"_array, "bound"_array,
+               "t_mm"_array.none() = nb::none(), "tie"_a = 0.0, "threads"_a = 0);
+});
 
-The greatest value or the mean of the trilinear field of the voxels over the part of the ray that lies in the box, exact
-up to `bound`.
-
-Parameters
-----------
-volume
-    [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
-spacing_mm_xyz, extent_mm_xyz
-    Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
-box_from_clip
-    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
-projection
-    "maximum" or "average".
-value, bound
-    float64 [height, width], written. Row 0 is on top. A ray that misses the box has the value NaN and the bound 0.
-t_mm, tie
-    float64 [height, width], written: of a maximum, its distance from the near plane; of those that differ by at most
-    `tie` that of the first.
-)",
-                         "a size does not fit, or the projection is unknown")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::oracle_projection

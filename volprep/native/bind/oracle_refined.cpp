@@ -1,10 +1,9 @@
 #include "volprep/oracle_refined.hpp"
 
-#include "described.hpp"
 #include "oracle_source.hpp"
 #include "stored_light.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::oracle_refined {
 namespace {
 
 void render(const AnyVolume& volume, double slope, double intercept, Vector3 spacing_mm_xyz, Vector3 extent_mm_xyz,
@@ -46,71 +45,15 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
 
 }  // namespace
 
-void oracle_refined(nb::module_& module) {
-    module.def(
-        "render_refined", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
-        nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("values").noconvert(),
-        nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(), nb::arg("box_from_clip").noconvert(),
-        nb::arg("tolerance"), nb::arg("rgba").noconvert(), nb::arg("bound").noconvert(),
-        nb::arg("intensities") = nb::none(), nb::arg("light").noconvert().none() = nb::none(),
-        nb::arg("halfway") = false, nb::arg("shadows") = false, nb::arg("kernel") = "",
-        nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
-        nb::arg("halved") = Halved{false, false, false}, nb::arg("baked").noconvert().none() = nb::none(),
-        nb::arg("baked_curve").noconvert().none() = nb::none(), nb::arg("baked_per_mm_xyz").none() = nb::none(),
-        nb::arg("baked_start_mm_xyz") = std::array<double, 3>{0.0, 0.0, 0.0},
-        nb::arg("planes").noconvert().none() = nb::none(), nb::arg("threads") = 0,
-        nb::sig(
-            "def render_refined(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
-            "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
-            "extent_mm_xyz: collections.abc.Sequence[float], values: numpy.typing.NDArray[numpy.float64], "
-            "colours: numpy.typing.NDArray[numpy.float64], "
-            "extinctions_per_mm: numpy.typing.NDArray[numpy.float64], "
-            "box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, "
-            "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
-            "intensities: tuple[float, float] | None = None, light: numpy.typing.NDArray[numpy.float64] | None = None, "
-            "halfway: bool = False, shadows: bool = False, kernel: str = '', "
-            "normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, "
-            "halved: tuple[bool, bool, bool] = (False, False, False), "
-            "baked: numpy.typing.NDArray[numpy.float32] | None = None, "
-            "baked_curve: numpy.typing.NDArray[numpy.float64] | None = None, "
-            "baked_per_mm_xyz: collections.abc.Sequence[float] | None = None, "
-            "baked_start_mm_xyz: collections.abc.Sequence[float] = (0.0, 0.0, 0.0), "
-            "planes: numpy.typing.NDArray[numpy.float64] | None = None, threads: int = 0) -> None"),
-        described(R"(Write a picture by refinement, for light that has no proven bound, and how far it has settled.
+const Definitions definitions([](nb::module_& module) {
+    module.def("render_refined", &render, "volume"_array, "slope"_a, "intercept"_a, "spacing_mm_xyz"_a,
+               "extent_mm_xyz"_a, "values"_array, "colours"_array, "extinctions_per_mm"_array, "box_from_clip"_array,
+               "tolerance"_a, "rgba"_array, "bound"_array, "intensities"_a = nb::none(),
+               "light"_array.none() = nb::none(), "halfway"_a = false, "shadows"_a = false, "kernel"_a = "",
+               "normals"_array.none() = nb::none(), "slope_scale"_a = 0.0, "halved"_a = Halved{false, false, false},
+               "baked"_array.none() = nb::none(), "baked_curve"_array.none() = nb::none(),
+               "baked_per_mm_xyz"_a.none() = nb::none(), "baked_start_mm_xyz"_a = std::array<double, 3>{0.0, 0.0, 0.0},
+               "planes"_array.none() = nb::none(), "threads"_a = 0);
+});
 
-Each ray is refined until two halvings of its steps in a row change no channel by more than `tolerance`.
-
-Parameters
-----------
-volume
-    [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
-spacing_mm_xyz, extent_mm_xyz
-    Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
-values, colours, extinctions_per_mm
-    Control points of the transfer function, as in render_oracle.
-box_from_clip
-    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
-tolerance
-    Largest change by a halving that counts as settled, at least 1e-12.
-rgba, bound
-    float64 [height, width, 4] and [height, width], written: premultiplied linear colours, row 0 on top; and the larger of
-    the last two changes, an estimate of the error.
-intensities
-    Maximum intensity difference accumulation instead of emission and absorption: the values of the intensities 0 and 1.
-light, halfway, shadows
-    Seven numbers: place of the light in box space, ambient, diffuse and specular part, shininess; whether highlights are
-    those of Blinn and Phong instead of Phong's; whether what lies between takes light away. Without a light, with normals,
-    light comes from the viewer.
-kernel, normals, slope_scale, halved
-    What normals are, as in render_oracle; without them nothing is lit.
-baked, baked_curve, baked_per_mm_xyz, baked_start_mm_xyz
-    Light that multiplies the colours: float32 [z, y, x, 2, channels], 1 or 3 channels; float64 [2, n], ascending values and
-    the share of the second number at each; nodes of this field for each millimetre; where its box begins.
-planes
-    float64 [n, 4] in box space, or None. The volume ends at these: it is where planes[:, :3] @ place + planes[:, 3] >= 0.
-)",
-                  "a size does not fit")
-            .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::oracle_refined

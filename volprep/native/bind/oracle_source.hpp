@@ -47,7 +47,7 @@ inline OracleVolume source_of(Shape3 shape, double slope, double intercept, Vect
             {}};
 }
 
-inline oracle::Planes planes_of(const std::optional<PlaneNumbers>& planes) {
+inline volprep::oracle::Planes planes_of(const std::optional<PlaneNumbers>& planes) {
     if (!planes.has_value()) return {};
     return {static_cast<int64_t>(planes->shape(0)), planes->data()};
 }

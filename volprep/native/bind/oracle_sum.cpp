@@ -5,14 +5,13 @@
 #include <vector>
 
 #include "control_columns.hpp"
-#include "described.hpp"
 #include "oracle_source.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::oracle_sum {
 namespace {
 
 void render(const std::vector<AnyVolume>& volumes, const std::vector<double>& slopes,
-            const std::vector<double>& intercepts, const std::vector<Points>& points, Vector3 spacing_mm_xyz,
+            const std::vector<double>& intercepts, const std::vector<PointRows>& points, Vector3 spacing_mm_xyz,
             Vector3 extent_mm_xyz, const Matrix4& box_from_clip, double tolerance, const Rgba& rgba,
             const Pixels& bound, int threads) {
     const std::size_t count = volumes.size();
@@ -47,45 +46,10 @@ void render(const std::vector<AnyVolume>& volumes, const std::vector<double>& sl
 
 }  // namespace
 
-void oracle_sum(nb::module_& module) {
-    module.def("render_oracle_sum", &render, nb::arg("volumes").noconvert(), nb::arg("slopes"), nb::arg("intercepts"),
-               nb::arg("points").noconvert(), nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"),
-               nb::arg("box_from_clip").noconvert(), nb::arg("tolerance"), nb::arg("rgba").noconvert(),
-               nb::arg("bound").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def render_oracle_sum(volumes: collections.abc.Sequence[numpy.typing.NDArray[numpy.generic]], "
-                       "slopes: collections.abc.Sequence[float], intercepts: collections.abc.Sequence[float], "
-                       "points: collections.abc.Sequence[numpy.typing.NDArray[numpy.float64]], "
-                       "spacing_mm_xyz: collections.abc.Sequence[float], "
-                       "extent_mm_xyz: collections.abc.Sequence[float], "
-                       "box_from_clip: numpy.typing.NDArray[numpy.float64], tolerance: float, "
-                       "rgba: numpy.typing.NDArray[numpy.float64], bound: numpy.typing.NDArray[numpy.float64], "
-                       "threads: int = 0) -> None"),
-               described(R"(Write the picture of several volumes on one grid and a bound on the error of each pixel.
+const Definitions definitions([](nb::module_& module) {
+    module.def("render_oracle_sum", &render, "volumes"_array, "slopes"_a, "intercepts"_a, "points"_array,
+               "spacing_mm_xyz"_a, "extent_mm_xyz"_a, "box_from_clip"_array, "tolerance"_a, "rgba"_array, "bound"_array,
+               "threads"_a = 0);
+});
 
-For each pixel the integral of sum(c_i tau_i) exp(-optical depth) along its ray and 1 - exp(-optical depth), where the
-optical depth is the integral of sum(tau_i), exact up to `bound` for the trilinear fields of the voxels and the piecewise
-linear transfer functions.
-
-Parameters
-----------
-volumes
-    1 to 16 arrays [z, y, x] of one shape and one type: uint8, int16, uint16 or float32, finite.
-slopes, intercepts
-    Of each volume: physical = slope * stored + intercept.
-points
-    Of each volume: float64 [n, 5], control points of its transfer function: value, linear RGB not negative, extinction
-    not negative. Values ascend; two points at one value make a jump.
-spacing_mm_xyz, extent_mm_xyz
-    Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
-box_from_clip
-    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
-tolerance
-    The error to aim at, at least 1e-13.
-rgba, bound
-    float64 [height, width, 4] and [height, width], written. Row 0 is on top; colours are premultiplied and linear.
-)",
-                         "a size does not fit")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::oracle_sum

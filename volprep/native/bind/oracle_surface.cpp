@@ -2,10 +2,9 @@
 
 #include <cmath>
 
-#include "described.hpp"
 #include "oracle_source.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::oracle_surface {
 namespace {
 
 using Triples = nb::ndarray<double, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
@@ -50,53 +49,12 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
 
 }  // namespace
 
-void oracle_surface(nb::module_& module) {
-    module.def("render_surface", &render, nb::arg("volume").noconvert(), nb::arg("slope"), nb::arg("intercept"),
-               nb::arg("spacing_mm_xyz"), nb::arg("extent_mm_xyz"), nb::arg("box_from_clip").noconvert(),
-               nb::arg("isovalue"), nb::arg("solid"), nb::arg("t_mm").noconvert(), nb::arg("error_mm").noconvert(),
-               nb::arg("value").noconvert(), nb::arg("normal").noconvert(), nb::arg("normal_mm").noconvert(),
-               nb::arg("kernel") = "", nb::arg("normals").noconvert().none() = nb::none(), nb::arg("slope_scale") = 0.0,
-               nb::arg("halved") = Halved{false, false, false}, nb::arg("light_mm_xyz") = nb::none(),
-               nb::arg("offset_mm") = 0.0, nb::arg("reaching").noconvert().none() = nb::none(), nb::arg("threads") = 0,
-               nb::sig("def render_surface(volume: numpy.typing.NDArray[numpy.generic], slope: float, "
-                       "intercept: float, spacing_mm_xyz: collections.abc.Sequence[float], "
-                       "extent_mm_xyz: collections.abc.Sequence[float], "
-                       "box_from_clip: numpy.typing.NDArray[numpy.float64], isovalue: float, solid: bool, "
-                       "t_mm: numpy.typing.NDArray[numpy.float64], error_mm: numpy.typing.NDArray[numpy.float64], "
-                       "value: numpy.typing.NDArray[numpy.float64], normal: numpy.typing.NDArray[numpy.float64], "
-                       "normal_mm: numpy.typing.NDArray[numpy.float64], kernel: str = '', "
-                       "normals: numpy.typing.NDArray[numpy.float32] | None = None, slope_scale: float = 0.0, "
-                       "halved: tuple[bool, bool, bool] = (False, False, False), "
-                       "light_mm_xyz: collections.abc.Sequence[float] | None = None, offset_mm: float = 0.0, "
-                       "reaching: numpy.typing.NDArray[numpy.float64] | None = None, "
-                       "threads: int = 0) -> None"),
-               described(R"(Write where each pixel's ray first meets an isosurface of the trilinear field.
+const Definitions definitions([](nb::module_& module) {
+    module.def("render_surface", &render, "volume"_array, "slope"_a, "intercept"_a, "spacing_mm_xyz"_a,
+               "extent_mm_xyz"_a, "box_from_clip"_array, "isovalue"_a, "solid"_a, "t_mm"_array, "error_mm"_array,
+               "value"_array, "normal"_array, "normal_mm"_array, "kernel"_a = "", "normals"_array.none() = nb::none(),
+               "slope_scale"_a = 0.0, "halved"_a = Halved{false, false, false}, "light_mm_xyz"_a = nb::none(),
+               "offset_mm"_a = 0.0, "reaching"_array.none() = nb::none(), "threads"_a = 0);
+});
 
-Parameters
-----------
-volume
-    [z, y, x] of uint8, int16, uint16 or float32, finite, at least one voxel along each axis. physical = slope * stored + intercept.
-spacing_mm_xyz, extent_mm_xyz
-    Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
-box_from_clip
-    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
-isovalue, solid
-    The surface lies where the field goes from below `isovalue` to it or above, or back. If `solid`, a ray that enters the
-    box at the isovalue or above meets it there.
-t_mm, error_mm, value
-    float64 [height, width], written: distance from the near plane, NaN where there is no surface; how far rounding may
-    move it, infinite where it may decide whether there is one; the value there.
-normal, normal_mm
-    float64 [height, width, 3] and [height, width], written: the trilinear interpolation of the voxels' normals there,
-    and how much it changes per millimetre.
-kernel, normals, slope_scale, halved
-    What normals are, as in render_oracle; without them they are 0.
-light_mm_xyz, offset_mm, reaching
-    Place of a light in box space, and float64 [height, width], written: 1 where the field between the hit and the light is
-    on the viewer's side of the surface, from `offset_mm` off the hit on, and 0 in shadow.
-)",
-                         "a size does not fit")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::oracle_surface

@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "checks.hpp"
-#include "described.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::pack_tiles {
 namespace {
 
 // Memory in which int64_t counts bytes; more texels than this along an axis would not fit into any of it.
@@ -62,31 +61,8 @@ void pack(const std::vector<AnyVolume>& planes, int64_t step, int64_t gutter, co
 
 }  // namespace
 
-void pack_tiles(nb::module_& module) {
-    module.def("pack_tiles", &pack, nb::arg("planes"), nb::arg("step"), nb::arg("gutter"), nb::arg("dst").noconvert(),
-               nb::arg("threads") = 0,
-               nb::sig("def pack_tiles(planes: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8]], step: int, "
-                       "gutter: int, dst: numpy.typing.NDArray[numpy.uint8], threads: int = 0) -> None"),
-               described(R"(Lay slices side by side in a strip of a 2D texture: a row of mosaic tiles.
+const Definitions definitions([](nb::module_& module) {
+    module.def("pack_tiles", &pack, "planes"_a, "step"_a, "gutter"_a, "dst"_array, "threads"_a = 0);
+});
 
-Tile i takes slice i · step of each plane; each plane fills one channel of the texels. A tile is surrounded by `gutter`
-texels that repeat its edge. Where a plane has no such slice, and right of the last tile, texels are 0.
-
-Parameters
-----------
-planes
-    The slices of each channel, 1 or 4 arrays of uint8 [slice, row, byte], C-contiguous. Voxels of several bytes come
-    as their bytes.
-step
-    Slices of a plane from one tile to the next, at least 1.
-gutter
-    Width of the repeated edge in texels, 0 or more.
-dst
-    uint8 [row, column, byte of the texel]: height + 2 · gutter rows, and columns for one tile at least. A texel has
-    the bytes of one voxel, or, with 4 planes, of four voxels of 1 or 2 bytes. dst does not overlap the planes.
-)",
-                         "a size does not fit")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::pack_tiles

@@ -1,9 +1,8 @@
 #include "volprep/patch_samples.hpp"
 
 #include "checks.hpp"
-#include "described.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::patch_samples {
 namespace {
 
 using FourAxes = nb::ndarray<const double, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
@@ -27,31 +26,9 @@ void run(const FourAxes& patches, const Points& starts, const Points& velocities
 
 }  // namespace
 
-void patch_samples(nb::module_& module) {
-    module.def("sample_patches", &run, nb::arg("patches").noconvert(), nb::arg("starts").noconvert(),
-               nb::arg("velocities").noconvert(), nb::arg("step_mm"), nb::arg("values").noconvert(),
-               nb::arg("threads") = 0,
-               nb::sig("def sample_patches(patches: numpy.typing.NDArray[numpy.float64], starts: "
-                       "numpy.typing.NDArray[numpy.float64], velocities: numpy.typing.NDArray[numpy.float64], "
-                       "step_mm: float, values: numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None"),
-               described(R"(Write samples along rays through patches, whose faces throw rays back.
+const Definitions definitions([](nb::module_& module) {
+    module.def("sample_patches", &run, "patches"_array, "starts"_array, "velocities"_array, "step_mm"_a, "values"_array,
+               "threads"_a = 0);
+});
 
-Ray r runs through patch r modulo their number; its sample i lies at start + (i + 0.5) · step · velocity. The field is
-trilinear between the centres of voxels, and constant beyond the outer ones.
-
-Parameters
-----------
-patches
-    float64 [patch, z, y, x], at least one voxel along each axis.
-starts, velocities
-    float64 [n, 3], z, y, x: where each ray begins, in voxels from the corner of its patch, and voxels per millimetre.
-step_mm
-    Distance of the samples.
-values
-    float64 [sample, n], written.
-)",
-                         "a shape does not fit")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::patch_samples

@@ -1,9 +1,8 @@
 #include "volprep/path_tracer.hpp"
 
-#include "described.hpp"
 #include "light_arguments.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::path_tracer {
 namespace {
 
 using Places = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
@@ -65,45 +64,11 @@ double trace_points(const AnyVolume& volume, double slope, double intercept, Vec
 }
 }  // namespace
 
-void path_tracer(nb::module_& module) {
-    module.def(
-        "trace_picture", &trace_view, VOLPREP_LIGHT_ARGS, nb::arg("box_from_clip").noconvert(), nb::arg("paths"),
-        nb::arg("seed"), nb::arg("rgba").noconvert(), nb::arg("variance").noconvert(), nb::arg("threads") = 0,
-        nb::sig((std::string("def trace_picture(") + kLightSignature +
-                 "box_from_clip: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, "
-                 "rgba: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], "
-                 "threads: int = 0) -> float")
-                    .c_str()),
-        described("Write a picture by path tracing, and the variance of each pixel.\n\nReturns the largest part of a "
-                  "pixel that is missing because paths were given up; 0 if none was.\n\nParameters\n----------\n" +
-                      std::string(kLightParameters) + R"(box_from_clip
-    float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
-paths, seed
-    Paths of each pixel, at least 2. Each pixel has its own stream of random numbers.
-rgba, variance
-    float64 [height, width, 4], written: premultiplied linear means, row 0 on top; the variances of these means.
-)",
-                  "a size does not fit")
-            .c_str());
-    module.def(
-        "trace_places", &trace_points, VOLPREP_LIGHT_ARGS, nb::arg("places_mm_xyz").noconvert(), nb::arg("paths"),
-        nb::arg("seed"), nb::arg("light").noconvert(), nb::arg("variance").noconvert(), nb::arg("threads") = 0,
-        nb::sig((std::string("def trace_places(") + kLightSignature +
-                 "places_mm_xyz: numpy.typing.NDArray[numpy.float64], paths: int, seed: int, "
-                 "light: numpy.typing.NDArray[numpy.float64], variance: numpy.typing.NDArray[numpy.float64], "
-                 "threads: int = 0) -> float")
-                    .c_str()),
-        described("Write the light that reaches places, by path tracing, and its variance.\n\nReturns the largest part "
-                  "that is missing because paths were given up; 0 if none was.\n\nParameters\n----------\n" +
-                      std::string(kLightParameters) + R"(places_mm_xyz
-    float64 [n, 3], places in box space, inside the box.
-paths, seed
-    Paths of each place, at least 2. Each place has its own stream of random numbers.
-light, variance
-    float64 [n, 3], written: means, and the variances of these means.
-)",
-                  "a size does not fit")
-            .c_str());
-}
+const Definitions definitions([](nb::module_& module) {
+    module.def("trace_picture", &trace_view, VOLPREP_LIGHT_ARGS, "box_from_clip"_array, "paths"_a, "seed"_a,
+               "rgba"_array, "variance"_array, "threads"_a = 0);
+    module.def("trace_places", &trace_points, VOLPREP_LIGHT_ARGS, "places_mm_xyz"_array, "paths"_a, "seed"_a,
+               "light"_array, "variance"_array, "threads"_a = 0);
+});
 
-}  // namespace volprep::bind
+}  // namespace volprep::bind::path_tracer

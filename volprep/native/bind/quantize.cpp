@@ -5,12 +5,11 @@
 #include <type_traits>
 #include <vector>
 
-#include "described.hpp"
 #include "histogram.hpp"
 #include "volprep/threads.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::quantize {
 namespace {
 
 // The loss with the step that turns it into physical units.
@@ -71,67 +70,25 @@ PhysicalLoss sum(const PhysicalLoss& a, const PhysicalLoss& b) {
 }
 
 void define_loss(nb::module_& module) {
-    nb::class_<PhysicalLoss>(
-        module, "QuantizationLoss",
-        "What quantize lost. The four counts add up to the voxels; adding the losses of slabs gives exactly "
-        "that of the volume.")
-        .def_prop_ro(
-            "in_window", [](const PhysicalLoss& self) { return self.loss.in_window; },
-            "Voxels with window_lo <= physical <= window_hi.")
-        .def_prop_ro(
-            "clipped_below", [](const PhysicalLoss& self) { return self.loss.clipped_below; },
-            "Finite voxels below window_lo.")
-        .def_prop_ro(
-            "clipped_above", [](const PhysicalLoss& self) { return self.loss.clipped_above; },
-            "Finite voxels above window_hi.")
-        .def_prop_ro(
-            "non_finite", [](const PhysicalLoss& self) { return self.loss.non_finite; }, "NaN and infinite voxels.")
-        .def_prop_ro(
-            "sum_squared_error",
-            [](const PhysicalLoss& self) {
-                return static_cast<double>(self.loss.squared_steps_q32) * 0x1p-32 * (self.step * self.step);
-            },
-            "Over the voxels in the window, in squared physical units; an error below 2^-17 step counts as none.")
-        .def_prop_ro(
-            "max_abs_error", [](const PhysicalLoss& self) { return self.loss.max_steps * self.step; },
-            "Over the voxels in the window, in physical units.")
-        .def("__add__", &sum, nb::arg("other"));
+    nb::class_<PhysicalLoss>(module, "QuantizationLoss")
+        .def_prop_ro("in_window", [](const PhysicalLoss& self) { return self.loss.in_window; })
+        .def_prop_ro("clipped_below", [](const PhysicalLoss& self) { return self.loss.clipped_below; })
+        .def_prop_ro("clipped_above", [](const PhysicalLoss& self) { return self.loss.clipped_above; })
+        .def_prop_ro("non_finite", [](const PhysicalLoss& self) { return self.loss.non_finite; })
+        .def_prop_ro("sum_squared_error",
+                     [](const PhysicalLoss& self) {
+                         return static_cast<double>(self.loss.squared_steps_q32) * 0x1p-32 * (self.step * self.step);
+                     })
+        .def_prop_ro("max_abs_error", [](const PhysicalLoss& self) { return self.loss.max_steps * self.step; })
+        .def("__add__", &sum, "other"_a);
 }
 
 }  // namespace
 
-void quantize(nb::module_& module) {
+const Definitions definitions([](nb::module_& module) {
     define_loss(module);
-    module.def(
-        "quantize", &quantized, nb::arg("src").noconvert(), nb::arg("slope"), nb::arg("intercept"),
-        nb::arg("window_lo"), nb::arg("window_hi"), nb::arg("dst").noconvert(), nb::arg("histogram").noconvert(),
-        nb::arg("threads") = 0,
-        nb::sig(
-            "def quantize(src: numpy.typing.NDArray[numpy.generic], slope: float, intercept: float, window_lo: float, "
-            "window_hi: float, dst: numpy.typing.NDArray[numpy.generic], histogram: "
-            "numpy.typing.NDArray[numpy.uint64], threads: int = 0) -> "
-            "QuantizationLoss"),
-        described(R"(Write the code of each voxel to dst, count the codes, and return the loss.
+    module.def("quantize", &quantized, "src"_array, "slope"_a, "intercept"_a, "window_lo"_a, "window_hi"_a, "dst"_array,
+               "histogram"_array, "threads"_a = 0);
+});
 
-physical = slope * src + intercept, and code = round_half_even((physical - window_lo) * ((2^bits - 1) / (window_hi -
-window_lo))), clamped to 0 ... 2^bits - 1, in float64. NaN gets code 0, which is window_lo; an infinity gets the code of the
-end it points to. All arrays are C-contiguous and do not overlap. A volume may be given slab by slab.
-
-Parameters
-----------
-src
-    Stored values [z, y, x]: uint8, int16, uint16 or float32, at least one voxel along each axis and at most 2^34 voxels.
-slope, intercept
-    From stored to physical values; finite.
-window_lo, window_hi
-    The physical values of the first and the last code; window_lo < window_hi.
-dst
-    uint8 or uint16 codes, with the shape of src.
-histogram
-    256 or 65536 counts of codes, to which those of src are added.
-)",
-                  "a shape or the window does not fit")
-            .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::quantize

@@ -2,7 +2,7 @@
 
 #include "checks.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::ray_light {
 namespace {
 
 using Samples = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
@@ -64,89 +64,12 @@ bool solve(const Matrix& matrix, const Vector& rhs) {
 
 }  // namespace
 
-void ray_light(nb::module_& module) {
-    module.def("ray_light", &light, nb::arg("samples").noconvert(), nb::arg("offsets").noconvert(),
-               nb::arg("lengths_mm").noconvert(), nb::arg("scale"), nb::arg("table").noconvert(),
-               nb::arg("light").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def ray_light(samples: numpy.typing.NDArray[numpy.float32], offsets: "
-                       "numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: "
-                       "float, table: numpy.typing.NDArray[numpy.float64], light: "
-                       "numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None"),
-               R"(Write the light of rays from samples along them and a lookup table.
+const Definitions definitions([](nb::module_& module) {
+    module.def("ray_light", &light, "samples"_array, "offsets"_array, "lengths_mm"_array, "scale"_a, "table"_array,
+               "light"_array, "threads"_a = 0);
+    module.def("light_equations", &equations, "samples"_array, "offsets"_array, "lengths_mm"_array, "scale"_a,
+               "table"_array, "light"_array, "target"_array, "matrix"_array, "gradient"_array, "threads"_a = 0);
+    module.def("solve_positive", &solve, "matrix"_array, "rhs"_array);
+});
 
-Samples lie in the middles of equal segments, each of opacity 1 - exp(-extinction · length), front to back.
-
-Parameters
-----------
-samples, offsets, lengths_mm
-    As sample_rays writes them.
-scale
-    A sample times this is a value: 0 is the first entry of the table, 1 the last, linear between entries.
-table
-    float64 [entries, 4]: linear colour, and extinction per millimetre.
-light
-    float64 [n, 4], written: premultiplied linear colour, and opacity.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape does not fit.)");
-    module.def(
-        "light_equations", &equations, nb::arg("samples").noconvert(), nb::arg("offsets").noconvert(),
-        nb::arg("lengths_mm").noconvert(), nb::arg("scale"), nb::arg("table").noconvert(), nb::arg("light").noconvert(),
-        nb::arg("target").noconvert(), nb::arg("matrix").noconvert(), nb::arg("gradient").noconvert(),
-        nb::arg("threads") = 0,
-        nb::sig("def light_equations(samples: numpy.typing.NDArray[numpy.float32], offsets: "
-                "numpy.typing.NDArray[numpy.int64], lengths_mm: numpy.typing.NDArray[numpy.float64], scale: float, "
-                "table: numpy.typing.NDArray[numpy.float64], light: numpy.typing.NDArray[numpy.float64], target: "
-                "numpy.typing.NDArray[numpy.float64], matrix: numpy.typing.NDArray[numpy.float64], gradient: "
-                "numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None"),
-        R"(Write Gauss-Newton's equations for a change of a lookup table that brings the light of rays to a target.
-
-Unknown are, at k knots at equal distances over the values and linear between them, the changes of red, of green, of blue,
-and of the square root of the extinction: 4 k numbers in this order. With r = light - target and J its derivative,
-matrix = JᵀJ / n and gradient = Jᵀr / n.
-
-Parameters
-----------
-samples, offsets, lengths_mm, scale, table
-    As for ray_light.
-light
-    float64 [n, 4], as ray_light writes it for this table.
-target
-    float64 [n, 4].
-matrix
-    float64 [4 k, 4 k], written.
-gradient
-    float64 [4 k], written, for at least 2 knots.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If a shape does not fit.)");
-    module.def("solve_positive", &solve, nb::arg("matrix").noconvert(), nb::arg("rhs").noconvert(),
-               nb::sig("def solve_positive(matrix: numpy.typing.NDArray[numpy.float64], rhs: "
-                       "numpy.typing.NDArray[numpy.float64]) -> bool"),
-               R"(Solve matrix · x = rhs for a symmetric positive definite matrix; rhs becomes x.
-
-In one order of operations, unlike LAPACK, whose last digits depend on the machine and its threads. Overwrites the lower
-triangle of matrix. Gives False, with rhs in an undefined state, where the matrix is not positive definite.
-
-Parameters
-----------
-matrix
-    float64 [n, n].
-rhs
-    float64 [n].
-
-Raises
-------
-ValueError
-    If a shape does not fit.)");
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::ray_light

@@ -1,10 +1,9 @@
 #include "volprep/ray_samples.hpp"
 
 #include "checks.hpp"
-#include "described.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::ray_samples {
 namespace {
 
 using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
@@ -36,37 +35,9 @@ void run(const AnyVolume& src, int64_t first, int64_t depth, const Points& origi
 
 }  // namespace
 
-void ray_samples(nb::module_& module) {
-    module.def("sample_rays", &run, nb::arg("src").noconvert(), nb::arg("first"), nb::arg("depth"),
-               nb::arg("origins").noconvert(), nb::arg("directions").noconvert(), nb::arg("lengths_mm").noconvert(),
-               nb::arg("offsets").noconvert(), nb::arg("samples").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def sample_rays(src: numpy.typing.NDArray[numpy.generic], first: int, depth: int, origins: "
-                       "numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], "
-                       "lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: "
-                       "numpy.typing.NDArray[numpy.int64], samples: numpy.typing.NDArray[numpy.float32], "
-                       "threads: int = 0) -> None"),
-               described(R"(Write the samples of rays that lie in a slab, trilinear between voxels.
+const Definitions definitions([](nb::module_& module) {
+    module.def("sample_rays", &run, "src"_array, "first"_a, "depth"_a, "origins"_array, "directions"_array,
+               "lengths_mm"_array, "offsets"_array, "samples"_array, "threads"_a = 0);
+});
 
-The samples of a ray lie in the middles of equal segments. A slab gives those whose lower slice it holds together with the
-upper one, so that slabs that share one slice give each sample once.
-
-Parameters
-----------
-src
-    Slices of a volume [z, y, x]: uint8 or uint16.
-first, depth
-    Number of the first of these slices, and of all slices of the volume.
-origins, directions
-    float64 [n, 3], x, y, z: where each ray begins, in voxels (0 is the centre of voxel 0), and voxels per millimetre.
-lengths_mm
-    float64 [n]: length of each ray.
-offsets
-    int64 [n + 1]: the samples of ray r are offsets[r] to offsets[r + 1] - 1.
-samples
-    float32, written where the slab has them.
-)",
-                         "a shape does not fit")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::ray_samples

@@ -2,7 +2,7 @@
 
 #include "level_rays.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::refine_level {
 namespace {
 
 double run(const Level& level, const Points& origins, const Points& directions, const Numbers& lengths_mm,
@@ -19,50 +19,10 @@ double run(const Level& level, const Points& origins, const Points& directions, 
 
 }  // namespace
 
-void refine_level(nb::module_& module) {
-    module.def("refine_sums", &run, nb::arg("level").noconvert(), nb::arg("origins").noconvert(),
-               nb::arg("directions").noconvert(), nb::arg("lengths_mm").noconvert(), nb::arg("offsets").noconvert(),
-               nb::arg("table").noconvert(), nb::arg("slopes").noconvert(), nb::arg("light").noconvert(),
-               nb::arg("weights").noconvert(), nb::arg("sums").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def refine_sums(level: numpy.typing.NDArray[numpy.float32], origins: "
-                       "numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], "
-                       "lengths_mm: numpy.typing.NDArray[numpy.float64], offsets: numpy.typing.NDArray[numpy.int64], "
-                       "table: numpy.typing.NDArray[numpy.float64], slopes: numpy.typing.NDArray[numpy.float64], "
-                       "light: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], "
-                       "sums: numpy.typing.NDArray[numpy.float32], threads: int = 0) -> float"),
-               R"(Add the gradient of the light of rays by the voxels of a level, and a curvature that bounds a step.
+const Definitions definitions([](nb::module_& module) {
+    module.def("refine_sums", &run, "level"_array, "origins"_array, "directions"_array, "lengths_mm"_array,
+               "offsets"_array, "table"_array, "slopes"_array, "light"_array, "weights"_array, "sums"_array,
+               "threads"_a = 0);
+});
 
-Rays have samples in the middles of equal segments, trilinear between voxels, each of opacity 1 - exp(-extinction ·
-length), front to back. The error is the sum over rays and channels of weight · (light - target)².
-
-Parameters
-----------
-level
-    float32 [z, y, x]: values from 0, the first entry of the table, to 1, the last.
-origins, directions, lengths_mm, offsets
-    As for sample_rays; the samples are made here.
-table
-    float64 [entries, 4]: linear colour, and extinction per millimetre.
-slopes
-    float64 [entries, 4]: how these change with the value. Smoothed ones reach beyond the foot of a steep table.
-light
-    float64 [n, 4]: premultiplied linear colour and opacity that rays should have.
-weights
-    float64 [n]: weight of the squared error of each ray.
-sums
-    float32 [z, y, x, 2], added to: half the gradient of the error, and a curvature.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Returns
--------
-float
-    The error.
-
-Raises
-------
-ValueError
-    If a shape does not fit.)");
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::refine_level

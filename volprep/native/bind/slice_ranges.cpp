@@ -1,10 +1,9 @@
 #include "volprep/slice_ranges.hpp"
 
 #include "checks.hpp"
-#include "described.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::slice_ranges {
 namespace {
 
 using AnyMutableTable = nb::ndarray<nb::ndim<2>, nb::c_contig, nb::device::cpu>;
@@ -35,31 +34,9 @@ void ranges(const AnyVolume& src, const AnyMutableTable& row_low, const AnyMutab
 
 }  // namespace
 
-void slice_ranges(nb::module_& module) {
-    module.def(
-        "slice_ranges", &ranges, nb::arg("src").noconvert(), nb::arg("row_low").noconvert(),
-        nb::arg("row_high").noconvert(), nb::arg("column_low").noconvert(), nb::arg("column_high").noconvert(),
-        nb::arg("threads") = 0,
-        nb::sig("def slice_ranges(src: numpy.typing.NDArray[numpy.generic], row_low: "
-                "numpy.typing.NDArray[numpy.generic], row_high: numpy.typing.NDArray[numpy.generic], column_low: "
-                "numpy.typing.NDArray[numpy.generic], column_high: numpy.typing.NDArray[numpy.generic], "
-                "threads: int = 0) -> None"),
-        described(R"(Write the least and the greatest voxel of each row and of each column of every slice of src.
+const Definitions definitions([](nb::module_& module) {
+    module.def("slice_ranges", &ranges, "src"_array, "row_low"_array, "row_high"_array, "column_low"_array,
+               "column_high"_array, "threads"_a = 0);
+});
 
--0 counts as less than +0, a NaN with a sign as less than -inf, and one without as greater than +inf: where all ranges are
-finite, all voxels are. All arrays are C-contiguous and do not overlap.
-
-Parameters
-----------
-src
-    The volume [z, y, x]: uint8, int16, uint16 or float32, at least one voxel along each axis.
-row_low, row_high
-    Ranges of the rows [z, y], of the same type as src.
-column_low, column_high
-    Ranges of the columns [z, x], of the same type as src.
-)",
-                  "a shape does not fit")
-            .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::slice_ranges

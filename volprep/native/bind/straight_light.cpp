@@ -3,9 +3,8 @@
 #include <string>
 
 #include "control_points.hpp"
-#include "described.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::straight_light {
 namespace {
 
 using Values = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
@@ -25,34 +24,9 @@ void run(const Values& rays, int64_t pieces, double piece_mm, const Numbers& val
 
 }  // namespace
 
-void straight_light(nb::module_& module) {
-    module.def("straight_light", &run, nb::arg("rays").noconvert(), nb::arg("pieces"), nb::arg("piece_mm"),
-               nb::arg("values").noconvert(), nb::arg("colours").noconvert(), nb::arg("extinctions_per_mm").noconvert(),
-               nb::arg("light").noconvert(), nb::arg("threads") = 0,
-               nb::sig("def straight_light(rays: numpy.typing.NDArray[numpy.float64], pieces: int, piece_mm: float, "
-                       "values: numpy.typing.NDArray[numpy.float64], colours: numpy.typing.NDArray[numpy.float64], "
-                       "extinctions_per_mm: numpy.typing.NDArray[numpy.float64], light: "
-                       "numpy.typing.NDArray[numpy.float64], threads: int = 0) -> None"),
-               described(R"(Write the light of rays in equal pieces, along each of which the value changes linearly.
+const Definitions definitions([](nb::module_& module) {
+    module.def("straight_light", &run, "rays"_array, "pieces"_a, "piece_mm"_a, "values"_array, "colours"_array,
+               "extinctions_per_mm"_array, "light"_array, "threads"_a = 0);
+});
 
-All attenuation inside a piece counts, as in preintegrate. At the ends of a piece the value is that of the ray, linear
-between samples.
-
-Parameters
-----------
-rays
-    float64 [sample, n], finite: values in the middles of equal segments, front to back.
-pieces
-    Number of equal pieces that each ray is cut into.
-piece_mm
-    Length of a piece.
-values, colours, extinctions_per_mm
-    Control points of the transfer function, as for preintegrate.
-light
-    float64 [n, 4], written: premultiplied linear colour, and opacity.
-)",
-                         "a size does not fit, values do not ascend, or a length is not positive")
-                   .c_str());
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::straight_light

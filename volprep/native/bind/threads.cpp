@@ -2,12 +2,10 @@
 
 #include "bind.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::threads {
 
-void threads(nb::module_& module) {
-    module.def(
-        "max_threads", []() { return omp_get_max_threads(); },
-        "Number of threads that a kernel uses when it is asked for 0.");
-}
+const Definitions definitions([](nb::module_& module) {
+    module.def("max_threads", []() { return omp_get_max_threads(); });
+});
 
-}  // namespace volprep::bind
+}  // namespace volprep::bind::threads

@@ -3,15 +3,15 @@
 #include "checks.hpp"
 #include "voxels.hpp"
 
-namespace volprep::bind {
+namespace volprep::bind::value_range {
 
-void value_range(nb::module_& module) {
-    nb::class_<ValueRange>(module, "ValueRange", "What value_range found.")
-        .def_ro("minimum", &ValueRange::minimum, "The least finite voxel; inf where there is none. Zero is +0.")
-        .def_ro("maximum", &ValueRange::maximum, "The greatest finite voxel; -inf where there is none. Zero is +0.")
-        .def_ro("nan", &ValueRange::nan, "Voxels that are not a number.")
-        .def_ro("negative_infinite", &ValueRange::negative_infinite, "Voxels that are -inf.")
-        .def_ro("positive_infinite", &ValueRange::positive_infinite, "Voxels that are +inf.");
+const Definitions definitions([](nb::module_& module) {
+    nb::class_<ValueRange>(module, "ValueRange")
+        .def_ro("minimum", &ValueRange::minimum)
+        .def_ro("maximum", &ValueRange::maximum)
+        .def_ro("nan", &ValueRange::nan)
+        .def_ro("negative_infinite", &ValueRange::negative_infinite)
+        .def_ro("positive_infinite", &ValueRange::positive_infinite);
     module.def(
         "value_range",
         [](const AnyVolume& src, int threads) {
@@ -22,23 +22,7 @@ void value_range(nb::module_& module) {
             return volprep::value_range(static_cast<const float*>(src.data()), static_cast<int64_t>(src.size()),
                                         threads);
         },
-        nb::arg("src").noconvert(), nb::arg("threads") = 0,
-        nb::sig("def value_range(src: numpy.typing.NDArray[numpy.generic], threads: int = 0) -> ValueRange"),
-        R"(Find the range of the finite voxels of src, and count the others.
+        "src"_array, "threads"_a = 0);
+});
 
-Parameters
-----------
-src
-    float32, C-contiguous [z, y, x], at least one voxel along each axis.
-threads
-    Threads to use, 0 for all. The result does not depend on it.
-
-Raises
-------
-ValueError
-    If src is empty.
-TypeError
-    If src has another type or order.)");
-}
-
-}  // namespace volprep::bind
+}  // namespace volprep::bind::value_range

@@ -1,6 +1,6 @@
 // The range of float32 voxels. They are compared as order keys (float_order.hpp), in which the finite ones are one
-// interval, −inf and +inf lie beside it and every NaN outside: all five answers come from integer comparisons, which
-// vectorise.
+// interval, −inf and +inf lie beside it and every NaN outside. The least and the greatest key of a chunk therefore say
+// whether all of it is finite; only a chunk that is not is read again, to count.
 #include "volprep/value_range.hpp"
 
 #include <algorithm>
@@ -16,7 +16,24 @@ namespace {
 constexpr int32_t negative_infinity = order_key(-std::numeric_limits<float>::infinity());
 constexpr int32_t positive_infinity = order_key(std::numeric_limits<float>::infinity());
 
-// Keys of one chunk; int32 counts, because one of another width would halve the vectors.
+constexpr int64_t chunk_length = 4096;
+
+struct Keys {
+    int32_t lowest;
+    int32_t highest;
+};
+
+VOLPREP_CLONES Keys extrema(const float* src, int64_t voxels) noexcept {
+    Keys keys{std::numeric_limits<int32_t>::max(), std::numeric_limits<int32_t>::min()};
+    for (int64_t x = 0; x < voxels; ++x) {
+        const int32_t key = order_key(src[x]);
+        keys.lowest = key < keys.lowest ? key : keys.lowest;
+        keys.highest = key > keys.highest ? key : keys.highest;
+    }
+    return keys;
+}
+
+// Finite keys of one chunk; int32 counts, because one of another width would halve the vectors.
 struct Chunk {
     int32_t lowest = positive_infinity;
     int32_t highest = negative_infinity;
@@ -26,9 +43,7 @@ struct Chunk {
     int32_t above = 0;  // NaN without
 };
 
-constexpr int64_t chunk_length = 4096;
-
-VOLPREP_CLONES Chunk scan(const float* src, int64_t voxels) noexcept {
+VOLPREP_CLONES Chunk counted(const float* src, int64_t voxels) noexcept {
     Chunk chunk;
     for (int64_t x = 0; x < voxels; ++x) {
         const int32_t key = order_key(src[x]);
@@ -43,6 +58,12 @@ VOLPREP_CLONES Chunk scan(const float* src, int64_t voxels) noexcept {
         chunk.above += key > positive_infinity;
     }
     return chunk;
+}
+
+Chunk scan(const float* src, int64_t voxels) noexcept {
+    const Keys keys = extrema(src, voxels);
+    const bool finite = keys.lowest > negative_infinity && keys.highest < positive_infinity;
+    return finite ? Chunk{keys.lowest, keys.highest} : counted(src, voxels);
 }
 
 }  // namespace

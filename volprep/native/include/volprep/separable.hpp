@@ -125,69 +125,27 @@ int64_t scratch_bytes(Shape3 shape, const Taps3& taps, Range range) noexcept {
     return Rows<T, WideSums<T>>{}.lay_out(Sizes(shape, taps), range, nullptr);
 }
 
-// The work of one thread: rows of one slice of the level, from top to bottom.
-template <typename T, typename Sums, typename Finish>
-class Worker {
+// The passes of one thread over rows of one slice of the level, for every `Finish` that follows them.
+template <typename T, typename Sums>
+class Passes {
   public:
-    Worker(const T* src, Shape3 shape, const SlabPlace& place, const Taps3& taps, const Finish& finish,
+    Passes(const T* src, Shape3 shape, const SlabPlace& place, const Taps3& taps, Range range,
            std::byte* scratch) noexcept
         : src_(src),
           shape_(shape),
           place_(place),
           taps_(taps),
           sizes_(shape, taps),
-          finish_(finish),
           early_(deals_early<T>(taps.z, taps.x)) {
-        rows_.lay_out(sizes_, Finish::range, scratch);
+        rows_.lay_out(sizes_, range, scratch);
         for (int64_t k = 0; k < taps.z.count; ++k) {
             start_ -= Sums::bias * taps.z.weights[k];
         }
     }
 
-    // Rows [begin, end) of slice z of the level; `dst` is where its row `begin` goes.
-    void run(int64_t z, int64_t begin, int64_t end, T* dst) noexcept {
-        int64_t made = 0;
-        ranged_ = 0;
-        for (int64_t y = begin; y < end; ++y) {
-            const auto [first, last] = rows_of(y);
-            for (made = std::max(made, first); made <= last; ++made) {
-                weigh_z(z, made);
-            }
-            weigh_y(y);
-            weigh_x();
-            if constexpr (Finish::range == Range::clamps) {
-                clamp(z, y, dst);
-            } else {
-                if constexpr (Finish::range == Range::cell) {
-                    range_near(z, y, cell(taps_.z), cell(taps_.y), cell(taps_.x));
-                }
-                finish_.row(rows_.sums, rows_.low, rows_.high, sizes_.cells, dst);
-            }
-            dst += sizes_.cells;
-        }
-    }
-
-  private:
-    // A result in the range of a few voxels is in the range of all, which is computed only where this test fails.
-    void clamp(int64_t z, int64_t y, T* dst) noexcept {
-        const auto finish = [&] { return finish_.row(rows_.sums, rows_.low, rows_.high, sizes_.cells, dst); };
-        if (hopeful_) {
-            range_near(z, y, centre(taps_.z, 2), centre(taps_.y, 2), centre(taps_.x, 4));
-            hopeful_ = finish();
-            if (hopeful_) {
-                return;
-            }
-        }
-        const auto [first, last] = rows_of(y);
-        for (ranged_ = std::max(ranged_, first); ranged_ <= last; ++ranged_) {
-            range_z(z, ranged_);
-        }
-        range_whole(y);
-        hopeful_ = finish();
-    }
-
-    int64_t inside_y(int64_t y) const noexcept { return std::clamp<int64_t>(y, 0, shape_.y - 1); }
-    int64_t slot(int64_t y) const noexcept { return inside_y(y) % sizes_.ring * sizes_.ring_row; }
+    const Taps3& taps() const noexcept { return taps_; }
+    int64_t cells() const noexcept { return sizes_.cells; }
+    const Rows<T, Sums>& rows() const noexcept { return rows_; }
 
     struct FirstLast {
         int64_t first;
@@ -197,12 +155,6 @@ class Worker {
     FirstLast rows_of(int64_t y) const noexcept {
         const int64_t first = taps_.y.first(y);
         return {inside_y(first), inside_y(first + taps_.y.count - 1)};
-    }
-
-    // Row y of the slice to which weight k belongs.
-    const T* row_of(int64_t z, int64_t k, int64_t y) const noexcept {
-        const int64_t slice = std::clamp<int64_t>(taps_.z.first(z) + k, 0, place_.depth - 1) - place_.src_z;
-        return src_ + (slice * shape_.y + y) * shape_.x;
     }
 
     void weigh_z(int64_t z, int64_t y) noexcept {
@@ -281,6 +233,16 @@ class Worker {
         range_x(whole(taps_.x));
     }
 
+  private:
+    int64_t inside_y(int64_t y) const noexcept { return std::clamp<int64_t>(y, 0, shape_.y - 1); }
+    int64_t slot(int64_t y) const noexcept { return inside_y(y) % sizes_.ring * sizes_.ring_row; }
+
+    // Row y of the slice to which weight k belongs.
+    const T* row_of(int64_t z, int64_t k, int64_t y) const noexcept {
+        const int64_t slice = std::clamp<int64_t>(taps_.z.first(z) + k, 0, place_.depth - 1) - place_.src_z;
+        return src_ + (slice * shape_.y + y) * shape_.x;
+    }
+
     void range_x(Window along_x) noexcept {
         T* const low = rows_.low_dealt;
         T* const high = rows_.high_dealt;
@@ -323,12 +285,71 @@ class Worker {
     SlabPlace place_;
     Taps3 taps_;
     Sizes sizes_;
-    Finish finish_;
     bool early_;  // sums are dealt as they are made along z
     Rows<T, Sums> rows_;
+    int32_t start_ = 0;  // of the sums along z: takes the bias off every voxel
+};
+
+// The work of one thread: rows of one slice of the level, from top to bottom.
+template <typename T, typename Sums, typename Finish>
+class Worker {
+  public:
+    Worker(const T* src, Shape3 shape, const SlabPlace& place, const Taps3& taps, const Finish& finish,
+           std::byte* scratch) noexcept
+        : passes_(src, shape, place, taps, Finish::range, scratch), finish_(finish) {}
+
+    // Rows [begin, end) of slice z of the level; `dst` is where its row `begin` goes.
+    void run(int64_t z, int64_t begin, int64_t end, T* dst) noexcept {
+        int64_t made = 0;
+        ranged_ = 0;
+        for (int64_t y = begin; y < end; ++y) {
+            const auto [first, last] = passes_.rows_of(y);
+            for (made = std::max(made, first); made <= last; ++made) {
+                passes_.weigh_z(z, made);
+            }
+            passes_.weigh_y(y);
+            passes_.weigh_x();
+            if constexpr (Finish::range == Range::clamps) {
+                clamp(z, y, dst);
+            } else {
+                if constexpr (Finish::range == Range::cell) {
+                    const Taps3& taps = passes_.taps();
+                    passes_.range_near(z, y, cell(taps.z), cell(taps.y), cell(taps.x));
+                }
+                finish(dst);
+            }
+            dst += passes_.cells();
+        }
+    }
+
+  private:
+    bool finish(T* dst) const noexcept {
+        const Rows<T, Sums>& rows = passes_.rows();
+        return finish_.row(rows.sums, rows.low, rows.high, passes_.cells(), dst);
+    }
+
+    // A result in the range of a few voxels is in the range of all, which is computed only where this test fails.
+    void clamp(int64_t z, int64_t y, T* dst) noexcept {
+        if (hopeful_) {
+            const Taps3& taps = passes_.taps();
+            passes_.range_near(z, y, centre(taps.z, 2), centre(taps.y, 2), centre(taps.x, 4));
+            hopeful_ = finish(dst);
+            if (hopeful_) {
+                return;
+            }
+        }
+        const auto [first, last] = passes_.rows_of(y);
+        for (ranged_ = std::max(ranged_, first); ranged_ <= last; ++ranged_) {
+            passes_.range_z(z, ranged_);
+        }
+        passes_.range_whole(y);
+        hopeful_ = finish(dst);
+    }
+
+    Passes<T, Sums> passes_;
+    Finish finish_;
     int64_t ranged_ = 0;   // rows whose range along z has been made
     bool hopeful_ = true;  // that few voxels will do
-    int32_t start_ = 0;    // of the sums along z: takes the bias off every voxel
 };
 
 // Makes slices place.dst_z to place.dst_z + slices - 1 of the level. `scratch`: scratch_bytes for each thread.
