@@ -34,6 +34,7 @@ def look(
     label_table: str | None = None,
     profile=GLES3,
     spacing_mm: float = 1.0,
+    faces: Sequence[float] = (),
 ):
     voxels = np.array(values, np.float32).reshape(1, 1, -1)
     grid = Grid.of(voxels.shape, (spacing_mm, spacing_mm, spacing_mm))
@@ -44,7 +45,8 @@ def look(
     source = {"path": "x", "labels": labels, "label_table": label_table}
     scene = Scene.model_validate({"name": "s", "source": source, "transfer": [{"name": "none", "points": points}]})
     measured = gauge.result("0" * 64)
-    return with_first_look(scene, profile, info, measured.statistics, voxels.astype(np.float64).ravel())
+    sample = voxels.astype(np.float64).ravel()
+    return with_first_look(scene, profile, info, measured.statistics, sample, faces=np.array(faces))
 
 
 def named(scene: Scene) -> str:
@@ -172,7 +174,7 @@ def test_a_stack_of_few_slices_looks_as_its_slices_do() -> None:
     gauge = SlabMeasurer(info)
     gauge.add(voxels)
     statistics = gauge.result("0" * 64).statistics
-    scene = with_first_look(look([0, 1]), GLES3, info, statistics, voxels.astype(np.float64).ravel())
+    scene = with_first_look(look([0, 1]), GLES3, info, statistics, voxels.astype(np.float64).ravel(), faces=voxels)
     assert named(scene) == "slices"
 
 
@@ -183,7 +185,7 @@ def test_a_thin_stack_of_a_ct_is_drawn_as_its_slices_look_whatever_its_padding()
     gauge = SlabMeasurer(info)
     gauge.add(voxels)
     scene = with_first_look(
-        look([0, 1]), GLES3, info, gauge.result("0" * 64).statistics, voxels.astype(np.float64).ravel()
+        look([0, 1]), GLES3, info, gauge.result("0" * 64).statistics, voxels.astype(np.float64).ravel(), faces=voxels
     )
     assert named(scene) == "slices"
     assert [point.value for point in scene.transfer[0].points] == [-200, -150, 300]
@@ -261,7 +263,7 @@ def test_slices_of_a_thin_stack_are_tinted_by_its_segments_without_veil_or_light
     points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
     table = {"name": "s", "source": {"path": "x"}, "transfer": [{"name": "none", "points": points}]}
     scene = Scene.model_validate({**table, "segments": {"source": "organs.nii"}})
-    looked = with_first_look(scene, GLES3, info, statistics, values.astype(np.float64))
+    looked = with_first_look(scene, GLES3, info, statistics, values.astype(np.float64), faces=values)
     shown = with_segment_styles(looked, GLES3, info, statistics)
     assert shown.transfer == looked.transfer
     assert shown.render.lighting == "none"
@@ -281,3 +283,21 @@ def test_segments_of_a_ct_have_a_veil_of_soft_tissue_also_if_the_file_states_no_
     info = SourceInfo(format="nifti", grid=Grid.of((1, 1, 860), (1.0, 1.0, 1.0)), stored_type="float32")
     shown = with_segment_styles(scene, GLES3, info, Statistics(minimum=-1030.0, maximum=1300.0, non_finite=0))
     assert [transfer.resolved().name for transfer in shown.transfer] == ["ct-soft-tissue", "inside"]
+
+
+def test_a_piece_cut_out_of_an_object_looks_as_its_slices_do_on_its_faces() -> None:
+    voxels = np.random.default_rng(1).normal(100.0, 20.0, (30, 30, 30)).clip(1).astype(np.float32)
+    info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type="float32")
+
+    def look_of(values):
+        gauge = SlabMeasurer(info)
+        gauge.add(values)
+        found = gauge.result("0" * 64)
+        return with_first_look(look([0, 1]), GLES3, info, found.statistics, found.rays_zyx[0], faces=found.faces)
+
+    piece = look_of(voxels)
+    assert named(piece) == "faces"
+    assert "fills its field" in piece.recognised
+    whole = np.zeros_like(voxels)
+    whole[6:24, 6:24, 6:24] = voxels[6:24, 6:24, 6:24]
+    assert named(look_of(whole)) == "object"

@@ -113,7 +113,8 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
         segments = record, InMemory.of(labels)
     if prepared.first_look:
         found = scanned[0].measured
-        scene = with_first_look(scene, prepared.profile, scanned[0].info, found.statistics, found.rays_zyx[0])
+        info, faces = scanned[0].info, found.faces
+        scene = with_first_look(scene, prepared.profile, info, found.statistics, found.rays_zyx[0], faces=faces)
         if segments:
             holding = holding_segments(segments[0])
             scene = with_segment_styles(scene, prepared.profile, scanned[0].info, found.statistics, holding)

@@ -72,7 +72,12 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
     scene = prepared.scene
     if prepared.first_look:
         scene = with_first_look(
-            scene, prepared.profile, records[0].info, measured[0].statistics, measured[0].rays_zyx[0]
+            scene,
+            prepared.profile,
+            records[0].info,
+            measured[0].statistics,
+            measured[0].rays_zyx[0],
+            faces=measured[0].faces,
         )
         if segments is not None:
             holding = holding_segments(segments)

@@ -78,7 +78,10 @@ def look_at(request: Request) -> ScanPreview:
     recognised = prepared.scene.recognised
     if prepared.first_look and sample.size:
         statistics = Statistics(minimum=ends[0], maximum=ends[1], non_finite=0)
-        recognised = with_first_look(prepared.scene, prepared.profile, info, statistics, sample).recognised
+        edges = [planes[[0, -1]], planes[:, [0, -1]], planes[:, :, [0, -1]]]
+        faces = np.concatenate([each[np.isfinite(each)] for each in edges])
+        looked = with_first_look(prepared.scene, prepared.profile, info, statistics, sample, faces=faces)
+        recognised = looked.recognised
     return ScanPreview(
         info=info,
         slices=(middle, shown[:, shown.shape[1] // 2], shown[:, :, shown.shape[2] // 2]),

@@ -63,6 +63,11 @@ class Measured:
     Few plans need them, and the physical values of a scan of 10 000 slices would take 0.2 GB.
     """
 
+    @property
+    def faces(self) -> Float64Array:
+        """Physical values on the six faces of the box, at both ends of each ray."""
+        return np.concatenate([rays[[0, -1]].ravel() for rays in self.rays_zyx])
+
 
 class SlabMeasurer:
     """Measures the slabs of one source, given in order."""

@@ -3,12 +3,15 @@
 Labels get a colour each. CT in Hounsfield units, or in values that are offset from them, gets its bones, or its soft
 tissue if it has no bone. A level set gets its surface. Values on both sides of 0, as maps of differences have, become
 denser with their distance from 0: blue below, red above. All others (MR, ultrasound, microscopy, micro-CT) get what
-surrounds the object transparent and the object in warm grey; bright vessels stay visible in a veil of the rest.
+surrounds the object transparent and the object in warm grey; bright vessels stay visible in a veil of the rest. A
+piece that is cut out of an object has no surroundings: its faces look like slices, and so do thin stacks.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from volprep.scene.label_look import label_transfer
 from volprep.scene.points import ScenePoint
@@ -37,6 +40,11 @@ _BOTH_SIDES = 0.2
 """Part of the farther side of 0 that the nearer one must reach, so that the ringing of a filter makes no signed map."""
 _SLICES = "slices"
 """Name of the transfer function of a thin stack."""
+_PIECE = "faces"
+"""Name of the transfer function of a piece that fills its field."""
+_FILLED = 0.4
+"""Share of the faces of the box above the background from which on a scan is a piece of something: a block of a head
+has 0.6; heads, brains, small animals and parts in a field of their own have 0 to 0.17."""
 _SHARE = 0.01
 """Part of the diagonal that opacities of surfaces are for."""
 _CT_SLICES = ((-200.0, "#000000", 0.0), (-150.0, "#1a1a1a", 0.6), (300.0, "#ffffff", 0.99))
@@ -60,20 +68,31 @@ class FirstLook:
 
 
 def with_first_look(
-    scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, sample: Float64Array
+    scene: Scene,
+    profile: DeviceProfile,
+    info: SourceInfo,
+    statistics: Statistics,
+    sample: Float64Array,
+    *,
+    faces: Float64Array,
 ) -> Scene:
     """Return the scene with a transfer function that shows something of any scan, and the kind that was recognised.
 
-    `sample` holds physical values of the scan. The module docstring describes the look of each kind of scan. Raises
-    VP3027 for a table of labels without labels.
+    `sample` holds physical values of the scan, `faces` such of the faces of its box. The module docstring describes the
+    look of each kind of scan. Raises VP3027 for a table of labels without labels.
     """
-    look = _look(scene, profile, info, statistics, sample)
+    look = _look(scene, profile, info, statistics, sample, faces)
     said = look.scene.recognised or f"recognised as {look.said}; --preset NAME, or a scene, draws it in another way"
     return look.scene.model_copy(update={"recognised": said})
 
 
-def _look(
-    scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, sample: Float64Array
+def _look(  # noqa: PLR0917 - of one caller
+    scene: Scene,
+    profile: DeviceProfile,
+    info: SourceInfo,
+    statistics: Statistics,
+    sample: Float64Array,
+    faces: Float64Array,
 ) -> FirstLook:
     if scene.source.labels:
         return FirstLook("labels", _with_labels(scene, profile, info, statistics))
@@ -89,7 +108,21 @@ def _look(
         return FirstLook(said, scene.with_transfer((_ramp(_CT_SLICES, -offset),)))
     if offset is not None:
         return _of_ct(scene, profile, info, statistics, offset)
-    return _of_values(scene, profile, info, statistics, values_of(sample))
+    values = values_of(sample)
+    if _is_piece(values, faces) and not info.grid.is_thin_stack:
+        return FirstLook("a piece that fills its field, whose faces look like slices", _as_piece(scene, values))
+    return _of_values(scene, profile, info, statistics, values)
+
+
+def _is_piece(values: Values, faces: Float64Array) -> bool:
+    """Whether an object without bright vessels goes on beyond most of the faces of the box."""
+    is_positive = -values.low <= _BOTH_SIDES * values.high
+    filled = int(np.count_nonzero(faces > values.background)) >= _FILLED * max(faces.size, 1)
+    return is_positive and values.low < values.high and values.vessels is None and filled
+
+
+def _as_piece(scene: Scene, values: Values) -> Scene:
+    return scene.with_transfer((_slices(values).model_copy(update={"name": _PIECE}),))
 
 
 def _of_values(
