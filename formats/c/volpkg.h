@@ -2574,11 +2574,21 @@ typedef char volpkg__enums_have_32_bits[sizeof(volpkg_role) == 4 ? 1 : -1];
 
 static volpkg_code volpkg__read(volpkg__json* j, const volpkg__type* type, const char* key, void* to);
 
+/* Whether a part of a path is the name of a device, which Windows does not allow for files. */
+static int volpkg__is_device(const char* part) {
+    size_t length = strcspn(part, "./");
+    if (length == 4 && part[3] >= '1' && part[3] <= '9')
+        return memcmp(part, "com", 3) == 0 || memcmp(part, "lpt", 3) == 0;
+    return length == 3 && (memcmp(part, "con", 3) == 0 || memcmp(part, "prn", 3) == 0 || memcmp(part, "aux", 3) == 0 ||
+                           memcmp(part, "nul", 3) == 0);
+}
+
 static int volpkg__is_path(const char* text) {
     size_t i;
     int begins = 1;
     for (i = 0; text[i]; ++i) {
         char c = text[i];
+        if ((i == 0 || text[i - 1] == '/') && volpkg__is_device(text + i)) return 0;
         if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-')
             begins = 0;
         else if ((c == '.' || c == '/') && !begins)

@@ -44,7 +44,10 @@ const TESTS = {
   s: text,
   b: (v) => v === true || v === false,
   a: () => true,
-  p: (v) => text(v) && /^[a-z0-9_-]+(\.[a-z0-9_-]+)*(\/[a-z0-9_-]+(\.[a-z0-9_-]+)*)*$/.test(v),
+  p: (v) =>
+    text(v) &&
+    /^[a-z0-9_-]+(\.[a-z0-9_-]+)*(\/[a-z0-9_-]+(\.[a-z0-9_-]+)*)*$/.test(v) &&
+    !/(^|\/)(con|prn|aux|nul|(com|lpt)[1-9])(\.|\/|$)/.test(v),
   h: (v) => text(v) && /^[0-9a-f]{64}$/.test(v),
   c: (v) => text(v) && /^[a-z0-9][a-z0-9_-]{0,59}$/.test(v),
   v: (v) => text(v) && /^1\.(?!0\d)\d{1,4}$/.test(v),

@@ -81,7 +81,7 @@ def test_the_table_beside_a_map_gives_names_if_it_has_the_numbers(tmp_path: Path
     path = write_nifti(tmp_path / "aal.nii", regions([1, 2]).astype(np.uint8))
     table = tmp_path / "aal.nii.txt"
     table.write_text("1 Precentral_L 2001\n2 Precentral_R 2002\n")
-    assert recognised(path) == Recognised("because aal.nii.txt names its 2 numbers", str(table))
+    assert recognised(path) == Recognised("because a table with it names its 2 numbers", str(table))
     table.write_text("101 Precentral_L 2001\n102 Precentral_R 2002\n")
     found = recognised(path)
     assert found is not None

@@ -15,6 +15,7 @@ from volprep.scene.channels import SceneChannel, drawn_channels, files_of, with_
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.label_tables.table import LABEL_TABLES
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.path_text import no_such_path, path_of_text
 from volprep_formats.progress import Progress, Silent
@@ -124,7 +125,7 @@ def _with_recognised_labels(scene: Scene) -> Scene:
     if found is None:
         return scene
     table = spec.label_table or found.table or None
-    named = f", in the colours of {Path(table).name}" if table else ""
+    named = f", in the colours of {table if table in LABEL_TABLES else 'its table'}" if table else ""
     said = f"recognised as labels, {found.reason}{named}; --no-labels draws the values as they are"
     return scene.with_source(spec.model_copy(update={"labels": True, "label_table": table})).model_copy(
         update={"recognised": said}

@@ -115,7 +115,8 @@ def recognise_labels(source: VolumeSource, path: Path) -> Recognised | None:
     if hint:
         return Recognised(f"because {hint}", table or _well_known(info.format, sample))
     if table:
-        return Recognised(f"because {Path(table).name} names its {len(sample.numbers)} numbers", table)
+        # The name of a file may be that of a patient, and a reason stands in the package.
+        return Recognised(f"because a table with it names its {len(sample.numbers)} numbers", table)
     if len(sample.numbers) < 2 or not sample.is_flat:
         return None
     reason = f"because it has {len(sample.numbers)} whole numbers in flat regions"

@@ -8,6 +8,7 @@ from typing import Any, BinaryIO
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom.inflate import DEFLATED, inflated_data_set
 from volprep_formats.regular_files import open_regular
+from volprep_formats.segmentations.codes import coded
 from volprep_formats.segmentations.records import Code
 
 _MOST_BYTES = 2**32
@@ -109,7 +110,10 @@ def images_in(item: Item, keyword: str) -> frozenset[str]:
 
 
 def code_of(item: Item, keyword: str, modifiers: str = "") -> Code | None:
-    """Return the coded name in the sequence `keyword`, with the modifiers inside it; None if it is incomplete."""
+    """Return the coded name in the sequence `keyword`, with the modifiers inside it; None if it is incomplete.
+
+    Its meaning is that of a public table, or free text of the file.
+    """
     first = first_item(item, keyword)
     parts = [] if first is None else [first, *(first.get(modifiers) or () if modifiers else ())]
     values = [str(part.get("CodeValue", "") or part.get("LongCodeValue", "")).strip() for part in parts]
@@ -120,4 +124,4 @@ def code_of(item: Item, keyword: str, modifiers: str = "") -> Code | None:
     longest = max(len(text) for text in (*values, *meanings))
     if longest > _LONGEST_CODE or not all(text.isprintable() for text in (*values, *meanings)):
         return None
-    return Code(schemes.pop(), "+".join(values), ", ".join(meanings))
+    return coded(schemes.pop(), values, meanings)

@@ -15,8 +15,6 @@ MOST_VOXELS = 2**31
 """Largest number of voxels of a segmentation."""
 _NAMED = 20
 """Segments that a remark names."""
-CODING_SCHEMES = frozenset(("SCT", "SRT", "SNM3", "FMA", "DCM", "UBERON", "RADLEX", "NEU", "UMLS"))
-"""Public vocabularies. A meaning from any other scheme is free text."""
 
 LabelArray = NDArray[np.uint16]
 """Labels [z, y, x]; 0 is no segment."""
@@ -42,11 +40,8 @@ class Code:
     """Code in this vocabulary, for example 10200004. Modifiers such as laterality follow after a plus sign."""
     meaning: str
     """Meaning of the code, in words."""
-
-    @property
-    def is_public(self) -> bool:
-        """Whether the vocabulary is a public one, so that its words cannot name a patient."""
-        return self.scheme in CODING_SCHEMES
+    is_public: bool
+    """Whether code and meaning are in a public table: others are free text, which may name a patient."""
 
 
 @dataclass(frozen=True)

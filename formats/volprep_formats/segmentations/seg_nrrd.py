@@ -14,6 +14,7 @@ from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.nrrd import open_layers
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.readers.voxel_source import read_voxels
+from volprep_formats.segmentations.codes import coded
 from volprep_formats.segmentations.overlaps import Overlaps, check_size
 from volprep_formats.segmentations.records import MOST_SEGMENTS, Code, LabelArray, LabelVolume, SourceSegment
 
@@ -105,9 +106,9 @@ def _code(tags: str) -> Code | None:
     """Return the coded type in the tag TerminologyEntry: context~category~type~modifier~..., each scheme^value^text."""
     entry = next((tag for tag in tags.split("|") if tag.startswith("TerminologyEntry:")), "")
     parts = entry.removeprefix("TerminologyEntry:").split("~")
-    coded = [part.split("^") for part in parts[2:4] if part.count("^") == 2 and all(part.split("^"))]
-    if not coded or len({scheme for scheme, _, _ in coded}) != 1:
+    found = [part.split("^") for part in parts[2:4] if part.count("^") == 2 and all(part.split("^"))]
+    if not found or len({scheme for scheme, _, _ in found}) != 1:
         return None
-    if not all(len(text) <= 64 and text.isprintable() for words in coded for text in words):
+    if not all(len(text) <= 64 and text.isprintable() for words in found for text in words):
         return None
-    return Code(coded[0][0], "+".join(value for _, value, _ in coded), ", ".join(text for _, _, text in coded))
+    return coded(found[0][0], [value for _, value, _ in found], [text for _, _, text in found])

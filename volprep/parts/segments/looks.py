@@ -75,7 +75,7 @@ def style_looks(record: Segments) -> Float64Array:
 
 def _segment(found: FoundSegment, style: SegmentStyle, name: str, inside: str, *, free: bool) -> Segment:
     code = found.code if found.code is not None and found.code.public else None
-    title = code.meaning if code is not None else found.public or (found.name if free else "")
+    title = code.meaning if code is not None else found.public or (_printable(found.name) if free else "")
     colour = srgb_of(style.tint) if style.tint else found.colour or srgb_of(made_colour(found.number))
     red, green, blue = (linear_of_srgb(part) for part in colour)
     return Segment(
@@ -89,6 +89,11 @@ def _segment(found: FoundSegment, style: SegmentStyle, name: str, inside: str, *
         visible=style.visible,
         volume_ml=found.volume_ml,
     )
+
+
+def _printable(name: str) -> str:
+    """Return a typed name in one line, without control characters and marks of direction."""
+    return "".join(filter(str.isprintable, " ".join(name.split())))
 
 
 def _styles(found: FoundSegments, styles: Sequence[SegmentStyle], scene: str) -> list[SegmentStyle]:

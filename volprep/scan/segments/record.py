@@ -35,7 +35,7 @@ class FoundCode(Record):
     meaning: str
     """Meaning of the code."""
     public: bool
-    """Whether the vocabulary is a public one."""
+    """Whether code and meaning are in a public table."""
 
 
 class FoundSegment(Record):
