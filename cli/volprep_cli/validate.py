@@ -162,13 +162,14 @@ def validate(
 def _check(package: Path, *, as_json: bool) -> None:
     from volprep.pipeline.remarks import warnings
     from volprep.validation.whole import open_whole
+    from volprep_formats.package.check import data_of_others
 
-    manifest = open_whole(package).manifest
-    told = [*warnings(manifest)]
+    whole = open_whole(package)
+    told, files = [*warnings(whole.manifest), *data_of_others(whole)], len(whole.manifest.files)
     if as_json:
-        print_json({"package": str(package), "whole": True, "files": len(manifest.files), "warnings": told})
+        print_json({"package": str(package), "whole": True, "files": files, "warnings": told})
     else:
-        print_line(f"{package}: whole, {len(manifest.files)} files")
+        print_line(f"{package}: whole, {files} files")
     print_warnings(told)
 
 

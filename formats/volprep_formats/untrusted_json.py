@@ -6,6 +6,7 @@ are not JSON, characters that some parsers drop or replace.
 
 import json
 import re
+from collections.abc import Iterator
 from typing import Literal, NoReturn, TypeVar
 
 import numpy as np
@@ -65,6 +66,17 @@ def _without_others(value: object) -> object:
     if isinstance(value, dict):
         return {key: _without_others(inner) for key, inner in value.items() if key not in _OTHERS_KEYS}
     return [_without_others(inner) for inner in value] if isinstance(value, list) else value
+
+
+def places_of_others(value: object, at: str = "") -> Iterator[str]:
+    """Yield the places of `extras` and `extensions` in a JSON value, such as channels.0.extras."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in items:
+        place = f"{at}.{key}" if at else f"{key}"
+        if key in _OTHERS_KEYS:
+            yield place
+        else:
+            yield from places_of_others(inner, place)
 
 
 def parse_json(data: bytes) -> object:

@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import volprep
 from repack import Files, files_of, packed, with_digests, with_manifest
 from three_readers import READ, Readers
 
-from volprep_formats.package.check import check
+from volprep_formats.package.check import check, data_of_others
+from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST
 
 Manifest = dict[str, Any]
@@ -114,3 +116,8 @@ def test_extras_and_extensions_are_allowed_in_every_object(readers: Readers, kin
     path.write_bytes(packed(with_digests(files)))
     assert readers.all([path]) == [({READ}, READ, READ)]
     assert check(path) == []
+    told = data_of_others(Package.open(path))
+    assert [text.partition(" holds data of others")[0] for text in told] == ["manifest.json", "subvolumes/grid.json"]
+    assert " extras, extensions, channels.0.extras, " in told[0]
+    done = volprep("validate", path, "--quick")
+    assert (done.returncode, done.stderr.count("warning: ")) == (0, 2), done.stderr

@@ -50,6 +50,7 @@ from volprep.vtk.process import has_pyvista
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Channel
 from volprep_formats.package.channel_packages import channel_packages
+from volprep_formats.package.check import data_of_others
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
@@ -115,7 +116,7 @@ def measure_package(
                 contradicted=() if asked is None else asked.contradicted,
                 unwitnessed=None if asked is None else asked.unwitnessed,
             ),
-            warnings=(*warnings(package.manifest),),
+            warnings=(*warnings(package.manifest), *data_of_others(package)),
             derivation=derivation,
             witness=asked,
             layout_picture=layout,

@@ -15,12 +15,14 @@ from volprep_formats.package.parts.proxy.rules import mesh_problems
 from volprep_formats.package.parts.segments.rules import label_bytes_of_pieces
 from volprep_formats.package.parts.subvolumes.record import decode_grid, label_bytes
 from volprep_formats.package.reader import Package
-from volprep_formats.package.storage.contents import sizes_of
+from volprep_formats.package.storage.contents import open_contents, sizes_of
+from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.texture import TEXTURE_ROLES, GlFormat, Texture
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.gl_formats import KTX2_FORMAT, SRGB, texture_format
+from volprep_formats.untrusted_json import parse_json, places_of_others
 
 _KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("LUMINANCE", "UNSIGNED_BYTE"): "R8",
@@ -36,6 +38,10 @@ _KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
     ("RGBA", "HALF_FLOAT"): "RGBA16F",
 }
 """Texels of the file for a GL format and type."""
+
+
+_MOST_PLACES = 10
+"""Places of data of others that a warning names."""
 
 
 class Finding(Record):
@@ -66,6 +72,20 @@ def check(path: Path, *, strict: bool = True) -> list[Finding]:
         return [Finding.of(error)]
     later = _later_version(package) if strict else ()
     return [Finding.of(error) for error in (*later, *_errors(package, strict=strict))]
+
+
+def data_of_others(package: Package) -> tuple[str, ...]:
+    """Return a warning for each JSON file of a package that has passed `check` and has `extras` or `extensions`."""
+    with open_contents(package.path, MANIFEST) as contents:
+        files = {MANIFEST: contents.read()}
+    files |= {each.path: package.read_bytes(each.path) for each in package.manifest.files if each.role == "grid"}
+    found = {name: [*places_of_others(parse_json(data))] for name, data in files.items()}
+    return tuple(
+        f"{name} holds data of others, which nothing here has checked and which may name a patient: "
+        f"{', '.join(places[:_MOST_PLACES])}{f' and {len(places) - _MOST_PLACES} more' * (len(places) > _MOST_PLACES)}"
+        for name, places in found.items()
+        if places
+    )
 
 
 def _later_version(package: Package) -> Iterator[VolprepError]:
