@@ -119,7 +119,7 @@ def command_line(arguments: Sequence[str]) -> typer.Typer:
 
 def main() -> None:
     """Run the command line. Every error becomes one message and a documented exit status."""
-    prepare_streams()
+    has_output = prepare_streams()
     # Both are read when the libraries load: the matrices here are small, and who else is installed is not our concern.
     # Together they took 0.1 s of the 0.5 s that an import needed to start.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -130,6 +130,7 @@ def main() -> None:
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     try:
         try:
+            _require_output(is_open=has_output)
             command_line(sys.argv[1:])(prog_name="volprep")
         finally:
             # Here, and not when the process ends: then it fails with nothing but a traceback.
@@ -163,6 +164,12 @@ def main() -> None:
         raised = sys.exc_info()[1]
         if "OpenImageIO" not in sys.modules and not (isinstance(raised, SystemExit) and raised.code):
             gc.freeze()
+
+
+def _require_output(*, is_open: bool) -> None:
+    """Raise VP7094 if a result in JSON would go to a closed stream."""
+    if "--json" in sys.argv and not is_open:
+        raise VolprepError("VP7094")
 
 
 def _no_room(error: OSError) -> VolprepError | None:

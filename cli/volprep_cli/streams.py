@@ -15,17 +15,20 @@ _PLAIN = {"×": "x", "–": "-", "…": "...", "°": " deg", "·": "*", "µ": "u
 """ASCII replacements of the non-ASCII characters in volprep's texts, for ASCII-only terminals."""
 
 
-def prepare_streams() -> None:
+def prepare_streams() -> bool:
     """Open closed standard streams, and make writing to them never fail because of an encoding or a full disk.
 
-    Whatever is written to them, by libraries too, is escaped: only `unescaped` can steer a terminal.
+    Return whether standard output was open. Whatever is written to them, by libraries too, is escaped: only `unescaped`
+    can steer a terminal.
     """
     # Otherwise the next opened file would become standard output, and receive printed text.
+    was_open = True
     for descriptor in range(3):
         try:
             os.fstat(descriptor)
         except OSError:
             _open_nothing(descriptor)
+            was_open &= descriptor != 1
     if sys.stdout is None:
         sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 - as long as the process
     codecs.register_error("volprep", _in_other_letters)
@@ -39,6 +42,7 @@ def prepare_streams() -> None:
         encoding = getattr(sys.stderr, "encoding", "utf-8")
         raw = BufferedWriter(_Lossy(2, "w", closefd=False))
         sys.stderr = _Escaping(raw, encoding, "volprep", line_buffering=True)
+    return was_open
 
 
 def unescaped(stream: IO[str]) -> IO[str]:

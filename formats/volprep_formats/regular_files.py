@@ -23,6 +23,13 @@ _KINDS = {
 }
 
 
+def is_there(path: Path) -> bool:
+    """Return whether there is a file of a name that a header or a rule has made, which may be too long to exist."""
+    with suppress(OSError):
+        return path.is_file()
+    return False
+
+
 def open_regular(path: Path) -> BufferedReader:
     """Open a regular file for reading. Raises OSError, also for other kinds of files, with the reason in `strerror`."""
     return BufferedReader(open_unbuffered(path))

@@ -53,6 +53,11 @@ def test_streams_that_take_nothing_change_no_status(place, tmp_path, command, st
         assert manifest["state"] == "draft"
 
 
+def test_a_result_in_json_that_goes_nowhere_is_an_error(place) -> None:
+    done = shell("volprep inspect draft.volpkg --json >&-", place)
+    assert (done.returncode, done.stderr[:16]) == (ExitStatus.OUTPUT, "volprep: VP7094 ")
+
+
 def test_a_picture_is_not_mixed_with_what_is_printed_where_the_streams_are_closed(place, tmp_path) -> None:
     # The first file that is opened would be standard output.
     assert shell(f"volprep export draft.volpkg {tmp_path}/a.raw >&- 2>&-", place).returncode == 0

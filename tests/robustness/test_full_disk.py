@@ -9,7 +9,10 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import nibabel
+import numpy as np
 import pytest
 from command_line import COMMAND, ended, volprep
 from phantom_scene import write_phantom_scene
@@ -157,3 +160,24 @@ def test_with_room_each_of_these_commands_writes_more_than_there_was_room_for(pl
     files = [each for each in made.rglob("*") if each.is_file()] if made.is_dir() else [made]
     assert sum(each.stat().st_size for each in files) > DISK_BYTES
     assert not list(tmp_path.rglob(".*"))
+
+
+FULL_SHM = """
+mount -t tmpfs -o size=4k tmpfs /dev/shm || exit 77
+head -c 4096 /dev/zero > /dev/shm/full
+exec "$0" "$@"
+"""
+
+
+@pytest.mark.long
+def test_a_batch_without_room_for_semaphores_names_their_folder() -> None:
+    words = ["unshare", "--mount", "sh", "-c", FULL_SHM, *COMMAND, "batch", "scan.nii", "-o", "out", "--workers", "2"]
+    if shutil.which("unshare") is None:
+        pytest.skip("file systems cannot be mounted here")
+    # Folders of tests are below /dev/shm.
+    with TemporaryDirectory(dir="/var/tmp") as folder:
+        nibabel.save(nibabel.Nifti1Image(np.ones((4, 5, 6), np.int16), np.eye(4)), Path(folder) / "scan.nii")
+        done = ended(words, cwd=folder)
+    if done.returncode in {1, 77}:
+        pytest.skip("file systems cannot be mounted here")
+    assert (done.returncode, done.stderr.count("VP4020 /dev/shm")) == (ExitStatus.OUTPUT, 1), done.stderr

@@ -93,3 +93,8 @@ def test_a_list_of_very_many_lines_is_cut() -> None:
     lines = VolprepError("VP1033", path="p", count=2, found=found).remedy.splitlines()
     assert len(lines) < 200
     assert lines[-1].startswith("  and 99")
+
+
+def test_a_limit_of_memory_is_to_be_raised_to_what_is_needed() -> None:
+    told = str(VolprepError("VP7004", limit_mb=4000.0, needed_mb=8000.0))
+    assert re.findall(r"[0-9.]+ [GM]B", told) == ["4000 MB", "8000 MB", "8000 MB"]

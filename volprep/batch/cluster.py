@@ -21,6 +21,7 @@ from distributed.scheduler import KilledWorker
 
 from volprep.batch.work import ATTEMPTS, Task, TaskError, TaskResult, answer, give_up, understood
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.output import NO_ROOM
 
 _WAIT_S = 30.0
 """For an answer of a scheduler, and for its first worker."""
@@ -28,6 +29,8 @@ _AT_A_TIME = 1000
 """Tasks that the scheduler knows at the same time: enough for that number of cores, and little memory."""
 _ONLY_HERE = "127.0.0.1:0"
 """Address of the scheduler's status page: reachable from this machine alone, on any free port."""
+_SEMAPHORES = "/dev/shm"  # noqa: S108 - nothing is written there by name
+"""Folder of semaphores, which multiprocessing makes for each worker."""
 _SETTINGS = {
     # Each crash is returned to us: this program counts a second attempt.
     "distributed.scheduler.allowed-failures": 0,
@@ -52,22 +55,33 @@ class Local:
         self._dashboard = dashboard
 
     def run(self, tasks: Iterable[Task]) -> Iterator[TaskResult]:
-        """Do tasks; yield each result as soon as it is available. Raises the errors of `work`."""
-        quiet = logging.CRITICAL
+        """Do tasks; yield each result as soon as it is available. Raises VP4020 and the errors of `work`."""
         with (
             dask.config.set(_SETTINGS),
-            LocalCluster(
-                n_workers=self._workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=_ONLY_HERE,
-                silence_logs=quiet,
-            ) as cluster,
+            self._cluster() as cluster,
             Client(cluster, set_as_default=False) as client,
         ):
             _tell_dashboard(client, self._dashboard)
             client.register_plugin(_LeaveInterruptsToParent())
             yield from _run(client, tasks)
+
+    def _cluster(self) -> LocalCluster:
+        """Start the workers. Raises VP4020 if there is no room for their semaphores."""
+        try:
+            return LocalCluster(
+                n_workers=self._workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=_ONLY_HERE,
+                silence_logs=logging.CRITICAL,
+            )
+        except RuntimeError as error:
+            cause: BaseException | None = error
+            while cause is not None and not isinstance(cause, OSError):
+                cause = cause.__cause__ or cause.__context__
+            if cause is None or cause.errno not in NO_ROOM:
+                raise
+            raise VolprepError("VP4020", path=_SEMAPHORES, error=cause.strerror) from error
 
 
 class Remote:

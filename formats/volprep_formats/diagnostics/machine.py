@@ -21,7 +21,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7004": Diagnostic(
         ExitStatus.MACHINE,
         "the limit of memory (ulimit -v), {limit_mb:.0f} MB, is too low: {needed_mb:.0f} MB or more are needed",
-        "Raise the limit, or the memory that is requested from the scheduler, to 2 GB or more.",
+        "Raise the limit, or the memory that is requested from the scheduler, to {needed_mb:.0f} MB.",
     ),
     "VP7005": Diagnostic(
         ExitStatus.MACHINE,
@@ -254,5 +254,10 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.USAGE,
         "the plotter's volume cannot be taken: {reason}",
         "Add one ImageData with add_volume and its default blending, or say which one with volume=NUMBER.",
+    ),
+    "VP7094": Diagnostic(
+        ExitStatus.OUTPUT,
+        "--json has nowhere to print its result: standard output is closed",
+        "Leave standard output open, or leave --json out.",
     ),
 }

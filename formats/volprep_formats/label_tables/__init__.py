@@ -10,7 +10,7 @@ from volprep_formats.label_tables.nifti import table_text
 from volprep_formats.label_tables.parse import parse_table
 from volprep_formats.label_tables.table import LABEL_TABLES, LabelEntry, LabelTable
 from volprep_formats.path_text import path_of_text
-from volprep_formats.regular_files import read_regular
+from volprep_formats.regular_files import is_there, read_regular
 
 _SERIES = ((1000, 36, "ctx-lh-", (2000, 3000, 4000)), (11100, 76, "ctx_lh_", (12100, 13100, 14100)))
 """FreeSurfer numbers the parts of the left cortex from here on. The right cortex, and the white matter below both,
@@ -86,6 +86,6 @@ def companion_table(scan: Path) -> Path | None:
     for stem in dict.fromkeys(stems):
         for ending in _COMPANIONS:
             candidate = scan.with_name(stem + ending)
-            if candidate != scan and candidate.is_file():
+            if candidate != scan and is_there(candidate):
                 return candidate
     return scan if table_text(scan) else None

@@ -3,6 +3,7 @@
 from pathlib import Path, PureWindowsPath
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.regular_files import is_there
 
 
 def data_file(header: Path, name: str) -> Path:
@@ -15,7 +16,7 @@ def data_file(header: Path, name: str) -> Path:
     problem = ""
     folder = header.parent.resolve()
     of_windows = PureWindowsPath(name)
-    if (of_windows.drive or "\\" in name) and not (header.parent / name).is_file():
+    if (of_windows.drive or "\\" in name) and not is_there(header.parent / name):
         name = of_windows.name
     try:
         path = (folder / name).resolve()

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import SafeText, VolprepError
+from volprep_formats.regular_files import is_there
 
 _MOST_ELEMENTS = 2**21
 _MOST_PLANES = 2**20
@@ -189,7 +190,7 @@ class _Files:
         told = {data.file_name for data in image.data}
         names = [_plain(path, name) for name in told if name is not None]
         # A file that holds all alone may have been renamed.
-        self._is_alone = len(told) == 1 and not any((path.parent / name).exists() for name in names)
+        self._is_alone = len(told) == 1 and not any(is_there(path.parent / name) for name in names)
         self.names = [path.name]
 
     def index(self, data: TiffData) -> int:

@@ -35,6 +35,7 @@ from volprep_formats.readers.ome.pages import (
 )
 from volprep_formats.readers.pictures.file import pages_at_once
 from volprep_formats.readers.voxel_source import stored_type_of
+from volprep_formats.regular_files import is_there
 from volprep_formats.source import ColourChannel, SourceInfo, SourceSpec
 
 _DTYPES = {"float": "float32", "double": "float64"}
@@ -200,7 +201,7 @@ def _common_page(
     """
     used = sorted(set(places.each[:, 0].tolist()))
     for file in (places.files[index] for index in used):
-        if not file.is_file():
+        if not is_there(file):
             raise VolprepError("VP1220", path=path, error=f"slices of it are in {file.name}, which is missing")
     progress.start("reading page headers", len(used))
     found: dict[int, tuple[TiffPage, ...]] = {}
