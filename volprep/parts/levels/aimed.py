@@ -82,8 +82,9 @@ def _often(lines: RaySegments, grid: Grid, edge: int, nearby: InMemory) -> Float
     """Return how often each ray is found, up to a common factor: the length along it that is near seen blocks."""
     z, y, x = (edge * h for h in grid.spacing_mm_zyx)
     means: list[Float64Array] = []
-    for part in in_memory_parts(lines, (z, y, x)):
-        samples = sample_level(nearby, (z, y, x), part)
-        sums = np.add.reduceat(samples.values.astype(np.float64), samples.offsets[:-1])
+    # Shares change little from block to block: one sample for each is enough.
+    for part in in_memory_parts(lines, (z, y, x), per_voxel=1):
+        samples = sample_level(nearby, (z, y, x), part, per_voxel=1)
+        sums = np.add.reduceat(samples.values, samples.offsets[:-1], dtype=np.float64)
         means.append(sums / np.diff(samples.offsets))
     return np.maximum(np.concatenate(means), 1.0) * lines.lengths_mm

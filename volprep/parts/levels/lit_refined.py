@@ -169,6 +169,30 @@ class _LitRefinement(Refinement):
         return sums[..., 0], np.float32(_LONGER) * sums[..., 1]
 
 
+@dataclass(frozen=True)
+class _KnownRays:
+    """Rays whose lit light in level 0 is known. All levels share them: the light of level 0 is a fifth of the work."""
+
+    lines: RaySegments
+    lights: Mapping[str, Float64Array]
+    """[n, 4] for each transfer function."""
+
+    @classmethod
+    def joined(cls, parts: "Sequence[_KnownRays]") -> "_KnownRays":
+        """Return the rays of all parts."""
+        names = parts[0].lights
+        lights = {name: np.concatenate([part.lights[name] for part in parts]) for name in names}
+        return cls(RaySegments.joined([part.lines for part in parts]), lights)
+
+    def first(self, count: int) -> "_KnownRays":
+        """Return the first rays."""
+        return self.taken(np.arange(min(count, len(self.lines.lengths_mm))))
+
+    def taken(self, order: NDArray[np.intp]) -> "_KnownRays":
+        """Return some rays in another order."""
+        return _KnownRays(self.lines.taken(order), {name: light[order] for name, light in self.lights.items()})
+
+
 class LitLevels:
     """Refines levels of one volume through lit rays."""
 
@@ -186,34 +210,50 @@ class LitLevels:
         tried = [*((each, least) for each in (coarsest, *others)), *((coarsest, each) for each in more)]
         for factors, effort in tried:
             wanted = {**self._efforts, factors: effort}
-            samples = [self._samples(*each) for each in wanted.items()]
-            fine, coarse = (sum(each) for each in zip(*samples, strict=True))
+            fine, coarse = self._samples(wanted)
             if fine <= budget.fine and coarse <= budget.coarse:
                 self._efforts = wanted
 
-    def _samples(self, factors: Factors, effort: _Effort) -> tuple[float, float]:
-        """Return about how many samples of level 0 and of the level an effort takes."""
+    def _samples(self, efforts: Mapping[Factors, _Effort]) -> tuple[float, float]:
+        """Return about how many samples of level 0 and of the levels some efforts take."""
         scan = self._scan
-        rays = self._aimed(factors, effort) + effort.rays_at_faces * cut_face_voxels(scan.looks.seen_blocks, factors)
+        rays = {factors: self._counts(factors, effort) for factors, effort in efforts.items()}
         # Light starts at any place of the box, and crosses it: rays are about as long as its mean edge.
         mean_mm = float(np.mean(scan.grid.extent_mm_zyx))
-        of_level = mean_mm / min(scan.spacing_mm_zyx(factors)) * _PER_VOXEL * effort.means[-1] / _AVERAGED
-        return rays * mean_mm / min(scan.grid.spacing_mm_zyx) * _FINE_PER_VOXEL, rays * of_level * len(scan.tables)
+        steps = {factors: _PER_VOXEL * effort.means[-1] / _AVERAGED for factors, effort in efforts.items()}
+        of_levels = (
+            sum(rays[factors]) * mean_mm / min(scan.spacing_mm_zyx(factors)) * steps[factors] for factors in efforts
+        )
+        fine = sum(map(max, zip(*rays.values(), strict=True)))
+        return fine * mean_mm / min(scan.grid.spacing_mm_zyx) * _FINE_PER_VOXEL, sum(of_levels) * len(scan.tables)
 
-    def _aimed(self, factors: Factors, effort: _Effort) -> int:
-        """Return the number of rays in all directions."""
+    def _counts(self, factors: Factors, effort: _Effort) -> tuple[int, int]:
+        """Return the number of rays in all directions, and of those straight at faces that cut through something."""
+        blocks = self._scan.looks.seen_blocks
+        voxels = seen_voxels(blocks, factors, self._scan.grid.shape_zyx)
+        at_faces = int(effort.rays_at_faces * cut_face_voxels(blocks, factors))
+        return max(effort.rays_per_voxel * voxels, _FEWEST_RAYS), at_faces
+
+    @cached_property
+    def _rays(self) -> tuple["_KnownRays", "_KnownRays"]:
+        """Rays of all levels, in random order: those in all directions, and those straight at faces."""
         scan = self._scan
-        voxels = seen_voxels(scan.looks.seen_blocks, factors, scan.grid.shape_zyx)
-        return max(effort.rays_per_voxel * voxels, _FEWEST_RAYS)
+        grid, blocks = scan.grid, scan.looks.seen_blocks
+        counts = [self._counts(*each) for each in self._efforts.items()]
+        aimed, at_faces = map(max, zip(*counts, strict=True))
+        coarsest, finest = (pick(self._efforts, key=math.prod) for pick in (max, min))
+        per_voxel = -(-at_faces // max(1, int(cut_face_voxels(blocks, finest))))
+        straight = cut_face_lines(grid, blocks, finest, per_voxel, _SEED).part(0, at_faces)
+        return self._known(rays_at(grid, blocks, coarsest, aimed)), self._known(straight)
 
-    def _lines(self, factors: Factors) -> RaySegments:
+    def _known(self, lines: RaySegments) -> "_KnownRays":
+        return _KnownRays(lines, self._light(self._fine, (1, 1, 1), lines, self._scan.tables))
+
+    def _rays_of(self, factors: Factors) -> "_KnownRays":
         """Return the rays of a level, in random order."""
-        scan, effort = self._scan, self._efforts[factors]
-        blocks = scan.looks.seen_blocks
-        aimed = rays_at(scan.grid, blocks, factors, self._aimed(factors, effort))
-        straight = cut_face_lines(scan.grid, blocks, factors, effort.rays_at_faces, _SEED)
-        lines = RaySegments.joined([aimed, straight])
-        return lines.taken(np.random.default_rng(_SEED).permutation(len(lines.lengths_mm)))
+        counts = self._counts(factors, self._efforts[factors])
+        rays = _KnownRays.joined([known.first(count) for known, count in zip(self._rays, counts, strict=True)])
+        return rays.taken(np.random.default_rng(_SEED).permutation(len(rays.lines.lengths_mm)))
 
     @cached_property
     def _fine(self) -> NDArray[np.generic]:
@@ -233,10 +273,10 @@ class LitLevels:
         """
         scan = self._scan
         tables = {**scan.tables, **{each.transfer: np.array(each.entries) for each in own}}
-        lines = self._lines(factors)
+        rays = self._rays_of(factors)
         refinement = _LitRefinement(
-            lines=lines,
-            lights=self._light(self._fine, (1, 1, 1), lines, scan.tables),
+            lines=rays.lines,
+            lights=rays.lights,
             tables=tables,
             adapt=False,
             per_voxel=_PER_VOXEL,
