@@ -253,8 +253,8 @@ inline Read read_rows(const Field<T>& field, const Sample& sample) noexcept {
         const Four near = row(1, k);
         const Four far = row(2, k);
         between += z.between[k] * (y.between[1] * near + y.between[2] * far);
-        across_y += z.between[k] * ((y.slope[0] * row(0, k) + y.slope[1] * near) +
-                                    (y.slope[2] * far + y.slope[3] * row(3, k)));
+        across_y +=
+            z.between[k] * ((y.slope[0] * row(0, k) + y.slope[1] * near) + (y.slope[2] * far + y.slope[3] * row(3, k)));
         across_z += z.slope[k] * (y.between[1] * near + y.between[2] * far);
     }
     for (const int k : {0, 3}) {
@@ -370,7 +370,7 @@ struct Pull {
 };
 
 // Adds a pull to the voxels of all rows, with the weights of the values beside a sample that `beside` names.
-inline void add_to_rows(const Sample& sample, const Padding& padding, const Pull& pull, Four Across::*beside,
+inline void add_to_rows(const Sample& sample, const Padding& padding, const Pull& pull, Four Across::* beside,
                         float* sums) noexcept {
     const auto& [x, y, z] = sample.across;
     float* const corner = sums + sample.first - 1;

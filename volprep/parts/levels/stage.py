@@ -5,7 +5,7 @@ gets a lookup table of its own. The decision is kept in the draft for later stag
 are classified, too (classified.py).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from volprep.compositing import COMPOSITINGS
@@ -53,6 +53,8 @@ CANDIDATES: tuple[LevelFilter, ...] = (
 """Candidates of "auto"; the first is the reference of the comparison."""
 FREE_CANDIDATES = tuple(name for name in CANDIDATES if name not in BY_LOOKS)
 """Those that depend on no transfer function, for packages whose users edit them."""
+Candidates = Mapping[int, tuple[LevelFilter, ...]]
+"""Filters that are tried, by the number of the level."""
 _NEVER_FAR_DOWN: frozenset[LevelFilter] = frozenset({"median", "feature-preserving"})
 """Not tried where means are kept. On six scans with three choices of functions each, at 16 and 32 voxels along an edge,
 the median had 1.02 to 2.2 times box's error in all 36; with tables of histograms it was the best in 3 of 36, by 1.3 %
@@ -98,27 +100,26 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     scan = LevelInput(codes_of_source(draft, plan), plan.grid, _tables(plan))
     coarser = [level for level in plan.levels if level.index > 0]
-    looks = _looks_far_down(scan, coarser, plan)
-    passes = sum(len(_candidates(level, plan)) for level in coarser) + bool(looks)
+    lit = _lit_levels(scan, plan, coarser)
+    candidates = {level.index: _candidates(level, plan, lit) for level in coarser}
+    looks = {} if plan.is_classified else _looks_far_down(scan, coarser, candidates)
+    passes = sum(map(len, candidates.values())) + bool(looks)
     progress.start("pyramid", passes * plan.grid.shape_zyx[0])
     if looks:
         scan.means.update(keep_means(scan.volume, looks, draft.scratch, progress.advance))
-    chooser = _chooser(scan, plan, coarser) if coarser else None
+    chooser = _chooser(scan, plan, coarser, candidates) if coarser else None
     seen = _seen(scan, plan) if coarser else None
     steps = _steps(scan, plan) if coarser else None
-    lit = _lit_levels(scan, plan, coarser) if isinstance(chooser, Chooser) else None
     is_edited = plan.part(EditingPlan) is not None
     waiting: list[tuple[LevelPlan, Future[LevelChoice], RawVolume]] = []
     # A level is measured while the next one is made: both use few threads.
     with ThreadPoolExecutor(1) as beside:
         for level in coarser:
-            candidates = _candidates(level, plan)
+            filters = candidates[level.index]
             if chooser is None:
-                choice, codes = _made(scan, level, candidates[0], draft, progress)
+                choice, codes = _made(scan, level, filters[0], draft, progress)
             else:
-                choice, codes = chooser.choose(
-                    level.index, level.factors_zyx, candidates, draft.scratch, progress.advance
-                )
+                choice, codes = chooser.choose(level.index, level.factors_zyx, filters, draft.scratch, progress.advance)
             waiting.append((level, beside.submit(_measured, choice, codes, level, seen, lit, steps, is_edited), codes))
         choices = [_written(draft, plan, *each) for each in waiting]
     filters = {choice.level: choice.filter for choice in choices}
@@ -180,7 +181,7 @@ def _written(
 
 
 def _chooser(
-    scan: LevelInput, plan: ChannelPlan, coarser: Sequence[LevelPlan]
+    scan: LevelInput, plan: ChannelPlan, coarser: Sequence[LevelPlan], candidates: Candidates
 ) -> Chooser | ClassifiedChooser | ProjectedChooser | None:
     """Return what chooses filters, and tables where they make light; None where there is one filter for all scans."""
     if plan.is_classified:
@@ -194,13 +195,13 @@ def _chooser(
         adapt=bool(plan.lookups or plan.preintegrated) and not _drawing(plan).labelled,
         editable=plan.part(EditingPlan) is not None,
         levels=[level.factors_zyx for level in coarser],
-        budget=_budget(plan, coarser),
+        budget=_budget(coarser, candidates),
     )
 
 
-def _budget(plan: ChannelPlan, coarser: Sequence[LevelPlan]) -> RefineBudget | None:
+def _budget(coarser: Sequence[LevelPlan], candidates: Candidates) -> RefineBudget | None:
     """Return the budget of refinement; None if no level may be refined."""
-    if not any("refined" in _candidates(level, plan) for level in coarser):
+    if not any("refined" in each for each in candidates.values()):
         return None
     return THOROUGH if any(level.refine == "thorough" for level in coarser) else AUTO
 
@@ -216,7 +217,7 @@ def _lit_levels(
     is_fixed = not (drawing.segments or drawing.labelled or plan.part(EditingPlan) is not None)
     # Whatever filters levels have: the budget is then the same when a level is made again.
     levels = [level for level in coarser if level.lit]
-    if not (levels and is_followed and is_fixed):
+    if not (levels and is_followed and is_fixed and _is_light_of_tables(plan) and not plan.is_classified):
         return None
     is_thorough = any(level.refine == "thorough" for level in levels)
     return LitLevels(scan, [level.factors_zyx for level in levels], LIT_THOROUGH if is_thorough else LIT_AUTO)
@@ -264,7 +265,7 @@ def _is_projected(plan: ChannelPlan) -> bool:
     return len(COMPOSITINGS[plan.shared.compositing].level_filters) > 1
 
 
-def _candidates(level: LevelPlan, plan: ChannelPlan) -> tuple[LevelFilter, ...]:
+def _candidates(level: LevelPlan, plan: ChannelPlan, lit: LitLevels | None) -> tuple[LevelFilter, ...]:
     if level.filter == "none":
         msg = f"level {level.index} has no filter"
         raise ValueError(msg)
@@ -277,18 +278,20 @@ def _candidates(level: LevelPlan, plan: ChannelPlan) -> tuple[LevelFilter, ...]:
         filters = COMPOSITINGS[plan.shared.compositing].level_filters
         return tuple(name for name in filters if not (is_edited and name in BY_LOOKS))
     candidates = FREE_CANDIDATES if is_edited else CANDIDATES
-    left_out = {"refined"} if level.refine == "none" else set()
+    # What follows unlit light first is hardly nearer in lit pictures, once lit rays were followed.
+    is_lit_refined = level.lit and lit is not None and lit.refines(level.factors_zyx)
+    left_out = {"refined"} if level.refine == "none" or (level.refine == "auto" and is_lit_refined) else set()
     if are_kept(level.factors_zyx):
         left_out |= _NEVER_FAR_DOWN
     return tuple(name for name in candidates if name not in left_out)
 
 
-def _looks_far_down(scan: LevelInput, coarser: Sequence[LevelPlan], plan: ChannelPlan) -> dict[Factors, Look]:
+def _looks_far_down(scan: LevelInput, coarser: Sequence[LevelPlan], candidates: Candidates) -> dict[Factors, Look]:
     """Return the looks of the levels, by their factors, for whose fits means are kept."""
     looks = {}
     for level in coarser:
-        fitted = (FITTED | BY_LOOKS).intersection(_candidates(level, plan))
-        if fitted and are_kept(level.factors_zyx) and not plan.is_classified:
+        fitted = (FITTED | BY_LOOKS).intersection(candidates[level.index])
+        if fitted and are_kept(level.factors_zyx):
             # Means with looks serve all.
             name: LevelFilter = "appearance" if BY_LOOKS & fitted else "least-squares"
             looks[level.factors_zyx] = look_of(scan, name, level.factors_zyx)
