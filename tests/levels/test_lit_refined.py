@@ -1,6 +1,7 @@
 """Levels refined through lit rays, on a folded body."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from volprep.parts.levels.level_results import _refined_lit
 from volprep.parts.levels.lit_refined import LIT_AUTO, LitBudget, LitLevels
 from volprep.parts.levels.rays import random_lines
 from volprep.parts.levels.rendered_rays import RaySight, SeenLevels
+from volprep.parts.levels.stage import _candidates
 from volprep.parts.levels.stage import _refined_lit as refined_at_stage
 from volprep.plan.level_choice import LevelChoice, PictureErrors
 from volprep.plan.records import LevelPlan
@@ -123,3 +125,25 @@ def test_the_coarsest_level_comes_first_where_the_budget_is_small(body) -> None:
     lit = LitLevels(body.scan, [FACTORS, coarse], LitBudget(fine=10**9, coarse=700_000))
     assert lit.refines(coarse)
     assert not lit.refines(FACTORS)
+
+
+def test_levels_share_the_rays_whose_light_in_level_0_is_known(body) -> None:
+    coarse = (4, 4, 4)
+    for levels in ([FACTORS], [FACTORS, coarse]):
+        # 8000 rays of 54 samples are enough for either level.
+        lit = LitLevels(body.scan, levels, LitBudget(fine=700_000, coarse=10**9))
+        assert all(map(lit.refines, levels))
+
+
+def test_unlit_rays_refine_only_what_lit_rays_do_not_unless_that_is_to_be_thorough(lit) -> None:
+    shared = SimpleNamespace(compositing="emission-absorption")
+    plan = SimpleNamespace(is_classified=False, part=lambda _: None, shared=shared)
+
+    def is_tried(refines: LitLevels | None, **changes) -> bool:
+        return "refined" in _candidates(PLAN.model_copy(update=changes), plan, refines)
+
+    assert not is_tried(lit, lit=True)
+    assert is_tried(lit, lit=True, refine="thorough")
+    assert is_tried(lit, lit=True, factors_zyx=(4, 4, 4))
+    assert is_tried(None, lit=True)
+    assert is_tried(lit, lit=False)
