@@ -115,11 +115,11 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     # A level is measured while the next one is made: both use few threads.
     with ThreadPoolExecutor(1) as beside:
         for level in coarser:
-            filters = candidates[level.index]
+            names = candidates[level.index]
             if chooser is None:
-                choice, codes = _made(scan, level, filters[0], draft, progress)
+                choice, codes = _made(scan, level, names[0], draft, progress)
             else:
-                choice, codes = chooser.choose(level.index, level.factors_zyx, filters, draft.scratch, progress.advance)
+                choice, codes = chooser.choose(level.index, level.factors_zyx, names, draft.scratch, progress.advance)
             waiting.append((level, beside.submit(_measured, choice, codes, level, seen, lit, steps, is_edited), codes))
         choices = [_written(draft, plan, *each) for each in waiting]
     filters = {choice.level: choice.filter for choice in choices}
