@@ -71,6 +71,7 @@ def test_the_scaling_of_a_dose_alone_gives_its_values(tmp_path, frames, change, 
         del data.GridFrameOffsetVector
     info = read(save(data, tmp_path / "dose.dcm"))[1]
     assert (info.slope, info.intercept, info.unit) == photometry
+    assert any("not in gray" in remark for remark in info.remarks) == (info.unit == "")
 
 
 def test_a_dose_with_a_scaling_of_zero_is_refused(tmp_path) -> None:

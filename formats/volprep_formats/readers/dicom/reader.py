@@ -336,14 +336,21 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
         )
     if any(image.table is not None for image in images):
         remarks.append("the values come from the table in the header (ModalityLUTSequence), not from the pixels alone")
-    if any(image.is_in_volume for image in images):
-        remarks.append(
-            "the frames lie in a volume of their own (ImagePositionVolume), whose place in the patient is not known"
-        )
-    if any(image.has_real_world_values for image in images):
-        remarks.append(
-            "the header also maps its values to real-world ones (RealWorldValueMappingSequence), which is not applied"
-        )
+    told = (
+        (
+            any(image.modality == "RTDOSE" and not image.unit for image in images),
+            "the dose has no unit or no scaling (DoseUnits, DoseGridScaling): its values are not in gray",
+        ),
+        (
+            any(image.is_in_volume for image in images),
+            "the frames lie in a volume of their own (ImagePositionVolume), whose place in the patient is not known",
+        ),
+        (
+            any(image.has_real_world_values for image in images),
+            "the header also maps its values to real-world ones (RealWorldValueMappingSequence), which is not applied",
+        ),
+    )
+    remarks += [text for is_so, text in told if is_so]
     if any(not p.is_float and p.high_bit != p.bits_stored - 1 for p in pixels):
         remarks.append("HighBit is not BitsStored - 1: the stored bits were moved down, and those below them dropped")
     remarks += _of_colours(pixels)
