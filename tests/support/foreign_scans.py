@@ -198,6 +198,25 @@ points = [
     return _scene(folder, "segments", 'path = "scan.nii"', more, points)
 
 
+def styles(folder: Path) -> Path:
+    """Three segments of two functions, of which one is hidden and the last comes before the others in the package."""
+    values = blobs(4)
+    affine = np.diag([-1.0, -1.0, 1.2, 1.0])
+    nibabel.save(nibabel.Nifti1Image(np.rint(values * 900 + 50).astype(np.int16).T, affine), folder / "scan.nii")
+    labels = np.digitize(values, (0.1, 0.3, 0.5)).astype(np.uint8)
+    nibabel.save(nibabel.Nifti1Image(labels.T, affine), folder / "labels.nii")
+    style = '[[segments.style]]\nlabels = [{}]\ntint = "{}"\n{}\n'
+    looks = (
+        style.format(1, "#20c0ff", "opacity = 0.1")
+        + style.format(2, "#ff8040", "visible = false")
+        + style.format(3, "#80ff40", 'transfer = "tissue"')
+    )
+    inside = '[[transfer]]\nname = "inside"\npoints = [{ value = 0.0, colour = "#ffffff", extinction_per_mm = 0.1 }]\n'
+    path = _scene(folder, "styles", 'path = "scan.nii"', f'{_RENDER}[segments]\nsource = "labels.nii"\n{looks}')
+    path.write_text(path.read_text(encoding="utf-8") + inside, encoding="utf-8")
+    return path
+
+
 SCENES: dict[str, Callable[[Path], Path]] = {
-    each.__name__: each for each in (nifti, dicom, maximum, surface, opaque, mida, minimum, vessels, segments)
+    each.__name__: each for each in (nifti, dicom, maximum, surface, opaque, mida, minimum, vessels, segments, styles)
 }

@@ -26,6 +26,7 @@ from volprep.validation.witness.independent.scene import WitnessedFunction, Witn
 from volprep.validation.witness.independent.sources import read_scan
 from volprep.validation.witness.read_checks import box_of, check_cameras, check_function, check_voxels
 from volprep.validation.witness.records import NotWitnessed
+from volprep.validation.witness.segment_checks import check_segments
 
 _Given = ParamSpec("_Given")
 
@@ -64,6 +65,8 @@ def read_again(
         _read_channel(result, scans, scene, channel, channels[channel["name"]])
         if channel["name"] in scans:
             _compare_channel(result, package, manifest, scene, channel, channels[channel["name"]], scans)
+    if manifest.get("segments"):
+        result.compare("segments", check_segments, package, manifest, scene)
     first = next(iter(channels.values()))
     result.compare("cameras", check_cameras, first, manifest["grid"], scene.projection)
     for statement in statements:

@@ -11,6 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import numpy as np
 
+from volprep.validation.witness.independent.colours import linear_light
 from volprep.validation.witness.independent.scan import CannotWitnessError, Floats
 
 Json = Mapping[str, Any]
@@ -59,6 +60,12 @@ class WitnessedScene:
     functions: tuple[WitnessedFunction, ...]
     undecoded: Mapping[str, str] = field(default_factory=dict)
     """Transfer functions that are not decoded, and why."""
+    names: tuple[str, ...] = ()
+    """Names of all transfer functions, in order."""
+    segments: Json = field(default_factory=dict)
+    """The table [segments]."""
+    base: Path = Path("/")
+    """Folder where relative paths start."""
     compositing: str = "emission-absorption"
     lighting: str = "none"
     light: Json = field(default_factory=dict)
@@ -102,6 +109,9 @@ def _decoded(scene: Json, base: Path, instead: Path | None, presets: Path) -> Wi
         sources=_sources(scene["source"], base, instead),
         functions=tuple(functions),
         undecoded=undecoded,
+        names=tuple(table.get("name") or table.get("preset") for table in scene["transfer"]),
+        segments=scene.get("segments") or {},
+        base=base,
         compositing=render.get("compositing", "emission-absorption"),
         lighting=render.get("lighting", "none"),
         light={"normals": "volume"} | lighting,
@@ -153,7 +163,7 @@ def _function(table: Json, name: str, presets: Path) -> WitnessedFunction:
         name=name,
         channel=table.get("channel"),
         values=None if in_range else np.array([float(point["value"]) for point in points]),
-        colours=np.array([_linear_light(point["colour"], linear) for point in points]),
+        colours=np.array([linear_light(point["colour"], linear=linear) for point in points]),
         extinctions_per_mm=None if share else _extinctions(opacities, stated, length_mm),
         opacities=opacities,
         reference_mm=length_mm,
@@ -172,14 +182,3 @@ def _extinctions(opacities: Floats, stated: Floats, length_mm: float) -> Floats:
     left = 1.0 - np.minimum(opacities, _MOST_OPAQUE)
     found: Floats = np.where(np.isnan(opacities), stated, -np.log(left) / length_mm)
     return found
-
-
-def _linear_light(colour: str | list[float], linear: bool) -> list[float]:
-    """Decode IEC 61966-2-1 (sRGB): a straight line below 0.04045, and a power of 2.4 above it."""
-    if isinstance(colour, str):
-        parts = [int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
-    elif linear:
-        return [float(part) for part in colour]
-    else:
-        parts = [float(part) for part in colour]
-    return [part / 12.92 if part <= 0.04045 else math.pow((part + 0.055) / 1.055, 2.4) for part in parts]

@@ -1,0 +1,105 @@
+"""Compare the segments of a package with what the scene and its label volume state."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from volprep.validation.witness.check import WitnessCheck
+from volprep.validation.witness.data_checks import on_level_0
+from volprep.validation.witness.independent.package import Json, read_texture
+from volprep.validation.witness.independent.scan import CannotWitnessError, WitnessedScan
+from volprep.validation.witness.independent.scene import WitnessedScene
+from volprep.validation.witness.independent.segments import (
+    WitnessedLook,
+    labels_of,
+    look_of,
+    looks_of,
+    read_labels,
+    volume_ml,
+)
+from volprep.validation.witness.read_checks import NUMPY
+
+_VOLUME_SHARE = 1e-4
+"""Affine matrices of NIfTI have 24 bits."""
+_COLOUR = 1e-6
+_TEXEL = 1.0 / 255
+"""The table of looks has 8 bits; square roots of tints are off by half a step, tints by a whole one at most."""
+_ANYTHING = (-np.inf, np.inf)
+
+
+def check_segments(package: Path, manifest: Json, scene: WitnessedScene) -> Iterator[WitnessCheck]:
+    """Compare volumes, styles, tints and visibility of all segments, and the labels of level 0."""
+    stated = manifest["segments"]
+    labels = read_labels(scene.segments, scene.base)
+    looks = {each["number"]: look_of(scene.segments, scene.names, each["number"]) for each in stated["segments"]}
+    yield from _check_records(stated, labels, looks)
+    yield _check_outside(stated, scene)
+    yield from _check_table(package, manifest, looks, float(stated["outside"]))
+    yield _check_voxels(package, manifest, labels)
+
+
+def _check_records(stated: Json, labels: WitnessedScan, looks: dict[int, WitnessedLook]) -> Iterator[WitnessCheck]:
+    """Compare what the manifest states of each segment."""
+    volumes, tints, others = [], [0.0], []
+    for each in stated["segments"]:
+        look, expected = looks[each["number"]], volume_ml(labels, each["number"])
+        volumes.append(abs(each["volume_ml"] - expected) / max(expected, 1e-12))
+        if look.tint is not None:
+            tints.append(float(np.abs(look.tint - each["tint"]).max()))
+        others += [each["transfer"] != look.transfer, each["visible"] != look.visible]
+        others.append(abs(each["opacity"] - look.opacity) > _COLOUR)
+    shown = {each["name"]: each["transfer"] for each in stated["segments"]}
+    others += [label["transfer"] != shown[name] for label in stated["labels"] for name in label["segments"][:1]]
+    yield _check("volumes of segments", labels.library, "largest difference, as a part", max(volumes), _VOLUME_SHARE)
+    yield _check("tints of segments", NUMPY, "largest difference of linear light", max(tints), _COLOUR)
+    yield _check("styles of segments", NUMPY, "functions, opacities and visibilities that differ", sum(others), 0)
+
+
+def _check_outside(stated: Json, scene: WitnessedScene) -> WitnessCheck:
+    wanted = float(scene.segments.get("outside_opacity", 1.0))
+    return _check("opacity outside of segments", NUMPY, "difference", abs(stated["outside"] - wanted), _COLOUR)
+
+
+def _check_table(
+    package: Path, manifest: Json, looks: dict[int, WitnessedLook], outside: float
+) -> Iterator[WitnessCheck]:
+    """Compare the table of looks, which programs read, for labels of at most one segment."""
+    stated = manifest["segments"]
+    numbers = {each["name"]: each["number"] for each in stated["segments"]}
+    for texture in manifest["textures"]:
+        if texture["role"] != "looks":
+            continue
+        off = [0.0]
+        held = looks_of(read_texture(package, texture["file"]), len(stated["labels"]))
+        for label, (*tint, opacity) in zip(stated["labels"], held.tolist(), strict=True):
+            if len(label["segments"]) > 1:
+                continue
+            look = looks[numbers[label["segments"][0]]] if label["segments"] else None
+            wanted = outside if look is None else look.opacity if look.visible else 0.0
+            off.append(abs(opacity - wanted))
+            if look is not None and look.tint is not None and look.visible:
+                off.append(float(np.abs(look.tint - tint).max()))
+        yield _check(texture["name"], NUMPY, "largest difference of a tint or an opacity", max(off), _TEXEL)
+
+
+def _check_voxels(package: Path, manifest: Json, labels: WitnessedScan) -> WitnessCheck:
+    """Compare the numbers of segments of the voxels of level 0."""
+    stated = manifest["segments"]
+    textures = [each for each in manifest["textures"] if each["role"] == "labels" and each["level"] == 0]
+    grid = manifest["channels"][0]["levels"][0]["grid"]
+    if len(textures) != 1 or textures[0]["shape_zyx"] != grid["shape_zyx"]:
+        raise CannotWitnessError("its labels lie in a mosaic or in bricks: pictures are compared with the truth alone")
+    numbers = {each["name"]: float(each["number"]) for each in stated["segments"]}
+    sets = [{numbers[name] for name in label["segments"]} or {0.0} for label in stated["labels"]]
+    if any(len(each) > 1 for each in sets):
+        raise CannotWitnessError("segments overlap")
+    held = np.array([next(iter(each)) for each in sets])[labels_of(read_texture(package, textures[0]["file"]))]
+    wanted, first = on_level_0(labels, grid, _ANYTHING, 1)
+    wanted = np.where(np.isin(wanted, list(numbers.values())), wanted, 0.0)
+    differing = float((held[first : first + len(wanted)] != wanted).mean())
+    return _check("labels of level 0", labels.library, "part of the voxels with another segment", differing, 0)
+
+
+def _check(item: str, by: str, what: str, found: float, limit: float) -> WitnessCheck:
+    return WitnessCheck(item=item, by=by, what=what, found=float(found), limit=limit)
