@@ -93,6 +93,8 @@ def _format_of(path: Path, source: Source) -> str:
 
 
 def _named(scan: WitnessedScan, distribution: str) -> WitnessedScan:
+    if scan.stored.ndim != 3 or scan.stored.dtype.kind not in "biuf":
+        raise CannotWitnessError("its voxels are colours, or other numbers of several components")
     return WitnessedScan(
         scan.stored, scan.slope, scan.intercept, scan.world_from_index, f"{distribution} {version(distribution)}"
     )
