@@ -9,7 +9,7 @@ from volprep_formats.progress import Progress
 
 
 @dataclass
-class Task:
+class TaskTime:
     """A task and its time."""
 
     task: str
@@ -26,20 +26,20 @@ class Timing:
     def __init__(self, shown: Progress) -> None:
         self._shown = shown
         self._now = _clocks()
-        self._tasks = {"prepare": Task("prepare", 0.0, 0.0)}
+        self._tasks = {"prepare": TaskTime("prepare", 0.0, 0.0)}
         self._task = self._tasks["prepare"]
 
     def start(self, task: str, total: int) -> None:
         """Begin a task. One that starts again goes on."""
         self._add()
-        self._task = self._tasks.setdefault(task, Task(task, 0.0, 0.0))
+        self._task = self._tasks.setdefault(task, TaskTime(task, 0.0, 0.0))
         self._shown.start(task, total)
 
     def advance(self, units: int = 1) -> None:
         """Pass the units on."""
         self._shown.advance(units)
 
-    def tasks(self) -> list[Task]:
+    def tasks(self) -> list[TaskTime]:
         """Return the tasks up to now, in the order in which they first started."""
         self._add()
         return list(self._tasks.values())
@@ -54,9 +54,9 @@ def _clocks() -> tuple[float, float]:
     return time.perf_counter(), sum(os.times()[:4])
 
 
-def print_times(tasks: list[Task]) -> None:
+def print_times(tasks: list[TaskTime]) -> None:
     """Print a row for each task, and their sum."""
-    total = Task("together", sum(task.seconds for task in tasks), sum(task.processor_seconds for task in tasks))
+    total = TaskTime("together", sum(task.seconds for task in tasks), sum(task.processor_seconds for task in tasks))
     rows = [
         (task.task, f"{task.seconds:.2f}", f"{task.processor_seconds:.2f}", f"{task.seconds / total.seconds:.0%}")
         for task in (*tasks, total)

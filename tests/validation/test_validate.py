@@ -95,7 +95,8 @@ def test_every_picture_is_there_and_none_without_a_name(report, folder) -> None:
     views = {name for program in report.programs for view in program.views for _, name in view.pictures}
     levels = [compared.picture for program in report.programs for compared in program.levels]
     counted = {program.empty_space.picture for program in report.programs if program.empty_space}
-    named = views | set(levels) | counted
+    kept = {each.picture for program in report.programs for each in program.kept_light}
+    named = views | set(levels) | counted | kept
     assert {f"pictures/{path.name}" for path in (folder / "pictures").iterdir()} == named
     assert len(views) == 2 * 9 * 5
     assert len(set(levels)) == len(levels) > 0

@@ -44,6 +44,11 @@ def _of_finest(finest: FinestOutcome) -> str:
     return f"level {finest.level} beyond in {finest.beyond} of {finest.views} views"
 
 
+def _seen_from(view: str) -> str:
+    """Return words for a view; its name if it is none of the standard views."""
+    return SEEN_FROM.get(view, view)
+
+
 def _of_level(level: LevelOutcome) -> str:
     losses = [*_losses(level)]
     told = f"loses {' and '.join(losses)}" if losses else "within" if level.within else "beyond"
@@ -62,9 +67,9 @@ def _losses(level: LevelOutcome) -> Iterator[str]:
         kept = f"{lost.kept_light:.2f}" if lost.kept_light >= 0.005 else "none"
         which = "its" if lost.thin + lost.small == 1 else "the light of one"
         of = f"{kept} of {which} light" if which == "its" else f"{kept} of {which} is left"
-        yield f"{' and '.join(counts)} ({of}, {SEEN_FROM[lost.view]})"
+        yield f"{' and '.join(counts)} ({of}, {_seen_from(lost.view)})"
     if level.contrast is not None:
-        yield f"up to {level.contrast.loss:.2f} of local contrast ({SEEN_FROM[level.contrast.view]})"
+        yield f"up to {level.contrast.loss:.2f} of local contrast ({_seen_from(level.contrast.view)})"
     if level.segments:
         yield f"{len(level.segments)} of {level.visible_segments} segments ({_some(level.segments)})"
     if level.parts:
