@@ -32,7 +32,9 @@ def with_common_tables(package: Package) -> Package:
     common = {(texture.role, texture.transfer): texture.name for texture in tables if texture.level is None}
     others = {texture.name: common[texture.role, texture.transfer] for texture in tables if texture.level is not None}
     pictures = _with_textures(manifest.pictures, lambda drawing: [others.get(name, name) for name in drawing.textures])
-    return Package(package.path, manifest.model_copy(update={"pictures": pictures}), package.channel)
+    kept = tuple(texture for texture in manifest.textures if texture.name not in others)
+    changed = manifest.model_copy(update={"textures": kept, "pictures": pictures})
+    return Package(package.path, changed, package.channel)
 
 
 def _with_program(manifest: Manifest, program: Program) -> Manifest:
