@@ -123,7 +123,7 @@ def test_verbs_in_another_order_end_in_the_same_package(tmp_path):
     sealed = run_verb(folder, "seal", lambda scene: scene, Silent())
     assert sealed.manifest.skipping is not None
     core = next(program for program in sealed.manifest.programs if program.transfer == "core")
-    assert core.samplers[-1].role == "skip"
+    assert core.samplers[-1] == "u_skip"
     assert check(folder) == []
 
 
