@@ -74,7 +74,7 @@ export function fidelityOf(renderer, measured) {
     source: nearest ? "measured" : stated ? "stated" : "unknown",
     rmse: value(nearest ? nearest.seen_rmse : stated?.rmse),
     maximum: value(found?.maximum),
-    kept_light: value(found?.kept_light),
+    kept_light: value(nearest?.kept_light),
     light,
     differs: differs.filter((each) => typeof each === "string"),
   };
