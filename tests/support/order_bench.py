@@ -113,9 +113,8 @@ class Bench:
         """Draws a package in another way, into floats; pieces around the point that all of them touch."""
         manifest = package.manifest
         files = manifest.subvolumes if way.sampling == "subvolumes" else None
-        (program,) = manifest.programs if files is None else files.programs
         assert manifest.render is not None
-        drawn = in_way(package, program, way, manifest.render)
+        drawn = in_way(package, _program(package, way), way, manifest.render)
         if fault is not None:
             drawn = fault(drawn, _program(drawn, way))
         if files is None:
@@ -256,6 +255,7 @@ def _picture_of(way: Way) -> tuple[int, Sequence[float]]:
 
 
 def _program(package: Package, way: Way) -> Program:
-    files = package.manifest.subvolumes if way.sampling == "subvolumes" else None
-    (program,) = package.manifest.programs if files is None else files.programs
-    return program
+    (picture,) = package.manifest.pictures
+    drawn = picture.pieces if way.sampling == "subvolumes" else picture.drawings[0]
+    assert drawn is not None
+    return next(program for program in package.manifest.programs if program.name == drawn.program)

@@ -103,17 +103,17 @@ def test_a_header_with_a_data_file_is_read_and_none_leads_out_of_the_folder(tmp_
     ("code", "fields"),
     [
         ("VP1308", {"dim": "5,4", "layout": "+0,+1", "vox": "1,1"}),
-        ("VP2080", {"dim": "5,4,x"}),
-        ("VP2080", {"layout": "+0,+1,+1"}),
-        ("VP2080", {"layout": "+0,+1"}),
-        ("VP2080", {"vox": "1,1"}),
-        ("VP2080", {"transform": "1,0,0,0"}),
-        ("VP2080", {"scaling": "0,0"}),
-        ("VP2080", {"scaling": "nan,1"}),
-        ("VP2081", {"datatype": "Bit"}),
-        ("VP2081", {"datatype": "CFloat32LE"}),
-        ("VP2081", {"dim": "5,4,3,2,2", "layout": "+0,+1,+2,+3,+4", "vox": "1,1,1,1,1"}),
-        ("VP2081", {"dim": "5,4,3,2", "layout": "+0,+1,+3,+2", "vox": "1,1,1,1"}),
+        ("VP1291", {"dim": "5,4,x"}),
+        ("VP1291", {"layout": "+0,+1,+1"}),
+        ("VP1291", {"layout": "+0,+1"}),
+        ("VP1291", {"vox": "1,1"}),
+        ("VP1291", {"transform": "1,0,0,0"}),
+        ("VP1291", {"scaling": "0,0"}),
+        ("VP1291", {"scaling": "nan,1"}),
+        ("VP1292", {"datatype": "Bit"}),
+        ("VP1292", {"datatype": "CFloat32LE"}),
+        ("VP1292", {"dim": "5,4,3,2,2", "layout": "+0,+1,+2,+3,+4", "vox": "1,1,1,1,1"}),
+        ("VP1292", {"dim": "5,4,3,2", "layout": "+0,+1,+3,+2", "vox": "1,1,1,1"}),
         ("VP2021", {"vox": "0,1,1"}),
         ("VP2021", {"vox": "inf,1,1"}),
         ("VP1008", {"dim": "50,40,30"}),
@@ -129,7 +129,7 @@ def test_a_cut_file_is_refused(tmp_path) -> None:
     whole = save(tmp_path / "a.mif.gz", image().tobytes()).read_bytes()
     for size in range(12, len(whole), 7):
         (tmp_path / "a.mif.gz").write_bytes(whole[:size])
-        assert refusal(tmp_path / "a.mif.gz").code in {"VP1002", "VP1005", "VP1008", "VP2080"}
+        assert refusal(tmp_path / "a.mif.gz").code in {"VP1002", "VP1005", "VP1008", "VP1291"}
 
 
 def test_nothing_that_could_name_a_patient_is_kept(tmp_path) -> None:

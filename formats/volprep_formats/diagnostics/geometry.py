@@ -94,16 +94,6 @@ ENTRIES: dict[str, Diagnostic] = {
         "Choose one with --volume, or source.volume in a scene, from 1 to {volumes}; volumes of the first stack "
         "come first.",
     ),
-    "VP2080": Diagnostic(
-        ExitStatus.SOURCE,
-        "{path}: not a valid MRtrix image: {error}",
-        "Get the file again from where it came, or correct its header.",
-    ),
-    "VP2081": Diagnostic(
-        ExitStatus.SOURCE,
-        "{path}: MRtrix images with {what} cannot be read",
-        "Write one volume into one file: mrconvert IN.mif -coord 3 0 -datatype float32 OUT.nii.gz.",
-    ),
     "VP2082": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the mask has voxels that are NaN, in slice {z}: they are neither inside nor outside",

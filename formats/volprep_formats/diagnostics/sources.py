@@ -527,4 +527,14 @@ ENTRIES: dict[str, Diagnostic] = {
         "Choose another colour.extinction, convert to RGB or RGBA (uint8, uint16, floats from 0 to 1), or leave "
         "[colour] out.",
     ),
+    "VP1291": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: not a valid MRtrix image: {error}",
+        "Get the file again from where it came, or correct its header.",
+    ),
+    "VP1292": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: MRtrix images with {what} cannot be read",
+        "Write one volume into one file: mrconvert IN.mif -coord 3 0 -datatype float32 OUT.nii.gz.",
+    ),
 }

@@ -82,7 +82,10 @@ def _opened(
     spacing = np.abs(fields["spacing"][1:4].astype(np.float64))
     steps = [1.0, -1.0, 1.0] * spacing
     origin = _origin_voxel(fields)
-    grid = grid_from_affine(path, "field pixdim", (nz, ny, nx), np.diag(steps), -origin * steps)
+    # Distances that are no numbers are refused with the grid.
+    with np.errstate(invalid="ignore"):
+        corner_mm = -origin * steps
+    grid = grid_from_affine(path, "field pixdim", (nz, ny, nx), np.diag(steps), corner_mm)
     factor = float(fields["factor"])
     scaled = np.isfinite(factor) and factor not in {0.0, 1.0}
     voxels = VoxelFile(data, dtype, (nz, ny, nx), start + volume * volume_bytes)

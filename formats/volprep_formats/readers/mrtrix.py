@@ -54,8 +54,8 @@ class _Axes(NamedTuple):
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
     """Open one volume of numbers. Of several volumes, `spec.volume` numbers one.
 
-    Raises VolprepError VP1003, VP1005, VP1006, VP1008, VP1021, VP2020 (sheared), VP2021 (unusable transform), VP2080 or
-    VP2081.
+    Raises VolprepError VP1003, VP1005, VP1006, VP1008, VP1021, VP2020 (sheared), VP2021 (unusable transform), VP1291 or
+    VP1292.
     """
     fields = _header(path)
     axes = _axes(path, fields)
@@ -63,7 +63,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     dtype = _dtype(path, fields)
     intercept, slope = _floats(path, fields, "scaling", 2) if "scaling" in fields else (0.0, 1.0)
     if not np.isfinite([slope, intercept]).all() or slope == 0.0:
-        raise VolprepError("VP2080", path=path, error=f"its values are {intercept} + {slope} · stored")
+        raise VolprepError("VP1291", path=path, error=f"its values are {intercept} + {slope} · stored")
     grid, remarks = _grid(path, fields, axes)
     file, start = _data(path, fields)
     is_packed = is_gzip(file)
@@ -76,7 +76,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
 
 
 def _header(path: Path) -> Fields:
-    """Return the values of each key, up to the line END. Raises VP1005 or VP2080."""
+    """Return the values of each key, up to the line END. Raises VP1005 or VP1291."""
     with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
         try:
             head = file.read(_MOST_HEADER_BYTES)
@@ -85,7 +85,7 @@ def _header(path: Path) -> Fields:
     lines, end, _ = head.partition(b"\nEND")
     first, *others = lines.decode("utf-8", "replace").split("\n")
     if first.strip().encode() != MAGIC or not end:
-        raise VolprepError("VP2080", path=path, error=SafeText("it does not begin with mrtrix image, or has no END"))
+        raise VolprepError("VP1291", path=path, error=SafeText("it does not begin with mrtrix image, or has no END"))
     fields: Fields = {}
     for line in others:
         name, colon, value = line.partition(":")
@@ -98,10 +98,10 @@ def _axes(path: Path, fields: Fields) -> _Axes:
     sizes = parse_integers(_words(path, fields, "dim"), 1, LONGEST_AXIS)
     layout = _words(path, fields, "layout")
     if sizes is None or len(sizes) > _MOST_AXES or not all(map(_LAYOUT.fullmatch, layout)):
-        raise VolprepError("VP2080", path=path, error=SafeText("its dim or layout are no numbers of axes"))
+        raise VolprepError("VP1291", path=path, error=SafeText("its dim or layout are no numbers of axes"))
     ranks = [int(word.lstrip("+-")) for word in layout]
     if sorted(ranks) != list(range(len(sizes))):
-        raise VolprepError("VP2080", path=path, error=f"its layout {ranks} is no order of {len(sizes)} axes")
+        raise VolprepError("VP1291", path=path, error=f"its layout {ranks} is no order of {len(sizes)} axes")
     if len(sizes) < 3:
         raise VolprepError("VP1308", path=path, shape="×".join(map(str, sizes)), count=len(sizes))
     order = sorted(range(len(sizes)), key=ranks.__getitem__)
@@ -109,7 +109,7 @@ def _axes(path: Path, fields: Fields) -> _Axes:
 
 
 def _layout(path: Path, axes: _Axes, wanted: int | None) -> VolumeLayout:
-    """Find the volume to read. Raises VP1021, or VP2081 for volumes that are spread over the file."""
+    """Find the volume to read. Raises VP1021, or VP1292 for volumes that are spread over the file."""
     x, y, z = axes.spatial
     shape_zyx = (axes.sizes[z], axes.sizes[y], axes.sizes[x])
     several = [axis for axis in range(3, len(axes.sizes)) if axes.sizes[axis] > 1]
@@ -117,14 +117,14 @@ def _layout(path: Path, axes: _Axes, wanted: int | None) -> VolumeLayout:
         chosen_volume(path, shape_zyx, 1, wanted)
         return VolumeLayout(shape_zyx)
     if len(several) > 1:
-        raise VolprepError("VP2081", path=path, what=f"{len(several)} axes beside x, y and z")
+        raise VolprepError("VP1292", path=path, what=f"{len(several)} axes beside x, y and z")
     count, place = axes.sizes[several[0]], axes.order.index(several[0])
     index = chosen_volume(path, shape_zyx, count, wanted)
     index = count - 1 - index if axes.is_backwards[several[0]] else index
     if place < axes.order.index(x):
         return VolumeLayout(shape_zyx, beside=count, wanted=index)
     if place < axes.order.index(z):
-        raise VolprepError("VP2081", path=path, what=SafeText("volumes along an axis between those of space"))
+        raise VolprepError("VP1292", path=path, what=SafeText("volumes along an axis between those of space"))
     return VolumeLayout(shape_zyx, behind=count, wanted=index)
 
 
@@ -132,7 +132,7 @@ def _dtype(path: Path, fields: Fields) -> np.dtype[np.generic]:
     text = fields.get("datatype", [""])[0]
     match = _TYPE.fullmatch(text.lower())
     if match is None:
-        raise VolprepError("VP2081", path=path, what=f"voxels of type {text[:40]!r}")
+        raise VolprepError("VP1292", path=path, what=f"voxels of type {text[:40]!r}")
     unsigned, bits, float_bits, order = match.groups()
     code = f"f{int(float_bits) // 8}" if float_bits else f"{'u' if unsigned else 'i'}{int(bits) // 8}"
     # Without an order the file has that of the machine that wrote it, which is little-endian today.
@@ -162,20 +162,20 @@ def _grid(path: Path, fields: Fields, axes: _Axes) -> tuple[Grid, list[str]]:
 
 
 def _data(path: Path, fields: Fields) -> tuple[Path, int]:
-    """Return the file of the voxels and where they begin. Raises VP1006, VP2080 or VP2081."""
+    """Return the file of the voxels and where they begin. Raises VP1006, VP1291 or VP1292."""
     named = fields.get("file", [])
     if len(named) != 1:
-        raise VolprepError("VP2081", path=path, what=f"{len(named)} data files")
+        raise VolprepError("VP1292", path=path, what=f"{len(named)} data files")
     name, _, text = named[0].rpartition(" ") if " " in named[0] else (named[0], "", "0")
     start = parse_integers([text], 0, 2**53)
     if start is None:
-        raise VolprepError("VP2080", path=path, error=f"its voxels begin at byte {text[:20]!r}")
+        raise VolprepError("VP1291", path=path, error=f"its voxels begin at byte {text[:20]!r}")
     return path if name == "." else data_file(path, name), start[0]
 
 
 def _words(path: Path, fields: Fields, name: str) -> list[str]:
     if name not in fields:
-        raise VolprepError("VP2080", path=path, error=f"{name} is missing")
+        raise VolprepError("VP1291", path=path, error=f"{name} is missing")
     return [word.strip() for line in fields[name] for word in line.split(",")]
 
 
@@ -183,5 +183,5 @@ def _floats(path: Path, fields: Fields, name: str, count: int) -> list[float]:
     words = _words(path, fields, name)
     numbers = parse_floats(words)
     if numbers is None or len(numbers) != count:
-        raise VolprepError("VP2080", path=path, error=f"{name} has {', '.join(words)[:60]!r}, not {count} numbers")
+        raise VolprepError("VP1291", path=path, error=f"{name} has {', '.join(words)[:60]!r}, not {count} numbers")
     return numbers
