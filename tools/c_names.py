@@ -141,7 +141,6 @@ LIMITS = {
     "Program.before": 16,
     "Program.levels": 64,
     "Proxy.meshes": 1024,
-    "RenderSettings.level_steps": 64,
     "Skipping.ranges": 4096,
     "Skipping.tables": 4096,
     "Together.transfers": 32,
@@ -154,7 +153,7 @@ LIMITS = {
 
 POINTERS = frozenset(("TransferFunction.isovalue", "TransferFunction.intensities"))
 """Numbers that are pointers, because every number may be a value."""
-ABSENT = {"RenderSettings.opacity_cutoff": 1}
+ABSENT = {"Program.opacity_cutoff": 1}
 """Number of an absent field, if it is not the usual one."""
 NULL_TEXTS = frozenset(("Segment.title", "Texture.encoder"))
 """Strings that are NULL if they are absent. Others are ""."""

@@ -12,7 +12,10 @@ Schema = dict[str, Any]
 ROLES: tuple[str, ...] = get_args(TextureRole)
 """Roles of textures that this version knows."""
 _MODELS: tuple[type[BaseModel], ...] = (Manifest, SubvolumeGrid)
-_OF_DRAFTS = {"StageRecord", "Contribution", "ChannelPart", "LevelFidelity", "ComposedProgram", "Sampler"}
+_OF_DRAFTS = {
+    *("StageRecord", "Contribution", "ChannelPart", "LevelFidelity"),
+    *("ComposedProgram", "Sampler", "RaySampling", "LevelStep"),
+}
 """Records that drafts alone have; readers refuse drafts."""
 
 

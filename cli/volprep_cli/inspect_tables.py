@@ -167,10 +167,8 @@ def _general(manifest: "Manifest") -> Rows:
         rows += _scan(manifest)
     if manifest.render is not None:
         render = manifest.render
-        cutoff = "" if render.opacity_cutoff is None else f", rays stop at opacity {render.opacity_cutoff:g}"
         allowed, previews = render.tolerance, render.tolerance.of_previews
-        longer = "".join(f", {each.step_mm:.4g} mm at level {each.level}" for each in render.level_steps)
-        rows.append(("drawing", f"{render.projection}, step {render.step_mm:.4g} mm{longer}{cutoff}"))
+        rows.append(("drawing", ", ".join((render.projection, *_sampling(manifest)))))
         rows += [
             ("tolerance", f"{_limits(allowed)}, largest error {allowed.maximum:g}"),
             ("of previews", _limits(previews)),
@@ -178,6 +176,17 @@ def _general(manifest: "Manifest") -> Rows:
     if manifest.state == "draft":
         rows.append(("stages done", ", ".join(stage.name for stage in manifest.stages) or "none"))
     return rows
+
+
+def _sampling(manifest: "Manifest") -> Iterator[str]:
+    """Say how far apart samples of the default picture are, at its finest level and where they differ."""
+    if manifest.step_mm is not None:
+        yield f"step {manifest.step_mm:.4g} mm"
+    for each in manifest.pictures[0].drawings[1:] if manifest.pictures else ():
+        if each.step_mm is not None and each.step_mm != manifest.step_mm:
+            yield f"{each.step_mm:.4g} mm at level {each.level}"
+    if manifest.opacity_cutoff is not None:
+        yield f"rays stop at opacity {manifest.opacity_cutoff:g}"
 
 
 def _limits(tolerance: "Tolerance") -> str:

@@ -511,6 +511,8 @@ typedef struct volpkg_drawing_record {
     VOLPKG_LIST(char* const) textures;
     /* Values of those uniforms that are the same in every view, whether or not the program has them. */
     VOLPKG_LIST(volpkg_uniform_value) values;
+    /* Nominal distance of the samples along a ray; absent where slices are drawn. 0 if absent. */
+    double step_mm;
     /* The same picture with rays that begin and end at a mesh, if the package has one for it. NULL if absent. */
     const volpkg_at_mesh* at_mesh;
     /* Bytes that it takes. */
@@ -607,14 +609,6 @@ typedef struct volpkg_hybrid {
     /* Whether there are lines: the edges of the box, and its middle axes. */
     int32_t has_lines;
 } volpkg_hybrid;
-
-/* Sample distances for each level. */
-typedef struct volpkg_level_step {
-    /* Number of the level. */
-    int32_t level;
-    /* Nominal distance of the samples along a ray. */
-    double step_mm;
-} volpkg_level_step;
 
 /* Largest error of a level for previews, drawn where one of its voxels covers about one pixel. A person who compares
    the two pictures sees a difference, but not a plain one, and no thin structure is missing. Where the tolerance of the
@@ -1143,15 +1137,6 @@ typedef struct volpkg_tolerance {
 
 /* Rendering settings of the package. Fragments are premultiplied linear light; alpha is the opacity. */
 typedef struct volpkg_render {
-    /* Nominal distance of the samples along a ray, at the finest level that is held whole, and at each not among
-       `level_steps`. */
-    double step_mm;
-    /* Coarser levels that are drawn with other steps, finest first; before them level 0, if it comes in sub-volumes
-       only. */
-    VOLPKG_LIST(volpkg_level_step) level_steps;
-    /* A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if rays run
-       to their end. 1 if absent. */
-    double opacity_cutoff;
     /* Projection of the standard views. */
     volpkg_projection projection;
     /* Largest error of a standard view against the oracle. */
@@ -1261,6 +1246,9 @@ typedef struct volpkg_program {
     /* Smallest step for which the shader's loop is long enough for the longest ray; unbounded if absent. 0 if absent.
        */
     double step_mm_min;
+    /* A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if rays run
+       to their end. 1 if absent. */
+    double opacity_cutoff;
 } volpkg_program;
 
 /* One of the media of a picture: a channel, seen through a transfer function. */
@@ -1278,6 +1266,8 @@ typedef struct volpkg_pieces {
     /* Names of textures: one for each sampler of the program, in their order. `subvolume-0` to `subvolume-7` are the
        sub-volumes around the point: plus 1 for the upper one along x, plus 2 along y, plus 4 along z. */
     VOLPKG_LIST(char* const) textures;
+    /* Nominal distance of the samples along a ray. */
+    double step_mm;
 } volpkg_pieces;
 
 /* What a user chooses: media, and how they are drawn. */
@@ -1454,6 +1444,7 @@ typedef struct volpkg_drawing {
     const volpkg_level* level;     /* NULL for sub-volumes */
     const volpkg_mesh* mesh;       /* where rays begin; NULL for the volume's box */
     const volpkg_skip_table* skip; /* NULL if the program does not skip */
+    double step_mm;                /* nominal distance of the samples along a ray */
     int32_t units;
     volpkg_texture textures[VOLPKG_MAX_UNITS]; /* of each unit; copies, so that pieces of the grid are textures, too */
     unsigned char constants[8][8];             /* texels of empty pieces */
@@ -3117,6 +3108,7 @@ static const volpkg__field volpkg__drawing_fields[] = {
     {"textures", &volpkg__string_list_to_64, offsetof(volpkg_drawing_record, textures), VOLPKG__NEEDED, 0, NULL},
     {"values", &volpkg__uniform_value_record_list_to_16, offsetof(volpkg_drawing_record, values), VOLPKG__NEEDED, 0,
      NULL},
+    {"step_mm", &volpkg__real_above_0, offsetof(volpkg_drawing_record, step_mm), VOLPKG__NULLABLE, 0, NULL},
     {"at_mesh", &volpkg__at_mesh_record_pointer, offsetof(volpkg_drawing_record, at_mesh), VOLPKG__NULLABLE, 0, NULL},
     {"cost", &volpkg__draw_cost_record, offsetof(volpkg_drawing_record, cost), VOLPKG__NEEDED, 0, NULL},
     {"fidelity", &volpkg__fidelity_record_pointer, offsetof(volpkg_drawing_record, fidelity), VOLPKG__NULLABLE, 0,
@@ -3207,11 +3199,6 @@ static const volpkg__field volpkg__hybrid_fields[] = {
     {"has_lines", &volpkg__truth, offsetof(volpkg_hybrid, has_lines), 0, 1.0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__hybrid_record, volpkg_hybrid, volpkg__hybrid_fields)
-static const volpkg__field volpkg__level_step_fields[] = {
-    {"level", &volpkg__int_from_0, offsetof(volpkg_level_step, level), VOLPKG__NEEDED, 0, NULL},
-    {"step_mm", &volpkg__real_above_0, offsetof(volpkg_level_step, step_mm), VOLPKG__NEEDED, 0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__level_step_record, volpkg_level_step, volpkg__level_step_fields)
 static const volpkg__field volpkg__level_tolerance_fields[] = {
     {"rmse", &volpkg__real_from_0_to_1, offsetof(volpkg_level_tolerance, rmse), 0, 0.035, NULL},
     {"flip", &volpkg__real_from_0_to_1, offsetof(volpkg_level_tolerance, flip), 0, 0.1, NULL},
@@ -3537,7 +3524,6 @@ static const volpkg__field volpkg__segments_fields[] = {
 VOLPKG__RECORDS(volpkg__segments_record, volpkg_segments, volpkg__segments_fields)
 VOLPKG__MAYBE(volpkg__segments_record_pointer, volpkg__segments_record)
 VOLPKG__MANY(volpkg__compressed_form_record_list, volpkg__compressed_form_record, 0, 2147483647.0)
-VOLPKG__MANY(volpkg__level_step_record_list_to_64, volpkg__level_step_record, 0, 64.0)
 static const volpkg__named volpkg__projection_words[] = {{"orthographic", VOLPKG_PROJECTION_ORTHOGRAPHIC},
     {"perspective", VOLPKG_PROJECTION_PERSPECTIVE}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__projection_word, VOLPKG__NAMED, 0, volpkg__projection_words)
@@ -3551,9 +3537,6 @@ static const volpkg__field volpkg__tolerance_fields[] = {
 VOLPKG__RECORDS(volpkg__tolerance_record, volpkg_tolerance, volpkg__tolerance_fields)
 VOLPKG__MAYBE(volpkg__hybrid_record_pointer, volpkg__hybrid_record)
 static const volpkg__field volpkg__render_settings_fields[] = {
-    {"step_mm", &volpkg__real_above_0, offsetof(volpkg_render, step_mm), VOLPKG__NEEDED, 0, NULL},
-    {"level_steps", &volpkg__level_step_record_list_to_64, offsetof(volpkg_render, level_steps), 0, 0, NULL},
-    {"opacity_cutoff", &volpkg__real_from_0_to_1, offsetof(volpkg_render, opacity_cutoff), VOLPKG__NULLABLE, 1, NULL},
     {"projection", &volpkg__projection_word, offsetof(volpkg_render, projection), 0, VOLPKG_PROJECTION_ORTHOGRAPHIC,
      NULL},
     {"tolerance", &volpkg__tolerance_record, offsetof(volpkg_render, tolerance), 0, 0, NULL},
@@ -3666,6 +3649,7 @@ static const volpkg__field volpkg__program_fields[] = {
     {"target", &volpkg__target_word, offsetof(volpkg_program, target), 0, VOLPKG_TARGET_RGBA8, NULL},
     {"slab_samples", &volpkg__int_from_1, offsetof(volpkg_program, slab_samples), VOLPKG__NULLABLE, 0, NULL},
     {"step_mm_min", &volpkg__real, offsetof(volpkg_program, step_mm_min), VOLPKG__NULLABLE, 0, NULL},
+    {"opacity_cutoff", &volpkg__real_from_0_to_1, offsetof(volpkg_program, opacity_cutoff), VOLPKG__NULLABLE, 1, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__program_record, volpkg_program, volpkg__program_fields)
 VOLPKG__MANY(volpkg__program_record_list_to_256, volpkg__program_record, 0, 256.0)
@@ -3682,6 +3666,7 @@ VOLPKG__MANY(volpkg__drawing_record_list_1_to_64, volpkg__drawing_record, 1, 64.
 static const volpkg__field volpkg__pieces_fields[] = {
     {"program", &volpkg__string, offsetof(volpkg_pieces, program), VOLPKG__NEEDED, 0, NULL},
     {"textures", &volpkg__string_list, offsetof(volpkg_pieces, textures), VOLPKG__NEEDED, 0, NULL},
+    {"step_mm", &volpkg__real_above_0, offsetof(volpkg_pieces, step_mm), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__pieces_record, volpkg_pieces, volpkg__pieces_fields)
 VOLPKG__MAYBE(volpkg__pieces_record_pointer, volpkg__pieces_record)
@@ -6265,6 +6250,7 @@ static volpkg_code volpkg__drawing_rules(volpkg__reader* r, const volpkg_package
     int32_t i, mesh = -1;
     if (!drawing->program[0] && p->profile.api == VOLPKG_API_ES1_1)
         return volpkg__slice_drawing_rules(r, p, picture, drawing);
+    VOLPKG__RULE(drawing->step_mm > 0, picture->name, "it takes samples at no distance");
     VOLPKG__TRY(volpkg__read_rules(r, p, picture, drawing->program, 0, drawing->level, drawing->textures.at,
                                    drawing->textures.count, VOLPKG_RAYS_BOX));
     if (drawing->at_mesh != NULL) {
@@ -6310,24 +6296,9 @@ static volpkg_code volpkg__picture_rules(volpkg__reader* r, const volpkg_package
     return VOLPKG_OK;
 }
 
-/* Other steps belong to existing coarser levels, finest first; to level 0 if it exists only in pieces. */
-static volpkg_code volpkg__step_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_channel* channel) {
-    int32_t i, k, last = -1, in_pieces = 0;
-    for (i = 0; i < p->pictures.count; ++i) in_pieces |= p->pictures.at[i].pieces != NULL;
-    for (i = 0; p->render != NULL && i < p->render->level_steps.count; ++i) {
-        int32_t level = p->render->level_steps.at[i].level;
-        int32_t found = level == 0 && in_pieces && volpkg__level_of(channel, 0) == NULL;
-        for (k = 1; k < channel->levels.count; ++k) found |= channel->levels.at[k].index == level;
-        VOLPKG__RULE(found && level > last, "render", "its level_steps are not of coarser levels, finest first");
-        last = level;
-    }
-    return VOLPKG_OK;
-}
-
 static volpkg_code volpkg__rules_of_channel(volpkg__reader* r, const volpkg_package* p, int32_t c) {
     int32_t i;
     int filter = -1;
-    VOLPKG__TRY(volpkg__step_rules(r, p, &p->channels.at[c]));
     VOLPKG__TRY(volpkg__level_rules(r, p, c));
     for (i = 0; i < p->textures.count; ++i) {
         const volpkg_texture* t = &p->textures.at[i];
@@ -6901,6 +6872,7 @@ static volpkg_code volpkg__draw_record(const volpkg_package* p, const volpkg_pic
     int32_t i;
     VOLPKG__TRY(volpkg__begin_drawing(p, program, picture->name, channel, drawing, error));
     drawing->record = record;
+    drawing->step_mm = record->step_mm;
     drawing->level = volpkg__level_of(channel, record->level);
     for (i = 0; i < drawing->units; ++i) volpkg__bind(drawing, i, volpkg__texture_named(p, record->textures.at[i]));
     for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i)
@@ -6999,6 +6971,7 @@ volpkg_code volpkg_choose_point(const volpkg_package* package, const char* pictu
     VOLPKG__TRY(volpkg__begin_drawing(package, program, found->name,
                                       &package->channels.at[volpkg__owner(package, found->media.at->transfer)], drawing,
                                       error));
+    drawing->step_mm = found->pieces->step_mm;
     for (axis = 2; axis >= 0; --axis) { /* place of x, y, z in cuts_zyx */
         const int32_t* cuts = grid->cuts_zyx[axis].at;
         int32_t n = grid->cuts_zyx[axis].count, xyz = 2 - axis, p = rest % n, last = n - 1;
@@ -7072,12 +7045,8 @@ int32_t volpkg_choose_level(const volpkg_package* package, const char* picture, 
 }
 
 double volpkg_step_mm(const volpkg_drawing* drawing) {
-    const volpkg_render* render = drawing->package->render;
-    double step = render->step_mm;
-    int32_t i;
-    for (i = 0; i < render->level_steps.count && drawing->level; ++i)
-        if (render->level_steps.at[i].level == drawing->level->index) step = render->level_steps.at[i].step_mm;
-    return step < drawing->program->step_mm_min ? drawing->program->step_mm_min : step;
+    double least = drawing->program->step_mm_min;
+    return drawing->step_mm < least ? least : drawing->step_mm;
 }
 
 /* ---- segments ---- */
@@ -8262,7 +8231,7 @@ static uint32_t volpkg__even(double value) {
 static void volpkg__write_table(const volpkg_drawing* d, const volpkg_texture* t, const double* table,
                                 unsigned char* to) {
     /* A medium that is opaque after a quarter of a step needs no larger number. */
-    double opaque = -4 * log1p(-VOLPKG__MOST_OPAQUE) / d->package->render->step_mm, most, value;
+    double opaque = -4 * log1p(-VOLPKG__MOST_OPAQUE) / d->package->pictures.at[0].drawings.at[0].step_mm, most, value;
     int32_t i;
     int bytes = t->gl.type == 0x1401;
     most = bytes ? t->max_extinction_per_mm : opaque < 65504 ? opaque : 65504;

@@ -18,6 +18,7 @@ import { has } from "./shapes.js";
  * @property {import("./types.js").Drawing} [drawing] of a level
  * @property {Program} program
  * @property {Level} level
+ * @property {number} stepMm nominal distance of samples
  * @property {Texture[]} textures in the order of the program's samplers
  * @property {Record<string, Value>} values of uniforms that are the same in all views, by the source of the uniform
  * @property {boolean} [relit] whether light was computed again for an edited function
@@ -36,7 +37,7 @@ export function choose(pack, name, index) {
   const drawing = picture?.drawings.find((each) => each.level === index);
   const channel = manifest.channels.find((each) => each.name === picture?.media[0].channel);
   const level = channel?.levels.find((each) => each.index === index);
-  if (!drawing || !level) throw nothing(pack, name, `level ${index}`);
+  if (!drawing?.step_mm || !level) throw nothing(pack, name, `level ${index}`);
   const { program, textures } = namedBy(pack, drawing);
   const values = drawing.values.map(({ source, numbers }) => [source, numbers.length > 1 ? numbers : numbers[0]]);
   // A texture may be called __proto__.
@@ -45,15 +46,11 @@ export function choose(pack, name, index) {
     drawing,
     program,
     level,
+    stepMm: drawing.step_mm,
     textures,
     values: Object.fromEntries(values),
     texels: Object.create(null),
   };
-}
-
-/** Distance of samples that a package asks for at a level. @param {Manifest} manifest @param {number} level */
-export function stepOf({ render }, level) {
-  return render.level_steps?.find((each) => each.level === level)?.step_mm ?? render.step_mm;
 }
 
 /** @param {Package} pack @param {string} transfer @param {string} level for people */

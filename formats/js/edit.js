@@ -121,14 +121,14 @@ function noLight({ shape_zyx, gl, light }) {
  * @param {TransferFunction} edit @param {AbortSignal} signal
  */
 async function tableTexels(pack, texture, channel, level, edit, signal) {
-  const { editing, render, grid } = pack.manifest;
+  const { editing, pictures, grid } = pack.manifest;
   let table = lookup(edit, channel.quantization.window, texture.shape_zyx[2]);
   const histogram = editing?.histograms?.find((each) => each.level === level && each.channel === channel.name);
   if (histogram)
     table = ofLevel(shares(await fileOf(pack, histogram.file, signal), histogram.file), table, histogram.reference_mm);
   const half = texture.max_extinction_per_mm === undefined;
   // An extinction that is opaque after a quarter of a step, or of a shorter edge, needs no larger number.
-  const shortest = Math.min(render.step_mm, ...grid.extent_mm_zyx);
+  const shortest = Math.min(pictures[0].drawings[0].step_mm ?? Infinity, ...grid.extent_mm_zyx);
   const largest = texture.max_extinction_per_mm ?? Math.min(LARGEST_HALF, (-4 * Math.log1p(-MOST_OPAQUE)) / shortest);
   const value = (/** @type {number} */ each, /** @type {number} */ i) => (i % 4 < 3 ? each : Math.min(each, largest));
   if (half) return new Uint8Array(Uint16Array.from(table, (each, i) => toHalf(value(each, i))).buffer);

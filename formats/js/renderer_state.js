@@ -1,5 +1,4 @@
 /** The state of a renderer: package, picture, level, step, transfer functions, segments, cuts and light. */
-import { stepOf } from "./choose.js";
 import { VolpkgError } from "./error.js";
 import { Levels } from "./levels.js";
 import { Changes } from "./changes.js";
@@ -88,7 +87,7 @@ export class RendererState extends EventTarget {
 
   /** Distance of samples in millimetres that the package asks for at the level that is drawn. */
   get packageStep() {
-    return stepOf(this.#pack.manifest, this.level);
+    return this._levels.drawn?.choice.stepMm ?? this.#pack.manifest.pictures[0].drawings[0].step_mm ?? 0;
   }
 
   /** Missing features of this device with their fallbacks, and levels that could not be drawn, with the reason. */

@@ -153,6 +153,7 @@ export async function chooseBlock(pack, picture, point, namedBy, signal) {
     picture,
     program,
     level: { index: 0, factors_zyx: [1, 1, 1], grid: volume, filter: "none" },
+    stepMm: pieces.step_mm,
     textures,
     texels,
     values: {

@@ -53,15 +53,15 @@
  * @typedef {{segments?: string[], transfer: string}} SegmentLabel
  * @typedef {{name: string, transfers: string[], outside?: number, segments: Segment[], labels: SegmentLabel[]}} Segments
  * @typedef {{rmse: number, maximum: number}} StatedFidelity
- * @typedef {{level: number, program?: string, textures: string[], values: {source: string, numbers: number[]}[], at_mesh?: {program: string, mesh: string}, cost: {upload_bytes: number, gpu_bytes: number}, fidelity?: StatedFidelity}} Drawing
- * @typedef {{name: string, media: {channel: string, transfer: string}[], mixing?: "one" | "sum" | "labels" | "colour", drawings: Drawing[], pieces?: {program: string, textures: string[]}}} Picture
+ * @typedef {{level: number, program?: string, textures: string[], values: {source: string, numbers: number[]}[], step_mm?: number, at_mesh?: {program: string, mesh: string}, cost: {upload_bytes: number, gpu_bytes: number}, fidelity?: StatedFidelity}} Drawing
+ * @typedef {{name: string, media: {channel: string, transfer: string}[], mixing?: "one" | "sum" | "labels" | "colour", drawings: Drawing[], pieces?: {program: string, textures: string[], step_mm: number}}} Picture
  * @typedef {object} Manifest
  * @property {string} name
  * @property {Profile} profile
  * @property {Grid} grid
  * @property {{name: string, transfers: string[]}} [together]
  * @property {Segments} [segments]
- * @property {{step_mm: number, level_steps?: {level: number, step_mm: number}[], opacity_cutoff?: number, projection?: "orthographic" | "perspective"}} render
+ * @property {{projection?: "orthographic" | "perspective"}} render
  * @property {Channel[]} channels
  * @property {Texture[]} textures
  * @property {Program[]} programs

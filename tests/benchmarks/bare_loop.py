@@ -6,7 +6,6 @@ caster takes beyond its time is the price of the picture; no shader that takes a
 
 from volprep.shading.program import compose_program
 from volprep.validation.altered import Altered
-from volprep.validation.subject import render_settings
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
@@ -32,11 +31,11 @@ def bare(package: Package, program: Program) -> Package:
 
 def taking_all(package: Package, program: Program) -> Package:
     """Return the package whose rays take every sample: they look at no skip table and run to their end."""
-    whole = compose_program(package, program, render_settings(package), ends_early=False, skips=False)
+    whole = compose_program(package, program, package.manifest.rays(program), ends_early=False, skips=False)
     return Altered(package, {program.fragment: whole.fragment}, _without_skip(package, program))
 
 
 def _without_skip(package: Package, program: Program) -> Program:
-    whole = compose_program(package, program, render_settings(package), ends_early=False, skips=False)
+    whole = compose_program(package, program, package.manifest.rays(program), ends_early=False, skips=False)
     names = tuple(each.name for each in whole.samplers)
     return program.model_copy(update={"uniforms": whole.uniforms, "samplers": names})

@@ -124,7 +124,7 @@ def _row(console: Console, name: str, request: Request, folder: Path) -> list[Le
             everything.ratio.median,
             everything.ratio.low,
             everything.ratio.high,
-            bench.gauge.subject.render.step_mm / voxel_mm,
+            bench.gauge.subject.step_mm / voxel_mm,
             usual.median,
             planned.rmse,
             everything.rmse,

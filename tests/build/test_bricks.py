@@ -66,7 +66,7 @@ def test_a_package_of_bricks_is_sound_and_draws_what_textures_do(tmp_path, profi
             expected = one.render(box_from_clip, (40, 40))
             assert expected[..., 3].max() > 0.3
             np.testing.assert_allclose(other.render(box_from_clip, (40, 40)), expected, rtol=0, atol=1.01 / 255)
-        assert uncut(bricks, program, bricks.manifest.render) is not None
+        assert uncut(bricks, program) is not None
     if crop == "none":
         # An app whose users edit transfer functions has every voxel.
         for level in levels_of(bricks):

@@ -291,11 +291,11 @@ class TestWhatChannelsShare:
         dense = text.replace("extinction_per_mm = 0.4 }", "extinction_per_mm = 90.0 }")
         faint.write_text(dense)
         plan = scene_builds.planned(faint)
-        assert [each.render.opacity_cutoff for each in plan.channels] == [0.998, 0.998]
+        assert [each.rays.opacity_cutoff for each in plan.channels] == [0.998, 0.998]
         for number in ("90.0", "0.2"):
             dense = dense.replace(f"extinction_per_mm = {number} }}", "extinction_per_mm = 0.0002 }")
         faint.write_text(dense)
-        assert [each.render.opacity_cutoff for each in scene_builds.planned(faint).channels] == [
+        assert [each.rays.opacity_cutoff for each in scene_builds.planned(faint).channels] == [
             None,
             None,
         ]

@@ -175,7 +175,7 @@ def test_skipping_changes_no_picture_of_what_is_decoded(packages: dict[str, Pack
     package = packages[wish]
     grid = package.manifest.grid
     for program in package.manifest.programs:
-        plain = unskipped(package, program, package.manifest.render)
+        plain = unskipped(package, program)
         for view in ("anterior-left", "superior"):
             camera = view_of(grid, view)
             pictures = []

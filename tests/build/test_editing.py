@@ -88,7 +88,7 @@ def test_nothing_rests_on_transfer_functions_but_their_tables(pair):
     assert before.manifest.grid == before.manifest.source.info.grid
     assert before.manifest.quantization == after.manifest.quantization
     assert before.manifest.quantization.clipped_above == before.manifest.quantization.clipped_below == 0
-    assert before.manifest.render.opacity_cutoff is not None
+    assert before.manifest.opacity_cutoff is not None
 
 
 def test_it_holds_ranges_and_tables_of_empty_space_for_every_level_and_function(pair):

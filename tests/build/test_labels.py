@@ -138,7 +138,7 @@ def step_mm(folder: Path, extinction: str, wish: str = "") -> float:
     scene = write_scene(folder, labels(), more=f"[render]\n{wish}\n")
     scene.write_text(scene.read_text().replace("extinction_per_mm = 0.5", f"extinction_per_mm = {extinction}"))
     scene_builds.built(scene, folder / "labels.volpkg")
-    return Package.open(folder / "labels.volpkg").manifest.render.step_mm
+    return Package.open(folder / "labels.volpkg").manifest.step_mm
 
 
 def test_segments_that_are_split_at_faces_are_as_long_as_voxels(tmp_path) -> None:

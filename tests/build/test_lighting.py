@@ -88,7 +88,7 @@ def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> N
     (program, *_) = package.manifest.programs
     volume = level_volume(package, package.manifest.levels[0].index)
     medium = Medium(volume, package.manifest.transfer_functions[0])
-    plain = unskipped(package, program, package.manifest.render)
+    plain = unskipped(package, program)
     for view in ("anterior-left", "superior"):
         matrix = view_of(volume.grid, view)
         oracle = COMPOSITINGS[program.compositing].oracle

@@ -66,8 +66,8 @@ drawn = partial(scene_builds.drawn, shape_hw=(96, 96))
 
 def test_every_program_says_so_and_goes_from_voxel_to_voxel(package) -> None:
     assert {program.compositing for program in package.manifest.programs} == {"maximum"}
-    assert package.manifest.render.step_mm == pytest.approx(0.8)
-    assert package.manifest.render.opacity_cutoff is None
+    assert package.manifest.step_mm == pytest.approx(0.8)
+    assert package.manifest.opacity_cutoff is None
 
 
 def test_the_reversed_view_is_the_same_picture(package) -> None:

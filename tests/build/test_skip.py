@@ -87,7 +87,7 @@ def test_pictures_are_the_same_with_fewer_samples(packages):
 def test_the_shader_without_early_termination_is_still_the_packages_own(packages):
     for package in packages:
         for program in package.manifest.programs:
-            assert uncut(package, program, package.manifest.render) is not None
+            assert uncut(package, program) is not None
 
 
 def test_a_device_makes_the_same_tables_from_ranges_and_lookup_table(packages):

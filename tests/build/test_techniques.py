@@ -168,7 +168,7 @@ def test_only_what_takes_several_samples_in_a_fragment_has_a_skip_table_and_an_e
     plan = planned(scene)
     loops = TECHNIQUES[technique].loops
     assert ("skip" in plan.stages) == loops
-    assert (plan.shared.render.opacity_cutoff is not None) == loops
+    assert (plan.shared.rays.opacity_cutoff is not None) == loops
     left_out = {item.name: item.reason for item in plan.items if not item.kept}
     assert ("a fragment takes one sample" in left_out.get("early ray termination", "")) != loops
 

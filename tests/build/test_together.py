@@ -175,7 +175,7 @@ class TestWhatItDraws:
         assert 0.05 < shares["body", finest] <= min(shares["red", finest], shares["white", finest])
         (program,) = of_picture(skips)[:1]
         assert check(skips.path) == []
-        plain = picture(unskipped(skips, program, skips.manifest.render))
+        plain = picture(unskipped(skips, program))
         np.testing.assert_allclose(picture(skips), plain, atol=FLOAT32)
 
     @pytest.mark.long
@@ -192,7 +192,7 @@ class TestWhatItDraws:
 
     def test_its_shader_without_termination_is_the_same_otherwise(self, package) -> None:
         (program,) = of_picture(package)[:1]
-        without = uncut(package, program, package.manifest.render).read_text(program.fragment).splitlines()
+        without = uncut(package, program).read_text(program.fragment).splitlines()
         left_out = [line for line in package.read_text(program.fragment).splitlines() if line not in without]
         code = [line.strip() for line in left_out if not line.strip().startswith("//")]
         assert code[0].startswith("float least_transmittance = 0.002 * pow(")

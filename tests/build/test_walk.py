@@ -210,19 +210,14 @@ def test_the_verb_prints_the_walk_and_ends_with_1_beyond_the_tolerance(tmp_path)
 
 
 @pytest.mark.long
-def test_a_package_may_name_the_step_of_its_pieces_and_no_other_of_a_level_that_it_does_not_hold(tmp_path) -> None:
+def test_pieces_have_a_step_of_their_own(tmp_path) -> None:
     scene = built(tmp_path).path.parent / "phantom.toml"
     scene.write_text(scene.read_text().replace("step_voxels = 0.25\n", ""), encoding="utf-8")
     package = scene_builds.built(scene, tmp_path / "auto.volpkg")
-    steps = {each.level: each.step_mm for each in package.manifest.render.level_steps}
-    assert 0 in steps
-    assert steps[0] < package.manifest.render.step_mm
+    (picture,) = package.manifest.pictures
+    assert min(each.level for each in picture.drawings) > 0
+    assert picture.pieces.step_mm < picture.drawings[0].step_mm
     assert check(package.path) == []
-    manifest = package.path / "manifest.json"
-    stored = json.loads(manifest.read_text())
-    del stored["subvolumes"]
-    manifest.write_text(json.dumps(stored))
-    assert any("render.level_steps names levels [0" in str(problem) for problem in check(package.path))
 
 
 def test_a_box_that_was_not_cut_is_not_shown(tmp_path) -> None:

@@ -105,8 +105,7 @@ def test_the_grid_of_sub_volumes_is_the_readers(read, kind):
 
 def uniforms(inputs: Inputs, package: Package, level: int) -> dict[str, object]:
     """Value of each uniform of a level, column by column."""
-    assert package.manifest.render is not None
-    values = {"box_from_clip": CAMERA, "step_mm": package.manifest.render.step_of(level), **inputs.values}
+    values = {"box_from_clip": CAMERA, "step_mm": inputs.step_mm, **inputs.values}
     return {
         each.name: pytest.approx(_by_columns(values[each.source]), rel=1e-6, abs=1e-9)
         for each in inputs.program.uniforms

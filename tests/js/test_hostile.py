@@ -229,7 +229,8 @@ def test_a_step_that_would_take_hours_is_not_taken(browser, server, scene_packag
     package = scene_package(name)
     copy = Path(shutil.copytree(package.path, tmp_path / "copy.volpkg"))
     manifest = json.loads((copy / "manifest.json").read_text())
-    manifest["render"] |= {"step_mm": 1e-12, "level_steps": []}
+    for drawing in manifest["pictures"][0]["drawings"]:
+        drawing["step_mm"] = 1e-12
     (copy / "manifest.json").write_text(json.dumps(manifest))
     matrix = box_from_clip_of(package)[6].T.ravel().tolist()
     found = opened(browser, server, copy, SCRIPT_HOURS, matrix=matrix)

@@ -172,7 +172,7 @@ def test_the_fidelity_of_a_picture_says_where_its_numbers_come_from(browser, ser
     renderer.dispose();
     return found;
     """
-    step_mm = package.manifest.render.step_mm
+    step_mm = package.manifest.step_mm
     nothing, unknown, stated, cut, measured = browser.run(script, box_from_clip_of(package)[6].T.ravel().tolist())
     assert nothing is None
     assert (unknown["source"], unknown["rmse"]) == ("unknown", None)

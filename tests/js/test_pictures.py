@@ -327,8 +327,7 @@ def test_a_technique_that_a_later_volprep_may_bring_is_refused_by_name(
 
 def test_each_level_is_drawn_with_its_own_step(browser, server, scene_package) -> None:
     package = scene_package("steps of levels")
-    render = package.manifest.render
-    steps = {level: render.step_of(level) for level in levels_of(package, "shell")}
+    steps = {each.level: each.step_mm for each in package.manifest.picture("shell").drawings}
     assert len(set(steps.values())) > 1
     for level, step in steps.items():
         found = drawn_in_page(browser, server, package.path, [], options={"level": level})

@@ -62,6 +62,7 @@ def promises(subject: Subject, pixels: int) -> Iterator[PromiseRow]:
             function = table_function(package, subject.function.name, level.index)
             worst = 0.0
             with Renderer(package, level=level.index, target="rgba32f") as renderer:
+                step_voxels = renderer.nominal_mm / min(level.grid.spacing_mm_zyx)
                 for view in views:
                     truth = oracle_picture(
                         volume,
@@ -74,7 +75,6 @@ def promises(subject: Subject, pixels: int) -> Iterator[PromiseRow]:
                     seen = seen_pixels(drawn, truth)
                     if seen.any():
                         worst = max(worst, float(np.sqrt(np.mean((drawn - truth)[seen] ** 2))))
-            step_voxels = manifest.render.step_of(level.index) / min(level.grid.spacing_mm_zyx)
             reason = reasons[level.index]
             yield PromiseRow(subject.name, level.index, step_voxels, worst, _promised(reason), reason)
 

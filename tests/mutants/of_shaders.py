@@ -9,7 +9,7 @@ OF_SHADERS = (
         "early-end",
         "rays end at an opacity of 0.9",
         "volprep/shading/compositing.py",
-        "literal(1.0 - render.opacity_cutoff)",
+        "literal(1.0 - rays.opacity_cutoff)",
         "literal(0.1)",
         "opaque",
         ("tests/render/test_early_ends.py",),

@@ -12,7 +12,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.channel import ChannelPart, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.manifest import Contribution, Heading, PlanItem, RenderSettings, StageRecord
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ComposedProgram, Program, Sampler, Uniform
+from volprep_formats.package.program import ComposedProgram, Program, RaySampling, Sampler, Uniform
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import GlFormat, MosaicLayout, Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -112,7 +112,7 @@ def _program(*, mosaic: bool) -> ComposedProgram:
         samplers=("u_volume", "u_transfer"),
     )
     inputs = (Sampler(name="u_volume", role="volume"), Sampler(name="u_transfer", role="transfer"))
-    return ComposedProgram(program=program, inputs=inputs)
+    return ComposedProgram(program=program, inputs=inputs, rays=RaySampling(step_mm=0.15))
 
 
 def run_import(draft: Draft, seed: int = 0) -> None:
@@ -176,7 +176,7 @@ def run_shaders(draft: Draft) -> None:
     draft.write("shaders/screen.vert", "shader", b"attribute vec2 a_ndc;\n")
     draft.write("shaders/raycast.frag", "shader", b"void main() {}\n")
     made = Contribution(programs=(_program(mosaic=mosaic),))
-    told = draft.manifest.model_copy(update={"render": RenderSettings(step_mm=0.15)})
+    told = draft.manifest.model_copy(update={"render": RenderSettings()})
     draft.commit(StageRecord(name="shaders", key=key("shaders"), made=(made,)), told)
 
 

@@ -280,9 +280,7 @@ CONTRADICTIONS: dict[str, Change] = {
     ),
     "program raycast reads 2 textures; the profile has 1 units": set_to("profile", "texture_units", to=1),
     "program raycast has 2 uniforms u_step_mm": set_to("programs", 0, "uniforms", 0, "name", to="u_step_mm"),
-    "render.level_steps names levels [7], the levels after the finest one are": set_to(
-        "render", "level_steps", to=[{"level": 7, "step_mm": 1.0}]
-    ),
+    "picture bone at level 1 takes samples at no distance": drop("pictures", 0, "drawings", 1, "step_mm"),
     "it is sealed, but has records of stages": set_to("stages", to=[{"name": "import", "key": "0" * 64}]),
     "it is sealed without render": drop("render"),
     "it is sealed without a channel": set_to("channels", to=[]),

@@ -119,7 +119,7 @@ def _tile(
             Medium(_cropped(shown, level.grid), package.manifest.transfer_functions[0]),
             camera,
             view.shape_hw,
-            package.manifest.render.step_of(0),
+            package.manifest.step_mm,
         )
         twin_rmse = rmse(picture, twin)
     return Tile(shown.name, technique.name, compositing, rmse(picture, truth), twin_rmse), picture

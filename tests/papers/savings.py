@@ -15,7 +15,6 @@ from volprep.render.renderer import Renderer
 from volprep.shading.program import compose_program
 from volprep.truth.camera import standard_views
 from volprep.validation.altered import Altered
-from volprep.validation.subject import render_settings
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.program import Program
@@ -138,7 +137,7 @@ def _opened(bench: Bench, package: Package, way: Way) -> Iterator[tuple[Renderer
 
 
 def _altered(package: Package, program: Program, way: Way) -> Package:
-    text = compose_program(package, program, render_settings(package), ends_early=way.early).fragment
+    text = compose_program(package, program, package.manifest.rays(program), ends_early=way.early).fragment
     assert _WHERE_SEEN in text
     if not way.seen:
         text = text.replace(_WHERE_SEEN, "{")

@@ -147,12 +147,13 @@ def with_pieces(package):
 
 def compose_all(package):
     package = with_pieces(package)
+    rays = package.manifest.rays(package.manifest.programs[0])
     for design, skips, ends_early in product(designs(package), (True, False), (True, False)):
         if ends_early and not COMPOSITINGS[design.compositing].ends_early:
             continue
         if not skips and design.normals_from != "volume":
             continue
-        shaders = compose_program(package, design, package.manifest.render, ends_early=ends_early, skips=skips)
+        shaders = compose_program(package, design, rays, ends_early=ends_early, skips=skips)
         yield shaders.vertex, shaders.fragment
         yield from ((each.vertex or shaders.vertex, each.fragment) for each in shaders.before)
 
@@ -262,7 +263,7 @@ def test_channels_that_are_drawn_together_have_shaders_of_that_kind(tmp_path, pr
     package = with_two_channels(plain, packed=packed)
     (program,) = plain.manifest.programs
     design = program.model_copy(update={"transfer": "both"})
-    shaders = compose_program(package, design, package.manifest.render)
+    shaders = compose_program(package, design, plain.manifest.rays(program))
     assert not list(wrong_lines(shaders.fragment)), shaders.fragment
     assert not [name for name in dead_words(shaders.fragment) if f" {name};" not in shaders.vertex]
     assert [sampler.transfer for sampler in shaders.samplers][-2:] == ["red", "blue"]
@@ -278,7 +279,7 @@ def test_what_may_be_left_out_leaves_nothing_behind(tmp_path):
     plain = tiny_package(tmp_path / "plain", codes, GREY)
     rich = tiny_package(tmp_path / "rich", codes, GREY, skip=DISTANCE, cutoff=0.9)
     (program,) = rich.manifest.programs
-    left = compose_program(rich, program, rich.manifest.render, ends_early=False, skips=False)
+    left = compose_program(rich, program, rich.manifest.rays(program), ends_early=False, skips=False)
     assert left.fragment == plain.read_text(program.fragment)
     assert (left.uniforms, tuple(each.name for each in left.samplers)) == (
         plain.manifest.programs[0].uniforms,

@@ -40,7 +40,7 @@ def test_no_frame_is_worse_than_the_one_before_it(package):
     assert level == 2
     grid = package.manifest.grid
     with Renderer(package) as fine, Renderer(package, level=level) as coarse:
-        step_mm = package.manifest.render.step_of(0)
+        step_mm = package.manifest.step_mm
         for view in ("anterior-left", "superior"):
             matrix = view_of(grid, view)
             shown = [*frames(fine, "slabs", matrix, HW, step_mm, budget_s=0.0, coarse=coarse)]

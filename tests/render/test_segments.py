@@ -204,7 +204,7 @@ def test_a_crisp_border_is_within_a_quarter_of_a_voxel_of_the_truth(folder):
     assert hit.sum() > 200
     places = [19 * picture[hit, 0] / picture[hit, 3] for picture in (found, expected)]
     assert np.ptp(places[1]) > 4
-    step_mm = package.manifest.render.step_mm
+    step_mm = package.manifest.step_mm
     assert step_mm <= 0.5
     # What a sample sees begins half a step in front of it. The view runs towards smaller places, or larger ones.
     towards = np.sign(np.median(places[1]) - 10)

@@ -79,7 +79,7 @@ def test_text_is_ascii_and_complete(package):
 
 
 def test_a_ray_stops_early_only_where_the_plan_has_a_cutoff(package):
-    cutoff = package.manifest.render.opacity_cutoff
+    cutoff = package.manifest.opacity_cutoff
     fragment = package.read_text(package.manifest.programs[0].fragment)
     assert fragment.count("least_transmittance") == (0 if cutoff is None else 3)
     assert ("0.01 * pow(" in fragment) == (cutoff is not None)

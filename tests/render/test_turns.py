@@ -124,7 +124,7 @@ def test_the_finest_step_that_is_drawn_with_a_skip_table_is_whole(tmp_path, made
     step_mm = step_mm_of_turns(package.manifest, program, 0, made) * 1.001
     assert turns_of_rays(package.manifest, program, 0, step_mm) > 0.99 * made
     for view in ("superior", "anterior-left"):
-        whole = picture(unskipped(package, program, package.manifest.render), step_mm, view=view)
+        whole = picture(unskipped(package, program), step_mm, view=view)
         assert whole[..., 3].max() > 0.1
         for kind in (Renderer, ProxyRenderer):
             # Of 25,000 samples one may be in the next block.

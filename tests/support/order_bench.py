@@ -113,8 +113,7 @@ class Bench:
         """Draws a package in another way, into floats; pieces around the point that all of them touch."""
         manifest = package.manifest
         files = manifest.subvolumes if way.sampling == "subvolumes" else None
-        assert manifest.render is not None
-        drawn = in_way(package, _program(package, way), way, manifest.render)
+        drawn = in_way(package, _program(package, way), way)
         if fault is not None:
             drawn = fault(drawn, _program(drawn, way))
         if files is None:

@@ -338,7 +338,7 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
                 ),
             ),
         ),
-        render=RenderSettings(step_mm=0.25, opacity_cutoff=0.995, tolerance=tolerance),
+        render=RenderSettings(tolerance=tolerance),
         plan=(
             PlanItem(
                 name="level 0",

@@ -44,7 +44,7 @@ from volprep_formats.package.channel import ChannelPart, Quantization, SourceRec
 from volprep_formats.package.manifest import Contribution, Heading, RenderSettings, StageRecord
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ClassificationName, ProgramDesign, TechniqueName
+from volprep_formats.package.program import ClassificationName, ProgramDesign, RaySampling, TechniqueName
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -102,9 +102,9 @@ def tiny_package(
     """
     levels = [codes] if isinstance(codes, np.ndarray) else list(codes)
     grid = grid or Grid.of(levels[0].shape, spacing_mm_zyx)
-    render = RenderSettings(step_mm=step_mm, opacity_cutoff=cutoff)
+    rays = RaySampling(step_mm=step_mm, opacity_cutoff=cutoff)
     volumes = tuple(_volume(index, level, profile, packing, room) for index, level in enumerate(levels))
-    plan = _plan(levels, grid, transfer_function, profile, volumes, entries, window, render)
+    plan = _plan(levels, grid, transfer_function, profile, volumes, entries, window, rays)
     plan = _classified(plan, classification)
     if labels:
         nearest = tuple(volume.model_copy(update={"filter": "nearest"}) for volume in plan.volumes)
@@ -134,7 +134,7 @@ def tiny_package(
         quantization=quantization or _quantization(plan.quantize),
         levels=(*finest_level(plan), *coarser_levels(plan, dict.fromkeys(range(1, len(levels)), "box"), ())),
     )
-    heading = Heading(name="tiny", generator="test", profile=profile, grid=grid, render=render)
+    heading = Heading(name="tiny", generator="test", profile=profile, grid=grid, render=RenderSettings())
     # Of the 0.2 s that a package takes, nine tenths are its 34 calls of fsync; other tests kill and look.
     with patch("os.fsync"):
         draft = Draft.create(folder, heading)
@@ -195,14 +195,14 @@ def _plan(  # noqa: PLR0917 - all that a test chose
     volumes: tuple[VolumePlan, ...],
     entries: int,
     window: tuple[float, float],
-    render: RenderSettings,
+    rays: RaySampling,
 ) -> ChannelPlan:
     texture3d = profile.max_3d_texture_size > 0
     lookup_format = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
     crop = CropPlan(start_zyx=(0, 0, 0), stop_zyx=grid.shape_zyx)
     return ChannelPlan(
         channel=CHANNEL,
-        shared=Shared(profile=profile, crop=crop, grid=grid, render=render),
+        shared=Shared(profile=profile, crop=crop, grid=grid, render=RenderSettings(), rays=rays),
         transfer_functions=(transfer_function,),
         quantize=QuantizePlan(bits=levels[0].dtype.itemsize * 8, window=window),
         levels=tuple(
@@ -268,7 +268,7 @@ def _classified(plan: ChannelPlan, name: ClassificationName) -> ChannelPlan:
         tables["preintegrated"] = (PreintegratedPlan(**lookup.model_dump(exclude={"format"})),)
     if name == "preclassified":
         # Six steps: short enough for the dense, long enough for the faint.
-        update = {"transfer": lookup.transfer, "reference_mm": 6 * plan.render.step_mm, "format": "RGBA8"}
+        update = {"transfer": lookup.transfer, "reference_mm": 6 * plan.rays.step_mm, "format": "RGBA8"}
         one_voxel = {"components_per_voxel": 4}
         tables = {
             "volumes": tuple(

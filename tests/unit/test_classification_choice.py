@@ -78,7 +78,7 @@ def test_with_a_stated_step_the_errors_in_the_same_time_decide() -> None:
     kind, reason = chosen(plan)
     assert kind == "preintegrated"
     assert reason.startswith("in the time of lookup tables with steps of 1 voxel a sample of rays is off by preintegr")
-    assert plan.render.step_mm == 1.0
+    assert plan.rays.step_mm == 1.0
 
 
 def test_the_package_is_that_of_a_scene_that_names_the_kind() -> None:

@@ -233,7 +233,7 @@ class TestLevels:
         assert proposed.size_bytes == 34 * 21 * 7
         # In voxels of the level that it has.
         coarse = scene(pyramid={"coarsest_longest_axis": 9}, render={"step_voxels": 0.5})
-        assert plan(noise((33, 20, 7)), coarse, small).render.step_mm == pytest.approx(0.5 * 2.0)
+        assert plan(noise((33, 20, 7)), coarse, small).rays.step_mm == pytest.approx(0.5 * 2.0)
 
     def test_a_level_beyond_the_memory_is_left_out_with_the_numbers(self) -> None:
         small = GLES3.model_copy(update={"max_texture_bytes": 4000})
@@ -374,7 +374,7 @@ class TestTables:
 class TestRayTermination:
     def test_kept_where_a_ray_can_get_opaque(self) -> None:
         decided = plan(noise(), scene([(0.0, 0.0), (255.0, 9.0)]))
-        assert decided.render.opacity_cutoff == 0.998
+        assert decided.rays.opacity_cutoff == 0.998
         assert item(decided, "early ray termination").kept
 
     def test_left_out_where_little_lies_behind_unless_the_scene_names_an_opacity(self) -> None:
@@ -384,11 +384,11 @@ class TestRayTermination:
         points = [(0.0, 0.0), (200.0, 0.0), (255.0, 9.0)]
         decided = plan(voxels, scene(points))
         found = item(decided, "early ray termination")
-        assert decided.render.opacity_cutoff is None
+        assert decided.rays.opacity_cutoff is None
         assert not found.kept
         assert "testing each sample costs more time than that" in found.reason
-        assert plan(voxels, scene(points, render={"opacity_cutoff": 0.99})).render.opacity_cutoff == 0.99
-        assert plan(voxels, scene(points, render={"opacity_cutoff": 1.0})).render.opacity_cutoff is None
+        assert plan(voxels, scene(points, render={"opacity_cutoff": 0.99})).rays.opacity_cutoff == 0.99
+        assert plan(voxels, scene(points, render={"opacity_cutoff": 1.0})).rays.opacity_cutoff is None
 
     def test_samples_behind_count_for_more_where_they_are_lit(self) -> None:
         voxels = np.zeros((10, 10, 10), np.uint8)
@@ -406,14 +406,14 @@ class TestRayTermination:
     def test_left_out_where_no_ray_can(self) -> None:
         # Diagonal of 9×10×11 mm: 17.4 mm; 0.1 per mm gives opacity 0.82.
         decided = plan(noise(), scene([(0.0, 0.0), (255.0, 0.1)]))
-        assert decided.render.opacity_cutoff is None
+        assert decided.rays.opacity_cutoff is None
         assert not item(decided, "early ray termination").kept
         assert "0.82" in item(decided, "early ray termination").reason
 
     def test_values_that_the_source_does_not_have_do_not_count(self) -> None:
         points = [(0.0, 0.0), (255.0, 0.1), (400.0, 0.1), (400.0, 50.0)]
-        assert plan(noise(), scene(points)).render.opacity_cutoff is None
-        assert plan(noise(high=500, dtype=np.int16), scene(points)).render.opacity_cutoff == 0.998
+        assert plan(noise(), scene(points)).rays.opacity_cutoff is None
+        assert plan(noise(high=500, dtype=np.int16), scene(points)).rays.opacity_cutoff == 0.998
 
 
 def test_the_same_scan_gives_the_same_plan() -> None:

@@ -235,7 +235,7 @@ def test_the_plan_says_what_pre_integration_gains_and_how_large_its_tables_are()
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, **tables})
     plan = plan_of_one(scene, GLES3, info, gauge.result("0" * 64))
     (table,) = plan.preintegrated
-    assert plan.render.step_mm == 1.0
+    assert plan.rays.step_mm == 1.0
     item = next(each for each in plan.items if each.name == "pre-integrated table a")
     assert item.size_bytes == table.entries * 4 * 4
     found = [float(each) for each in re.findall(r"RMSE ([\d.e-]+),", item.reason)]

@@ -22,7 +22,7 @@ from volprep.truth.oracle import oracle_picture
 from volprep.truth.phantoms import distance, marschner_lobb, sampled
 from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import LevelStep
+from volprep_formats.package.program import LevelStep, RaySampling
 from volprep_formats.source import SourceInfo
 
 GLES3 = load_profile("gles3", Path())
@@ -55,13 +55,13 @@ def ball() -> np.ndarray:
 
 
 def steps_of(plan) -> list[float]:
-    return [plan.render.step_of(level.index) for level in plan.levels]
+    return [plan.rays.step_of(level.index) for level in plan.levels]
 
 
 @pytest.mark.parametrize("codes", [ball(), waves(3.0)], ids=["ball", "waves"])
 def test_the_step_that_is_chosen_is_as_exact_as_the_plan_says_in_a_picture_of_another_program(tmp_path, codes):
     """The plan's rays see patches; the picture is the shader's, against the oracle."""
-    step_mm = planned(codes, scene_of()).render.step_mm
+    step_mm = planned(codes, scene_of()).rays.step_mm
     transfer = function(*((v, (1.0, 0.216, 0.051), e) for v, e in POINTS))
     package = tiny_package(tmp_path / "p", codes, transfer, ES3, grid=GRID, step_mm=step_mm)
     errors = {1: [], 4: []}
@@ -85,7 +85,7 @@ def test_what_changes_faster_gets_a_shorter_step() -> None:
 
 def test_a_smaller_tolerance_gets_a_shorter_step() -> None:
     tolerances = [{"rmse": rmse, "maximum": 1.0} for rmse in (0.05, 0.02, 0.005, 1e-4)]
-    steps = [planned(waves(1.5), scene_of(tolerance=each)).render.step_mm for each in tolerances]
+    steps = [planned(waves(1.5), scene_of(tolerance=each)).rays.step_mm for each in tolerances]
     assert steps == sorted(steps, reverse=True)
     assert len(set(steps)) > 2
     assert steps[-1] == 0.125
@@ -149,7 +149,7 @@ def test_a_lit_step_of_two_fine_samples_is_measured_along_finer_ones() -> None:
 def test_pre_integrated_tables_take_longer_steps_than_single_samples() -> None:
     shells = ((99, 0), (100, 1), (103, 1), (104, 0))
     found = [
-        planned(ball(), scene_of(shells, render={"classification": name})).render.step_mm
+        planned(ball(), scene_of(shells, render={"classification": name})).rays.step_mm
         for name in ("preintegrated", "lookup")
     ]
     assert found[0] > 2 * found[1]
@@ -160,14 +160,14 @@ def test_lit_segments_take_shorter_steps_that_keep_the_promise_with_light() -> N
         planned(ball(), scene_of(render={"classification": "preintegrated", "lighting": name}))
         for name in ("none", "headlight")
     )
-    assert lit.render.step_mm < unlit.render.step_mm
+    assert lit.rays.step_mm < unlit.rays.step_mm
     reason = next(each.reason for each in lit.items if each.name == "step of level 0")
     assert "within a quarter of the tolerance" in reason
 
 
 def test_layers_are_measured_as_rays_are_where_the_picture_keeps_half_floats() -> None:
     cast, blended = (planned(ball(), scene_of(render={"technique": t})) for t in ("ray-casting", "view-slices"))
-    assert blended.render.step_mm == cast.render.step_mm
+    assert blended.rays.step_mm == cast.rays.step_mm
     assert "a sample of rays is off by" in next(each.reason for each in blended.items if each.kind == "step")
 
 
@@ -182,7 +182,7 @@ def test_of_layers_that_are_rounded_to_8_bits_the_step_with_the_least_error_is_t
         plan_of_one(scene_of(render=render, tolerance=tolerance), load_profile(name, Path()), info, measured)
         for name in ("gles2-2048", "gles3")
     )
-    assert bytes_.render.step_mm > floats.render.step_mm
+    assert bytes_.rays.step_mm > floats.rays.step_mm
     reason = next(each.reason for each in bytes_.items if each.kind == "step")
     assert "no step that was tried keeps it" in reason
 
@@ -205,8 +205,10 @@ def test_a_level_is_drawn_with_its_own_step(tmp_path) -> None:
         function((0.0, (1, 1, 1), 0.0), (255.0, (1, 1, 1), 0.3)),
         grid=GRID,
     )
-    render = package.manifest.render.model_copy(update={"level_steps": (LevelStep(level=1, step_mm=1.7),)})
-    package = type(package)(package.path, package.manifest.model_copy(update={"render": render}))
+    (picture,) = package.manifest.pictures
+    first, second = picture.drawings
+    own = (picture.model_copy(update={"drawings": (first, second.model_copy(update={"step_mm": 1.7}))}),)
+    package = type(package)(package.path, package.manifest.model_copy(update={"pictures": own}))
     box_from_clip = view_of(GRID, "left")
     for level, step_mm in ((0, 0.5), (1, 1.7)):
         with Renderer(package, level=level, target="rgba32f") as renderer:
@@ -218,8 +220,8 @@ def test_a_level_is_drawn_with_its_own_step(tmp_path) -> None:
 def test_of_several_channels_the_finest_step_counts_and_only_others_than_that_of_the_finest_level_are_named() -> None:
     one = [StepChoice(0, 1.0, ""), StepChoice(1, 2.0, ""), StepChoice(2, 0.7, "")]
     other = [StepChoice(0, 0.7, ""), StepChoice(2, 9.0, "")]
-    assert common_steps([one, other]) == (0.7, (LevelStep(level=1, step_mm=2.0),))
-    assert common_steps([one[:1]]) == (1.0, ())
+    assert common_steps([one, other]) == RaySampling(step_mm=0.7, level_steps=(LevelStep(level=1, step_mm=2.0),))
+    assert common_steps([one[:1]]) == RaySampling(step_mm=1.0)
 
 
 def test_rays_through_patches_see_the_field_of_the_volume_and_are_the_same_each_time() -> None:
@@ -245,9 +247,11 @@ def test_rays_through_patches_see_the_field_of_the_volume_and_are_the_same_each_
 
 def test_a_level_0_in_pieces_has_a_step_of_its_own_beside_that_of_the_finest_level_that_is_held_whole():
     choices = [StepChoice(0, 0.5, "", in_pieces=True), StepChoice(1, 0.9, ""), StepChoice(2, 2.0, "")]
-    assert common_steps([choices]) == (0.9, (LevelStep(level=0, step_mm=0.5), LevelStep(level=2, step_mm=2.0)))
+    assert common_steps([choices]) == RaySampling(
+        step_mm=0.9, level_steps=(LevelStep(level=0, step_mm=0.5), LevelStep(level=2, step_mm=2.0))
+    )
     same = [StepChoice(0, 0.9, "", in_pieces=True), StepChoice(1, 0.9, "")]
-    assert common_steps([same]) == (0.9, ())
+    assert common_steps([same]) == RaySampling(step_mm=0.9)
 
 
 def test_the_step_of_pieces_is_measured_at_their_own_resolution():
@@ -258,6 +262,6 @@ def test_the_step_of_pieces_is_measured_at_their_own_resolution():
     measured = gauge.result("0" * 64)
     pieces, whole = (plan_of_one(scene_of(grid={"size": 16}), profile, info, measured) for profile in (small, GLES3))
     assert (pieces.levels[0].index, whole.levels[0].index) == (1, 0)
-    assert pieces.render.step_of(0) == whole.render.step_of(0) < pieces.render.step_mm
+    assert pieces.rays.step_of(0) == whole.rays.step_of(0) < pieces.rays.step_mm
     plain = plan_of_one(scene_of(), small, info, measured)
-    assert plain.render.step_of(0) == plain.render.step_mm
+    assert plain.rays.step_of(0) == plain.rays.step_mm

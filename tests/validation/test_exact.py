@@ -90,11 +90,12 @@ def test_working_data_is_written_and_compared_with_nothing(draft) -> None:
 def test_numbers_that_machines_round_otherwise_are_the_same_and_others_are_named(package, tmp_path) -> None:
     derived = Package.open(package).manifest
     damaged = Damaged(package, tmp_path).manifest
-    damaged["render"]["step_mm"] *= 1 + 1e-12
+    drawing = damaged["pictures"][0]["drawings"][0]
+    drawing["step_mm"] *= 1 + 1e-12
     assert manifest_differences(manifest_of(damaged), derived) == []
-    damaged["render"]["step_mm"] *= 1 + 1e-6
+    drawing["step_mm"] *= 1 + 1e-6
     (told,) = manifest_differences(manifest_of(damaged), derived)
-    assert told.startswith("render.step_mm is ")
+    assert told.startswith("pictures[0].drawings[0].step_mm is ")
 
 
 def test_a_missing_entry_of_a_list_is_told(package, tmp_path) -> None:

@@ -263,13 +263,13 @@ CASES = (
     Case(
         "step doubled",
         "house",
-        in_manifest(lambda m: m["render"].update(step_mm=2 * m["render"]["step_mm"])),
+        in_manifest(lambda m: m["pictures"][0]["drawings"][0].update(step_mm=9.0)),
         "step_mm",
     ),
     Case(
         "rays that end earlier",
         "house",
-        in_manifest(lambda m: m["render"].update(opacity_cutoff=0.5)),
+        in_manifest(lambda m: m["programs"][0].update(opacity_cutoff=0.5)),
         "opacity_cutoff",
     ),
     Case("another projection", "house", in_render(projection="perspective"), "render.projection"),

@@ -153,7 +153,8 @@ def test_the_sweep_has_six_steps_at_the_finest_level_and_covers_every_level(repo
         steps = [point.step_ratio for point in program.sweep.points if point.level == 0]
         assert steps == [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
         for point in program.sweep.points:
-            nominal_mm = report.package.manifest.render.step_of(point.level)
+            drawings = report.package.manifest.picture(program.transfer).drawings
+            (nominal_mm,) = (each.step_mm for each in drawings if each.level == point.level)
             assert point.step_mm == pytest.approx(point.step_ratio * nominal_mm)
             assert point.draw is None or (point.draw.low > 0 and point.draw.pictures >= 7)
         counts = [point.samples_mean for point in program.sweep.points if point.level == 0]

@@ -105,7 +105,6 @@ def _frames(  # noqa: PLR0917 - package, renderers and their tasks
     box_from_clip = camera_of(package.manifest, shot).box_from_clip(grid, width / max(height, 1))
     if shot.fill and min(shot.shape_hw) > 0:
         box_from_clip = filled(renderer, box_from_clip, shot.shape_hw)
-    render = package.manifest.render
-    step_mm = shot.step_mm or (render.step_of(renderer.level.index) if render else min(grid.spacing_mm_zyx))
+    step_mm = shot.step_mm or renderer.nominal_mm
     budget_s = finishing.budget_ms / 1000
     return frames(renderer, order, box_from_clip, shot.shape_hw, step_mm, budget_s=budget_s, coarse=coarse)

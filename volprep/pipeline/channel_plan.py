@@ -274,7 +274,7 @@ class _Volume:
 
     def finished(self, shared: Shared) -> "_FinishedVolume":
         channel, case, layout = self.channel, self.channel.case, self.channel.layout
-        step = StepLengths(segment_mm=shared.render.step_mm, voxel_mm_zyx=case.info.grid.spacing_mm_zyx)
+        step = StepLengths(segment_mm=shared.rays.step_mm, voxel_mm_zyx=case.info.grid.spacing_mm_zyx)
         tables = choose_tables(case.scene, case.profile, case.functions, case.values, case.measured, step)
         plan = ChannelPlan(
             channel=case.channel,

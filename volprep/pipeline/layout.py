@@ -14,7 +14,7 @@ from volprep.parts.programs.early_end import EarlyEnd, most
 from volprep.parts.programs.step import common_steps, measures_steps
 from volprep.parts.together.decision import DrawnTogether, choose_together
 from volprep.parts.together.packing import Packed, pack_channels
-from volprep.pipeline.channel_plan import Begun, ChannelScan, Finished, begin
+from volprep.pipeline.channel_plan import ChannelScan, Finished, begin
 from volprep.plan.decisions import CompressionChoice, ValueChoice
 from volprep.plan.records import ChannelPlan, CropPlan, Shared
 from volprep.scene.scene import Scene
@@ -91,7 +91,18 @@ def _laid_out(  # noqa: PLR0917 - as `lay_channels_out`
 ) -> LaidOutChannels:
     begun = [begin(scan, each, profile, crop, grid) for scan, each in zip(scans, values, strict=True)]
     early_end = most([each.early_end for each in begun])
-    shared = _shared(scene, profile, crop, grid, _render(scene, profile, begun, early_end.cutoff(scene)))
+    steps = common_steps([channel.steps for channel in begun])
+    shared = Shared(
+        profile=profile,
+        crop=crop,
+        grid=grid,
+        render=RenderSettings(
+            projection=scene.render.projection, tolerance=scene.tolerance, hybrid=plan_hybrid(scene, profile)
+        ),
+        rays=steps.model_copy(update={"opacity_cutoff": early_end.cutoff(scene)}),
+        compositing=scene.render.compositing,
+        measure_steps=profile.has_shaders and measures_steps(scene),
+    )
     finished = [channel.finished(shared) for channel in begun]
     channels = [each.plan for each in finished]
     together = choose_together(channels, [scan.measured for scan in scans], scene)
@@ -102,29 +113,3 @@ def _laid_out(  # noqa: PLR0917 - as `lay_channels_out`
 def _without_blocks(scene: Scene) -> Scene:
     textures = scene.textures.model_copy(update={"compression": "none"})
     return scene.model_copy(update={"textures": textures})
-
-
-def _shared(scene: Scene, profile: DeviceProfile, crop: CropPlan, grid: Grid, render: RenderSettings) -> Shared:
-    return Shared(
-        profile=profile,
-        crop=crop,
-        grid=grid,
-        render=render,
-        compositing=scene.render.compositing,
-        measure_steps=profile.has_shaders and measures_steps(scene),
-    )
-
-
-def _render(
-    scene: Scene, profile: DeviceProfile, begun: Sequence[Begun], opacity_cutoff: float | None
-) -> RenderSettings:
-    """Return for each level the finest step that any channel needs."""
-    step_mm, level_steps = common_steps([channel.steps for channel in begun])
-    return RenderSettings(
-        step_mm=step_mm,
-        level_steps=level_steps,
-        opacity_cutoff=opacity_cutoff,
-        projection=scene.render.projection,
-        tolerance=scene.tolerance,
-        hybrid=plan_hybrid(scene, profile),
-    )

@@ -115,7 +115,7 @@ def make_plan(
         *packed.items,
         *blocks.items,
         *of_picture,
-        *([describe_early_end(early_end, shared.render.opacity_cutoff, scene)] if profile.has_shaders else []),
+        *([describe_early_end(early_end, shared.rays.opacity_cutoff, scene)] if profile.has_shaders else []),
         *describe_hybrid(shared.render.hybrid),
         _PREVIEW,
         *_left_out(scene, channels[0]),

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from volprep.parts.level_choices import choices_of
 from volprep.plan.level_choice import MeasuredStep
 from volprep.plan.records import ChannelPlan, Plan
-from volprep_formats.package.manifest import LevelStep, PlanItem, RenderSettings
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.program import LevelStep, RaySampling
 from volprep_formats.package.storage.draft import Draft
 
 _Key = tuple[str | None, int]
@@ -27,36 +28,36 @@ def with_measured_steps(draft: Draft, plan: Plan) -> Plan:
     }
     if not measured:
         return plan
-    shared = plan.shared.model_copy(update={"render": _settings(plan, measured)})
+    shared = plan.shared.model_copy(update={"rays": _rays(plan, measured)})
     channels = tuple(channel.model_copy(update={"shared": shared}) for channel in plan.channels)
-    items = tuple(_described(item, measured, shared.render) for item in plan.items)
+    items = tuple(_described(item, measured, shared.rays) for item in plan.items)
     return plan.model_copy(update={"shared": shared, "channels": channels, "items": items})
 
 
-def _settings(plan: Plan, measured: Mapping[_Key, MeasuredStep]) -> RenderSettings:
-    render = plan.shared.render
+def _rays(plan: Plan, measured: Mapping[_Key, MeasuredStep]) -> RaySampling:
+    planned = plan.shared.rays
     indices = sorted({level.index for channel in plan.channels for level in channel.levels})
-    by_level = {index: _finest(plan.channels, index, measured, render) for index in indices}
-    kept = {each.level: each.step_mm for each in render.level_steps if each.level not in by_level}
+    by_level = {index: _finest(plan.channels, index, measured, planned) for index in indices}
+    kept = {each.level: each.step_mm for each in planned.level_steps if each.level not in by_level}
     by_level |= kept
     first = by_level[indices[0]]
     others = (LevelStep(level=index, step_mm=step) for index, step in sorted(by_level.items()) if step != first)
-    return render.model_copy(update={"step_mm": first, "level_steps": tuple(others)})
+    return planned.model_copy(update={"step_mm": first, "level_steps": tuple(others)})
 
 
 def _finest(
-    channels: tuple[ChannelPlan, ...], index: int, measured: Mapping[_Key, MeasuredStep], render: RenderSettings
+    channels: tuple[ChannelPlan, ...], index: int, measured: Mapping[_Key, MeasuredStep], planned: RaySampling
 ) -> float:
     """Return the finest step of a level that was measured in any channel; the planned one if none was."""
     found = [measured[channel.channel, index].step_mm for channel in channels if (channel.channel, index) in measured]
-    return min(found, default=render.step_of(index))
+    return min(found, default=planned.step_of(index))
 
 
-def _described(item: PlanItem, measured: Mapping[_Key, MeasuredStep], render: RenderSettings) -> PlanItem:
+def _described(item: PlanItem, measured: Mapping[_Key, MeasuredStep], rays: RaySampling) -> PlanItem:
     """Return an item about a step with the measurement."""
     found = None if item.kind != "step" or item.level is None else measured.get((item.channel, item.level))
     if found is None or item.level is None:
         return item
-    step_mm = render.step_of(item.level)
+    step_mm = rays.step_of(item.level)
     shared = "" if step_mm == found.step_mm else f"; here {step_mm:.3g} mm, for another channel"
     return item.model_copy(update={"reason": f"{found.step_mm:.3g} mm, {found.reason}{shared}"})

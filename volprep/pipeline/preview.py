@@ -26,17 +26,16 @@ def preview_png(package: Package) -> bytes:
     grid = manifest.levels[0].grid
     camera = standard_views(grid, projection)[widest_view(grid)]
     with renderer_of(package) as renderer:
-        step_mm = _step_mm(package, renderer)
+        step_mm = _step_mm(renderer)
         window = filled(renderer, camera.box_from_clip(grid, 1.0), (_SIZE, _SIZE), step_mm)
         picture = renderer.render(window, (_SIZE, _SIZE), step_mm)
     return png_bytes(encoded(picture, "black"))
 
 
-def _step_mm(package: Package, renderer: Renderer | SliceRenderer) -> float | None:
+def _step_mm(renderer: Renderer | SliceRenderer) -> float | None:
     """Return the distance of samples; None for that of the level, also if that cannot be drawn."""
-    settings = package.manifest.render
-    if settings is None or isinstance(renderer, SliceRenderer):
+    if isinstance(renderer, SliceRenderer):
         return None
-    own_mm = settings.step_of(renderer.level.index)
+    own_mm = renderer.nominal_mm
     longer_mm = _STEP_VOXELS * min(renderer.level.grid.spacing_mm_zyx)
     return longer_mm if longer_mm > own_mm and renderer.draws_step(own_mm) else None

@@ -13,7 +13,7 @@ from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.parts.costs.record import LevelCost
 from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
-from volprep_formats.package.program import CompositingName, ProgramDesign, Sampling
+from volprep_formats.package.program import CompositingName, ProgramDesign, RaySampling, Sampling
 from volprep_formats.package.texture import SampleFilter, TextureContent
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.package.values import PackagePath
@@ -173,7 +173,9 @@ class Shared(Record):
     grid: Grid
     """Grid of level 0: that part of the source's grid."""
     render: RenderSettings
-    """How the package wants to be drawn; `opacity_cutoff` is absent where rays run to their end."""
+    """How the package wants to be drawn."""
+    rays: RaySampling
+    """Where rays take samples, and where they end."""
     compositing: CompositingName = "emission-absorption"
     """How rays combine their samples."""
     measure_steps: bool = False
@@ -227,6 +229,11 @@ class ChannelPlan(Record):
     def render(self) -> RenderSettings:
         """How the package wants to be drawn."""
         return self.shared.render
+
+    @property
+    def rays(self) -> RaySampling:
+        """Where rays take samples, and where they end."""
+        return self.shared.rays
 
     @property
     def is_classified(self) -> bool:

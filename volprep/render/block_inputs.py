@@ -39,7 +39,7 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
     level = Level(index=0, factors_zyx=(1, 1, 1), grid=level_grid, filter="none")
     textures = [by_name[name] for name in pieces.textures]
     values = block_values(sides_of(grid, point), spacing_mm_xyz) | light_values(program, level)
-    return Inputs(program, level, textures, values | environment_values(textures), texels)
+    return Inputs(program, level, textures, values | environment_values(textures), pieces.step_mm, texels)
 
 
 def block_values(sides_xyz: tuple[Side, Side, Side], spacing_mm_xyz: Float64Array) -> dict[str, ArrayLike]:

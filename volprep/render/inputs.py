@@ -27,6 +27,8 @@ class Inputs:
     """Textures in the order of the program's samplers."""
     values: Mapping[str, ArrayLike]
     """Values by the `source` of a uniform."""
+    step_mm: float
+    """Nominal distance of the samples along a ray."""
     texels: Mapping[str, NDArray[np.generic]] = field(default_factory=dict)
     """Texels by the name of a texture, for textures that are not read from the package."""
 
@@ -57,7 +59,7 @@ def level_inputs(package: Package, level: int | None, picture: str | None) -> In
     by_name = {texture.name: texture for texture in manifest.textures}
     program = next((program for program in manifest.programs if program.name == drawing.program), None)
     drawn = next((each for each in manifest.levels if each.index == drawing.level), None)
-    if program is None or drawn is None or not by_name.keys() >= set(drawing.textures):
+    if program is None or drawn is None or drawing.step_mm is None or not by_name.keys() >= set(drawing.textures):
         raise undrawable(package, f"level {drawing.level}", shown.name, "nothing: its program or a texture is missing")
     textures = [by_name[name] for name in drawing.textures]
     values: dict[str, ArrayLike] = {
@@ -65,7 +67,7 @@ def level_inputs(package: Package, level: int | None, picture: str | None) -> In
         **light_values(program, drawn),
         **environment_values(textures),
     }
-    return Inputs(program, drawn, textures, values)
+    return Inputs(program, drawn, textures, values, drawing.step_mm)
 
 
 def light_values(program: Program, level: Level) -> dict[str, ArrayLike]:

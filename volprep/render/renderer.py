@@ -417,6 +417,11 @@ class Renderer:
             self._gl.draw_corners(ready.linked, bindings, target, self._corners, corners)
             yield min(1.0, (first + slab) / samples)
 
+    @property
+    def nominal_mm(self) -> float:
+        """Distance of samples that the package asks for."""
+        return self._inputs.step_mm
+
     def samples(self, step_mm: float) -> int:
         """Return the number of samples along the diagonal of the box: no ray takes more."""
         return math.ceil(float(np.linalg.norm(self._extent_mm_xyz)) / step_mm)
@@ -444,9 +449,8 @@ class Renderer:
 
     def _step(self, step_mm: float | None) -> float:
         manifest, program, level = self._package.manifest, self.program, self._level.index
-        if step_mm is None and manifest.render is not None:
-            step_mm = manifest.render.step_of(level)
-        if step_mm is None or not 0.0 < step_mm < float("inf"):
+        step_mm = self._inputs.step_mm if step_mm is None else step_mm
+        if not 0.0 < step_mm < float("inf"):
             raise VolprepError("VP5019", step_mm=step_mm, reason="it must be a positive number")
         finest = program.step_mm_min
         if finest is not None and step_mm < finest:

@@ -3,8 +3,8 @@
 from volprep.shading.compose import Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.walk import Walk
-from volprep_formats.package.manifest import Manifest, RenderSettings
-from volprep_formats.package.program import CompositingName, ProgramDesign
+from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.program import CompositingName, ProgramDesign, RaySampling
 from volprep_formats.package.transfer_function import TransferFunction
 
 SURFACES: frozenset[CompositingName] = frozenset(("first-hit", "isosurface"))
@@ -47,7 +47,7 @@ _CELLS: dict[str, Slot] = {
 
 
 def compositing(
-    manifest: Manifest, program: ProgramDesign, render: RenderSettings, walk: Walk, *, ends_early: bool
+    manifest: Manifest, program: ProgramDesign, rays: RaySampling, walk: Walk, *, ends_early: bool
 ) -> Feature:
     """Return the parts of a compositing: the file of its name, with three sections for rays that may end early."""
     segments = manifest.segments if manifest.segments and manifest.segments.name == program.transfer else None
@@ -79,11 +79,11 @@ def compositing(
             }
     if program.compositing == "mida":
         return Feature(slots, _intensity_words(manifest, function), offers)
-    if render.opacity_cutoff is None or not ends_early or not walk.loops:
+    if rays.opacity_cutoff is None or not ends_early or not walk.loops:
         return Feature(slots, offers=offers)
     words = {
-        "LEAST_TRANSMITTANCE": literal(1.0 - render.opacity_cutoff),
-        "NOMINAL_STEP_MM": literal(render.step_of(min(program.levels))),
+        "LEAST_TRANSMITTANCE": literal(1.0 - rays.opacity_cutoff),
+        "NOMINAL_STEP_MM": literal(rays.step_of(min(program.levels))),
     }
     # A technique with a compositing of its own ends rays as the other one does.
     ends = f"compositing/{program.compositing.replace('-', '_')}"

@@ -26,7 +26,6 @@ from volprep.shading.walk import PassText, TechniqueInput, Walk
 from volprep.shading.walks import WALKS
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import package_of_transfer
-from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid, decode_grid
 from volprep_formats.package.program import (
@@ -34,6 +33,7 @@ from volprep_formats.package.program import (
     Geometry,
     PassTarget,
     ProgramDesign,
+    RaySampling,
     Sampler,
     Uniform,
     UniformSource,
@@ -92,7 +92,7 @@ class Shaders:
 
 
 def compose_program(
-    package: Package, program: ProgramDesign, render: RenderSettings, *, ends_early: bool = True, skips: bool = True
+    package: Package, program: ProgramDesign, rays: RaySampling, *, ends_early: bool = True, skips: bool = True
 ) -> Shaders:
     """Compose the shaders of a program from the textures and tables of its package, which may be a draft.
 
@@ -103,15 +103,15 @@ def compose_program(
         msg = "a package without a grid has no programs"
         raise ValueError(msg)
     dialect = package.manifest.profile.dialect
-    walk = WALKS[program.technique](TechniqueInput(program, grid, dialect, render.step_of(min(program.levels))))
+    walk = WALKS[program.technique](TechniqueInput(program, grid, dialect, rays.step_of(min(program.levels))))
     own = package_of_transfer(package, program.transfer)
     features = [
         walk.feature,
-        *_features(own, program, grid, skips=skips and walk.loops, groups=_groups(own, program, render, walk)),
-        compositing(package.manifest, program, render, walk, ends_early=ends_early),
+        *_features(own, program, grid, skips=skips and walk.loops, groups=_groups(own, program, rays, walk)),
+        compositing(package.manifest, program, rays, walk, ends_early=ends_early),
     ]
     shadows = "none" if program.light is None else program.light.shadows
-    shadow_map = (_shadow_map(own, program, grid, render, skips=skips),) if shadows == "map" else ()
+    shadow_map = (_shadow_map(own, program, grid, rays, skips=skips),) if shadows == "map" else ()
     return Shaders(
         vertex=walk.vertex,
         fragment=_composed(features, dialect, grid),
@@ -120,7 +120,7 @@ def compose_program(
         step_mm_min=walk.step_mm_min,
         geometry=walk.geometry,
         before=(*walk.before, *shadow_map),
-        tiles=_tiles(own, program, grid, render, skips=skips) if program.technique == "tiles" else None,
+        tiles=_tiles(own, program, grid, rays, skips=skips) if program.technique == "tiles" else None,
         light_pass=_light_layers(own, program, grid, walk) if shadows == "half-angle" else None,
         blend=walk.blend,
         target=walk.target,
@@ -161,19 +161,17 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
     return compose("ray/fragment", dialect, slots, words, offered)
 
 
-def _shadow_map(
-    package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool
-) -> PassText:
+def _shadow_map(package: Package, program: ProgramDesign, grid: Grid, rays: RaySampling, *, skips: bool) -> PassText:
     """Return the pass that draws the surface of a program from its light: rays through the same volume."""
     unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
-    walk = WALKS["ray-casting"](TechniqueInput(unlit, grid, "es300", render.step_of(min(program.levels))))
+    walk = WALKS["ray-casting"](TechniqueInput(unlit, grid, "es300", rays.step_of(min(program.levels))))
     sampling, classified, *skipping = _features(package, unlit, grid, skips=skips, groups=None)
     segments = package.manifest.segments
     of_segments = segments is not None and program.transfer == segments.name
     # Values of segments depend on their looks; others need no classification.
     valued = [values_alone(classified)] if of_segments else []
     sampled = (sampling, *valued, *skipping)
-    surface = compositing(package.manifest, program, render, walk, ends_early=False)
+    surface = compositing(package.manifest, program, rays, walk, ends_early=False)
     features = [walk.feature, *sampled, surface, map_feature(valued[0].slots["classification"] if valued else None)]
     return PassText(
         _composed(features, "es300", grid),
@@ -203,17 +201,17 @@ def _light_layers(package: Package, program: ProgramDesign, grid: Grid, walk: Wa
     )
 
 
-def _tiles(package: Package, program: ProgramDesign, grid: Grid, render: RenderSettings, *, skips: bool) -> TileTexts:
+def _tiles(package: Package, program: ProgramDesign, grid: Grid, rays: RaySampling, *, skips: bool) -> TileTexts:
     """Return the shaders that sort the tiles of a picture: rays that count their samples.
 
     Lighting does not count, but groups of samples are the ones that the program draws.
     """
     unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
-    walk = WALKS[program.technique](TechniqueInput(unlit, grid, "es300", render.step_of(min(program.levels))))
-    taken = compositing(package.manifest, unlit, render, walk, ends_early=True)
+    walk = WALKS[program.technique](TechniqueInput(unlit, grid, "es300", rays.step_of(min(program.levels))))
+    taken = compositing(package.manifest, unlit, rays, walk, ends_early=True)
     features = [
         walk.feature,
-        *_features(package, unlit, grid, skips=skips, groups=_groups(package, program, render, walk)),
+        *_features(package, unlit, grid, skips=skips, groups=_groups(package, program, rays, walk)),
         taken,
         cost_feature(grid, taken.slots["sample"], program.rays),
     ]
@@ -227,9 +225,9 @@ def _from_light(features: Sequence[Feature]) -> tuple[Uniform, ...]:
     return tuple(each.model_copy(update={"source": views.get(each.source, each.source)}) for each in uniforms)
 
 
-def _groups(package: Package, program: ProgramDesign, render: RenderSettings, walk: Walk) -> Feature | None:
+def _groups(package: Package, program: ProgramDesign, rays: RaySampling, walk: Walk) -> Feature | None:
     """Return the loop of a program that reads once what a group of samples shares; None if they share nothing."""
-    size = samples_of_group(package.manifest, program, render, walk)
+    size = samples_of_group(package.manifest, program, rays, walk)
     return in_groups(walk, size) if size > 1 else None
 
 

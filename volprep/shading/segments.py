@@ -42,7 +42,7 @@ from volprep.shading.groups import group_size
 from volprep.shading.mosaic import Mosaic
 from volprep.shading.raycast import BACKWARDS
 from volprep.shading.walk import Walk
-from volprep_formats.package.manifest import Manifest, RenderSettings
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.segments.record import (
     HIDDEN_BELOW,
     OF_ONE_VALUE,
@@ -52,7 +52,7 @@ from volprep_formats.package.parts.segments.record import (
 )
 from volprep_formats.package.parts.segments.texels import FLAG_BITS
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
-from volprep_formats.package.program import ProgramDesign, Sampler
+from volprep_formats.package.program import ProgramDesign, RaySampling, Sampler
 
 _PART = "classification/segments"
 _VALUES = "classification/segments_values"
@@ -135,7 +135,7 @@ def drawn_with_segments(
     return replace(sampling, samplers=volume), classified
 
 
-def samples_of_group(manifest: Manifest, program: ProgramDesign, render: RenderSettings, walk: Walk) -> int:
+def samples_of_group(manifest: Manifest, program: ProgramDesign, rays: RaySampling, walk: Walk) -> int:
     """Return for how many samples a program reads labels or, lit, normals once; 1 if each has its own.
 
     They are at most half a voxel apart, and absorb little even where a style is densest: with 2 per mm and steps of
@@ -159,7 +159,7 @@ def samples_of_group(manifest: Manifest, program: ProgramDesign, render: RenderS
     soft_mm = _SOFT_DEPTH / max(largest_per_mm, 1e-9)
     levels = (each for each in manifest.levels if each.index in program.levels)
     longest_mm = {each.index: min(0.5 * min(each.grid.spacing_mm_zyx), soft_mm) for each in levels}
-    size = group_size(mm / render.step_of(level) for level, mm in longest_mm.items())
+    size = group_size(mm / rays.step_of(level) for level, mm in longest_mm.items())
     return min(size, _LIT_GROUP) if is_lit else size
 
 

@@ -146,7 +146,7 @@ def _ways(subject: Subject, program: Program, level: int) -> Iterator[SkippingWa
         drawers.append(("mesh", "both", at_mesh))
     for alone, with_table, kind in drawers:
         own = kind(package, level=level, transfer=transfer).program
-        without = unskipped(package, own, subject.render)
+        without = unskipped(package, own)
         if without is None:
             return
         yield SkippingWay(alone, kind, without, kind(without, level=level, transfer=transfer).program)
@@ -217,7 +217,7 @@ def _difference(subject: Subject, camera: Float64Array, one: Float32Array, other
     if subject.render.projection == "perspective":
         # Rounding may give a ray one sample more, which is neither better nor worse.
         chords = chords_mm(camera, one.shape[:2], subject.grid)
-        difference = difference[settled(chords, subject.render.step_mm)]
+        difference = difference[settled(chords, subject.step_mm)]
     return float(difference.max(initial=0.0))
 
 

@@ -103,7 +103,7 @@ def measure_package(
             package=_facts(package),
             picture_size=subject.shape_hw[0],
             target="rgba8",
-            step_mm=subject.render.step_mm,
+            step_mm=subject.step_mm,
             tolerance=subject.render.tolerance,
             oracle_tolerance=DEFAULT_TOLERANCE,
             difference_gain=measured.gain,

@@ -61,6 +61,8 @@ class Subject:
         self.package = package
         self._channels = channels or {}
         self.render = render_settings(package)
+        self.step_mm = package.manifest.step_mm or min(package.manifest.levels[0].grid.spacing_mm_zyx)
+        """Nominal distance of samples in the finest drawing; slices are as far apart as voxels."""
         self.scan = scan
         self.shape_hw = (picture_size, picture_size)
         self.grid = package.manifest.levels[0].grid

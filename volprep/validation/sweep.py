@@ -82,7 +82,8 @@ class _Sweeper:
 
     def ratios(self, level: int) -> tuple[float, ...]:
         """Return the six finest steps that shader and driver can draw, as multiples of the nominal one."""
-        manifest, step_mm = self._subject.package.manifest, self._subject.render.step_of(level)
+        manifest = self._subject.package.manifest
+        step_mm = self._renderer(self._subject.package, level, "rgba8").nominal_mm
         least = self._program.step_mm_min or 0.0
         possible = tuple(ratio for ratio in _RATIOS if ratio * step_mm >= least)
         if turns_of_rays(manifest, self._program, level, possible[-1] * step_mm) > CERTAIN_TURNS:
@@ -92,14 +93,14 @@ class _Sweeper:
 
     def draw(self, renderer: Renderer, ratio: float, subject: Subject) -> Float32Array:
         """Draw the rays of `subject` with a multiple of the nominal step of the level."""
-        step_mm = ratio * subject.render.step_of(renderer.level.index)
+        step_mm = ratio * renderer.nominal_mm
         with self._clock.part("drawing"):
             return renderer.render(*subject.rays(SWEEP_VIEW), step_mm)
 
     def precise(self, level: int, ratios: tuple[float, ...]) -> _Precise | None:
         """Draw into the most precise target that the driver has; None if it has 8 bits only."""
         drawn = self._renderer(self._subject.package, level, "rgba8").program
-        package = uncut(self._subject.package, drawn, self._subject.render)
+        package = uncut(self._subject.package, drawn)
         found = None
         if package is not None:
             found = most_precise(lambda target: self._precise(package, level, ratios, target))
@@ -131,7 +132,7 @@ class _Sweeper:
             opened = {level: self._open(stack, level) for level in levels}
             shape_hw = self._timed_hw(opened[min(levels)])
             draws: dict[TimedStep | WayName, Callable[[], float]] = {
-                (level, ratio): self._draw_ms(opened[level], shape_hw, ratio * self._subject.render.step_of(level))
+                (level, ratio): self._draw_ms(opened[level], shape_hw, ratio * opened[level].nominal_mm)
                 for level, ratio in steps
             }
             draws |= {name: self._draw_ms(renderer, shape_hw, None) for name, renderer in others.items()}
@@ -181,7 +182,7 @@ class _Sweeper:
         self, renderer: Renderer, ratio: float, on_data: Float64Array, truth: Float64Array, draw: Milliseconds | None
     ) -> SweepPoint:
         level = renderer.level.index
-        step_mm = ratio * self._subject.render.step_of(level)
+        step_mm = ratio * renderer.nominal_mm
         counts = samples(self._chords, step_mm)
         known = self._nominal if (level, ratio) == (self._finest, 1.0) else None
         if known is None:

@@ -16,7 +16,7 @@ def write_truth(first: Bench, measured: Iterable[tuple[Bench, ViewedProgram, Pro
     index = TruthIndex(
         manifest_sha256=manifest_sha256(subject.package.path),
         picture_size=subject.shape_hw[0],
-        step_mm=subject.render.step_mm,
+        step_mm=subject.step_mm,
         programs=tuple(_program(number, *each) for number, each in enumerate(measured)),
     )
     first.folder.truth(TRUTH_FILE, (index.model_dump_json(indent=2) + "\n").encode())

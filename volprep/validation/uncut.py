@@ -6,19 +6,19 @@ package's own does the text without it say anything about the package.
 
 from volprep.shading.program import compose_program
 from volprep.validation.altered import Altered
-from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 
 
-def uncut(package: Package, program: Program, render: RenderSettings) -> Package | None:
+def uncut(package: Package, program: Program) -> Package | None:
     """Return the package in which rays of `program` run to their end.
 
     Return the package itself if its rays already do, None if its shader is not the one that this version of volprep
     composes. The program may be one that begins at proxy geometry.
     """
-    whole = compose_program(package, program, render)
-    without = compose_program(package, program, render, ends_early=False)
+    rays = package.manifest.rays(program)
+    whole = compose_program(package, program, rays)
+    without = compose_program(package, program, rays, ends_early=False)
     if without.fragment == whole.fragment:
         return package
     if whole.fragment != package.read_text(program.fragment):
@@ -26,13 +26,14 @@ def uncut(package: Package, program: Program, render: RenderSettings) -> Package
     return Altered(package, {program.fragment: without.fragment})
 
 
-def unskipped(package: Package, program: Program, render: RenderSettings) -> Package | None:
+def unskipped(package: Package, program: Program) -> Package | None:
     """Return the package in which rays of `program` look at no skip table; itself and None as `uncut` does."""
     if not package.manifest.skips(program):
         return package
-    if compose_program(package, program, render).fragment != package.read_text(program.fragment):
+    rays = package.manifest.rays(program)
+    if compose_program(package, program, rays).fragment != package.read_text(program.fragment):
         return None
-    without = compose_program(package, program, render, skips=False)
+    without = compose_program(package, program, rays, skips=False)
     names = tuple(sampler.name for sampler in without.samplers)
     changed = program.model_copy(update={"uniforms": without.uniforms, "samplers": names})
     return Altered(package, {program.fragment: without.fragment}, changed)

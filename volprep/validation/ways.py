@@ -12,7 +12,6 @@ from volprep.compositing import COMPOSITINGS
 from volprep.parts.programs.composed import composed
 from volprep.techniques import TECHNIQUES
 from volprep.validation.altered import Altered
-from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.program import (
     ClassificationName,
     CompositingName,
@@ -83,7 +82,7 @@ def every_way() -> Iterator[Way]:
                         yield way
 
 
-def in_way(package: Package, program: Program, way: Way, render: RenderSettings) -> Package:
+def in_way(package: Package, program: Program, way: Way) -> Package:
     """Return the package as it is if `program` can draw it in another way with the existing textures and tables.
 
     The way must classify and sample as the program does: other ways need other textures.
@@ -93,5 +92,5 @@ def in_way(package: Package, program: Program, way: Way, render: RenderSettings)
         raise ValueError(msg)
     fields = {name: getattr(program, name) for name in ProgramDesign.model_fields}
     design = ProgramDesign(**{**fields, "technique": way.technique, "compositing": way.compositing})
-    made, texts = composed(package, design, render)
+    made, texts = composed(package, design, package.manifest.rays(program))
     return Altered(package, texts, made.program)

@@ -17,7 +17,7 @@ from volprep_formats.package.parts.skip.record import Skipping
 from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.picture import Drawing, Picture
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import OF_ALL_SAMPLES, ComposedProgram, Program
+from volprep_formats.package.program import OF_ALL_SAMPLES, ComposedProgram, LevelStep, Program, RaySampling
 from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.package.values import ByteCount, PackagePath, Sha256, open_word
@@ -100,27 +100,9 @@ Projection = Literal["orthographic", "perspective"]
 """Projection of a picture."""
 
 
-class LevelStep(Record):
-    """Sample distances for each level."""
-
-    level: Index
-    """Number of the level."""
-    step_mm: Annotated[float, Field(gt=0.0)]
-    """Nominal distance of the samples along a ray."""
-
-
 class RenderSettings(Record):
     """Rendering settings of the package. Fragments are premultiplied linear light; alpha is the opacity."""
 
-    step_mm: Annotated[float, Field(gt=0.0)]
-    """Nominal distance of the samples along a ray, at the finest level that is held whole, and at each not among
-    `level_steps`."""
-    level_steps: tuple[LevelStep, ...] = ()
-    """Coarser levels that are drawn with other steps, finest first; before them level 0, if it comes in sub-volumes
-    only."""
-    opacity_cutoff: Fraction | None = None
-    """A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if rays
-    run to their end."""
     projection: Projection = "orthographic"
     """Projection of the standard views."""
     tolerance: Tolerance = Tolerance()
@@ -128,10 +110,6 @@ class RenderSettings(Record):
     hybrid: Hybrid | None = None
     """Hybrid resolution: the volume drawn with few pixels, and lines at full resolution; absent if only the volume is
     drawn."""
-
-    def step_of(self, level: int) -> float:
-        """Return the nominal distance of the samples along a ray, in millimetres, where a level is drawn."""
-        return next((each.step_mm for each in self.level_steps if each.level == level), self.step_mm)
 
 
 class SubvolumeFiles(Record):
@@ -305,6 +283,24 @@ class Manifest(Heading, PartRecords):
             and not tables.isdisjoint(drawing.textures)
             for _, drawing in self.drawings
         )
+
+    @property
+    def step_mm(self) -> float | None:
+        """Nominal distance of the samples along a ray, in millimetres, in the finest drawing of the default picture."""
+        return self.pictures[0].drawings[0].step_mm if self.pictures else None
+
+    @property
+    def opacity_cutoff(self) -> float | None:
+        """Opacity at which rays stop; None if they run to their end."""
+        return next((program.opacity_cutoff for program in self.programs), None)
+
+    def rays(self, program: Program) -> RaySampling:
+        """Return where the rays of a program take samples, in drawings of the picture that it draws."""
+        picture = next(each for each in self.pictures if program.name in each.programs)
+        if picture.pieces is not None and program.name == picture.pieces.program:
+            return RaySampling(step_mm=picture.pieces.step_mm, opacity_cutoff=program.opacity_cutoff)
+        steps = [LevelStep(level=each.level, step_mm=each.step_mm) for each in picture.drawings if each.step_mm]
+        return RaySampling(step_mm=steps[0].step_mm, level_steps=steps[1:], opacity_cutoff=program.opacity_cutoff)
 
     @property
     def drawings(self) -> tuple[tuple[Picture, Drawing], ...]:

@@ -90,6 +90,8 @@ class Pieces(Record):
     textures: tuple[str, ...]
     """Names of textures: one for each sampler of the program, in their order. `subvolume-0` to `subvolume-7` are the
     sub-volumes around the point: plus 1 for the upper one along x, plus 2 along y, plus 4 along z."""
+    step_mm: Annotated[float, Field(gt=0.0)]
+    """Nominal distance of the samples along a ray."""
 
 
 class Drawing(Record):
@@ -103,6 +105,8 @@ class Drawing(Record):
     """Names of textures: one for each sampler of the program, in their order; or all stacks of slices."""
     values: tuple[UniformValue, ...]
     """Values of those uniforms that are the same in every view, whether or not the program has them."""
+    step_mm: Annotated[float, Field(gt=0.0)] | None = None
+    """Nominal distance of the samples along a ray; absent where slices are drawn."""
     at_mesh: AtMesh | None = None
     """The same picture with rays that begin and end at a mesh, if the package has one for it."""
     cost: DrawCost
@@ -126,3 +130,11 @@ class Picture(Record):
     """One for each level that can be drawn, finest first."""
     pieces: Pieces | None = None
     """Level 0 drawn from its sub-volumes, if the package has them."""
+
+    @property
+    def programs(self) -> frozenset[str]:
+        """Names of the programs that draw it."""
+        named: set[str | None] = {drawing.program for drawing in self.drawings}
+        named |= {drawing.at_mesh.program for drawing in self.drawings if drawing.at_mesh is not None}
+        named.add(None if self.pieces is None else self.pieces.program)
+        return frozenset(each for each in named if each is not None)

@@ -66,6 +66,8 @@ def _slices(picture: Picture, drawing: Drawing, textures: Mapping[str, Texture])
 def _drawing(
     picture: Picture, drawing: Drawing, programs: Mapping[str, Program], textures: Mapping[str, Texture]
 ) -> Iterator[str]:
+    if drawing.step_mm is None:
+        yield "takes samples at no distance"
     named = {drawing.program or "": "box"} | ({drawing.at_mesh.program: "mesh"} if drawing.at_mesh is not None else {})
     for name, rays in named.items():
         program = programs.get(name)

@@ -16,7 +16,7 @@ from volprep_formats.package.picture import (
     Pieces,
     UniformValue,
 )
-from volprep_formats.package.program import ComposedProgram, Program
+from volprep_formats.package.program import ComposedProgram
 from volprep_formats.package.sampled import sampled_textures
 from volprep_formats.package.texture import Texture
 
@@ -78,13 +78,13 @@ class _Made:
         for level, composed in sorted(by_level.items()):
             textures = sampled_textures(self.manifest, composed, level)
             if len(textures) == len(composed.inputs):
-                yield self._drawing(name, level, textures, composed.program)
+                yield self._drawing(name, level, textures, composed)
         slices = [each for each in self.manifest.textures if (each.role, each.transfer) == ("slices", name)]
         for level in sorted({texture.level or 0 for texture in slices}):
             names = tuple(texture.name for texture in slices if (texture.level or 0) == level)
             yield self._drawing(name, level, names, None)
 
-    def _drawing(self, name: str, level: int, names: tuple[str, ...], program: Program | None) -> Drawing:
+    def _drawing(self, name: str, level: int, names: tuple[str, ...], composed: ComposedProgram | None) -> Drawing:
         textures = [texture for texture in self.manifest.textures if texture.name in names]
         meshes = self.manifest.proxy.meshes if self.manifest.proxy is not None else ()
         own = [mesh for mesh in meshes if (mesh.transfer, mesh.level) == (name, level)]
@@ -95,9 +95,10 @@ class _Made:
         )
         return Drawing(
             level=level,
-            program=program.name if program is not None else None,
+            program=composed.program.name if composed is not None else None,
             textures=names,
-            values=tuple(drawing_values(self.manifest, level, textures)) if program is not None else (),
+            values=tuple(drawing_values(self.manifest, level, textures)) if composed is not None else (),
+            step_mm=composed.rays.step_of(level) if composed is not None else None,
             at_mesh=next((AtMesh(program=each, mesh=mesh.name) for mesh in own for each in at_mesh), None),
             cost=cost_of_textures(self.manifest, textures, own),
             fidelity=next(
@@ -110,7 +111,7 @@ class _Made:
         for composed in self._programs(name):
             textures = sampled_textures(self.manifest, composed, 0)
             if composed.program.sampling == "subvolumes" and len(textures) == len(composed.inputs):
-                return Pieces(program=composed.program.name, textures=textures)
+                return Pieces(program=composed.program.name, textures=textures, step_mm=composed.rays.step_of(0))
         return None
 
 

@@ -103,6 +103,7 @@ BLOCK_SOURCES: tuple[UniformSource, ...] = (
 """Sources of uniforms of programs that draw the sub-volumes around a point."""
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Positive = Annotated[float, Field(gt=0.0)]
 
 
 class Uniform(Record):
@@ -287,6 +288,9 @@ class Program(ProgramDesign):
     """Samples of a ray in each draw, where several draws make the picture."""
     step_mm_min: float | None = None
     """Smallest step for which the shader's loop is long enough for the longest ray; unbounded if absent."""
+    opacity_cutoff: Share | None = None
+    """A ray stops when its opacity passes this, with steps finer than the nominal one a greater one; absent if rays
+    run to their end."""
 
     @property
     def passes(self) -> tuple[Pass, ...]:
@@ -305,10 +309,37 @@ class Program(ProgramDesign):
         )
 
 
+class LevelStep(Record):
+    """Distance of samples at a level."""
+
+    level: Index
+    """Number of the level."""
+    step_mm: Positive
+    """Nominal distance of the samples along a ray."""
+
+
+class RaySampling(Record):
+    """Where rays take samples."""
+
+    step_mm: Positive
+    """Nominal distance of the samples, at the finest level that is held whole, and at each that is not among
+    `level_steps`."""
+    level_steps: tuple[LevelStep, ...] = ()
+    """Levels that are drawn with other steps, finest first."""
+    opacity_cutoff: Share | None = None
+    """A ray stops when its opacity passes this; absent if rays run to their end."""
+
+    def step_of(self, level: int) -> float:
+        """Return the nominal distance of the samples along a ray, in millimetres, where a level is drawn."""
+        return next((each.step_mm for each in self.level_steps if each.level == level), self.step_mm)
+
+
 class ComposedProgram(Record):
-    """A program with what its samplers read, from which the drawings of pictures follow."""
+    """A program with what it draws, from which the drawings of pictures follow."""
 
     program: Program
     """The program."""
     inputs: tuple[Sampler, ...]
     """What each of its samplers reads, in their order."""
+    rays: RaySampling
+    """Where its rays take samples."""

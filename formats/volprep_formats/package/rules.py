@@ -42,7 +42,6 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     yield from _roles(manifest, ignored)
     yield from _formats(manifest)
     if manifest.state == "sealed":
-        yield from _steps(manifest)
         yield from _compression(manifest)
     if not manifest.channels and manifest.state == "sealed":
         yield "it is sealed without a channel"
@@ -69,18 +68,6 @@ def _of_one_channel(manifest: Manifest) -> Iterator[str]:
         yield from part.rules(manifest)
     if manifest.state == "sealed":
         yield from _complete(manifest)
-
-
-def _steps(manifest: Manifest) -> Iterator[str]:
-    """Optional steps belong to existing coarser levels, or to a level 0 that exists only in pieces."""
-    if manifest.render is None:
-        return
-    levels = [level.index for level in manifest.levels]
-    in_pieces = 0 not in levels and any(picture.pieces is not None for picture in manifest.pictures)
-    others = [*([0] if in_pieces else []), *levels[1:]]
-    named = [each.level for each in manifest.render.level_steps]
-    if named != sorted(set(named)) or not set(named) <= set(others):
-        yield f"render.level_steps names levels {named}, the levels after the finest one are {others}"
 
 
 def _unique(manifest: Manifest) -> Iterator[str]:

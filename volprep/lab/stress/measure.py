@@ -174,7 +174,7 @@ def _draw(  # noqa: PLR0917 - the case, its truth, and where pictures go
     limit = case.limits[classification]
     with _renderer(subject, "rgba8") as renderer:
         pictures = {view: renderer.render(subject.views[view], subject.shape_hw) for view in VIEWS}
-        points = points_of(renderer, subject, truths[SWEEP_VIEW], subject.render.step_mm)
+        points = points_of(renderer, subject, truths[SWEEP_VIEW], subject.step_mm)
         driver = driver_of(renderer)
     found = most_precise(lambda target: (target, _views(subject, target)))
     target, precise = found or ("rgba8", np.stack(list(pictures.values())))
@@ -183,7 +183,7 @@ def _draw(  # noqa: PLR0917 - the case, its truth, and where pictures go
         classification=classification,
         total=worst(np.stack(list(pictures.values())), truths, limit),
         limit=limit,
-        laws=tuple(broken_laws(precise, ROUNDING[target], less, 1 - (subject.render.opacity_cutoff or 1.0))),
+        laws=tuple(broken_laws(precise, ROUNDING[target], less, 1 - (subject.package.manifest.opacity_cutoff or 1.0))),
         points=points,
         picture=name,
     )

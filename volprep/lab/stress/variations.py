@@ -45,7 +45,7 @@ def varied_drawings(  # noqa: PLR0917 - the case, its truth, and its variations
     for technique in trials.techniques if case.techniques else ():
         way = Way(technique=technique, classification=classification, sampling=program.sampling)
         if technique != program.technique and way.is_possible:
-            package = in_way(subject.package, program, way, subject.render)
+            package = in_way(subject.package, program, way)
             drawing = _technique(case, way, subject, truths, package)
             yield drawing.model_copy(update={"of_rays": first.points if drawing.common_planes else ()})
     for level in subject.levels(program)[1:]:
@@ -61,7 +61,7 @@ def _technique(
     case: StressCase, way: Way, subject: Subject, truths: Mapping[str, FloatArray], package: Package
 ) -> StressDrawing:
     record = TECHNIQUES[way.technique]
-    step_mm = (record.step_voxels or 0.0) * min(subject.grid.spacing_mm_zyx) or subject.render.step_mm
+    step_mm = (record.step_voxels or 0.0) * min(subject.grid.spacing_mm_zyx) or subject.step_mm
     limit = case.limits[way.classification] if record.order is None else None
     precise_points: tuple[StressPoint, ...] = ()
     with _renderer(package, subject, 0, "rgba8") as renderer:
@@ -118,7 +118,7 @@ def _rounded(
 ) -> StressDrawing:
     with _renderer(package, subject, 0, "rgba8") as renderer:
         total = worst(views_of(renderer, subject), truths, None)
-        points = points_of(renderer, subject, truths[SWEEP_VIEW], subject.render.step_mm)
+        points = points_of(renderer, subject, truths[SWEEP_VIEW], subject.step_mm)
     return StressDrawing(
         classification=classification,
         precision=precision,

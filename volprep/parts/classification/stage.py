@@ -42,7 +42,7 @@ class _Step(Record):
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.tables)
-    step = _Step(step_mm=plan.render.step_mm) if plan.lookups or plan.preintegrated else None
+    step = _Step(step_mm=plan.rays.step_mm) if plan.lookups or plan.preintegrated else None
     subvolumes = plan.part(SubvolumesPlan)
     pieces = () if subvolumes is None else subvolumes.programs
     return (*common, *present(step, plan.part(EditingPlan)), *pieces)
@@ -88,7 +88,7 @@ def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: Tran
     editing = plan.part(EditingPlan)
     headroom_per_mm = editing.headroom_per_mm if editing else 0.0
     largest_per_mm = max(headroom_per_mm, *(float(table[:, 3].max()) for table in tables.values()))
-    largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.render.step_mm, plan.grid.extent_mm_zyx))
+    largest_per_mm = min(largest_per_mm, opaque_per_mm(plan.rays.step_mm, plan.grid.extent_mm_zyx))
     for level, table in tables.items():
         texels = lookup_texels(table, lookup.format, largest_per_mm)
         named = lookup if level is None else table_of_level(lookup, level)
@@ -108,7 +108,7 @@ def _preintegrated(
         functions[None] = exact
     ends = ends_of_entries(list(functions.values()), window, planned.entries)
     tables = {
-        level: integrate(table, ends, planned.entries, opaque_per_mm(plan.render.step_mm))
+        level: integrate(table, ends, planned.entries, opaque_per_mm(plan.rays.step_mm))
         for level, table in functions.items()
     }
     # As lookup tables: one shader reads all of them, and holds one scale.

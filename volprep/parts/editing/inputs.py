@@ -84,7 +84,7 @@ def _window(package: Package) -> tuple[float, float]:
 
 def _table_texels(package: Package, texture: Texture, level: int, function: TransferFunction) -> Texels:
     manifest = package.manifest
-    if manifest.editing is None or manifest.render is None or manifest.grid is None:
+    if manifest.editing is None or manifest.step_mm is None or manifest.grid is None:
         raise VolprepError("VP5023", path=package.path)
     table = lookup_table(function, _window(package), texture.shape_zyx[2])
     for histogram in manifest.editing.histograms:
@@ -92,7 +92,7 @@ def _table_texels(package: Package, texture: Texture, level: int, function: Tran
             shares = decode_histogram(package.read_bytes(histogram.file), histogram.file)
             table = level_table(shares, table, histogram.reference_mm)
     if texture.max_extinction_per_mm is None:
-        largest_per_mm = opaque_per_mm(manifest.render.step_mm, manifest.grid.extent_mm_zyx)
+        largest_per_mm = opaque_per_mm(manifest.step_mm, manifest.grid.extent_mm_zyx)
         return lookup_texels(table, "RGBA16F", largest_per_mm).texels
     return lookup_texels(table, "RGBA8", texture.max_extinction_per_mm).texels
 

@@ -5,19 +5,18 @@ from volprep.shading.program import compose_program
 from volprep.shading.slices import OVER, TOWARDS
 from volprep.shading.tiles import GROUPS, TILE, TileTexts
 from volprep.shading.walk import PassText
-from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.program import ComposedProgram, LightPass, Pass, Program, ProgramDesign, Tiles
+from volprep_formats.package.program import ComposedProgram, LightPass, Pass, Program, ProgramDesign, RaySampling, Tiles
 from volprep_formats.package.reader import Package
 
 
 def composed(
-    package: Package, design: ProgramDesign, render: RenderSettings, *, skips: bool = True
+    package: Package, design: ProgramDesign, rays: RaySampling, *, skips: bool = True
 ) -> tuple[ComposedProgram, dict[str, str]]:
     """Compose a program for the textures and tables of a package, which may be a draft: its record, and texts by file.
 
     Without `skips` it looks at no skip table.
     """
-    shaders = compose_program(package, design, render, skips=skips)
+    shaders = compose_program(package, design, rays, skips=skips)
     before = tuple(_pass(design, each, number) for number, each in enumerate(shaders.before))
     texts = {design.vertex: shaders.vertex, design.fragment: shaders.fragment}
     for each, made in zip(shaders.before, before, strict=True):
@@ -42,8 +41,9 @@ def composed(
         target=shaders.target,
         slab_samples=shaders.slab_samples,
         step_mm_min=shaders.step_mm_min,
+        opacity_cutoff=rays.opacity_cutoff,
     )
-    return ComposedProgram(program=program, inputs=shaders.samplers), texts | sorting
+    return ComposedProgram(program=program, inputs=shaders.samplers, rays=rays), texts | sorting
 
 
 def _pass(design: ProgramDesign, text: PassText, number: int) -> Pass:

@@ -30,7 +30,7 @@ def _require(scene: Scene, profile: DeviceProfile) -> None:
 def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
     if plan.programs:
         yield _shaders(plan)
-    yield from describe_steps(plan.render, decided.steps)
+    yield from describe_steps(plan.rays, decided.steps)
 
 
 def _shaders(plan: ChannelPlan) -> PlanItem:
@@ -50,7 +50,7 @@ def _shaders(plan: ChannelPlan) -> PlanItem:
 def _has_early_end(manifest: Manifest, _transfer: str) -> bool | None:
     if all(item.kind != EARLY_END for item in manifest.plan):
         return None
-    return manifest.render is not None and manifest.render.opacity_cutoff is not None
+    return manifest.opacity_cutoff is not None
 
 
 def _chooser_of_cutoff(scene: Scene) -> Literal["plan", "scene"]:

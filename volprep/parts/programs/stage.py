@@ -7,8 +7,8 @@ from volprep.parts.stage import Stage, Work, present
 from volprep.plan.products import ProxyPlan, SkipPlan, SkipTablePlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.shading.overlay import overlay_texts
-from volprep_formats.package.manifest import Contribution, RenderSettings
-from volprep_formats.package.program import ComposedProgram, ProgramDesign
+from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.program import ComposedProgram, ProgramDesign, RaySampling
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -18,7 +18,7 @@ from volprep_formats.record import Record
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     return (
         plan.grid,
-        plan.render,
+        plan.rays,
         *plan.levels,
         *plan.volumes,
         *plan.tables,
@@ -33,7 +33,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     at_meshes = () if meshes is None or draft.manifest.proxy is None else meshes.programs
     designs = (*plan.programs, *around_points, *at_meshes)
     progress.start("shaders", len(designs))
-    writer = _Writer(draft, plan.render, () if skip is None else skip.tables, progress)
+    writer = _Writer(draft, plan.rays, () if skip is None else skip.tables, progress)
     return Contribution(programs=writer.programs(designs))
 
 
@@ -52,19 +52,17 @@ def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     if plan.joint is None:
         return Contribution()
     progress.start("shaders", len(plan.joint.programs))
-    writer = _Writer(draft, plan.shared.render, plan.joint.skip_tables, progress)
+    writer = _Writer(draft, plan.shared.rays, plan.joint.skip_tables, progress)
     return Contribution(programs=writer.programs(plan.joint.programs))
 
 
 class _Writer:
     """Composes programs and writes their shaders, which programs may share, once each."""
 
-    def __init__(
-        self, draft: Draft, render: RenderSettings, tables: Sequence[SkipTablePlan], progress: Progress
-    ) -> None:
+    def __init__(self, draft: Draft, rays: RaySampling, tables: Sequence[SkipTablePlan], progress: Progress) -> None:
         self._draft = draft
         self._package = Package(draft.folder, draft.manifest)
-        self._render = render
+        self._rays = rays
         # A draft may still hold tables that are no longer wanted.
         self._skipping = {table.transfer for table in tables}
         self._progress = progress
@@ -75,7 +73,7 @@ class _Writer:
 
     def _program(self, design: ProgramDesign) -> ComposedProgram:
         skips = design.transfer in self._skipping
-        program, texts = composed(self._package, design, self._render, skips=skips)
+        program, texts = composed(self._package, design, self._rays, skips=skips)
         for path, text in texts.items():
             if path not in self._written:
                 self._draft.write(path, "shader", text.encode("ascii"))

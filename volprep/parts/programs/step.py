@@ -26,10 +26,10 @@ from volprep.techniques import TECHNIQUES
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.manifest import LevelStep, PlanItem, RenderSettings
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.segments.record import Border
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import PassTarget, TechniqueName
+from volprep_formats.package.program import LevelStep, PassTarget, RaySampling, TechniqueName
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
@@ -170,11 +170,8 @@ def has_error_of_steps(scene: Scene) -> bool:
     )
 
 
-def common_steps(channels: Sequence[Sequence[StepChoice]]) -> tuple[float, tuple[LevelStep, ...]]:
-    """Return the step of the finest level that is held whole, and the steps of other levels that differ.
-
-    Of several channels the finest step of any counts.
-    """
+def common_steps(channels: Sequence[Sequence[StepChoice]]) -> RaySampling:
+    """Return for each level the finest step that any channel needs."""
     by_level: dict[int, float] = {}
     choices = [choice for channel in channels for choice in channel]
     for choice in choices:
@@ -183,13 +180,13 @@ def common_steps(channels: Sequence[Sequence[StepChoice]]) -> tuple[float, tuple
     others = (
         LevelStep(level=level, step_mm=by_level[level]) for level in sorted(by_level) if by_level[level] != step_mm
     )
-    return step_mm, tuple(others)
+    return RaySampling(step_mm=step_mm, level_steps=tuple(others))
 
 
-def describe_steps(render: RenderSettings, choices: Sequence[StepChoice]) -> Iterator[PlanItem]:
+def describe_steps(rays: RaySampling, choices: Sequence[StepChoice]) -> Iterator[PlanItem]:
     """Say for each level of a channel how far apart samples are, and why."""
     for choice in choices:
-        step_mm = render.step_of(choice.level)
+        step_mm = rays.step_of(choice.level)
         shared = "" if step_mm == choice.step_mm else f"; here {step_mm:.3g} mm, for another channel"
         reason = f"{choice.step_mm:.3g} mm, {choice.reason}{shared}"
         yield PlanItem(name=f"step of level {choice.level}", kind="step", level=choice.level, kept=True, reason=reason)

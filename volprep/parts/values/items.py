@@ -60,7 +60,7 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
             name="labels",
             kind="labels",
             kept=True,
-            reason=label_reason(scene.render, plan.transfer_functions, plan.render.step_mm),
+            reason=label_reason(scene.render, plan.transfer_functions, plan.rays.step_mm),
         )
     if plan.quantize.bits == 8:
         yield PlanItem(

@@ -162,7 +162,7 @@ class PackageGauge:
 
     def _with_short_steps(self, package: Package, transfer: str, part: float) -> dict[str, Float32Array] | None:
         """Draw all views into a float target; None if package or driver cannot take so short steps."""
-        step_mm = part * self.subject.render.step_mm
+        step_mm = part * self.subject.step_mm
 
         def draw(target: Target) -> dict[str, Float32Array] | None:
             level = _finest(package)

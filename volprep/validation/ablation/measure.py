@@ -107,7 +107,7 @@ class VariantBench:
         """
         manifest = self.planned.manifest
         voxel_mm = min(manifest.levels[0].grid.spacing_mm_zyx)
-        same: dict[str, object] = {"render": {"step_voxels": self.gauge.subject.render.step_mm / voxel_mm}}
+        same: dict[str, object] = {"render": {"step_voxels": self.gauge.subject.step_mm / voxel_mm}}
         if self.scene.pyramid.filter == "auto" and len(manifest.levels) > 1:
             same["pyramid"] = {"filter": manifest.levels[1].filter}
         return same

@@ -254,7 +254,7 @@ def _bits_name(manifest: Manifest) -> str:
 
 
 def _cutoff_name(manifest: Manifest) -> str:
-    cutoff = None if manifest.render is None else manifest.render.opacity_cutoff
+    cutoff = manifest.opacity_cutoff
     return "rays run to their end" if cutoff is None else f"opacity {cutoff:g}"
 
 

@@ -23,7 +23,7 @@ from volprep.validation.curves.records import Curve, CurveErrors, CurvePoint, Cu
 from volprep.validation.curves.scan import read_scan, write_scan
 from volprep.validation.records import Driver
 from volprep.validation.scan import Judge
-from volprep.validation.subject import Subject, errors, render_settings
+from volprep.validation.subject import Subject, errors
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.times import Milliseconds, in_turns
 from volprep.validation.variants import Workshop, merged, with_changes
@@ -139,7 +139,7 @@ class _Bench:
         self._wide: Changes = {
             "tolerance": {"rmse": 1.0, "maximum": 1.0, "flip": 1.0, "kept_light": 0.0},
             "quantize": {"bits": package.manifest.quantization.bits if package.manifest.quantization else "auto"},
-            "render": {"step_voxels": self.subject.render.step_mm / voxel_mm},
+            "render": {"step_voxels": self.subject.step_mm / voxel_mm},
         }
         self._truths: dict[tuple[str, int], FloatArray] = {}
         self.turns = _TURNS
@@ -160,9 +160,9 @@ class _Bench:
         series = ", ".join(filter(None, (name, level)))
         pixels = round(self.subject.shape_hw[0] * variant.size)
         truth = self._truth(package, pixels)
-        nominal_mm = render_settings(package).step_of(variant.level)
         kind = ray_caster_of(package, variant.level, self.transfer)
         renderer = stack.enter_context(kind(package, level=variant.level, transfer=self.transfer))
+        nominal_mm = renderer.nominal_mm
         # A package with its border has a larger box.
         camera = self.subject.cameras[SWEEP_VIEW].box_from_clip(package.manifest.levels[0].grid, aspect=1.0)
         for ratio in variant.steps:

@@ -256,9 +256,9 @@ class Run {
   }
 
   /** The package's own step at the level of a program. @param {TruthProgram} program */
-  #stepOf({ level }) {
-    const found = this.bench.manifest.render.level_steps?.find((/** @type {any} */ each) => each.level === level);
-    return found?.step_mm ?? this.truth.step_mm;
+  #stepOf({ transfer, level }) {
+    const picture = this.bench.manifest.pictures.find((/** @type {any} */ each) => each.name === transfer);
+    return picture.drawings.find((/** @type {any} */ each) => each.level === level).step_mm;
   }
 
   /** @param {number[]} matrix @param {number} step */
