@@ -95,7 +95,7 @@ def test_numbers_that_machines_round_otherwise_are_the_same_and_others_are_named
     assert manifest_differences(manifest_of(damaged), derived) == []
     drawing["step_mm"] *= 1 + 1e-6
     (told,) = manifest_differences(manifest_of(damaged), derived)
-    assert told.startswith("pictures[0].drawings[0].step_mm is ")
+    assert told.startswith("pictures[shell].drawings[0].step_mm is ")
 
 
 def test_a_missing_entry_of_a_list_is_told(package, tmp_path) -> None:
