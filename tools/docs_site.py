@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 GATHERED = ROOT / "build" / "docs"
-_PAGES = ("*.md", "docs/*.md", "formats/SPEC.md", "formats/*/README.md", "sample_specs/README.md")
+_PAGES = ("*.md", "docs/*.md", "formats/*/README.md", "formats/spec/*.md", "sample_specs/README.md")
 _ASSETS = ("docs/pictures/*.png", "tools/docs_site.css")
 _LINK = re.compile(r"`[^`\n]+`|(?<!!)\[([^\]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
 """Code in a line, or a link to a file: words, path and anchor."""
@@ -29,7 +29,7 @@ _LIST_MARK = re.compile(r"(?:[-*]|\d+\.) +")
 
 def pages() -> list[Path]:
     """Return the hand-written pages, relative to the checkout."""
-    return sorted(path.relative_to(ROOT) for pattern in _PAGES for path in ROOT.glob(pattern))
+    return sorted({path.relative_to(ROOT) for pattern in _PAGES for path in ROOT.glob(pattern)})
 
 
 def site_page(text: str, page: Path) -> str:
@@ -75,16 +75,13 @@ def _indented(text: str) -> str:
 
 def schema_page(path: Path) -> str:
     """Return a page with the fields of each record of a JSON Schema."""
-    from make_spec import field_table  # noqa: PLC0415 - loads the models of volprep
+    from make_spec import sections  # noqa: PLC0415 - loads the models of volprep
 
     schema = json.loads(path.read_text(encoding="utf-8"))
     title = schema["title"]
     records = {title: schema, **schema.get("$defs", {})}
     lines = [f"# Fields of {title}", f"All records of `formats/schemas/{path.name}`."]
-    for name, record in records.items():
-        lines += [f"## {name}", record.get("description", "")]
-        if record.get("properties"):
-            lines.append(field_table(name, records).replace("](#31-paths)", "](../SPEC.md#31-paths)"))
+    lines += [section.replace("](README.md#paths)", "](../spec/README.md#paths)") for section in sections(records)]
     return "\n\n".join(lines)
 
 

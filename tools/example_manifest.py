@@ -1,4 +1,4 @@
-"""The example manifest of formats/SPEC.md: that of a real package, which is built here, with comments.
+"""The example manifest of formats/spec/example.md: that of a real package, which is built here, with comments.
 
 Sizes and digests of files are zeros, because they would change with each word of a shader. The plan has one item.
 """

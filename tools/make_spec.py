@@ -1,15 +1,15 @@
-"""Fill the tables of fields in formats/SPEC.md and sample_specs/README.md from the models.
+"""Write the generated pages: fields and example of formats/spec, and the tables of sample_specs/README.md.
 
 A test compares the files; run this when it fails.
 
     python tools/make_spec.py
 
-A table stands between the lines `<!-- fields of NAME -->` and `<!-- end -->`, the example manifest between
-`<!-- example manifest -->` and `<!-- end -->`.
+In sample_specs/README.md a table is between the lines `<!-- fields of NAME -->` and `<!-- end -->`.
 """
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from example_manifest import example
@@ -21,26 +21,52 @@ from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 from volprep_formats.package.profile import DeviceProfile
 
 _ROOT = Path(__file__).parent.parent
+FIELDS = _ROOT / "formats" / "spec" / "fields.md"
+EXAMPLE = _ROOT / "formats" / "spec" / "example.md"
+SCENES = _ROOT / "sample_specs" / "README.md"
 DOCUMENTS: dict[Path, tuple[type[BaseModel], ...]] = {
-    _ROOT / "formats" / "SPEC.md": (SubvolumeGrid, Manifest),
-    _ROOT / "sample_specs" / "README.md": (DeviceProfile, Scene),
+    FIELDS: (Manifest, SubvolumeGrid),
+    SCENES: (DeviceProfile, Scene),
 }
 """Each text with tables, and the models whose fields they list, with every record in them."""
 _TABLE = re.compile(r"(<!-- fields of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
-_EXAMPLE = re.compile(r"(<!-- example manifest -->\n).*?(<!-- end -->)", re.DOTALL)
 _BASES = {"ChannelSpec": "SourceSpec"}
 """Records that have all fields of another one: their tables list the others."""
-_PATTERNS = {"^[0-9a-f]{64}$": "64 hexadecimal digits", "^[a-z0-9_-]+(": "[path](#31-paths)"}
+_PATTERNS = {"^[0-9a-f]{64}$": "64 hexadecimal digits", "^[a-z0-9_-]+(": "[path](README.md#paths)"}
+_FIELDS_HEAD = """# Fields
+
+Generated from the models of volprep. "If absent" gives the default of a field; "none" is no value, or an empty list or
+text. [Manifest](#manifest) is `manifest.json`, [SubvolumeGrid](#subvolumegrid) is the file `grid.json` of
+[sub-volumes](subvolumes.md).
+"""
+_EXAMPLE_HEAD = """# An example
+
+The manifest of a small package for OpenGL ES 3: one volume as a 3D texture, one transfer function, one program. The
+comments are not part of it. [fields.md](fields.md) has every field.
+"""
 
 Schema = dict[str, object]
 
 
-def filled(path: Path) -> str:
-    """Return the text of a document with the tables that the models have now, and the manifest that a build makes."""
-    records, text = records_of(path), path.read_text(encoding="utf-8")
-    if _EXAMPLE.search(text):
-        text = _EXAMPLE.sub(lambda match: f"{match[1]}\n```jsonc\n{example()}```\n\n{match[2]}", text)
+def generated(path: Path) -> str:
+    """Return the text that a generated page should have."""
+    if path == EXAMPLE:
+        return f"{_EXAMPLE_HEAD}\n```jsonc\n{example()}```\n"
+    records = records_of(path)
+    if path == FIELDS:
+        return "\n".join([_FIELDS_HEAD, *sections(records)])
+    text = path.read_text(encoding="utf-8")
     return _TABLE.sub(lambda match: f"{match[1]}\n{field_table(match[2], records)}\n{match[3]}", text)
+
+
+def sections(records: dict[str, Schema]) -> Iterator[str]:
+    """Each record as a section: its name, its description and the table of its fields."""
+    for name, record in records.items():
+        yield f"## {name}\n"
+        if "description" in record:
+            yield f"{' '.join(record['description'].split())}\n"
+        if record.get("properties"):
+            yield field_table(name, records)
 
 
 def records_of(path: Path) -> dict[str, Schema]:
@@ -123,8 +149,8 @@ def _bound(value: float) -> str:
 
 
 def main() -> None:
-    for path in DOCUMENTS:
-        path.write_text(filled(path), encoding="utf-8")
+    for path in (FIELDS, EXAMPLE, SCENES):
+        path.write_text(generated(path), encoding="utf-8")
         print(path)
 
 

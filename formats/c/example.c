@@ -134,7 +134,7 @@ static void draw_corners(const scene* s, volpkg_geometry geometry, int draw, int
     free(corners);
 }
 
-/* SPEC.md section 15: the nearest faces into red and green, the farthest into blue and alpha. */
+/* spec/proxy.md: the nearest faces into red and green, the farthest into blue and alpha. */
 static void draw_mesh(const volpkg_mesh* mesh) {
     int farthest, i;
     glEnable(GL_DEPTH_TEST);

@@ -1,4 +1,4 @@
-/* Part of example.c: draws the slices of a package for OpenGL ES 1.1 with fixed functions (SPEC.md section 17). */
+/* Part of example.c: draws the slices of a package for OpenGL ES 1.1 with fixed functions (spec/es11.md). */
 #ifndef EXAMPLE_SLICES_H
 #define EXAMPLE_SLICES_H
 

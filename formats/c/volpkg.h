@@ -1,5 +1,5 @@
 /*
- * volpkg.h: reads volume packages (.volpkg.zip, version 1.x), as formats/SPEC.md describes them. One file, C99.
+ * volpkg.h: reads volume packages (.volpkg.zip, version 1.x), as formats/spec describes them. One file, C99.
  *
  * SPDX-License-Identifier: Apache-2.0
  * Part of volprep. You may use, change and ship this file under the Apache License, version 2.0:
@@ -37,7 +37,7 @@
  * Folders. volpkg_map_folder maps the files of a package that is a folder, for volpkg_open_input.
  *
  * Trust. Every file counts as hostile until it is checked. volpkg_open checks the structure of the zip, the manifest
- * against its schema, every rule of SPEC.md section 20 that a reader can see, and the headers and sizes of all
+ * against its schema, every rule of docs/CHECKS.md that a reader can see, and the headers and sizes of all
  * textures, meshes and tables; it reads texels only of the indices of bricks. volpkg_check_file adds CRC-32 and
  * SHA-256, which reads every byte. Lists have limits far above what packages need: a manifest of more than 4 MiB, 4096
  * textures, 256 programs, 32 channels, or 64 levels or transfer functions of a channel is refused, so that opening
@@ -72,7 +72,7 @@ extern "C" {
 
 /* ---- errors --------------------------------------------------------------------------------------------- */
 
-/* Error codes. Numbers above 1000 are the permanent codes of SPEC.md and of volprep: 4011 is VP4011. */
+/* Error codes. Numbers above 1000 are the permanent codes of docs/CHECKS.md and of volprep: 4011 is VP4011. */
 typedef enum volpkg_code {
     VOLPKG_OK = 0,
     VOLPKG_CANNOT_MAP = 1,       /* the operating system does not open or map the file */
@@ -584,7 +584,7 @@ typedef struct volpkg_grid_point {
     VOLPKG_LIST(volpkg_move) moves;
 } volpkg_grid_point;
 
-/* A vertex and a fragment shader. SPEC.md lists their attributes and uniforms. */
+/* A vertex and a fragment shader. The specification lists their attributes and uniforms. */
 typedef struct volpkg_shader_pair {
     /* Vertex shader. */
     volpkg_text vertex;
@@ -684,7 +684,7 @@ typedef struct volpkg_uniform_record {
     const char* name;
     /* GLSL type. */
     volpkg_uniform_type type;
-    /* Source of its value; SPEC.md lists the value of each source under Programs, Sub-volumes and Proxy geometry. */
+    /* Source of its value; The specification lists the value of each source. */
     volpkg_uniform_source source;
 } volpkg_uniform_record;
 
@@ -1529,7 +1529,7 @@ double volpkg_step_mm(const volpkg_drawing* drawing);
 /*
  * The value of a uniform: 1 number for VOLPKG_UNIFORM_TYPE_FLOAT, 3 for VOLPKG_UNIFORM_TYPE_VEC3, 16 column by column
  * for VOLPKG_UNIFORM_TYPE_MAT4. Returns the count of numbers. Returns 0 if the matrix has no inverse, and for a uniform
- * that depends on the frame or the draw (SPEC.md section 9): volpkg_frame_uniform gives these.
+ * that depends on the frame or the draw (spec/README.md): volpkg_frame_uniform gives these.
  */
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,
                        const double box_from_clip[16], double step_mm, float value[16]);
@@ -1555,7 +1555,7 @@ int volpkg_planes_cut(const volpkg_drawing* drawing, const double box_from_clip[
 
 /*
  * One picture: a camera, a step and a size. It serves every program, and those whose pictures take several draws need
- * it: shadow maps, half-angle and other slices, slabs, two passes (SPEC.md sections 9.1 to 9.4). With
+ * it: shadow maps, half-angle and other slices, slabs, two passes (spec/passes.md). With
  * volpkg_begin_frame done, draw like this; example.c does:
  *
  *   1. Each pass of program->before into a texture of its own, cleared to zero, with the corners of pass->geometry.
@@ -1605,7 +1605,7 @@ int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int3
 /* ---- slices for OpenGL ES 1.1 --------------------------------------------------------------------------- */
 
 /*
- * The slices of one transfer function, for devices without shaders (SPEC.md section 17). volpkg_choose_slices fills it;
+ * The slices of one transfer function, for devices without shaders (spec/es11.md). volpkg_choose_slices fills it;
  * it may be copied. example_slices.h draws it with fixed functions.
  */
 typedef struct volpkg_slice_drawing {
@@ -1645,7 +1645,7 @@ volpkg_code volpkg_slice_texels(const volpkg_slice_drawing* drawing, const volpk
 typedef struct volpkg_slice_frame {
     const volpkg_slice_drawing* drawing;
     float clip_from_box[16]; /* for glLoadMatrixf */
-    double factor;           /* 0 to 2: SPEC.md section 17 says how fixed functions multiply by more than 1 */
+    double factor;           /* 0 to 2: spec/es11.md says how fixed functions multiply by more than 1 */
     volpkg_axis axis;        /* of the stack that is drawn: the one that faces the viewer most */
     int32_t first, last;     /* slices that are still to be drawn */
     double eye_mm, eye_w;    /* the eye along the axis, homogeneous; eye_w is 0 for parallel rays */
@@ -1672,11 +1672,11 @@ void volpkg_slice_triangles(uint16_t indices[VOLPKG_SLICE_INDICES]);
 #define VOLPKG_MAX_CLIP_PLANES 12
 
 /*
- * The text of a fragment shader whose rays are cut by planes, as SPEC.md section 9 allows. It has one more uniform,
+ * The text of a fragment shader whose rays are cut by planes, as spec/README.md allows. It has one more uniform,
  * `uniform vec4 u_clip_planes[planes]`: a ray is visible where dot(plane.xyz, place) + plane.w >= 0, in box
  * millimetres, for each plane. Cut passes from a light, too, so that removed parts cast no shadow. Writes the text and
  * a zero byte if `room` is large enough, and returns the length of the text: ask with NULL and 0 first. Returns 0 for a
- * shader that does not define clip_to_box as SPEC.md says, and for no planes or more than VOLPKG_MAX_CLIP_PLANES.
+ * shader that does not define clip_to_box as the specification says, for no planes or more than VOLPKG_MAX_CLIP_PLANES.
  */
 size_t volpkg_clip_shader(const volpkg_text* fragment, int32_t planes, char* text, size_t room);
 
@@ -1688,7 +1688,7 @@ void volpkg_clip_plane(const volpkg_grid* grid, const double world_plane[4], flo
 
 /*
  * Let the textures of a drawing hold the light of the cut volume, if the package has light of exactly this cut, and the
- * light of the whole volume otherwise (SPEC.md section 12.1). Give the planes of the shader; planes that do not cut the
+ * light of the whole volume otherwise (spec/baked_light.md). Give the planes of the shader; planes that do not cut the
  * volume do not count. Returns 1 for light of the cut, and 0 for other light and for none. Upload the textures
  * of the role VOLPKG_ROLE_LIGHT again if the result changes. Call it before volpkg_edit_drawing.
  */
@@ -1711,7 +1711,7 @@ typedef struct volpkg_edit {
 size_t volpkg_edit_bytes(const volpkg_drawing* drawing);
 
 /*
- * Draw with edited transfer functions (SPEC.md section 19): compute the tables and the skip table of the drawing again
+ * Draw with edited transfer functions (spec/editing.md): compute the tables and the skip table of the drawing again
  * in `room`, and let their textures point there. Light that was computed for another function becomes 1 everywhere.
  * Upload the textures of the roles VOLPKG_ROLE_TRANSFER, VOLPKG_ROLE_SKIP and VOLPKG_ROLE_LIGHT again; nothing else
  * changes. Give all edits that hold each time, also for other functions of
@@ -2049,7 +2049,7 @@ static volpkg_code volpkg__no_zip(volpkg__reader* r, const char* name, const cha
     return volpkg__fail(r->error, VOLPKG_NOT_A_PACKAGE, name, problem, NAN, NAN);
 }
 
-/* Find the directory by the end record, which is the last 22 bytes: SPEC.md 2.1. */
+/* Find the directory by the end record, which is the last 22 bytes: spec/README.md. */
 static volpkg_code volpkg__find_directory(volpkg__reader* r, volpkg__directory* found) {
     const unsigned char *end, *wide;
     size_t at;
@@ -2522,7 +2522,7 @@ enum {
     VOLPKG__REAL,    /* double from least to most; bits of `exact`: 1 without least, 2 without most */
     VOLPKG__TRUTH,   /* int32_t */
     VOLPKG__STRING,  /* const char * */
-    VOLPKG__PATH,    /* the same, of SPEC.md 3.1 */
+    VOLPKG__PATH,    /* the same, of spec/README.md */
     VOLPKG__LABEL,   /* the same, name of a channel */
     VOLPKG__NAMED,   /* an enum: one of `names` */
     VOLPKG__OPEN,    /* the same, or `exact` for any other word */
@@ -2849,7 +2849,7 @@ static volpkg_code volpkg__read(volpkg__json* j, const volpkg__type* type, const
 }
 
 /*
- * ---- the records of SPEC.md, field by field ----
+ * ---- the records of the specification, field by field ----
  *
  * Lists have limits far above what any package needs, so that no manifest of 4 MiB keeps the rules busy for long: they
  * compare, for example, each texture with each program.
@@ -3914,7 +3914,7 @@ static size_t volpkg__version_digits(const char* text) {
     return digits > 4 || (digits > 1 && text[0] == '0') ? 0 : digits;
 }
 
-/* SPEC.md 21: format and version are checked before any other key. */
+/* spec/README.md: format and version are checked before any other key. */
 static volpkg_code volpkg__check_version(volpkg__json* j) {
     const char* begin = j->at;
     char key[32], value[16];
@@ -4579,7 +4579,7 @@ static volpkg_code volpkg__read_ktx(volpkg__reader* r, const volpkg_file* file, 
     return VOLPKG_OK;
 }
 
-/* The end of a Zstandard frame of the form that packages use (SPEC.md section 6.1) and its unpacked size, or 0. */
+/* The end of a Zstandard frame of the form that packages use (spec/texture_files.md) and its unpacked size, or 0. */
 static uint64_t volpkg__frame_end(const unsigned char* data, uint64_t at, uint64_t bytes, uint64_t* content) {
     static const int sizes[4] = {0, 2, 4, 8};
     uint64_t i, head, length;
@@ -4965,7 +4965,7 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
     return VOLPKG_OK;
 }
 
-/* ---- whether the manifest agrees with itself: SPEC.md section 20 ---- */
+/* ---- whether the manifest agrees with itself: docs/CHECKS.md ---- */
 
 #define VOLPKG__RELATIVE 1e-9
 
@@ -5411,7 +5411,7 @@ static volpkg_code volpkg__mipmap_rules(volpkg__reader* r, const volpkg_package*
     return VOLPKG_OK;
 }
 
-/* SPEC.md 16: each brick that is stored has its own place, and places are filled in order. */
+/* spec/bricks.md: each brick that is stored has its own place, and places are filled in order. */
 static volpkg_code volpkg__index_rules(volpkg__reader* r, const volpkg_texture* index, const volpkg_bricks* bricks) {
     const volpkg_mosaic* m = index->mosaic;
     int64_t rows = bricks->bricks_zyx[1], columns = bricks->bricks_zyx[2],
@@ -5437,7 +5437,7 @@ static volpkg_code volpkg__index_rules(volpkg__reader* r, const volpkg_texture* 
     return VOLPKG_OK;
 }
 
-/* SPEC.md 16: an index has an entry for each brick, in a 3D texture, or in a mosaic where the pool is one. */
+/* spec/bricks.md: an index has an entry for each brick, in a 3D texture, or in a mosaic where the pool is one. */
 static volpkg_code volpkg__index_form_rules(volpkg__reader* r, const volpkg_texture* t, const volpkg_texture* pool) {
     const volpkg_mosaic* m = t->mosaic;
     VOLPKG__RULE((t->gl.internal_format == 0x8058 || t->gl.internal_format == 0x1908) && t->gl.type == 0x1401 &&
@@ -5453,7 +5453,7 @@ static volpkg_code volpkg__index_form_rules(volpkg__reader* r, const volpkg_text
     return volpkg__mosaic_rules(r, t, pool->bricks->bricks_zyx);
 }
 
-/* SPEC.md 16: a pool has room for its bricks, in a 3D texture, or in a mosaic of one texture. */
+/* spec/bricks.md: a pool has room for its bricks, in a 3D texture, or in a mosaic of one texture. */
 static volpkg_code volpkg__pool_rules(volpkg__reader* r, const volpkg_texture* t) {
     const volpkg_bricks* b = t->bricks;
     int32_t k, texels_zyx[3];
@@ -7393,7 +7393,7 @@ static void volpkg__stack_matrix(double axes[3][3], const double extent[3], doub
 
 static double volpkg__count_of(double depth, double step) { return ceil(depth / step - 1e-9); }
 
-/* The stack of slices across the view or along an axis: SPEC.md section 9.1. Returns the number of layers. */
+/* The stack of slices across the view or along an axis: spec/passes.md. Returns the number of layers. */
 static double volpkg__slice_stack(volpkg_frame* frame, const double extent[3]) {
     double across[3], view[3], axes[3][3], depth;
     int i, k, facing = 0;
@@ -7416,7 +7416,7 @@ static double volpkg__slice_stack(volpkg_frame* frame, const double extent[3]) {
     return volpkg__count_of(depth, frame->step_mm * fabs(volpkg__dot(view, axes[2])) * 2 / depth);
 }
 
-/* The stack of half-angle slices: SPEC.md section 9.4. Returns the number of layers. */
+/* The stack of half-angle slices: spec/passes.md. Returns the number of layers. */
 static double volpkg__half_angle_stack(volpkg_frame* frame, const double extent[3], const double light[3]) {
     double across[3], view[3], to_light[3], axes[3][3], half = volpkg__length(extent) / 2;
     int i, k;
@@ -7435,7 +7435,7 @@ static double volpkg__half_angle_stack(volpkg_frame* frame, const double extent[
     return volpkg__count_of(2 * half, frame->step_mm * fabs(volpkg__dot(view, across)));
 }
 
-/* The view from a light that just holds the volume: SPEC.md section 12. 0 if the light is in the volume. */
+/* The view from a light that just holds the volume: spec/light.md. 0 if the light is in the volume. */
 static int volpkg__light_view(const double light[3], const double extent[3], double light_from_box[16]) {
     double rows[3][3], nearest[3], distance, low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
     double near_mm, far_mm = 0, seen[16], moved[16];
@@ -7693,7 +7693,7 @@ int32_t volpkg_corners(const volpkg_frame* frame, volpkg_geometry geometry, int3
     return c.count;
 }
 
-/* ---- slices for OpenGL ES 1.1; SPEC.md section 17 ---- */
+/* ---- slices for OpenGL ES 1.1; spec/es11.md ---- */
 
 #define VOLPKG__MOST_FACTOR 2 /* of texture combiners */
 #define VOLPKG__TIE 1e-9      /* cosines that differ by less are equal */
@@ -8045,7 +8045,7 @@ int volpkg_cut_light(volpkg_drawing* drawing, const float* planes, int32_t count
     return of_cut;
 }
 
-/* ---- editing; SPEC.md section 19 ---- */
+/* ---- editing; spec/editing.md ---- */
 
 #define VOLPKG__BINS 256
 #define VOLPKG__MOST_OPAQUE (1 - 1.0 / 65536) /* of a voxel: denser ones look the same */
@@ -8252,7 +8252,7 @@ static int volpkg__fixed_path(const volpkg_program* program) {
            program->compositing != VOLPKG_COMPOSITING_BACK_TO_FRONT && program->compositing != VOLPKG_COMPOSITING_MIDA;
 }
 
-/* The extinctions of a table that show something with the compositing of a program (SPEC.md section 10), in place. */
+/* The extinctions of a table that show something with the compositing of a program (spec/compositing.md), in place. */
 static void volpkg__visible(const volpkg_program* program, const volpkg_transfer_function* function,
                             const double window[2], double* found, int32_t entries) {
     double isovalue = function->isovalue ? *function->isovalue : NAN;
@@ -8398,7 +8398,7 @@ static void volpkg__empty_spheres(const volpkg__workspace* s, const int32_t shap
     }
 }
 
-/* The skip table of occupied blocks, SPEC.md section 14, in `cells`; octants give eight tables along z. */
+/* The skip table of occupied blocks, spec/skipping.md, in `cells`; octants give eight tables along z. */
 static void volpkg__skip_cells(const volpkg_skip_table* skip, const volpkg__workspace* s) {
     size_t blocks = volpkg__block_count(skip), i;
     const int32_t* shape = skip->blocks_zyx;
@@ -8586,7 +8586,7 @@ volpkg_code volpkg_edit_drawing(volpkg_drawing* drawing, const volpkg_edit* edit
     return VOLPKG_OK;
 }
 
-/* ---- looks of segments; SPEC.md section 13 ---- */
+/* ---- looks of segments; spec/segments.md ---- */
 
 /* Whether looks of segments change the texels of a texture. */
 static int volpkg__follows_looks(const volpkg_texture* t) {

@@ -1,4 +1,4 @@
-/** Formats of compressed blocks, each with a sample block to test a device. SPEC section 6. */
+/** Formats of compressed blocks, each with a sample block to test a device. spec/texture_files.md. */
 import { FORMATS } from "./formats.js";
 
 /** @param {number} vk @param {number} block @param {number} bytes @param {number} components @param {string} extension @param {number[]} texels @param {number} [red] @returns {import("./formats.js").Format} */

@@ -1,4 +1,4 @@
-/** A drawing: the program of a picture and a level, and the inputs of its samplers and uniforms. SPEC section 9. */
+/** A drawing: the program of a picture and a level, and the inputs of its samplers and uniforms. spec/README.md. */
 import { VolpkgError } from "./error.js";
 import { texelBytes } from "./ktx2.js";
 import { FORMATS } from "./formats.js";

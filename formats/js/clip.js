@@ -1,6 +1,6 @@
 /**
  * Clipping by a box and by planes. Rays are cut where the shader cuts them to the volume: its function clip_to_box gets
- * another one around it, as SPEC section 9 allows.
+ * another one around it, as spec/README.md allows.
  */
 import { cutLight } from "./cut_light.js";
 import { VolpkgError } from "./rarer.js";
@@ -89,7 +89,7 @@ function clipped(fragment, path, count, depth) {
   const [before, main, ...more] = fragment.split(MAIN);
   if (before.match(DEFINITION)?.length !== 1 || main === undefined || more.length) {
     throw new VolpkgError("VP7019", {
-      what: `${path}, which does not define clip_to_box as SPEC.md says`,
+      what: `${path}, which does not define clip_to_box as the specification says`,
       limit: MOST,
     });
   }

@@ -1,4 +1,4 @@
-/** Precomputed light of a volume that planes cut. SPEC section 12.1. */
+/** Precomputed light of a volume that planes cut. spec/baked_light.md. */
 
 /** @typedef {import("./choose.js").Choice} Choice */
 /** @typedef {import("./types.js").Manifest} Manifest */

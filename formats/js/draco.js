@@ -1,4 +1,4 @@
-/** Meshes that are compressed with Draco, for apps that bring a decoder. SPEC section 15. */
+/** Meshes that are compressed with Draco, for apps that bring a decoder. spec/proxy.md. */
 import { VolpkgError } from "./rarer.js";
 
 /**

@@ -1,4 +1,4 @@
-/** Recomputes tables from the package's data after an edit of a transfer function. SPEC section 19. */
+/** Recomputes tables from the package's data after an edit of a transfer function. spec/editing.md. */
 import { VolpkgError } from "./rarer.js";
 import { fromHalf } from "./formats.js";
 import { toHalf } from "./halves.js";
@@ -277,7 +277,7 @@ function extinctions({ max_extinction_per_mm: largest }, texels) {
 }
 
 /**
- * Visibility of each entry of a table, SPEC section 10. With a maximum an entry is visible if any lower value is; with
+ * Visibility of each entry of a table (spec/compositing.md). With a maximum an entry is visible if any lower value is; with
  * a surface only the entries beside the isovalue are visible.
  * @param {Float64Array} found @param {string | undefined} compositing @param {readonly number[]} window @param {number} isovalue
  */

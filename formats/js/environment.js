@@ -1,4 +1,4 @@
-/** The light around a volume, of packages whose precomputed light can be turned. SPEC section 12.1. */
+/** The light around a volume, of packages whose precomputed light can be turned. spec/baked_light.md. */
 
 /** @typedef {import("./types.js").Three} Three */
 /** @typedef {import("./types.js").LightModel} LightModel */

@@ -1,4 +1,4 @@
-/** Formats of texels in files and in WebGL. SPEC section 6. */
+/** Formats of texels in files and in WebGL. spec/README.md. */
 
 /**
  * @typedef {object} Format

@@ -1,4 +1,4 @@
-/** Half-angle slices: a stack of layers, each drawn for the viewer and then for the light. SPEC section 9.4. */
+/** Half-angle slices: a stack of layers, each drawn for the viewer and then for the light. spec/passes.md. */
 import { cross, dot, unit } from "./camera.js";
 import { axesOf, cornersOf, times } from "./layers.js";
 

@@ -1,4 +1,4 @@
-/** Parse the header of a KTX 2 file, and check it against the texture's entry in the manifest. SPEC section 6. */
+/** Parse the header of a KTX 2 file (spec/texture_files.md), and check it against the texture's entry in the manifest. */
 import { VolpkgError } from "./error.js";
 import { FORMATS } from "./formats.js";
 

@@ -1,4 +1,4 @@
-/** The stack of layers of a view: its position, and the corners of its squares. SPEC section 9.1. */
+/** The stack of layers of a view: its position, and the corners of its squares. spec/passes.md. */
 import { cross, dot, invert, unit } from "./camera.js";
 
 /** @typedef {readonly number[]} Vector */

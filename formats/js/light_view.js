@@ -1,4 +1,4 @@
-/** The view from a light with a place, for shadow maps and half-angle slices. SPEC section 12. */
+/** The view from a light with a place, for shadow maps and half-angle slices. spec/light.md. */
 import { cross, dot, multiply, unit } from "./camera.js";
 
 /** @typedef {readonly number[]} Vector */

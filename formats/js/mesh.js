@@ -1,6 +1,6 @@
 /**
- * Proxy geometry: rays begin and end at a mesh around the visible part of the volume. SPEC section 15. A mesh compressed with
- * Draco needs a decoder from the app, because a decoder is larger than this whole library. Without one the mesh is not
+ * Proxy geometry (spec/proxy.md): rays begin and end at a mesh around the visible part of the volume. A mesh compressed
+ * with Draco needs a decoder from the app, because a decoder is larger than this whole library. Without one the mesh is not
  * used, a note reports it, and rays begin at the box; the picture is the same.
  */
 import { check } from "./abort.js";
@@ -164,7 +164,7 @@ export class Mesh {
 }
 
 /**
- * The primitives of a glTF binary of the kind in SPEC section 15.
+ * The primitives of a glTF binary of the kind in spec/proxy.md.
  * @param {Uint8Array<ArrayBuffer>} data @param {string} name @param {number} triangles how many it must have
  * @param {import("./draco.js").DecodeDraco} [decodeDraco] of a file that is compressed
  * @returns {Promise<Part[]>}

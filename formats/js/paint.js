@@ -1,4 +1,4 @@
-/** Draws one picture with a loaded level. SPEC section 11.3. */
+/** Draws one picture with a loaded level. spec/webgl.md. */
 import { bind } from "./load.js";
 
 /** @typedef {import("./choose.js").Value} Value */

@@ -1,4 +1,4 @@
-/** Targets of passes: one texture for each, in a format that is probed first. SPEC section 9.2. */
+/** Targets of passes: one texture for each, in a format that is probed first. spec/passes.md. */
 import { VolpkgError } from "./rarer.js";
 import { isWebGl2 } from "./formats.js";
 import { WHOLE, forgetErrors, linkNow } from "./program.js";

@@ -1,4 +1,4 @@
-/** Rules for segments, their labels, and the textures that hold them. SPEC section 13. */
+/** Rules for segments, their labels, and the textures that hold them. spec/segments.md. */
 import { FORMATS } from "./formats.js";
 
 /** @typedef {import("./types.js").Manifest} Manifest */

@@ -1,4 +1,4 @@
-/** Segments of a scan, and their looks: apps switch, tint and fade them. SPEC section 13. */
+/** Segments of a scan, and their looks: apps switch, tint and fade them. spec/segments.md. */
 import { VolpkgError } from "./rarer.js";
 import { texelsOf } from "./kept_files.js";
 import { skipEntries } from "./skip.js";

@@ -1,4 +1,4 @@
-/** Skip tables from occupied blocks, and their texels. SPEC section 14. */
+/** Skip tables from occupied blocks, and their texels. spec/skipping.md. */
 import { FORMATS, fromHalf } from "./formats.js";
 
 /** @typedef {import("./types.js").Texture} Texture */

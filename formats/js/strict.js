@@ -1,4 +1,4 @@
-/** Checks of an untrusted manifest: JSON with the limits of SPEC section 3, and rules of section 20. */
+/** Checks of an untrusted manifest: JSON with the limits of spec/README.md, and rules of docs/CHECKS.md. */
 import { VolpkgError } from "./error.js";
 import { FORMATS } from "./formats.js";
 import { contradictionOf, usesOf } from "./parts.js";

@@ -1,4 +1,4 @@
-/** Level 0 in pieces: those around one point of the grid. SPEC section 18. */
+/** Level 0 in pieces: those around one point of the grid. spec/subvolumes.md. */
 import { VolpkgError } from "./error.js";
 import { toHalf } from "./halves.js";
 import { parseJson, schemaBreach } from "./strict.js";

@@ -1,4 +1,4 @@
-/** Where pictures are drawn: a linear target, and the pass that shows it. SPEC sections 10 and 11.3. */
+/** Where pictures are drawn: a linear target, and the pass that shows it. spec/README.md and spec/webgl.md. */
 import { VolpkgError } from "./error.js";
 import { fromHalf, isWebGl2, linearOf } from "./formats.js";
 import { WHOLE, drawAll, driverOf, forgetErrors, linkNow } from "./program.js";

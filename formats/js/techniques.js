@@ -1,6 +1,6 @@
 /**
  * Pictures that take more than one triangle: slabs of samples, rays that begin at faces of the box, stacks of layers,
- * passes from the light, and rays that begin and end at a mesh. SPEC sections 9.1 to 9.4 and 15.
+ * passes from the light, and rays that begin and end at a mesh. spec/passes.md and spec/proxy.md.
  */
 import { check } from "./abort.js";
 import { invert } from "./camera.js";

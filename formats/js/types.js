@@ -1,5 +1,5 @@
 /**
- * The parts of the manifest that this reader uses. SPEC.md documents each field.
+ * The parts of the manifest that this reader uses. spec/fields.md documents each field.
  *
  * @typedef {[number, number, number]} Three
  * @typedef {{shape_zyx: Three, spacing_mm_zyx: Three, origin_mm_xyz: Three, direction: [Three, Three, Three], extent_mm_zyx: Three}} Grid

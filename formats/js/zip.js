@@ -1,4 +1,4 @@
-/** The single-file form of a package: the strict parse of SPEC section 2.1, which leaves no byte unexplained. */
+/** The single-file form of a package: the strict parse of spec/README.md, which leaves no byte unexplained. */
 import { check } from "./abort.js";
 import { VolpkgError } from "./error.js";
 

@@ -3,7 +3,7 @@
  * They come in pieces of any size, and no more than one frame is held.
  */
 
-/** Largest content of a frame. SPEC section 6. */
+/** Largest content of a frame. spec/texture_files.md. */
 const MOST_FRAME = 1 << 20;
 const MOST_BLOCK = 1 << 17;
 const MAGIC = 0xfd2fb528;

@@ -1,4 +1,4 @@
-"""Parse untrusted JSON. SPEC.md, section 3, sets the limits, which are the same in all readers of packages.
+"""Parse untrusted JSON. spec/README.md, sets the limits, which are the same in all readers of packages.
 
 A text that two parsers could read as different values is refused: a key that occurs twice in one object, numbers that
 are not JSON, characters that some parsers drop or replace.
@@ -35,7 +35,7 @@ def read_record(model: type[_Model], data: bytes, unknown_keys: Literal["forbid"
     """Parse a UTF-8 JSON text and return its record.
 
     With "forbid", a key that the model does not have is an error, except `extras` and `extensions`. Raises ValueError
-    if the text breaks a rule of SPEC.md, section 3, and pydantic's ValidationError if the record breaks its schema.
+    if the text breaks a rule of spec/README.md, and pydantic's ValidationError if the record breaks its schema.
     """
     value = parse_json(data)
     has_others = any(f'"{key}"'.encode() in data for key in _OTHERS_KEYS)
@@ -80,7 +80,7 @@ def places_of_others(value: object, at: str = "") -> Iterator[str]:
 
 
 def parse_json(data: bytes) -> object:
-    """Return the value of a UTF-8 JSON text. Raises ValueError if the text breaks a rule of SPEC.md, section 3."""
+    """Return the value of a UTF-8 JSON text. Raises ValueError if the text breaks a rule of spec/README.md."""
     text = data.decode("utf-8")
     try:
         value = json.loads(text, object_pairs_hook=_unique_keys, parse_constant=_refuse_constant)

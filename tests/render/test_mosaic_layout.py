@@ -112,7 +112,7 @@ def test_the_published_512_cubed_fits_eight_textures_of_2048_without_gutters_and
 
 
 def places(layout, part):
-    """Row, column and channel of the first texel of each voxel of a texture, by the formulas of SPEC.md, "Mosaics"."""
+    """Row, column and channel of the first texel of each voxel of a texture, by the formulas of spec/mosaics.md."""
     height, width = layout.tile_shape_yx
     tiles = layout.tiles_x * layout.tiles_y
     for k in range(layout.slices):

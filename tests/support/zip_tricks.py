@@ -1,4 +1,4 @@
-"""Zips that two programs read as two packages: each breaks one rule of SPEC.md, section 2.1."""
+"""Zips that two programs read as two packages: each breaks one rule of spec/README.md."""
 
 import struct
 from collections.abc import Callable, Sequence

@@ -84,8 +84,8 @@ def test_dead_files_and_headings_are_found() -> None:
 
 
 def test_the_site_names_files_that_are_not_on_it() -> None:
-    text = "[volpkg.h](volpkg.h), [`example.c`](example.c), [SPEC](../SPEC.md#1-terms), `[x](volpkg.h)`\n"
-    expected = "`volpkg.h`, `example.c`, [SPEC](../SPEC.md#1-terms), `[x](volpkg.h)`\n"
+    text = "[volpkg.h](volpkg.h), [`example.c`](example.c), [spec](../spec/README.md#terms), `[x](volpkg.h)`\n"
+    expected = "`volpkg.h`, `example.c`, [spec](../spec/README.md#terms), `[x](volpkg.h)`\n"
     assert SITE.site_page(text, Path("formats/c/README.md")) == expected
     schema = SITE.site_page("[s](../formats/schemas/device.schema.json)", Path("docs/GUIDE.md"))
     assert schema == "[s](../formats/schemas/device.md)\n"

@@ -24,7 +24,7 @@ def found(file: str, pattern: str) -> str:
     [
         ("CITATION.cff", r"^version: (.*)$"),
         ("CHANGELOG.md", r"^## (\S+)"),
-        ("formats/SPEC.md", r'"generator": "volprep (.*)",'),
+        ("formats/spec/example.md", r'"generator": "volprep (.*)",'),
     ],
 )
 def test_a_file_repeats_the_version_of_the_project(file: str, pattern: str) -> None:

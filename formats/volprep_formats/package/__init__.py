@@ -1,1 +1,1 @@
-"""The volume package: manifest, reading, writing and checks. SPEC.md is its normative text."""
+"""The volume package: manifest, reading, writing and checks. formats/spec is its normative text."""

@@ -1,4 +1,4 @@
-"""Check that transfer functions meet the needs of their programs' compositing; SPEC.md states the rules."""
+"""Check that transfer functions meet the needs of their programs' compositing; docs/CHECKS.md states the rules."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Check the layout of a mosaic; SPEC.md states the rules."""
+"""Check the layout of a mosaic; docs/CHECKS.md states the rules."""
 
 from collections.abc import Iterator
 

@@ -114,7 +114,7 @@ class Uniform(Record):
     type: Literal["float", "vec3", "mat4"]
     """GLSL type."""
     source: UniformSource
-    """Source of its value; SPEC.md lists the value of each source under Programs, Sub-volumes and Proxy geometry."""
+    """Source of its value; The specification lists the value of each source."""
 
 
 class Sampler(Record):

@@ -1,6 +1,6 @@
 """Whether a manifest agrees with itself: names are unique and known, sizes and layouts fit each other and the profile.
 
-Each function gives the problems that it finds, one sentence each; SPEC.md states the rules.
+Each function gives the problems that it finds, one sentence each; docs/CHECKS.md states the rules.
 """
 
 from collections import Counter

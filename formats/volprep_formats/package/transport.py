@@ -1,4 +1,4 @@
-"""A package for the way to its readers: the same texels, as Zstandard frames or plain. SPEC.md, section 6."""
+"""A package for the way to its readers: the same texels, as Zstandard frames or plain. spec/texture_files.md."""
 
 import hashlib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Positions of a level's slices in the 2D textures that hold them side by side (SPEC.md, "Mosaics")."""
+"""Positions of a level's slices in the 2D textures that hold them side by side (spec/mosaics.md)."""
 
 from collections.abc import Callable, Sequence
 

@@ -1,6 +1,6 @@
 """Steps of an app after its user has edited a transfer function: make new tables from data in the package.
 
-The section "Editing transfer functions" of SPEC.md as code. The picture with the new tables is that of a package built
+The page spec/editing.md as code. The picture with the new tables is that of a package built
 with the edited function.
 """
 

@@ -1,5 +1,5 @@
 /**
- * Draws the paletted slices of a package for OpenGL ES 1.1 with WebGL 1, from the same stacks: SPEC section 17.
+ * Draws the paletted slices of a package for OpenGL ES 1.1 with WebGL 1, from the same stacks: spec/es11.md.
  *
  * WebGL has no paletted textures: indices and palette are two textures here. So an edit of a transfer function uploads
  * the palette alone, 1 kB for each stack (Moser and Weiskopf 2008, section 4). Colours are looked up before they are

@@ -113,7 +113,7 @@ def place_of(package: Path, name: str) -> Extent:
 def places(package: Path) -> Mapping[str, Extent]:
     """Return the location of each file in the zip at `package`.
 
-    Raises VP4002 for a file that breaks a rule of SPEC.md, section 2.1: two programs could see two packages in it.
+    Raises VP4002 for a file that breaks a rule of spec/README.md: two programs could see two packages in it.
     """
     status = package.stat()
     return _places(package, status.st_mtime_ns, status.st_size)

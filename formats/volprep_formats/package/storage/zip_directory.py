@@ -1,4 +1,4 @@
-"""The strict parse of the single-file form of a package: SPEC.md, section 2.1.
+"""The strict parse of the single-file form of a package: spec/README.md.
 
 A zip can be read from its end, from its beginning or by its directory. Readers that differ in this can see two packages
 in one file. This parse takes only files in which all three ways find the same bytes.
@@ -48,7 +48,7 @@ class _Directory(NamedTuple):
 def read_directory(file: BinaryIO, size_bytes: int) -> dict[str, tuple[ZipEntry, int]]:
     """Return each entry of a zip of this size with the place where its bytes begin, by name.
 
-    Raises ValueError for a zip that breaks a rule of SPEC.md, section 2.1.
+    Raises ValueError for a zip that breaks a rule of spec/README.md.
     """
     found = _find_directory(file, size_bytes)
     file.seek(found.start)

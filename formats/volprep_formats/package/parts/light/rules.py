@@ -1,4 +1,4 @@
-"""Check the consistency of a manifest's precomputed light; SPEC.md states the rules."""
+"""Check the consistency of a manifest's precomputed light; docs/CHECKS.md states the rules."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Check the consistency of a manifest's normals; SPEC.md states the rules."""
+"""Check the consistency of a manifest's normals; docs/CHECKS.md states the rules."""
 
 from collections.abc import Iterator
 

@@ -1,0 +1,95 @@
+"""Draw a volume package. `gl` has the methods and constants of WebGL 2, `folder` is the package."""
+
+import json
+import struct
+
+import numpy as np
+
+
+def choose(folder, name, level):  # steps 1 and 2
+    """Return the manifest, a drawing and its program: of the default picture and the finest level for None."""
+    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    assert manifest["format"] == "volpkg" and manifest["version"].split(".")[0] == "1"
+    assert manifest["state"] == "sealed" and manifest["profile"]["api"] == "es3.0"
+    picture = next(each for each in manifest["pictures"] if name in (None, each["name"]))
+    drawing = next(each for each in picture["drawings"] if level in (None, each["level"]))
+    return manifest, drawing, next(each for each in manifest["programs"] if each["name"] == drawing["program"])
+
+
+def link(gl, folder, program):  # step 3
+    handle = gl.createProgram()
+    for kind, path in ((gl.VERTEX_SHADER, program["vertex"]), (gl.FRAGMENT_SHADER, program["fragment"])):
+        shader = gl.createShader(kind)
+        gl.shaderSource(shader, (folder / path).read_text(encoding="utf-8"))
+        gl.compileShader(shader)
+        gl.attachShader(handle, shader)
+    gl.bindAttribLocation(handle, 0, "a_ndc")
+    gl.linkProgram(handle)
+    assert gl.getProgramParameter(handle, gl.LINK_STATUS), gl.getProgramInfoLog(handle)
+    return handle
+
+
+def upload(gl, folder, manifest, name):  # steps 4 and 5
+    texture = next(each for each in manifest["textures"] if each["name"] == name)
+    target, wanted, handle = getattr(gl, texture["gl"]["target"]), texture["gl"], gl.createTexture()
+    gl.bindTexture(target, handle)
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1)
+    data = (folder / texture["file"]).read_bytes()
+    mipmaps = [each for each in manifest["textures"] if each["file"] == texture["file"]]
+    for index, each in enumerate(mipmaps):
+        offset, size = struct.unpack_from("<2Q", data, 80 + 24 * index)
+        depth, height, width = each["shape_zyx"]
+        texels, internal = data[offset : offset + size], getattr(gl, wanted["internal_format"])
+        pixels = [getattr(gl, wanted[key]) for key in ("format", "type") if key in wanted]
+        if not pixels:
+            gl.compressedTexImage2D(target, index, internal, width, height, 0, texels)
+        elif target == gl.TEXTURE_3D:
+            gl.texImage3D(target, index, internal, width, height, depth, 0, *pixels, texels)
+        else:
+            gl.texImage2D(target, index, internal, width, height, 0, *pixels, texels)
+    near = texture["filter"].upper()  # LINEAR or NEAREST
+    gl.texParameteri(target, gl.TEXTURE_MAG_FILTER, getattr(gl, near))
+    far = f"{near}_MIPMAP_{near}" if len(mipmaps) > 1 else near
+    gl.texParameteri(target, gl.TEXTURE_MIN_FILTER, getattr(gl, far))
+    gl.texParameteri(target, gl.TEXTURE_MAX_LEVEL, len(mipmaps) - 1)
+    for axis in ("S", "T", "R"):
+        gl.texParameteri(target, getattr(gl, f"TEXTURE_WRAP_{axis}"), gl.CLAMP_TO_EDGE)
+    return target, handle
+
+
+def world_from_box(grid):  # step 7
+    direction = np.array(grid["direction"])  # stored row by row
+    matrix = np.eye(4)
+    matrix[:3, :3] = direction  # its columns are the box axes in the patient's space
+    matrix[:3, 3] = grid["origin_mm_xyz"] - direction @ np.array(grid["spacing_mm_zyx"][::-1]) / 2
+    return matrix
+
+
+def draw(gl, folder, clip_from_world, size, picture=None, level=None):
+    """Draw one picture of width and height `size` into the framebuffer that is bound."""
+    manifest, drawing, program = choose(folder, picture, level)
+    handle = link(gl, folder, program)
+    uploaded = [upload(gl, folder, manifest, name) for name in drawing["textures"]]
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer())  # step 6
+    gl.bufferData(gl.ARRAY_BUFFER, np.array([-1, -1, 3, -1, -1, 3], np.float32), gl.STATIC_DRAW)
+    gl.enableVertexAttribArray(0)
+    gl.vertexAttribPointer(0, 2, gl.FLOAT, False, 0, 0)
+
+    values = {each["source"]: each["numbers"] for each in drawing["values"]} | {  # step 8
+        "box_from_clip": np.linalg.inv(clip_from_world @ world_from_box(manifest["grid"])),
+        "step_mm": drawing["step_mm"],
+    }
+    gl.useProgram(handle)  # step 9
+    for uniform in program["uniforms"]:
+        location = gl.getUniformLocation(handle, uniform["name"])
+        value = np.array(values[uniform["source"]], np.float32).T.ravel()  # matrices column by column
+        if uniform["type"] == "mat4":
+            gl.uniformMatrix4fv(location, False, value)
+        else:
+            {"vec3": gl.uniform3fv, "float": gl.uniform1fv}[uniform["type"]](location, value)
+    for unit, (sampler, (target, texture)) in enumerate(zip(program["samplers"], uploaded)):
+        gl.activeTexture(gl.TEXTURE0 + unit)
+        gl.bindTexture(target, texture)
+        gl.uniform1i(gl.getUniformLocation(handle, sampler), unit)
+    gl.viewport(0, 0, *size)  # step 10
+    gl.drawArrays(gl.TRIANGLES, 0, 3)
