@@ -10,10 +10,10 @@ def choose(folder, name, level):  # steps 1 and 2
     """Return the manifest, a drawing and its program: of the default picture and the finest level for None."""
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
     assert manifest["format"] == "volpkg" and manifest["version"].split(".")[0] == "1"
-    assert manifest["state"] == "sealed" and manifest["profile"]["api"] == "es3.0"
-    picture = next(each for each in manifest["pictures"] if name in (None, each["name"]))
-    drawing = next(each for each in picture["drawings"] if level in (None, each["level"]))
-    return manifest, drawing, next(each for each in manifest["programs"] if each["name"] == drawing["program"])
+    assert manifest["state"] == "sealed" and manifest["profile"]["api"] != "es1.1"
+    picture = next(picture for picture in manifest["pictures"] if name in (None, picture["name"]))
+    drawing = next(drawing for drawing in picture["drawings"] if level in (None, drawing["level"]))
+    return manifest, drawing, next(program for program in manifest["programs"] if program["name"] == drawing["program"])
 
 
 def link(gl, folder, program):  # step 3
@@ -30,39 +30,33 @@ def link(gl, folder, program):  # step 3
 
 
 def upload(gl, folder, manifest, name):  # steps 4 and 5
-    texture = next(each for each in manifest["textures"] if each["name"] == name)
-    target, wanted, handle = getattr(gl, texture["gl"]["target"]), texture["gl"], gl.createTexture()
+    texture = next(texture for texture in manifest["textures"] if texture["name"] == name)
+    target, handle, constants = getattr(gl, texture["gl"]["target"]), gl.createTexture(), texture["gl"]
     gl.bindTexture(target, handle)
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1)
     data = (folder / texture["file"]).read_bytes()
-    mipmaps = [each for each in manifest["textures"] if each["file"] == texture["file"]]
-    for index, each in enumerate(mipmaps):
-        offset, size = struct.unpack_from("<2Q", data, 80 + 24 * index)
-        depth, height, width = each["shape_zyx"]
-        texels, internal = data[offset : offset + size], getattr(gl, wanted["internal_format"])
-        pixels = [getattr(gl, wanted[key]) for key in ("format", "type") if key in wanted]
-        if not pixels:
-            gl.compressedTexImage2D(target, index, internal, width, height, 0, texels)
-        elif target == gl.TEXTURE_3D:
-            gl.texImage3D(target, index, internal, width, height, depth, 0, *pixels, texels)
-        else:
-            gl.texImage2D(target, index, internal, width, height, 0, *pixels, texels)
+    mipmaps = [record for record in manifest["textures"] if record["file"] == texture["file"]]
+    for index, mipmap in enumerate(mipmaps):
+        offset, length = struct.unpack_from("<2Q", data, 80 + 24 * index)
+        size = mipmap["shape_zyx"][::-1][: 3 if target == gl.TEXTURE_3D else 2]
+        internal, *pixels = [
+            getattr(gl, constants[key]) for key in ("internal_format", "format", "type") if key in constants
+        ]
+        image = gl.texImage3D if len(size) == 3 else gl.texImage2D if pixels else gl.compressedTexImage2D
+        image(target, index, internal, *size, 0, *pixels, data[offset : offset + length])
     near = texture["filter"].upper()  # LINEAR or NEAREST
-    gl.texParameteri(target, gl.TEXTURE_MAG_FILTER, getattr(gl, near))
     far = f"{near}_MIPMAP_{near}" if len(mipmaps) > 1 else near
-    gl.texParameteri(target, gl.TEXTURE_MIN_FILTER, getattr(gl, far))
     gl.texParameteri(target, gl.TEXTURE_MAX_LEVEL, len(mipmaps) - 1)
-    for axis in ("S", "T", "R"):
-        gl.texParameteri(target, getattr(gl, f"TEXTURE_WRAP_{axis}"), gl.CLAMP_TO_EDGE)
+    wraps = dict.fromkeys(("WRAP_S", "WRAP_T", "WRAP_R"), "CLAMP_TO_EDGE")
+    for key, word in {"MAG_FILTER": near, "MIN_FILTER": far, **wraps}.items():
+        gl.texParameteri(target, getattr(gl, f"TEXTURE_{key}"), getattr(gl, word))
     return target, handle
 
 
 def world_from_box(grid):  # step 7
-    direction = np.array(grid["direction"])  # stored row by row
-    matrix = np.eye(4)
-    matrix[:3, :3] = direction  # its columns are the box axes in the patient's space
-    matrix[:3, 3] = grid["origin_mm_xyz"] - direction @ np.array(grid["spacing_mm_zyx"][::-1]) / 2
-    return matrix
+    direction = np.array(grid["direction"])  # stored row by row; its columns are the axes of the box
+    corner = grid["origin_mm_xyz"] - direction @ np.array(grid["spacing_mm_zyx"][::-1]) / 2
+    return np.vstack([np.column_stack([direction, corner]), [0, 0, 0, 1]])
 
 
 def draw(gl, folder, clip_from_world, size, picture=None, level=None):
@@ -75,7 +69,7 @@ def draw(gl, folder, clip_from_world, size, picture=None, level=None):
     gl.enableVertexAttribArray(0)
     gl.vertexAttribPointer(0, 2, gl.FLOAT, False, 0, 0)
 
-    values = {each["source"]: each["numbers"] for each in drawing["values"]} | {  # step 8
+    values = {value["source"]: value["numbers"] for value in drawing["values"]} | {  # step 8
         "box_from_clip": np.linalg.inv(clip_from_world @ world_from_box(manifest["grid"])),
         "step_mm": drawing["step_mm"],
     }

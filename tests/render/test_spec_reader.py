@@ -3,6 +3,7 @@
 import json
 import re
 import types
+import zipfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from command_line import ended
 from every_kind import write_segments, write_together
+from format_samples import LARGEST, SAMPLES, SIDE, differing
 from phantom_scene import write_phantom_scene
 from scene_builds import built
 from webgl import WebGl
@@ -19,6 +21,7 @@ from volprep.render.bindings import GLES3
 from volprep.render.egl import context
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
+from volprep.truth.picture import encoded
 from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2
@@ -45,7 +48,7 @@ def no_gl_object_leaks() -> None:
 @pytest.fixture(scope="module")
 def reader() -> types.ModuleType:
     text = (SPEC / "reader.py").read_text(encoding="utf-8")
-    assert text.count("\n") <= 96
+    assert text.count("\n") <= 90
     module = types.ModuleType("reader")
     exec(compile(text, "reader.py", "exec"), module.__dict__)  # noqa: S102 - the text is ours
     return module
@@ -72,18 +75,18 @@ def package(request, tmp_path_factory) -> Package:
     return built(scene, folder / "p.volpkg")
 
 
-def float_target() -> None:
+def float_target(size: tuple[int, int] = SIZE) -> None:
     texture, framebuffer = GLES3.glGenTextures(1), GLES3.glGenFramebuffers(1)
     GLES3.glBindTexture(GLES3.GL_TEXTURE_2D, texture)
-    GLES3.glTexStorage2D(GLES3.GL_TEXTURE_2D, 1, GLES3.GL_RGBA32F, *SIZE)
+    GLES3.glTexStorage2D(GLES3.GL_TEXTURE_2D, 1, GLES3.GL_RGBA32F, *size)
     GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, framebuffer)
     attachment = (GLES3.GL_COLOR_ATTACHMENT0, GLES3.GL_TEXTURE_2D)
     GLES3.glFramebufferTexture2D(GLES3.GL_FRAMEBUFFER, *attachment, texture, 0)
 
 
-def read_pixels(kind: int, dtype: type) -> np.ndarray:
-    picture = np.empty((SIZE[1], SIZE[0], 4), dtype)
-    GLES3.glReadPixels(0, 0, *SIZE, GLES3.GL_RGBA, kind, picture)
+def read_pixels(kind: int, dtype: type, size: tuple[int, int] = SIZE) -> np.ndarray:
+    picture = np.empty((size[1], size[0], 4), dtype)
+    GLES3.glReadPixels(0, 0, *size, GLES3.GL_RGBA, kind, picture)
     return picture[::-1]
 
 
@@ -102,6 +105,19 @@ def test_the_reader_of_the_text_draws_every_level_as_volprep_does(package, reade
             found = read_pixels(GLES3.GL_FLOAT, np.float32)
         assert wanted[..., 3].max() > 0.3
         np.testing.assert_allclose(found, wanted, rtol=0, atol=FLOAT32)
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("name", sorted(set(SAMPLES) - {"slices", "sub-volumes-point"}))
+def test_the_reader_of_the_text_draws_the_picture_of_a_sample(name, reader, tmp_path) -> None:
+    sample, size = SAMPLES[name], (SIDE, SIDE)
+    with zipfile.ZipFile(sample.package) as file:
+        file.extractall(tmp_path)
+    with context("es3.0"):
+        float_target(size)
+        reader.draw(WebGl(), tmp_path, sample.clip_from_world, size)
+        found = read_pixels(GLES3.GL_FLOAT, np.float32, size)
+    assert differing(encoded(found, "black"), sample) <= LARGEST
 
 
 @pytest.fixture(scope="module")
