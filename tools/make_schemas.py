@@ -8,12 +8,13 @@ from pathlib import Path
 from json_lines import json_lines
 from pydantic import BaseModel
 
+from volprep.lab.ablation.records import Ablation
+from volprep.lab.curves.records import CurvesReport
 from volprep.lab.stress.records import StressReport
 from volprep.lab.walk.study import WalkReport
 from volprep.plan.device_records import DeviceRecord
 from volprep.scene.profiles import ProfileFile
 from volprep.scene.scene import Scene
-from volprep.validation.curves.records import CurvesReport
 from volprep.validation.report_record import Report
 from volprep.validation.truth_records import TruthIndex
 from volprep_formats.package.manifest import Manifest
@@ -21,6 +22,7 @@ from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 
 FOLDER = Path(__file__).parent.parent / "formats" / "schemas"
 MODELS: dict[str, type[BaseModel]] = {
+    "ablation.schema.json": Ablation,
     "device.schema.json": DeviceRecord,
     "manifest.schema.json": Manifest,
     "profile.schema.json": ProfileFile,

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from volprep_cli.ablation import end_with_ablation
 from volprep_cli.console import (
     Json,
-    bytes_text,
     end_beyond,
     print_json,
     print_line,
@@ -21,7 +21,6 @@ from volprep_formats.diagnostics import VolprepError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from volprep.validation.ablation.records import Ablation, Measurement
     from volprep.validation.records import EmptySpace, ProgramResult, TracedLight
     from volprep.validation.report_record import Report
     from volprep.validation.seen_records import OtherDrawing, SeenNumbers
@@ -124,12 +123,14 @@ def validate(
     from volprep_formats.installation import require_extra
 
     require_extra("validate")
+    from volprep.lab.studies import ABLATION, CURVES
     from volprep.report.validate import validate as validate_package
     from volprep.report.verdict_words import unsound_levels
-    from volprep.validation.folder import default_report_path
+    from volprep.validation.folder import STUDIES, default_report_path
     from volprep.validation.verdict_errors import error_of_verdict
 
     folder = report or default_report_path(package)
+    studies = [study for study, wanted in ((CURVES, curves), (ABLATION, ablate)) if wanted]
     with progress() as watcher:
         result = validate_package(
             package,
@@ -139,8 +140,7 @@ def validate(
             picture_size=size,
             witness=witness,
             devices=devices,
-            curves=curves,
-            ablate=ablate,
+            studies=studies,
         )
     if as_json:
         print_json(result.model_dump(mode="json"))
@@ -153,10 +153,8 @@ def validate(
     unsound = unsound_levels(result.verdict) if strict_levels else ""
     if unsound:
         end_beyond(VolprepError("VP6085", path=package, listed=unsound, report=folder), as_json=as_json)
-    faults = result.ablation.faults if result.ablation is not None else ()
-    if faults:
-        fields = {"count": len(faults), "listed": ", ".join(faults), "report": folder / "ablation.html"}
-        end_beyond(VolprepError("VP6081", path=package, **fields), as_json=as_json)
+    if ablate:
+        end_with_ablation(package, folder / STUDIES, as_json=as_json)
 
 
 def _check(package: Path, *, as_json: bool) -> None:
@@ -195,8 +193,6 @@ def _print(report: "Report", folder: Path) -> None:
     allowed = report.tolerance
     if report.witness is not None:
         _print_witness(report.witness)
-    if report.ablation is not None:
-        _print_ablation(report.ablation)
     if report.derivation is not None:
         print_line(f"derived again from the scan and compared: {report.derivation.files} files")
     if any(each.preview_only for each in report.verdict.levels):
@@ -395,33 +391,3 @@ def _print_light(name: str, found: "TracedLight") -> None:
     print_line("")
     around = ", the light around as it is and turned" if found.orientations > 1 else ""
     print_line(f"{name} against path tracing: RMSE {number(found.rmse)} over {found.pixels} pixels{around}, {noise}")
-
-
-def _print_ablation(found: "Ablation") -> None:
-    from volprep.validation.ablation.records import Measurement, name_of
-
-    packages: list[tuple[str, str, Measurement | None, float | None]] = [("as planned", "", found.planned, None)]
-    if found.everything is not None:
-        packages.append(("with everything", "", found.everything, None))
-    packages += [
-        (f"{'without' if row.kept else 'with'} {name_of(row)}", row.outcome, row.other, row.change_maximum)
-        for row in found.rows
-    ]
-    rows = [
-        (name, *_measured(other), "" if change is None else f"{change:.2g}", outcome)
-        for name, outcome, other, change in packages
-    ]
-    print_line("leaving out: each package beside the one as planned")
-    heads = ("package", "bytes", "upload", "GPU memory", "ms", "times as long", "RMSE", "changes a view", "outcome")
-    print_table(heads, rows)
-    print_line("")
-
-
-def _measured(other: "Measurement | None") -> tuple[str, ...]:
-    from volprep.report.text import number
-
-    if other is None:
-        return ("",) * 6
-    ratio = "1" if other.ratio is None else f"{other.ratio.median:.2f} ({other.ratio.low:.2f}–{other.ratio.high:.2f})"
-    sizes = (bytes_text(size) for size in (other.package_bytes, other.upload_bytes, other.gpu_bytes))
-    return (*sizes, number(other.milliseconds), ratio, number(other.rmse))

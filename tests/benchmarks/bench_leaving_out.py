@@ -13,11 +13,11 @@ from rich.console import Console
 from rich.table import Table
 
 from volprep.compositing import COMPOSITINGS
+from volprep.lab.ablation.measure import MOST_VOXELS, VariantBench
+from volprep.lab.small_scan import write_scan
 from volprep.pipeline.build import plan_build
 from volprep.scene.request import Request, load_request, request_for_source
 from volprep.scene.scene import Scene
-from volprep.validation.ablation.measure import MOST_VOXELS, VariantBench
-from volprep.validation.curves.scan import write_scan
 from volprep_formats.progress import Silent
 
 from .real_scans import POINT, SCANS, Points, scans_folder

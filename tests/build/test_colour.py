@@ -10,6 +10,8 @@ from colour_scene import LARGEST_PER_MM, SHAPE_ZYX, ball, waves, write_colour_sc
 from judged import validate
 from scene_builds import built, planned, view_of
 
+from volprep.lab.ablation.measure import measure_ablation
+from volprep.lab.curves.measure import measure_curves
 from volprep.pipeline.build import build
 from volprep.pipeline.colour_look import in_colour
 from volprep.pipeline.look import look_at, picture
@@ -18,8 +20,6 @@ from volprep.pipeline.remarks import warnings
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request, request_for_source
 from volprep.scene.scene import Scene, load_scene
-from volprep.validation.ablation.measure import measure_ablation
-from volprep.validation.curves.measure import measure_curves
 from volprep.validation.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views

@@ -17,12 +17,14 @@ from widget_page import module_served, open_widget
 import volprep
 from volprep.batch import page as batch_page
 from volprep.batch.records import JobRecord
+from volprep.lab.ablation.page import ablation_page
+from volprep.lab.ablation.records import Ablation
+from volprep.lab.curves.page import curves_page
+from volprep.lab.curves.records import CurvesReport
 from volprep.lab.stress.page import stress_page
 from volprep.lab.stress.records import StressReport
-from volprep.report.ablation_page import ablation_page
-from volprep.report.curves_page import curves_page
+from volprep.lab.studies import ABLATION, CURVES
 from volprep.report.page import page as report_page
-from volprep.validation.curves.records import CurvesReport
 from volprep.validation.report_record import Report
 from volprep.view.export import write_page_file
 from volprep.view.site import shown_with
@@ -30,13 +32,7 @@ from volprep_formats.progress import Silent
 
 
 def _report(text: str) -> str:
-    return report_page(filled(Report, text), with_curves=True)
-
-
-def _ablation(text: str) -> str:
-    report = filled(Report, text)
-    assert report.ablation is not None
-    return ablation_page(report, report.ablation)
+    return report_page(filled(Report, text), (ABLATION, CURVES))
 
 
 def _batch(text: str) -> str:
@@ -46,7 +42,7 @@ def _batch(text: str) -> str:
 
 PAGES: dict[str, Callable[[str], str]] = {
     "report": _report,
-    "ablation": _ablation,
+    "ablation": lambda text: ablation_page(filled(Ablation, text)),
     "curves": lambda text: curves_page(filled(CurvesReport, text)),
     "stress": lambda text: stress_page(filled(StressReport, text)),
     "batch": _batch,

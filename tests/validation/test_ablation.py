@@ -7,21 +7,22 @@ from judged import validate
 from phantom_scene import write_phantom_scene
 from scene_builds import built
 
-from volprep.pipeline import make_plan
-from volprep.plan.crop import choose_crop
-from volprep.report.ablation_page import ablation_page
-from volprep.scene.scene import Scene
-from volprep.validation.ablation import gauge, judge, measure
-from volprep.validation.ablation.items import ITEMS
-from volprep.validation.ablation.judge import (
+from volprep.lab.ablation import gauge, judge, measure
+from volprep.lab.ablation.items import ITEMS
+from volprep.lab.ablation.judge import (
     MOST_CHANGE,
     judged_added,
     judged_without,
     level_outcome,
     table_outcome,
 )
-from volprep.validation.ablation.measure import measure_ablation
-from volprep.validation.ablation.records import FAULTS, Ablation, AblationRow, Measurement, Ratio, name_of
+from volprep.lab.ablation.measure import measure_ablation
+from volprep.lab.ablation.page import ablation_page
+from volprep.lab.ablation.records import FAULTS, Ablation, AblationRow, Measurement, Ratio, name_of
+from volprep.lab.studies import ABLATION
+from volprep.pipeline import make_plan
+from volprep.plan.crop import choose_crop
+from volprep.scene.scene import Scene
 from volprep.validation.records import Driver
 from volprep.validation.report_record import PackageFacts, Report
 from volprep.validation.scan import find_scan
@@ -159,9 +160,8 @@ def test_the_package_with_everything_is_larger_in_every_way(found) -> None:
 
 
 @pytest.mark.long
-def test_the_page_shows_every_row_and_the_data_come_back_as_they_were(found, package) -> None:
-    facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
-    page = ablation_page(Report.model_construct(package=facts, generator="volprep"), found)
+def test_the_page_shows_every_row_and_the_data_come_back_as_they_were(found) -> None:
+    page = ablation_page(found)
     for row in found.rows:
         assert name_of(row) in page
     assert "with everything" in page
@@ -302,29 +302,36 @@ def test_every_item_says_how_a_scene_has_it_and_how_it_has_not() -> None:
         assert (item.added(scene) is None) == (item.name in {"shadows", "baked light"})
 
 
-def reported(ablation: Ablation | None, monkeypatch) -> None:
+def reported(ablation: Ablation, monkeypatch) -> None:
     """Let the command line get a report with this ablation, and nothing else."""
     verdict = Verdict.model_construct(code="within", levels=())
     driver = Driver(vendor="v", renderer="r", version="3")
     report = Report.model_construct(
         verdict=verdict,
-        ablation=ablation,
         programs=(),
         witness=None,
         derivation=None,
         tolerance=TOLERANCE,
         driver=driver,
     )
-    monkeypatch.setattr("volprep.report.validate.validate", lambda *_, **wishes: report if wishes["ablate"] else None)
+
+    def validated(_package, folder, *_, studies, **__):
+        assert studies == [ABLATION]
+        (folder / "studies").mkdir(parents=True)
+        (folder / "studies" / "ablation.json").write_text(ablation.model_dump_json())
+        return report
+
+    monkeypatch.setattr("volprep.report.validate.validate", validated)
 
 
 @pytest.mark.long
-def test_a_plan_that_is_wrong_ends_with_status_1_and_its_items(found, monkeypatch, capsys) -> None:
+def test_a_plan_that_is_wrong_ends_with_status_1_and_its_items(found, monkeypatch, capsys, tmp_path) -> None:
     wrong = row_of(found, "bricks").model_copy(update={"outcome": "wrongly left out", "chosen_by": "plan"})
     right = [row for row in found.rows if row.outcome not in FAULTS]
     reported(found.model_copy(update={"rows": (*right, wrong)}), monkeypatch)
+    arguments = ["validate", "p.volpkg", "--ablate", "--report", str(tmp_path / "r")]
     with pytest.raises(VolprepError, match=r"VP6081 .*that do not pay \(1\): bricks") as caught:
-        command_line(["validate"])(["validate", "p.volpkg", "--ablate"], standalone_mode=False)
+        command_line(["validate"])(arguments, standalone_mode=False)
     assert caught.value.status is ExitStatus.TOLERANCE
     said = capsys.readouterr().out
     assert "with everything" in said
@@ -332,24 +339,25 @@ def test_a_plan_that_is_wrong_ends_with_status_1_and_its_items(found, monkeypatc
 
 
 @pytest.mark.long
-def test_a_plan_that_is_right_ends_well(found, monkeypatch, capsys) -> None:
+def test_a_plan_that_is_right_ends_well(found, monkeypatch, capsys, tmp_path) -> None:
     right = [row for row in found.rows if row.outcome not in FAULTS]
     reported(found.model_copy(update={"rows": tuple(right)}), monkeypatch)
-    command_line(["validate"])(["validate", "p.volpkg", "--ablate"], standalone_mode=False)
+    arguments = ["validate", "p.volpkg", "--ablate", "--report", str(tmp_path / "r")]
+    command_line(["validate"])(arguments, standalone_mode=False)
     assert "rightly left out" in capsys.readouterr().out
 
 
 @pytest.mark.long
-def test_validate_writes_the_page_and_the_report_holds_the_numbers(found, package, tmp_path, monkeypatch) -> None:
+def test_validate_writes_the_page_and_the_numbers(found, package, tmp_path, monkeypatch) -> None:
     facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
-    stub = Report.model_construct(package=facts, generator="volprep", ablation=None)
+    stub = Report.model_construct(package=facts, generator="volprep")
     monkeypatch.setattr("volprep.report.validate.measure_package", lambda *_, **__: stub)
-    monkeypatch.setattr("volprep.report.validate.measure_ablation", lambda *_: found)
-    monkeypatch.setattr("volprep.report.validate.page", lambda report, **_: str(report.ablation == found))
+    monkeypatch.setattr("volprep.lab.studies.measure_ablation", lambda *_: found)
+    monkeypatch.setattr("volprep.report.validate.page", lambda _, studies: studies[0].title)
     for _ in range(2):
-        validate(package, tmp_path / "phantom.report", picture_size=32, ablate=True)
+        validate(package, tmp_path / "phantom.report", picture_size=32, studies=[ABLATION])
     names = sorted(path.name for path in (tmp_path / "phantom.report").iterdir())
-    assert names == ["ablation.html", "index.html", "pictures", "report.json"]
-    assert (tmp_path / "phantom.report" / "index.html").read_text() == "True"
-    data = json.loads((tmp_path / "phantom.report" / "report.json").read_text())
-    assert len(data["ablation"]["rows"]) == len(found.rows)
+    assert names == ["index.html", "pictures", "report.json", "studies"]
+    assert (tmp_path / "phantom.report" / "index.html").read_text() == "Leaving out"
+    data = json.loads((tmp_path / "phantom.report" / "studies" / "ablation.json").read_text())
+    assert len(data["rows"]) == len(found.rows)

@@ -7,22 +7,24 @@ import pytest
 from phantom_scene import write_phantom_scene
 from scene_builds import built
 
-from volprep.report.curves_page import curves_page
-from volprep.report.validate import validate
-from volprep.scene.scene import Scene
-from volprep.validation.curves import measure, scan
-from volprep.validation.curves.choices import CHOICES, Choice, Variant
-from volprep.validation.curves.front import with_front
-from volprep.validation.curves.measure import measure_curves
-from volprep.validation.curves.records import (
+from volprep.lab import small_scan
+from volprep.lab.curves import measure
+from volprep.lab.curves.choices import CHOICES, Choice, Variant
+from volprep.lab.curves.front import with_front
+from volprep.lab.curves.measure import measure_curves
+from volprep.lab.curves.page import curves_page
+from volprep.lab.curves.records import (
     CurveErrors,
     CurvePoint,
     CurvesReport,
     Milliseconds,
     plotted_cost,
 )
+from volprep.lab.studies import CURVES
+from volprep.lab.variants import with_changes
+from volprep.report.validate import validate
+from volprep.scene.scene import Scene
 from volprep.validation.scan import find_scan
-from volprep.validation.variants import with_changes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -167,18 +169,13 @@ def test_validate_writes_curves_into_the_report_and_over_an_older_one(package, t
     monkeypatch.setattr(measure, "CHOICES", (NAMED["bits of a voxel"],))
     monkeypatch.setattr(measure, "_TURNS", 3)
     monkeypatch.setattr("volprep.report.validate.measure_package", lambda *_, **__: stub(package))
-    monkeypatch.setattr("volprep.report.validate.page", lambda _, with_curves: f"with curves: {with_curves}")
+    monkeypatch.setattr("volprep.report.validate.page", lambda _, studies: ", ".join(study.name for study in studies))
     target = tmp_path / "phantom.report"
     for _ in range(2):
-        validate(package, target, Silent(), picture_size=32, curves=True)
-    assert sorted(path.name for path in target.iterdir()) == [
-        "curves.html",
-        "curves.json",
-        "index.html",
-        "pictures",
-        "report.json",
-    ]
-    assert (target / "index.html").read_text() == "with curves: True"
+        validate(package, target, Silent(), picture_size=32, studies=[CURVES])
+    assert sorted(path.name for path in target.iterdir()) == ["index.html", "pictures", "report.json", "studies"]
+    assert sorted(path.name for path in (target / "studies").iterdir()) == ["curves.html", "curves.json"]
+    assert (target / "index.html").read_text() == "curves"
     assert not (tmp_path / ".phantom.report.scratch").exists()
 
 
@@ -201,12 +198,12 @@ def test_curves_of_a_package_without_shaders_are_refused(package, tmp_path) -> N
 
 def test_a_large_scan_becomes_means_that_fill_the_same_place(package, tmp_path, monkeypatch) -> None:
     spec = find_scan(package, None).spec_of("")
-    whole, factor = scan.write_scan(spec, tmp_path / "whole.nrrd", Silent())
+    whole, factor = small_scan.write_scan(spec, tmp_path / "whole.nrrd", Silent())
     assert factor == 1
-    monkeypatch.setattr(scan, "MOST_VOXELS", 21 * 34 * 45 // 5)
-    means, factor = scan.write_scan(spec, tmp_path / "means.nrrd", Silent())
+    monkeypatch.setattr(small_scan, "MOST_VOXELS", 21 * 34 * 45 // 5)
+    means, factor = small_scan.write_scan(spec, tmp_path / "means.nrrd", Silent())
     assert factor == 2
-    fine, coarse = scan.read_scan(whole, None), scan.read_scan(means, None)
+    fine, coarse = small_scan.read_scan(whole, None), small_scan.read_scan(means, None)
     assert coarse.grid.shape_zyx == (11, 17, 23)
     np.testing.assert_allclose(coarse.grid.origin_mm_xyz, fine.grid.coarser((2, 2, 2)).origin_mm_xyz, atol=1e-9)
     expected = fine.stored[:2, :2, :2].astype(float).mean()

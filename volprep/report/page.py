@@ -1,5 +1,6 @@
 """index.html: one page that needs nothing from outside its folder, made from the report's data alone."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.compositing import COMPOSITINGS
@@ -15,8 +16,9 @@ from volprep.report.plots import (
     plain_bytes,
     transfer_plot,
 )
+from volprep.report.study import Study
 from volprep.report.verdict_words import SEEN_FROM, verdict_lines
-from volprep.validation.folder import ABLATION_PAGE, CURVES_PAGE
+from volprep.validation.folder import STUDIES
 from volprep.validation.pictures import colours, css_bytes
 from volprep.validation.records import ProgramResult, SweepPoint, ViewResult, WayName
 from volprep.validation.report_record import Report
@@ -61,10 +63,10 @@ class ProgramPlots:
     step: Plot
 
 
-def page(report: Report, *, with_curves: bool = False) -> str:
+def page(report: Report, studies: Sequence[Study] = ()) -> str:
     """Write the page of `report` as HTML. Its pictures lie beside it under the names in the report.
 
-    `with_curves` says whether the page of the curves also lies beside it.
+    The pages of `studies` lie in a folder beside it.
     """
     manifest = report.package.manifest
     return (
@@ -72,8 +74,7 @@ def page(report: Report, *, with_curves: bool = False) -> str:
         .get_template("report.html.j2")
         .render(
             report=report,
-            curves_page=CURVES_PAGE if with_curves else None,
-            ablation_page=None if report.ablation is None else ABLATION_PAGE,
+            study_pages={study.title: f"{STUDIES}/{study.name}.html" for study in studies},
             manifest=manifest,
             plots={program.program: _plots(program, report) for program in report.programs},
             transfer_plots=_transfer_plots(manifest),

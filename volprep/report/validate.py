@@ -1,17 +1,14 @@
 """volprep validate: measure a package and write the report."""
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from volprep.plan.device_files import read_devices
-from volprep.report.ablation_page import ablation_page
-from volprep.report.curves_page import curves_page
 from volprep.report.page import page
-from volprep.validation.ablation.measure import measure_ablation
-from volprep.validation.curves.measure import measure_curves
-from volprep.validation.folder import ABLATION_PAGE, report_folder
+from volprep.report.study import Study
+from volprep.validation.folder import report_folder
 from volprep.validation.report_record import Report
 from volprep.validation.run import measure_package
 from volprep.validation.scan import find_scan
@@ -29,8 +26,7 @@ def validate(
     picture_size: int | None = None,
     witness: bool = False,
     devices: Path | None = None,
-    curves: bool = False,
-    ablate: bool = False,
+    studies: Sequence[Study] = (),
 ) -> Report:
     """Validate the sealed package at `path`, and write the report to the folder `report_path`.
 
@@ -48,18 +44,16 @@ def validate(
         Whether VTK also draws the scan, as a second opinion.
     devices
         Folder of measurements of this package on devices, for the report.
-    curves
-        Whether to also measure all choices: curves.json and curves.html in the same folder.
-    ablate
-        Whether to also measure the value of each item of the package: `ablation` of the report, ablation.html.
+    studies
+        Studies to also make: NAME.json and NAME.html in the folder `studies` of the report.
 
     Raises
     ------
     VolprepError
         VP4001 to VP4005, VP6010 if the package is not whole, VP6014 for one of lit labels, VP6012 and VP6013 when the
         scan is unknown or another one, VP6020 and VP6021 when the report cannot be written, VP6040 and VP6041 when VTK
-        cannot be used, VP6050 for curves and VP6080 for ablation without shaders, VP7036 and VP7037 for a file that is
-        not a measurement or is one of another package, and the errors of reader and renderer. A package beyond the
+        cannot be used, VP7036 and VP7037 for a file that is not a measurement or is one of another package, and the
+        errors of studies, reader and renderer. A package beyond the
         tolerance raises no error: the verdict reports it.
     """
     if report_path.resolve().is_relative_to(path.resolve()):
@@ -70,18 +64,13 @@ def validate(
             path, folder, scratch, progress, source=source, picture_size=picture_size, witness=witness
         )
         report = report.model_copy(update={"devices": measured})
-        if curves:
-            judge, files = find_scan(path, source), scratch / "curves"
+        for study in studies:
+            files = scratch / study.name
             files.mkdir()
-            choices = measure_curves(report.package.manifest, judge, files, progress, picture_size)
-            folder.write_curves(choices, curves_page(choices))
-        if ablate:
-            judge, files = find_scan(path, source), scratch / "ablation"
-            files.mkdir()
-            found = measure_ablation(report.package.manifest, judge, files, progress, picture_size)
-            report = report.model_copy(update={"ablation": found})
-            folder.write_page(ABLATION_PAGE, ablation_page(report, found))
-        folder.write(report, page(report, with_curves=curves))
+            judge = find_scan(path, source)
+            found = study.measure(report.package.manifest, judge, files, progress, picture_size)
+            folder.write_study(study.name, *found)
+        folder.write(report, page(report, studies))
     return report
 
 

@@ -17,12 +17,8 @@ DATA_FILE = "report.json"
 """Name of the data in the folder of a report."""
 PAGE_FILE = "index.html"
 """Name of the page in the folder of a report."""
-CURVES_FILE = "curves.json"
-"""Name of the data of the curves, where they were measured."""
-CURVES_PAGE = "curves.html"
-"""Name of their page."""
-ABLATION_PAGE = "ablation.html"
-"""Name of the page with the value of each item, where that was measured; its data are part of the report's."""
+STUDIES = "studies"
+"""Name of the folder of studies, a page and its data for each, in the folder of a report."""
 PICTURES = "pictures"
 """Name of the folder of pictures in the folder of a report."""
 TRUTH = "truth"
@@ -72,14 +68,11 @@ class ReportFolder:
         """Write the data and the page."""
         self._write(DATA_FILE, data, PAGE_FILE, page)
 
-    def write_curves(self, data: Record, page: str) -> None:
-        """Write the data of the curves and their page."""
-        self._write(CURVES_FILE, data, CURVES_PAGE, page)
-
-    def write_page(self, name: str, page: str) -> None:
-        """Write a page whose data are part of the report's."""
-        with output_errors(self._partial, _FAILED):
-            (self._partial / name).write_text(page, encoding="utf-8")
+    def write_study(self, name: str, data: Record, page: str) -> None:
+        """Write the data of a study and its page."""
+        with output_errors(self._partial / STUDIES, _FAILED):
+            (self._partial / STUDIES).mkdir(exist_ok=True)
+        self._write(f"{STUDIES}/{name}.json", data, f"{STUDIES}/{name}.html", page)
 
     def _write(self, data_file: str, data: Record, page_file: str, page: str) -> None:
         with output_errors(self._partial, _FAILED):
@@ -120,6 +113,6 @@ def _require_replaceable(target: Path) -> None:
     if target.exists() and not target.is_dir():
         raise VolprepError("VP6020", path=target, problem="it is no folder")
     names = {path.name for path in target.iterdir()} if target.is_dir() else set()
-    others = sorted(names - {DATA_FILE, PAGE_FILE, CURVES_FILE, CURVES_PAGE, ABLATION_PAGE, PICTURES, TRUTH})
+    others = sorted(names - {DATA_FILE, PAGE_FILE, STUDIES, PICTURES, TRUTH})
     if others:
         raise VolprepError("VP6020", path=target, problem=f"it holds {others[0]}, which is no part of a report")

@@ -7,7 +7,6 @@ from pydantic import Field
 from volprep.plan.device_records import DeviceRecord
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.level_choice import LevelChoice
-from volprep.validation.ablation.records import Ablation
 from volprep.validation.records import Derivation, Driver, ProgramResult, Target
 from volprep.validation.seen_records import NonNegative
 from volprep.validation.verdict import Verdict
@@ -78,8 +77,6 @@ class Report(Record):
     """Result of the second renderer; null if none was requested."""
     layout_picture: str | None = None
     """File of a figure of proxy meshes, bricks, sub-volumes or slices; null without any, or without VTK."""
-    ablation: Ablation | None = None
-    """Value of each item of the package; null if it was not measured."""
     programs: tuple[ProgramResult, ...]
     """Results of each program."""
     made: tuple[LevelChoice, ...] = ()

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from volprep.lab.ablation.records import Measurement, Ratio
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.render.timing import Spread, draws_with_processor, paired_ms
@@ -17,7 +18,6 @@ from volprep.truth.averaged import averaged
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.seen import seen_error
 from volprep.truth.volume import Volume
-from volprep.validation.ablation.records import Measurement, Ratio
 from volprep.validation.pixels import pixels_of
 from volprep.validation.precise import finite, most_precise
 from volprep.validation.records import Target

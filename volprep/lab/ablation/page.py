@@ -1,21 +1,18 @@
 """Page ablation.html: the value of each item of a package, made from the measurement alone."""
 
+from volprep.lab.ablation.records import FAULTS, Ablation, name_of
 from volprep.report.environment import environment
 from volprep.truth.oracle import DEFAULT_TOLERANCE
-from volprep.validation.ablation.records import FAULTS, Ablation, name_of
-from volprep.validation.folder import DATA_FILE
-from volprep.validation.report_record import Report
 
 _CLOCKS = {"wall": "the clock on the wall", "processor": "the processor's time, because the driver draws with it"}
 
 
-def ablation_page(report: Report, found: Ablation) -> str:
+def ablation_page(found: Ablation) -> str:
     """Write the page as HTML; it needs nothing from outside."""
     return (
         environment(DEFAULT_TOLERANCE)
         .get_template("ablation.html.j2")
         .render(
-            report=report,
             found=found,
             kept=[row for row in found.rows if row.kept],
             left_out=[row for row in found.rows if not row.kept],
@@ -23,7 +20,7 @@ def ablation_page(report: Report, found: Ablation) -> str:
             faults=FAULTS,
             clock=_CLOCKS[found.clock],
             summary=_summary(found),
-            data_file=DATA_FILE,
+            data_file="ablation.json",
         )
     )
 

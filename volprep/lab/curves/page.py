@@ -1,10 +1,9 @@
 """Page curves.html: the cost and the error of each choice, made from the curves' data alone."""
 
+from volprep.lab.curves.plot import curve_plot
+from volprep.lab.curves.records import COST_NAMES, Curve, CurvePoint, CurvesReport, plotted_cost
 from volprep.report.environment import environment
-from volprep.report.plots import curve_plot
 from volprep.truth.oracle import DEFAULT_TOLERANCE
-from volprep.validation.curves.records import COST_NAMES, Curve, CurvePoint, CurvesReport, plotted_cost
-from volprep.validation.folder import CURVES_FILE
 
 
 def curves_page(report: CurvesReport) -> str:
@@ -23,7 +22,7 @@ def curves_page(report: CurvesReport) -> str:
             },
             findings={curve.name: _finding(curve) for curve in drawn},
             cost_names=COST_NAMES,
-            data_file=CURVES_FILE,
+            data_file="curves.json",
         )
     )
 

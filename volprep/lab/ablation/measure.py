@@ -4,25 +4,26 @@ import math
 import re
 import time
 from collections.abc import Iterator, Sequence
+from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 
+from volprep.lab.ablation.gauge import PackageGauge
+from volprep.lab.ablation.items import ITEMS
+from volprep.lab.ablation.judge import MOST_CHANGE, judged_added, judged_without, level_outcome, table_outcome
+from volprep.lab.ablation.records import Ablation, AblationRow, Measurement, Outcome
+from volprep.lab.small_scan import read_scan, write_scan
+from volprep.lab.variants import Workshop, merged, with_changes
 from volprep.parts.ablation import AblationItem, Changes
 from volprep.plan.item_kinds import LEVEL, OWN_TABLE, PREVIEW
 from volprep.render.choose import ray_caster_of
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan, own_table
-from volprep.validation.ablation.gauge import PackageGauge
-from volprep.validation.ablation.items import ITEMS
-from volprep.validation.ablation.judge import MOST_CHANGE, judged_added, judged_without, level_outcome, table_outcome
-from volprep.validation.ablation.records import Ablation, AblationRow, Measurement, Outcome
 from volprep.validation.altered import with_common_tables
-from volprep.validation.curves.scan import read_scan, write_scan
 from volprep.validation.exact.manifests import manifest_differences
 from volprep.validation.scan import Judge
 from volprep.validation.sweep import SWEEP_VIEW
-from volprep.validation.variants import Workshop, merged, with_changes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
@@ -59,6 +60,8 @@ def measure_ablation(
     everything = bench.everything(added)
     planned = bench.planned.manifest
     return Ablation(
+        generator=f"volprep {version('volprep')}",
+        package=manifest.name,
         profile=manifest.profile.name,
         transfers=bench.gauge.transfers,
         timed_view=SWEEP_VIEW,

@@ -1,4 +1,4 @@
-"""Frozen records of the ablation results. The page shows nothing else."""
+"""Frozen records of ablation.json: the value of each item. The page shows nothing else."""
 
 from typing import Annotated, Literal
 
@@ -89,6 +89,10 @@ class AblationRow(Record):
 class Ablation(Record):
     """Value of every item of a package."""
 
+    generator: str
+    """Program and version that measured."""
+    package: str
+    """Name of the package."""
     profile: str
     """Class of devices."""
     transfers: tuple[str, ...]

@@ -9,6 +9,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from volprep.lab.curves.choices import CHOICES, Choice, Variant
+from volprep.lab.curves.front import with_front
+from volprep.lab.curves.records import Curve, CurveErrors, CurvePoint, CurvesReport, Refusal
+from volprep.lab.small_scan import read_scan, write_scan
+from volprep.lab.variants import Workshop, merged, with_changes
 from volprep.parts.ablation import Changes
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
@@ -17,16 +22,11 @@ from volprep.scene.channels import drawn_channels
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.seen import seen_flip
-from volprep.validation.curves.choices import CHOICES, Choice, Variant
-from volprep.validation.curves.front import with_front
-from volprep.validation.curves.records import Curve, CurveErrors, CurvePoint, CurvesReport, Refusal
-from volprep.validation.curves.scan import read_scan, write_scan
 from volprep.validation.records import Driver
 from volprep.validation.scan import Judge
 from volprep.validation.subject import Subject, errors
 from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.times import Milliseconds, in_turns
-from volprep.validation.variants import Workshop, merged, with_changes
 from volprep.validation.views import driver_of
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from volprep.validation.curves.records import Cost, CurvePoint, Range, cost_range, plotted_cost
+from volprep.lab.curves.records import Cost, CurvePoint, Range, cost_range, plotted_cost
 
 _SAME_ERROR = 0.02
 """Errors that differ by less than a fiftieth count as equal: another view may order them the other way round."""

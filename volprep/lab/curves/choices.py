@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import get_args
 
 from volprep.compositing import COMPOSITINGS
+from volprep.lab.curves.records import Cost
 from volprep.parts.ablation import Changes
 from volprep.parts.compression.decision import FORMATS
 from volprep.parts.compression.decision import KIND as COMPRESSION
@@ -22,7 +23,6 @@ from volprep.plan.records import LookupPlan, PreintegratedPlan
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep.validation.altered import with_common_tables
-from volprep.validation.curves.records import Cost
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 from volprep_formats.package.parts.proxy.record import ProxyForm
