@@ -5,10 +5,10 @@ import gc
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -41,7 +41,6 @@ _VERBS = {
     "render": "render",
     "validate": "validate",
     "view": "view",
-    "stress": "stress",
     "doctor": "doctor",
     "import": "import_source",
     "export": "export",
@@ -49,23 +48,13 @@ _VERBS = {
     "presets": "presets",
     "batch": "batch",
     "cut": "cut",
-    "walk": "walk",
-    "quantize": "quantize",
-    "pyramid": "pyramid",
-    "transfer": "transfer",
-    "normals": "normals",
-    "mosaic": "mosaic",
-    "texture": "texture",
-    "bricks": "bricks",
-    "skip": "skip",
-    "proxy": "proxy",
-    "grid": "grid",
-    "slices": "slices",
-    "shaders": "shaders",
-    "seal": "seal",
     "zip": "zip_package",
+    "stage": "stage",
+    "study": "study",
 }
 """Module and function name of each verb."""
+_GROUPS = ("stage", "study")
+"""Verbs with verbs of their own, which the function `commands` of the module returns."""
 
 
 def _print_version(wanted: bool) -> None:
@@ -86,7 +75,8 @@ def volprep(
 
     volprep look SCAN shows a scan. volprep build SCAN -o PACKAGE makes a package of it, and volprep build SCENE of a
     scene, a short text file that names a scan and describes its look. volprep view PACKAGE shows a package, and
-    volprep validate PACKAGE proves it. The verbs from quantize to seal are the stages of a build, one by one.
+    volprep validate PACKAGE proves it. volprep stage runs the stages of a build one by one, and volprep study measures
+    more than a verdict does.
     """
 
 
@@ -106,15 +96,25 @@ def command_line(arguments: Sequence[str]) -> typer.Typer:
     )
     program.callback()(volprep)
     for verb in [verb for verb in arguments[:1] if verb in _VERBS] or _VERBS:
-        name = _VERBS[verb]
-        function = getattr(import_module(f"volprep_cli.{name}"), name)
-        # The list of verbs has each one's first paragraph whole; click would cut it off at the end of the line.
-        summary = " ".join(function.__doc__.partition("\n\n")[0].split())
-        shown = "\n".join(f"  {line}" for line in EXAMPLES[verb])
-        # \b keeps click from filling the lines up.
-        epilog = f"\b\nExamples:\n{shown}"
-        program.command(verb, short_help=summary, epilog=epilog, context_settings=_HELP)(with_common_options(function))
+        module = import_module(f"volprep_cli.{_VERBS[verb]}")
+        function = getattr(module, _VERBS[verb])
+        if verb not in _GROUPS:
+            program.command(verb, **_help(function, EXAMPLES[verb]))(with_common_options(function))
+            continue
+        group = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
+        group.callback()(function)
+        program.add_typer(group, name=verb, **_help(function, EXAMPLES[verb]))
+        for name, command in module.commands().items() if arguments[:1] == [verb] else ():
+            group.command(name, **_help(command))(with_common_options(command))
     return program
+
+
+def _help(function: Callable[..., None], examples: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the help of a verb. The list of verbs has the first paragraph whole; click would cut it off."""
+    summary = " ".join((function.__doc__ or "").partition("\n\n")[0].split())
+    # \b keeps click from filling the lines up.
+    epilog = "\n".join(("\b", "Examples:", *(f"  {line}" for line in examples))) if examples else None
+    return {"short_help": summary, "epilog": epilog, "context_settings": _HELP}
 
 
 def main() -> None:

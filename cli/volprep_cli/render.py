@@ -1,51 +1,25 @@
 """volprep render: one picture of a package."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from volprep_cli.console import Json, print_json, print_line
 from volprep_cli.outputs import Force, Package, require_new
-
-if TYPE_CHECKING:
-    from volprep.pipeline.shot import Shot
+from volprep_cli.picture_options import Background, Level, Size, Step, Transfer, View, size_of
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="PNG file to write.", metavar="PICTURE")]
-View = Annotated[
-    str | None,
-    typer.Option(
-        help="Standard view: anterior, posterior, left, right, superior, inferior, anterior-left, anterior-right or "
-        "posterior-left. Left and right are the patient's. If not given, anterior-left, or along the thin axis of a "
-        "flat volume.",
-        metavar="VIEW",
-    ),
-]
 Eye = Annotated[
     str | None,
     typer.Option(
         help="Look from this point at the middle of the volume instead: x,y,z in millimetres (LPS).", metavar="X,Y,Z"
     ),
 ]
-Size = Annotated[str, typer.Option(help="Width and height in pixels, or one number for both.", metavar="WxH")]
-Level = Annotated[int | None, typer.Option(help="Level to draw; if not given, the finest.", metavar="NUMBER")]
-Transfer = Annotated[
-    str | None,
-    typer.Option(
-        help="Transfer function, or picture of several channels; if not given, the default one.", metavar="NAME"
-    ),
-]
 Point = Annotated[
     int | None,
     typer.Option(
         min=0, help="Draw the sub-volumes around this point of the grid instead of a level.", metavar="NUMBER"
-    ),
-]
-Background = Annotated[Literal["black", "white", "transparent"], typer.Option(help="Background behind the volume.")]
-Step = Annotated[
-    float | None,
-    typer.Option(
-        help="Distance of samples along a ray, in millimetres; if not given, that of the package.", metavar="MM"
     ),
 ]
 Edit = Annotated[
@@ -78,25 +52,6 @@ Opacity = Annotated[
         "has no alpha."
     ),
 ]
-Progressive = Annotated[
-    Path | None,
-    typer.Option(
-        help="Also write the picture frame by frame to this new folder, as an app finishes it: low resolution first, "
-        "then more in each frame. frames.json has the time of each frame and its DSSIM to the last one.",
-        metavar="FOLDER",
-    ),
-]
-OrderName = Literal["slabs", "tiles", "random", "structured"]
-Order = Annotated[
-    OrderName | None,
-    typer.Option(
-        help="With --progressive: which pixels are finished first; if not given, the order of the package's technique."
-    ),
-]
-Budget = Annotated[
-    float | None,
-    typer.Option(min=0.0, help="With --progressive: time of a frame, 100 if not given.", metavar="MS"),
-]
 
 
 def render(
@@ -116,25 +71,17 @@ def render(
     lines: Lines = False,
     small: Small = None,
     opacity: Opacity = "alpha",
-    progressive: Progressive = None,
-    order: Order = None,
-    budget: Budget = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw a package off screen with OpenGL ES, with the shaders that it ships, within the limits of its profile."""
     # Before the renderer loads: a wrong command line needs no driver.
     eye_mm_xyz = None if eye is None else _eye(eye)
-    width, height = _size(size)
-    small_wh = None if small is None else _size(small, "--small")
+    width, height = size_of(size)
+    small_wh = None if small is None else size_of(small, "--small")
     if small_wh is not None and max(small_wh) > max(width, height):
         raise typer.BadParameter(f"{small} is larger than the picture, {width}x{height}", param_hint="--small")
-    for option, given in {"--order": order, "--budget": budget}.items():
-        if given is not None and progressive is None:
-            raise typer.BadParameter("it is for --progressive, which is not given", param_hint=option)
     require_new(output, force=force)
-    if progressive is not None:
-        require_new(progressive, force=force)
     from volprep.pipeline.shot import Shot, take
     from volprep.render.hybrid import HybridWish
 
@@ -156,8 +103,6 @@ def render(
         hybrid=hybrid,
     )
     taken = take(package, shot, output)
-    if progressive is not None:
-        _finish(package, shot, progressive, order, 100.0 if budget is None else budget)
     if as_json:
         drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver, "seen": taken.seen}
         print_json({"picture": str(output), "width": width, "height": height, **drawn})
@@ -167,27 +112,9 @@ def render(
         print_line("Nothing is seen: every pixel is empty. The volume may be smaller than a pixel, or transparent.")
 
 
-def _finish(package: Path, shot: "Shot", folder: Path, order: OrderName | None, ms: float) -> None:
-    from volprep.lab.progressive import Finishing, take_progressively
-
-    found = take_progressively(package, shot, Finishing(order, ms), folder)
-    drawn = [frame.milliseconds for frame in found.frames]
-    print_line(
-        f"{folder}: {len(drawn)} frames by {found.order}, {sum(drawn):.0f} ms in all, the longest {max(drawn):.0f} ms"
-    )
-
-
 def _eye(text: str) -> tuple[float, float, float]:
     try:
         x, y, z = (float(number) for number in text.split(","))
     except ValueError:
         raise typer.BadParameter(f"{text!r} is not three numbers, as in 100,-200,50", param_hint="--eye") from None
     return x, y, z
-
-
-def _size(text: str, option: str = "--size") -> tuple[int, int]:
-    try:
-        width, height = (int(number) for number in (text if "x" in text else f"{text}x{text}").split("x"))
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a size, as in 640x480 or 512", param_hint=option) from None
-    return width, height

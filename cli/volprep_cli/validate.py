@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.ablation import end_with_ablation
 from volprep_cli.console import (
     Json,
     end_beyond,
@@ -16,6 +15,8 @@ from volprep_cli.console import (
     progress,
 )
 from volprep_cli.outputs import Package
+from volprep_cli.studies.ablation import end_with_ablation
+from volprep_cli.studies.of_package import Size, Source
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -27,13 +28,6 @@ if TYPE_CHECKING:
     from volprep.validation.times import Milliseconds
     from volprep.validation.witness.records import Witness
 
-Source = Annotated[
-    Path | None,
-    typer.Option(
-        help="The scan, or the scene, that the package was made from; if not given, PACKAGE.origin.json names it.",
-        metavar="PATH",
-    ),
-]
 ReportFolder = Annotated[
     Path | None,
     typer.Option(
@@ -41,10 +35,6 @@ ReportFolder = Annotated[
         help="Folder of the report, which replaces an older one; if not given, NAME.report beside the package.",
         metavar="FOLDER",
     ),
-]
-Size = Annotated[
-    int | None,
-    typer.Option(min=16, max=4096, help="Width and height of the pictures; the scene's by default.", metavar="N"),
 ]
 AskWitness = Annotated[
     bool,

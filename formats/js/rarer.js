@@ -9,7 +9,7 @@ Object.assign(WORDS, {
   VP4004: ["{path}: the manifest breaks the schema: {problems}", "Build the package again."],
   VP4005: [
     "{path}: the package is a draft, still under construction",
-    "Run volprep seal on it. That finishes the package, or names the stage that is missing.",
+    "Run volprep stage seal on it. That finishes the package, or names the stage that is missing.",
   ],
   VP4032: ["{path}: not a joint histogram: {problem}", "Build the package again."],
   VP4039: ["{name}: not a mesh of the kind that packages hold: {problem}", "Build the package again."],

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from sample_counts import samples_per_pixel
 from tiny_packages import function, tiny_package
 
 from tests.benchmarks.bare_loop import bare, taking_all
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
-from volprep.validation.counted import samples_per_pixel
 
 GLOW = function((0.0, (0.1, 0.2, 0.3), 0.0), (100.0, (0.1, 0.2, 0.3), 0.5), (200.0, (0.9, 0.2, 0.7), 0.9))
 

@@ -360,7 +360,7 @@ def test_a_scan_without_a_scene_gets_a_function_over_its_values(scene) -> None:
     assert points[0]["value"] > float(phantom().min()), "the background is transparent"
     assert points[-1]["value"] == float(phantom().max())
     assert "background" in record["recognised"]
-    assert volprep("quantize", draft).returncode == 0
+    assert volprep("stage", "quantize", draft).returncode == 0
 
 
 @pytest.mark.long

@@ -290,14 +290,15 @@ def test_a_channel_of_labels_stands_beside_one_of_values(tmp_path) -> None:
 def test_the_command_line_takes_a_filter_and_refuses_what_is_none(tmp_path) -> None:
     draft = tmp_path / "d.volpkg"
     scene = write_scene(tmp_path, labels())
-    for command in (("import", scene, "-o", draft), ("quantize", draft), ("pyramid", draft, "--filter", "nearest")):
+    nearest = ("stage", "pyramid", draft, "--filter", "nearest")
+    for command in (("import", scene, "-o", draft), ("stage", "quantize", draft), nearest):
         run = volprep(*command)
         assert run.returncode == 0, run.stderr
     assert '"filter": "nearest"' in (draft / "manifest.json").read_text()
-    smooth = volprep("pyramid", draft, "--filter", "gaussian")
+    smooth = volprep("stage", "pyramid", draft, "--filter", "gaussian")
     assert smooth.returncode == ExitStatus.SCENE
     assert "VP3024" in smooth.stderr
-    unknown = volprep("pyramid", draft, "--filter", "boxx")
-    assert unknown.returncode == ExitStatus.USAGE
-    assert "no filter boxx" in unknown.stderr
+    unknown = volprep("stage", "pyramid", draft, "--filter", "boxx")
+    assert unknown.returncode == ExitStatus.SCENE
+    assert "VP3003 [pyramid]: filter" in unknown.stderr
     assert "feature-preserving" in unknown.stderr

@@ -9,6 +9,7 @@ import pytest
 import scene_builds
 from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
+from sample_counts import samples_per_pixel
 from scene_builds import view_of
 
 from volprep.parts.proxy.files import chosen_files
@@ -22,7 +23,6 @@ from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.scene.scene import changed
-from volprep.validation.counted import samples_per_pixel
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
 from volprep_formats.package.channels import channel_views

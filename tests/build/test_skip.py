@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from phantom_scene import write_phantom_scene
+from sample_counts import samples_per_pixel
 from scene_builds import built, view_of
 
 from volprep.parts.skip.occupancy import occupied_blocks
@@ -19,7 +20,6 @@ from volprep.render.renderer import Renderer
 from volprep.scan.block_ranges import BlockRanges
 from volprep.scene.request import load_request
 from volprep.scene.scene import SkipSettings, changed
-from volprep.validation.counted import samples_per_pixel
 from volprep.validation.uncut import uncut
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package

@@ -55,7 +55,7 @@ def verb(draft: Path, name: str, change=lambda scene: scene) -> str | None:
 
 
 def wish(draft: Path, name: str, wishes: dict) -> str | None:
-    return verb(draft, name, lambda scene: changed(scene, name, **wishes))
+    return verb(draft, name, lambda scene: changed(scene, {"transfer": "render"}.get(name, name), **wishes))
 
 
 def finish(path: Path, chance: random.Random) -> None:

@@ -193,17 +193,17 @@ def test_pieces_have_a_table_where_every_level_has_one_of_its_own(tmp_path) -> N
 def test_the_verb_prints_the_walk_and_ends_with_1_beyond_the_tolerance(tmp_path) -> None:
     package = built(tmp_path)
     (tmp_path / "walk.toml").write_text(STEPS)
-    done = volprep("walk", package.path, tmp_path / "walk.toml", "-o", tmp_path / "out")
+    done = volprep("study", "walk", package.path, tmp_path / "walk.toml", "-o", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     assert "sub-volumes around point" in done.stdout
-    again = volprep("walk", package.path, tmp_path / "walk.toml", "-o", tmp_path / "out")
+    again = volprep("study", "walk", package.path, tmp_path / "walk.toml", "-o", tmp_path / "out")
     assert again.returncode == 6
     assert "VP1251" in again.stderr
     manifest = package.path / "manifest.json"
     stored = json.loads(manifest.read_text())
     stored["render"]["tolerance"]["rmse"] = 1e-6
     manifest.write_text(json.dumps(stored))
-    strict = volprep("walk", package.path, tmp_path / "walk.toml", "-o", tmp_path / "out", "--force", "--json")
+    strict = volprep("study", "walk", package.path, tmp_path / "walk.toml", "-o", tmp_path / "out", "--force", "--json")
     assert strict.returncode == 1
     assert "VP5051" in strict.stderr
     assert not any(picture["passed"] for picture in json.loads(strict.stdout)["pictures"][:3])

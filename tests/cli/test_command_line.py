@@ -88,7 +88,7 @@ CASES = [
     Case("", 2, stderr=r"Usage: volprep"),
     Case("biuld x", 2, stderr=r"No such command 'biuld'"),
     Case("build", 2, stderr=r"Missing argument 'SCENE\|SCAN'"),
-    Case("quantize draft.volpkg --bits 12", 2, stderr=r"--bits is 12, but must be 8 or 16"),
+    Case("stage quantize draft.volpkg --bits 12", 4, stderr=r"VP3003 \[quantize\]: bits: Input should be"),
     Case("plan phantom.toml --frame-ms 16", 2, stderr=r"--frame-ms: it is for --device and --devices"),
     # the source
     Case("build no-source.toml -o x.volpkg", 3, stderr=r"VP1001 .*nowhere.raw: no such file"),
@@ -111,12 +111,12 @@ CASES = [
     Case("build phantom.toml --profile misspelt.toml -o x.volpkg", 4, stderr=r"VP3012 .*misspelt.toml: .*unknown key"),
     Case("build phantom.toml --profile watch.profile.toml -o x.volpkg", 4, stderr=r"VP3022 profile watch .* at most 4"),
     Case("plan phantom.toml --profile watch.profile.toml", 4, stderr=r"VP3022 profile watch"),
-    Case("mosaic draft.volpkg", 4, stderr=r"VP3023 .*profile gles3 does not need the stage mosaic"),
+    Case("stage mosaic draft.volpkg", 4, stderr=r"VP3023 .*profile gles3 does not need the stage mosaic"),
     # packages
     Case("inspect nowhere.volpkg", 5, stderr=r"VP4001 nowhere.volpkg: no such package"),
-    Case("quantize good.volpkg", 5, stderr=r"VP4006 good.volpkg"),
-    Case("texture draft.volpkg", 5, stderr=r"VP4040 draft.volpkg: stage texture needs stage quantize"),
-    Case("seal draft.volpkg", 5, stderr=r"VP4040 draft.volpkg: stage seal needs stage quantize"),
+    Case("stage quantize good.volpkg", 5, stderr=r"VP4006 good.volpkg"),
+    Case("stage texture draft.volpkg", 5, stderr=r"VP4040 draft.volpkg: stage texture needs stage quantize"),
+    Case("stage seal draft.volpkg", 5, stderr=r"VP4040 draft.volpkg: stage seal needs stage quantize"),
     Case("validate damaged.volpkg --quick", 5, stderr=r"VP4009|VP6"),
     Case("validate good.volpkg --quick", 0),
     Case("validate good.volpkg --quick --curves", 2, stderr=r"--curves: --quick draws nothing"),
@@ -218,7 +218,8 @@ def test_plan_names_the_files_that_build_makes(place, in_process) -> None:
 @pytest.mark.long
 def test_a_verb_with_settings_changes_the_draft(place, tmp_path, in_process) -> None:
     draft = tmp_path / "d.volpkg"
-    for command in ("import phantom.toml -o {}", "quantize {} --bits 16 --window 100 800", "pyramid {} --coarsest 20"):
+    coarser = "stage pyramid {} --coarsest-longest-axis 20"
+    for command in ("import phantom.toml -o {}", "stage quantize {} --bits 16 --window [100,800]", coarser):
         assert in_process(place, command.format(draft))[0] == 0
     manifest = json.loads((draft / "manifest.json").read_text(encoding="utf-8"))
     (channel,) = manifest["channels"]
@@ -315,7 +316,7 @@ def test_help_lists_each_verb_with_its_whole_first_sentence() -> None:
 
 
 def test_help_names_what_an_option_takes_and_not_its_type(tmp_path, in_process) -> None:
-    for verb in _VERBS:
+    for verb in (*_VERBS, "stage quantize", "stage skip", "study stress", "study progressive"):
         _, told, _ = in_process(tmp_path, f"{verb} --help")
         assert not re.search(r"<(str|int|float|path)[ >]", told.partition("Options:")[2]), told
 

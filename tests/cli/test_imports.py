@@ -39,12 +39,13 @@ IN_ONE_PROCESS: list[tuple[list[str], set[str]]] = [
     (["presets"], set()),
     (["import", "phantom.toml", "-o", _DRAFT], KERNELS),
     (["look", "phantom.toml"], KERNELS),
-    *(([verb, _DRAFT], KERNELS) for verb in ("quantize", "pyramid", "transfer", "normals", "mosaic", "texture")),
-    *(([verb, _DRAFT], KERNELS) for verb in ("bricks", "skip", "proxy", "grid", "slices", "shaders")),
+    *((["stage", name, _DRAFT], KERNELS) for name in ("quantize", "pyramid", "transfer", "normals", "mosaic")),
+    *((["stage", name, _DRAFT], KERNELS) for name in ("texture", "bricks", "skip", "proxy", "grid", "slices")),
+    (["stage", "shaders", _DRAFT], KERNELS),
     (["export", _DRAFT, "level.raw"], KERNELS),
     (["plan", "phantom.toml"], TABLES),
     (["build", "box.toml", "-o", _PACKAGE], DRAWING),
-    (["seal", _DRAFT], DRAWING),
+    (["stage", "seal", _DRAFT], DRAWING),
     (["render", _PACKAGE, "-o", "picture.png", "--size", "16"], DRAWING),
 ]
 """Each may load what those before it may, so that none hides what another one loads."""
@@ -53,9 +54,9 @@ APART: list[tuple[list[str], set[str]]] = [
     (["zip", _PACKAGE, "-o", "phantom.volpkg.zip"], CHECKING),
     (["validate", _PACKAGE, "--quick"], CHECKING),
     (["cut", _PACKAGE, "--center", "10,10,10", "--size", "4", "-o", "box.nrrd"], NUMBERS),
-    (["walk", _PACKAGE, "walk.toml", "-o", "walked"], DRAWING),
+    (["study", "walk", _PACKAGE, "walk.toml", "-o", "walked"], DRAWING),
     (["doctor"], DRAWING | {"OpenImageIO", "volprep_formats._vdb"}),
-    (["stress", "--case", "one-voxel", "--profile", "gles1"], DRAWING | REPORTS | {"volprep.vtk"}),
+    (["study", "stress", "--case", "one-voxel", "--profile", "gles1"], DRAWING | REPORTS | {"volprep.vtk"}),
     (["view", _PACKAGE, "-o", "page.html"], DRAWING | {"http.server", "volprep.view", "volprep.validation"}),
     (["batch", "jobs.csv", "-o", "out", "--dry-run"], TABLES | {"volprep.batch", "volprep_formats._dicom"}),
     (["validate", _PACKAGE, "--size", "16"], DRAWING | REPORTS | {"volprep.vtk", "flip_evaluator"}),
@@ -124,7 +125,7 @@ def test_each_verb_loads_only_what_it_uses(tmp_path) -> None:
         assert arguments == ran
         if names - allowed:
             wrong.append(f"{' '.join(arguments)} loads {', '.join(sorted(names - allowed))}")
-        # Stages that this scene does not need say so, and stress has no case without shaders.
+        # Stages that this scene does not need say so, and the study stress has no case without shaders.
         assert not error or any(code in error for code in ("VP3023", "VP3060", "VP6017", "VP5051")), (arguments, error)
     assert not wrong
     assert {arguments[0] for arguments, _ in IN_ONE_PROCESS + APART} == set(_VERBS)

@@ -90,8 +90,6 @@ def test_views_differ_and_an_eye_may_stand_anywhere(package, tmp_path):
         (("--size", "0x10"), 7, "VP5009"),
         (("--level", "3"), 5, "cannot draw level 3 with any transfer function. It can draw level "),
         (("--small", "600"), 2, "600 is larger than the picture, 512x512"),
-        (("--order", "slabs"), 2, "it is for --progressive"),
-        (("--budget", "5"), 2, "it is for --progressive"),
         (("--step", "0.001"), 7, "VP5019"),
         (("--background", "pink"), 2, "pink"),
     ],
@@ -145,9 +143,10 @@ def test_a_small_size_that_is_none_is_named(package, tmp_path):
 
 
 def test_a_picture_is_written_frame_by_frame(package, tmp_path):
-    more = ("--size", "40x32", "--progressive", tmp_path / "frames", "--budget", "0")
-    done = volprep("render", package, "-o", tmp_path / "p.png", *more)
+    size = ("--size", "40x32")
+    done = volprep("study", "progressive", package, "-o", tmp_path / "frames", "--budget", "0", *size)
     assert done.returncode == 0, done.stderr
+    assert volprep("render", package, "-o", tmp_path / "p.png", *size).returncode == 0
     assert "17 frames by structured" in done.stdout
     found = json.loads((tmp_path / "frames" / "frames.json").read_text())
     assert found["order"] == "structured"
@@ -158,7 +157,6 @@ def test_a_picture_is_written_frame_by_frame(package, tmp_path):
 
 
 def test_an_order_that_the_package_does_not_have_is_refused(package, tmp_path):
-    more = ("--progressive", tmp_path / "frames", "--order", "slabs")
-    done = volprep("render", package, "-o", tmp_path / "p.png", "--size", "16", *more)
+    done = volprep("study", "progressive", package, "-o", tmp_path / "frames", "--order", "slabs", "--size", "16")
     assert "VP5041" in done.stderr
     assert not (tmp_path / "frames").exists()

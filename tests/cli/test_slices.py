@@ -28,15 +28,15 @@ def run(*words: str | Path) -> tuple[int, str]:
 def draft(tmp_path) -> Path:
     path = tmp_path / "d.volpkg"
     scene = write_phantom_scene(tmp_path, "gles1")
-    for words in (("import", scene, "-o", path), ("quantize", path), ("transfer", path)):
+    for words in (("import", scene, "-o", path), ("stage", "quantize", path), ("stage", "transfer", path)):
         assert run(*words)[0] == 0
     return path
 
 
 def test_the_verb_lays_slices_out_as_its_options_say_and_the_package_is_drawn(draft, tmp_path):
-    assert run("slices", draft, "--palette-entries", "16")[0] == 0
-    assert run("slices", draft, "--form", "rgba")[0] == 0
-    assert run("seal", draft)[0] == 0
+    assert run("stage", "slices", draft, "--palette-entries", "16")[0] == 0
+    assert run("stage", "slices", draft, "--form", "rgba")[0] == 0
+    assert run("stage", "seal", draft)[0] == 0
     manifest = json.loads((draft / "manifest.json").read_text(encoding="utf-8"))
     assert manifest["state"] == "sealed"
     assert {texture["gl"]["internal_format"] for texture in manifest["textures"]} == {"RGBA"}

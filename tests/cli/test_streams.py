@@ -131,7 +131,7 @@ def test_names_reach_the_terminal_as_visible_escapes_and_json_as_unicode(tmp_pat
     commands = [
         ("import", "scan.nii", "-o", folder / "a.volpkg"),
         ("inspect", folder / "a.volpkg"),
-        ("quantize", folder / "a.volpkg"),
+        ("stage", "quantize", folder / "a.volpkg"),
         ("export", folder / "a.volpkg", folder / "a.nrrd"),
         ("inspect", folder / "a.volpkg", "--json"),
     ]

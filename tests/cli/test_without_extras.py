@@ -55,8 +55,8 @@ WORKS = [
 ]
 NEEDS = [
     (["validate", "phantom.volpkg", "--size", "16"], "validate"),
-    (["stress", "--case", "one-voxel"], "validate"),
-    (["render", "phantom.volpkg", "-o", "last.png", "--size", "16", "--progressive", "frames"], "validate"),
+    (["study", "stress", "--case", "one-voxel"], "validate"),
+    (["study", "progressive", "phantom.volpkg", "-o", "frames", "--size", "16"], "validate"),
     (["batch", "scans", "-o", "out"], "batch"),
     (["export", "phantom.volpkg", "level.ome.zarr"], "zarr"),
     (["build", "scan.zarr", "-o", "zarr.volpkg"], "zarr"),

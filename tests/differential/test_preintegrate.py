@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from closed_forms import linear_light
 from hypothesis import given
 from hypothesis import strategies as st
 
 from volprep.kernels import _native
-from volprep.truth.phantoms import linear_light
 
 RED, BLUE, WHITE = (1.0, 0.1, 0.0), (0.0, 0.2, 1.0), (1.0, 1.0, 1.0)
 BENT = ([0.0, 40.0, 60.0, 100.0], [RED, BLUE, WHITE, (0.2, 0.9, 0.4)], [0.0, 0.8, 0.1, 3.0])

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tifffile
+from sample_counts import samples_per_pixel
 
 import volprep
 from tests.support.phantom_scene import write_phantom_scene
@@ -21,7 +22,6 @@ from volprep.scene.request import load_request
 from volprep.transfer.lookup import lookup_table
 from volprep.transfer.preclassified import Voxels
 from volprep.truth.camera import standard_views
-from volprep.validation.counted import samples_per_pixel
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check

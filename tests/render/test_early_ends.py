@@ -4,13 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from closed_forms import marschner_lobb
 from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep.render.renderer import Renderer
 from volprep.truth.metrics import over
 from volprep.truth.oracle import oracle_picture
-from volprep.truth.phantoms import distance, marschner_lobb, sampled
+from volprep.truth.phantoms import distance, sampled
 from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from blobs import DIRECTIONS, SHELLS, blobs, check_same
+from sample_counts import samples_per_pixel
 from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
@@ -12,7 +13,6 @@ from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
 from volprep.scene.scene import NormalSettings, ProxySettings
 from volprep.truth.camera import Camera, standard_views
-from volprep.validation.counted import samples_per_pixel
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 

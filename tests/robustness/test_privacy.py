@@ -213,7 +213,7 @@ def test_a_draft_that_was_moved_without_its_origin_goes_on_to_a_package(place, t
     moved.parent.mkdir()
     (tmp_path / "d.volpkg").rename(moved)
     for verb in ("quantize", "pyramid", "transfer", "texture", "skip", "shaders", "seal"):
-        done = volprep(verb, moved)
+        done = volprep("stage", verb, moved)
         assert not has_canary((done.stdout + done.stderr).encode())
         assert not canaries_in(moved)
         assert done.returncode == 0 or "VP3023" in done.stderr, done.stderr

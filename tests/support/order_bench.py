@@ -10,6 +10,7 @@ from order_scans import SHAPE_ZYX, TRANSFER, built, camera, field, grid_of, tran
 from order_twins import classified_voxels, preclassified_picture
 
 from volprep.compositing import COMPOSITINGS
+from volprep.lab.stress.ways import Way, in_way
 from volprep.render.renderer import Renderer
 from volprep.techniques import TECHNIQUES
 from volprep.truth.averaged import averaged
@@ -17,7 +18,6 @@ from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.phantoms import sampled
 from volprep.truth.volume import Medium, Volume
 from volprep.validation.order import OrderFacts
-from volprep.validation.ways import Way, in_way
 from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package

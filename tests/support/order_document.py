@@ -1,19 +1,41 @@
 """docs/ORDERS.md: its tables are made from what the tests measure, between lines that name them."""
 
+import itertools
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import get_args
 
 from order_bench import Bench, expected_by_step, expected_elsewhere, is_exact
 from order_faults import FAULTS, WORDS
 from order_others import OTHERS
 
-from volprep.validation.ways import Way, every_way
+from volprep.compositing import COMPOSITINGS
+from volprep.lab.stress.ways import Way
+from volprep.techniques import TECHNIQUES
+from volprep_formats.package.program import ClassificationName, Sampling
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "ORDERS.md"
 _TABLE = re.compile(r"(<!-- (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _SAMPLINGS = ("texture3d", "mosaic", "bricks", "subvolumes")
 Rows = Iterable[Sequence[str]]
+
+
+def every_way() -> Iterator[Way]:
+    """Every possible way, in the order of the registries of techniques and compositings."""
+    # A volume in colour has a classification of four channels.
+    classifications = [name for name in get_args(ClassificationName) if name != "colour"]
+    for sampling, technique, compositing, classification in itertools.product(
+        get_args(Sampling), TECHNIQUES, COMPOSITINGS, classifications
+    ):
+        way = Way(technique, compositing, classification, sampling)
+        if way.is_possible:
+            yield way
+
+
+def unusual(way: Way) -> int:
+    """Number of choices among technique, compositing and classification that differ from the defaults."""
+    return sum(one != usual for one, usual in zip(way.choices[:3], Way().choices, strict=False))
 
 
 def by_step() -> list[Way]:
@@ -23,7 +45,7 @@ def by_step() -> list[Way]:
 
 def by_grid() -> list[Way]:
     """Ways of which grids are refined: those that differ from what is usual in one thing at most."""
-    return [way for way in every_way() if way.unusual <= 1 and expected_elsewhere(way) is not None]
+    return [way for way in every_way() if unusual(way) <= 1 and expected_elsewhere(way) is not None]
 
 
 def by_pixel() -> list[Way]:

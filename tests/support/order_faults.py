@@ -7,9 +7,9 @@ from order_bench import Bench, as_expected, expected_elsewhere, scatter
 from order_scans import camera
 
 from volprep.compositing import COMPOSITINGS
+from volprep.lab.stress.ways import Way
 from volprep.truth.laws import broken_laws
 from volprep.validation.altered import Altered
-from volprep.validation.ways import Way
 from volprep_formats.package.program import Blend, Program
 from volprep_formats.package.reader import Package
 

@@ -16,6 +16,7 @@ from slice_packages import slice_package
 from web_scenes import segments_scene
 
 from volprep.compositing import COMPOSITINGS
+from volprep.lab.stress.ways import Way
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.colour import PARTS
@@ -28,7 +29,6 @@ from volprep.truth.phantoms import sampled
 from volprep.truth.stacks import stack_picture
 from volprep.truth.volume import Medium, Volume
 from volprep.validation.labelled_subject import LabelledSubject
-from volprep.validation.ways import Way
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.parts.slices.texels import slice_texels

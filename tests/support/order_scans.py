@@ -7,6 +7,7 @@ from unittest.mock import patch
 import numpy as np
 from scene_builds import view_of
 
+from volprep.lab.stress.ways import Way
 from volprep.pipeline.build import build
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request
@@ -22,7 +23,6 @@ from volprep.scene.scene import (
 )
 from volprep.scene.transfer import SceneTransfer
 from volprep.truth.phantoms import Field, sampled
-from volprep.validation.ways import Way
 from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

@@ -9,13 +9,13 @@ import math
 import pytest
 from long_runs import LONG
 from order_bench import Bench, as_expected, expected_by_step, expected_elsewhere, is_exact, scatter
-from order_document import DOCUMENT, by_grid, by_pixel, by_step, rows
+from order_document import DOCUMENT, by_grid, by_pixel, by_step, rows, unusual
 from order_faults import FAULTS, WORDS, finders
 from order_others import OTHERS
 
 from volprep.compositing import COMPOSITINGS
+from volprep.lab.stress.ways import Way
 from volprep.techniques import TECHNIQUES
-from volprep.validation.ways import Way
 
 pytestmark = pytest.mark.longer
 
@@ -30,7 +30,7 @@ def share(ways: list[Way]) -> list[Way]:
 
     A layout changes where voxels lie, and nothing else.
     """
-    return [way for way in ways if LONG or way.sampling == "texture3d" or way.unusual == 0]
+    return [way for way in ways if LONG or way.sampling == "texture3d" or unusual(way) == 0]
 
 
 @pytest.fixture(scope="module")

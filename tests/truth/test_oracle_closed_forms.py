@@ -1,5 +1,6 @@
 """The oracle against light that is known in closed form."""
 
+import closed_forms
 import numpy as np
 import pytest
 
@@ -37,7 +38,7 @@ def test_a_homogeneous_slab_has_its_colour_times_its_opacity(oracle, direction, 
     answer = oracle.draw(
         volume, [oracle.point(40, extinction, colour)], oracle.ray(origin, direction, length), spacing_mm_xyz=spacing
     )
-    assert_within_bound(answer, phantoms.layers_light([colour], [extinction], [inside]), 1e-6)
+    assert_within_bound(answer, closed_forms.layers_light([colour], [extinction], [inside]), 1e-6)
 
 
 @pytest.mark.parametrize("direction", DIRECTIONS)
@@ -48,7 +49,7 @@ def test_a_ramp_has_the_light_of_a_linear_layer(oracle, direction, extinctions, 
     shape_zyx = (9, 6, 17)
     extent = np.array(shape_zyx[::-1]) * spacing
     gradient = np.array([0.25, -0.125, 0.5])
-    field = phantoms.ramp(tuple(gradient), 3.0)
+    field = closed_forms.ramp(tuple(gradient), 3.0)
     volume = phantoms.sampled(field, Grid.of(shape_zyx, tuple(spacing[::-1])))
     # From one outer plane of voxel centres to another: beyond them the field is not a ramp any more.
     direction = np.array(direction) / np.linalg.norm(direction)
@@ -62,7 +63,7 @@ def test_a_ramp_has_the_light_of_a_linear_layer(oracle, direction, extinctions, 
     answer = oracle.draw(
         volume, points, oracle.ray(origin, direction, 2 * reach), spacing_mm_xyz=spacing, tolerance=tolerance
     )
-    assert_within_bound(answer, phantoms.linear_light(RED_TO_BLUE, extinctions, 2 * reach), tolerance)
+    assert_within_bound(answer, closed_forms.linear_light(RED_TO_BLUE, extinctions, 2 * reach), tolerance)
 
 
 @pytest.mark.parametrize("direction", [d for d in DIRECTIONS if d[0] != 0])
@@ -88,7 +89,7 @@ def test_steps_in_the_transfer_function_make_layers(oracle, direction, scale):
     edges = np.clip([low, *steps, high], low, high)
     order = slice(None) if direction[0] > 0 else slice(None, None, -1)
     lengths = np.diff(edges)[order] / abs(direction[0])
-    truth = phantoms.layers_light(np.array(colours)[order], extinctions[order], lengths)
+    truth = closed_forms.layers_light(np.array(colours)[order], extinctions[order], lengths)
     answer = oracle.draw(volume, points, oracle.ray(origin, direction, 2 * reach))
     # At 1e6 per mm the place of a step matters to 1e-12 mm, and float64 has 1e-15: a thousandth of 1e-6.
     assert_within_bound(answer, truth, 1e-6)
@@ -104,7 +105,7 @@ def test_a_shell_thinner_than_any_step_is_not_missed(oracle):
         oracle.point(40 + width, 0),
     ]
     answer = oracle.draw(volume, points, oracle.ray((-1, 0.5, 0.5), (1, 0, 0), 40))
-    truth = phantoms.layers_light([(0.2, 0.4, 0.6)], [3e5], [width * 32 / 100])
+    truth = closed_forms.layers_light([(0.2, 0.4, 0.6)], [3e5], [width * 32 / 100])
     assert truth[3] > 0.5
     assert_within_bound(answer, truth, 1e-6)
 

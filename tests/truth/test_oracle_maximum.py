@@ -3,6 +3,7 @@
 from itertools import product
 from typing import NamedTuple
 
+import closed_forms
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -81,7 +82,7 @@ def test_a_ramp_is_greatest_at_one_end_of_the_ray(oracle, direction):
     spacing = np.array([0.5, 2.0, 1.25])
     shape_zyx = (9, 6, 17)
     extent = np.array(shape_zyx[::-1]) * spacing
-    field = phantoms.ramp((0.25, -0.125, 0.5), 3.0)
+    field = closed_forms.ramp((0.25, -0.125, 0.5), 3.0)
     volume = phantoms.sampled(field, Grid.of(shape_zyx, tuple(spacing[::-1])))
     # From one outer plane of voxel centres to another: beyond them the field is not a ramp any more.
     direction = np.array(direction) / np.linalg.norm(direction)

@@ -1,10 +1,10 @@
 """Pictures of the oracle: where pixels are, which part of a ray counts, and what must not change anything."""
 
+import closed_forms
 import numpy as np
 import pytest
 from tiny_packages import function
 
-from volprep.truth import phantoms
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.volume import Volume
@@ -63,7 +63,7 @@ def test_pixels_are_sampled_at_their_centres(oracle):
         x = 8 * (column + 0.5) / 5
         share = (x - 0.5) / 7
         colour = (1 - share, share, 0)
-        truth = phantoms.layers_light([colour], [0.1 + 0.5 * share], [3.0])
+        truth = closed_forms.layers_light([colour], [0.1 + 0.5 * share], [3.0])
         np.testing.assert_allclose(rgba[0, column], truth, atol=1e-12)
 
 
@@ -72,7 +72,7 @@ def test_only_what_lies_between_near_and_far_plane_counts(oracle):
     points = [oracle.point(50, 0.3, (1, 0.5, 0.25))]
     for start, length, inside in [(-4, 20, 10), (2.5, 20, 7.5), (-4, 9, 5), (3, 4, 4), (-8, 5, 0), (11, 5, 0)]:
         rgba, _ = oracle.draw(volume, points, oracle.ray((4.3, start, 5.1), (0, 1, 0), length))
-        np.testing.assert_allclose(rgba[0, 0], phantoms.layers_light([(1, 0.5, 0.25)], [0.3], [inside]), atol=1e-13)
+        np.testing.assert_allclose(rgba[0, 0], closed_forms.layers_light([(1, 0.5, 0.25)], [0.3], [inside]), atol=1e-13)
 
 
 def test_the_box_of_a_coarse_level_ends_before_its_last_voxel_does(oracle):
@@ -109,7 +109,7 @@ def test_perspective_rays_have_the_length_of_their_way_through_a_slab():
         ends = [matrix @ [*clip[:2], z, 1.0] for z in (-1.0, 1.0)]
         near, far = (end[:3] / end[3] for end in ends)
         length = 2.0 * np.linalg.norm(far - near) / abs(far - near)[2]
-        truth = phantoms.layers_light([(0.5, 0.25, 1.0)], [0.4], [length])
+        truth = closed_forms.layers_light([(0.5, 0.25, 1.0)], [0.4], [length])
         np.testing.assert_allclose(answer.rgba[row, column], truth, atol=1e-12)
 
 

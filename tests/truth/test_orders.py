@@ -1,5 +1,6 @@
 """Orders of convergence: of known quadratures towards the oracle, and of the oracle's field towards an analytic one."""
 
+import closed_forms
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -132,7 +133,7 @@ def test_spheres_cut_by_steps_have_their_chords(oracle):
         worst = 0.0
         for miss in (0.0, 0.9, 1.7, 2.4):
             chord = 2 * (np.sqrt(9 - miss**2) - np.sqrt(max(0.0, 4 - miss**2)))
-            truth = phantoms.layers_light([(0.2, 0.8, 0.4)], [0.7], [chord])
+            truth = closed_forms.layers_light([(0.2, 0.8, 0.4)], [0.7], [chord])
             rgba, _ = oracle.draw(
                 volume, points, oracle.ray((4 + miss, 4, -1), (0, 0, 1), 10), spacing_mm_xyz=(8 / size,) * 3
             )

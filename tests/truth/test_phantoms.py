@@ -1,3 +1,4 @@
+import closed_forms
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -9,7 +10,7 @@ GRID = Grid.of((3, 4, 5), (2.0, 1.0, 0.5))
 
 
 def test_sampling_takes_values_at_voxel_centres():
-    volume = phantoms.sampled(phantoms.ramp((1.0, 10.0, 100.0), 0.25), GRID)
+    volume = phantoms.sampled(closed_forms.ramp((1.0, 10.0, 100.0), 0.25), GRID)
     assert volume.shape == (3, 4, 5)
     assert volume.dtype == np.float32
     assert volume[0, 0, 0] == 0.25 + 0.25 + 5.0 + 100.0
@@ -24,7 +25,7 @@ def test_a_constant_and_a_distance_are_what_they_say():
 
 
 def test_the_marschner_lobb_signal_fills_its_range():
-    field = phantoms.marschner_lobb((10.0, 20.0, 40.0))
+    field = closed_forms.marschner_lobb((10.0, 20.0, 40.0))
     at = lambda x, y, z: float(field(np.array([5 + 5 * x, 10 + 10 * y, 20 + 20 * z])))  # noqa: E731
     assert at(0, 0, -1) == pytest.approx(1.0)  # cos(2π·6·cos 0) = 1 on the axis
     assert at(0, 0, 1) == pytest.approx(0.2)
@@ -48,9 +49,9 @@ def test_the_light_of_a_linear_layer_is_its_integral(extinctions):
         quad(lambda t: (n + (f - n) * t / length) * extinction(t) * through(t), 0, length, epsabs=1e-14, limit=200)[0]  # noqa: B023
         for n, f in [*zip(near, far, strict=True), (1.0, 1.0)]
     ]
-    np.testing.assert_allclose(phantoms.linear_light((near, far), extinctions, length), truth, atol=1e-13)
+    np.testing.assert_allclose(closed_forms.linear_light((near, far), extinctions, length), truth, atol=1e-13)
 
 
 def test_layers_compose_front_to_back():
-    light = phantoms.layers_light([(1, 0, 0), (0, 1, 0)], [np.log(2), np.log(4)], [1.0, 1.0])
+    light = closed_forms.layers_light([(1, 0, 0), (0, 1, 0)], [np.log(2), np.log(4)], [1.0, 1.0])
     np.testing.assert_allclose(light, [0.5, 0.5 * 0.75, 0.0, 1 - 0.5 * 0.25])

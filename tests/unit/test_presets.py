@@ -197,14 +197,14 @@ def test_points_of_linear_and_srgb_colours_are_told_apart() -> None:
 def test_a_wrong_wish_of_the_verb_is_told(wish, message) -> None:
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [{"preset": "labels"}]})
     with pytest.raises(VolprepError, match=message):
-        changed(scene, "transfer", **wish)
+        changed(scene, "render", **wish)
 
 
 def test_a_wish_of_the_verb_replaces_the_scenes() -> None:
     scene = Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [{"preset": "labels"}]})
-    render = changed(scene, "transfer", classification="palette", palette_entries=None).render
+    render = changed(scene, "render", classification="palette", palette_entries=None).render
     assert (render.classification, render.palette_entries) == ("palette", 60)
-    assert changed(scene, "transfer", classification=None) == scene
+    assert changed(scene, "render", classification=None) == scene
 
 
 @pytest.mark.parametrize("profile", ["gles2-2048", "gles3"])

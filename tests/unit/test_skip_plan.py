@@ -132,7 +132,7 @@ def test_the_verb_changes_wishes_one_by_one():
     wanted = changed(scene(block=16), "skip", kind="pyramid", block=None).skip
     assert wanted == SkipSettings(kind="pyramid", block=16)
     assert changed(scene(), "skip", kind=None, block=3, ranges=True).skip == SkipSettings(block=3, ranges=True)
-    with pytest.raises(VolprepError, match="VP3003 volprep skip: kind"):
+    with pytest.raises(VolprepError, match=r"VP3003 \[skip\]: kind"):
         changed(scene(), "skip", kind="spheres")
 
 

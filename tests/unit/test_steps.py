@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from closed_forms import marschner_lobb
 from plans import PlanOfOne, plan_of_one
 from scene_builds import view_of
 from tiny_packages import ES3, function, tiny_package
@@ -19,7 +20,7 @@ from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
 from volprep.truth.oracle import oracle_picture
-from volprep.truth.phantoms import distance, marschner_lobb, sampled
+from volprep.truth.phantoms import distance, sampled
 from volprep.truth.volume import Volume
 from volprep_formats.grid import Grid
 from volprep_formats.package.program import LevelStep, RaySampling

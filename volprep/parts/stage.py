@@ -46,6 +46,8 @@ class Stage:
 
     name: str
     """Name of the stage and of its verb."""
+    summary: str
+    """What it does, in one sentence: the help of its verb."""
     reads: tuple[str, ...]
     """Names of the stages whose output it uses; it runs again when one of them has changed."""
     channel: "Work[ChannelPlan] | None" = None
@@ -54,6 +56,8 @@ class Stage:
     """Work for all channels together; it runs before `channel`."""
     is_needed: "Callable[[Plan], bool]" = _always
     """Whether a plan has anything for it to do."""
+    options: tuple[str, tuple[str, ...]] = ("", ())
+    """A table of the scene, and its keys that the verb may change."""
 
 
 def any_channel(test: "Callable[[ChannelPlan], object]") -> "Callable[[Plan], bool]":

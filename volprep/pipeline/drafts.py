@@ -20,10 +20,10 @@ def run_verb(folder: Path, name: str, change: Callable[[Scene], Scene], progress
     """Run one stage on the draft at `folder`, after `change` has changed what the user wants.
 
     Stages that it reads run again first if the change concerns them, too. If the change takes away what the stage
-    makes, for example `volprep skip --kind none`, this is dropped from the draft. If the stage seals the draft, the
-    origin beside it gets the scene that the verbs have made of the first one. Raises VP4001 to VP4006 for an invalid
-    draft, VP3023 if the scene does not need the stage, VP4040 if a stage that it reads has not run, and the errors of
-    the stages.
+    makes, for example `volprep stage skip --kind none`, this is dropped from the draft. If the stage seals the draft,
+    the origin beside it gets the scene that the verbs have made of the first one. Raises VP4001 to VP4006 for an
+    invalid draft, VP3023 if the scene does not need the stage, VP4040 if a stage that it reads has not run, and the
+    errors of the stages.
     """
     draft = Draft.open(folder)
     before = scene_of(draft)

@@ -75,6 +75,7 @@ def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
 
 STAGE = Stage(
     name="seal",
+    summary="Turn a draft into a package: draw the preview, write the checksums.",
     reads=tuple(stage.name for part in PARTS for stage in part.stages),
     package=Work(_settings, _run),
 )

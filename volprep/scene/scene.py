@@ -1,7 +1,7 @@
 """A scene: the user's settings, as one short TOML file."""
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
@@ -591,19 +591,23 @@ def read_toml(path: Path) -> dict[str, object]:
         raise VolprepError("VP3002", path=path, error=error) from error
 
 
-_MAY_LACK = {"grid": GridSettings, "normals": NormalSettings, "proxy": ProxySettings, "slices": SliceSettings}
+def table_of(name: str) -> type[Record]:
+    """Return the record of a table of a scene."""
+    annotation = Scene.model_fields[name].annotation
+    kinds = [kind for kind in (annotation, *get_args(annotation)) if isinstance(kind, type)]
+    return next(kind for kind in kinds if issubclass(kind, Record))
 
 
-def changed(scene: Scene, verb: str, **wishes: object) -> Scene:
-    """Change keys of the table that a verb's options belong to; a scene without it gets it. None leaves a key as it is.
+def changed(scene: Scene, table: str, **wishes: object) -> Scene:
+    """Change keys of a table; a scene without it gets it. None leaves a key as it is.
 
-    Raises VP3003, which names the verb, for a wrong wish.
+    Raises VP3003, which names the table, for a wrong wish.
     """
-    table = "render" if verb == "transfer" else verb
-    before = getattr(scene, table) or _MAY_LACK[table]()
+    kind = table_of(table)
+    before = getattr(scene, table) or kind()
     given = {key: wish for key, wish in wishes.items() if wish is not None}
     try:
-        after = type(before).model_validate(before.model_dump() | given)
+        after = kind.model_validate(before.model_dump() | given)
     except ValidationError as error:
-        raise VolprepError("VP3003", path=f"volprep {verb}", problems=problems(error)) from error
+        raise VolprepError("VP3003", path=f"[{table}]", problems=problems(error)) from error
     return scene.model_copy(update={table: after})

@@ -30,24 +30,6 @@ def counting(package: Package, program: Program) -> Package:
     return Altered(package, {program.fragment: text})
 
 
-def samples_per_pixel(
-    package: Package,
-    program: Program,
-    level: int,
-    box_from_clip: Float64Array,
-    shape_hw: tuple[int, int],
-    *,
-    kind: type[Renderer] = Renderer,
-) -> tuple[Float64Array, Float64Array]:
-    """Return the samples taken, and the entries of the skip table read, for each pixel [H, W].
-
-    Raises the errors of `Renderer`. `kind` is the renderer that draws with `program`: programs that begin at proxy
-    geometry need another one. Needs a float32 target.
-    """
-    ((taken, looked),) = samples_of_views(package, program, level, [(box_from_clip, shape_hw)], kind=kind)
-    return taken, looked
-
-
 def samples_of_views(
     package: Package,
     program: Program,
@@ -56,7 +38,11 @@ def samples_of_views(
     *,
     kind: type[Renderer],
 ) -> list[tuple[Float64Array, Float64Array]]:
-    """Same as `samples_per_pixel`, for each view: its camera, and height and width of the picture."""
+    """Return the samples taken, and the entries of the skip table read, for each pixel [H, W] of each view.
+
+    A view is a camera, and height and width of the picture. `kind` is the renderer that draws with `program`. Raises
+    the errors of `Renderer`; needs a float32 target.
+    """
     counted = counting(package, program)
     with kind(counted, level=level, transfer=program.transfer, target="rgba32f") as renderer:
         pictures = [np.rint(renderer.render(*view)).astype(np.float64) for view in views]

@@ -20,7 +20,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP4005": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: the package is a draft, still under construction",
-        "Run volprep seal on it. That finishes the package, or names the stage that is missing.",
+        "Run volprep stage seal on it. That finishes the package, or names the stage that is missing.",
     ),
     "VP4006": Diagnostic(
         ExitStatus.PACKAGE,
@@ -82,7 +82,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP4040": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: stage {stage} needs stage {missing}, which has not run since its settings or its inputs changed",
-        "Run volprep {missing} on the draft first.",
+        "Run volprep stage {missing} on the draft first.",
     ),
     "VP4041": Diagnostic(
         ExitStatus.OUTPUT, "{path}: another build is making this package", "Wait until it is done, or stop it."

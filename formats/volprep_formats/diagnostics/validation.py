@@ -180,8 +180,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP6082": Diagnostic(
         ExitStatus.RENDER,
         "program {program} draws {wrong} of {pixels} pixels as NaN or infinite, into a target of {target}",
-        "This driver, or volprep, computes numerically hard cases wrongly: volprep stress finds them. Report it, with "
-        "the scene and the driver.",
+        "This driver, or volprep, computes numerically hard cases wrongly: volprep study stress finds them. Report it, "
+        "with the scene and the driver.",
     ),
     "VP6085": Diagnostic(
         ExitStatus.TOLERANCE,

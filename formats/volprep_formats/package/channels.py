@@ -54,11 +54,3 @@ def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
             "proxy": proxy,
         }
     )
-
-
-def drawn_in_one_picture(manifest: Manifest) -> frozenset[str]:
-    """Return the transfer functions that one picture shows and no program of their own: of segments, or of a colour."""
-    if manifest.segments is not None:
-        return frozenset(manifest.segments.transfers)
-    is_colour = any(program.classification == "colour" for program in manifest.programs)
-    return frozenset(manifest.together.transfers if manifest.together is not None and is_colour else ())

@@ -12,15 +12,6 @@ ClassificationName = Literal["lookup", "preintegrated", "palette", "control-poin
 """Classification of samples: each by a lookup table; each segment by a pre-integrated table; each by a palette; each by
 arithmetic from control points; or none, because the voxels are classified and hold colours. "colour": four channels
 hold premultiplied light and extinction, in proportion to their values."""
-TABLES: dict[ClassificationName, tuple[Literal["transfer", "preintegrated"], ...]] = {
-    "lookup": ("transfer",),
-    "preintegrated": ("preintegrated",),
-    "palette": (),
-    "control-points": (),
-    "preclassified": (),
-    "colour": (),
-}
-"""Roles of the textures that a program reads for its classification."""
 Sampling = Literal["texture3d", "mosaic", "subvolumes", "bricks"]
 """Representation of the volume that a program samples."""
 TechniqueName = Literal[

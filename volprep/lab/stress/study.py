@@ -1,4 +1,4 @@
-"""volprep stress: measure the hard cases and write the report."""
+"""volprep study stress: measure the hard cases and write the report."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -12,6 +12,7 @@ import numpy as np
 from volprep.lab.stress.cases import StressCase
 from volprep.lab.stress.drawing import ROUNDING, TRANSFER, VIEWS, Trials, points_of, views_of, worst
 from volprep.lab.stress.records import Precision, StressDrawing, StressPoint
+from volprep.lab.stress.ways import Way, in_way
 from volprep.render.renderer import Renderer
 from volprep.shading.half_floats import in_half_floats, with_half_coordinates
 from volprep.techniques import TECHNIQUES
@@ -21,7 +22,6 @@ from volprep.validation.precise import most_precise
 from volprep.validation.records import Target
 from volprep.validation.subject import Subject
 from volprep.validation.sweep import SWEEP_VIEW
-from volprep.validation.ways import Way, in_way
 from volprep_formats.arrays import FloatArray
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.reader import Package

@@ -147,6 +147,7 @@ def _file(
 
 STAGE = Stage(
     name="bricks",
+    summary="Write each level as bricks in one texture, without empty bricks, if the scene has a table [bricks].",
     reads=("quantize", "pyramid", "transfer"),
     channel=Work(_settings, _run, shapes=None),
     is_needed=any_channel(lambda plan: any(volume.bricks is not None for volume in plan.volumes)),

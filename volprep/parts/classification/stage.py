@@ -180,4 +180,10 @@ def _shapes(draft: Draft, plan: ChannelPlan) -> Shapes:
     return shapes
 
 
-STAGE = Stage(name="transfer", reads=("quantize", "pyramid"), channel=Work(_settings, _run, _shapes))
+STAGE = Stage(
+    name="transfer",
+    summary="Write the tables that turn values into colours, for each transfer function.",
+    options=("render", ("classification", "palette_entries")),
+    reads=("quantize", "pyramid"),
+    channel=Work(_settings, _run, _shapes),
+)

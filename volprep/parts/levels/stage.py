@@ -322,6 +322,8 @@ def _bytes(codes: RawVolume) -> Iterator[memoryview]:
 
 STAGE = Stage(
     name="pyramid",
+    summary="Make the coarser levels that the package holds, each from level 0.",
+    options=("pyramid", ("coarsest_longest_axis", "filter")),
     reads=("quantize",),
     channel=Work(_settings, _run),
     is_needed=any_channel(lambda plan: any(level.index for level in plan.levels)),

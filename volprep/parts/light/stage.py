@@ -119,6 +119,7 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
 
 STAGE = Stage(
     name="light",
+    summary="Write light that is computed once, if the scene has lighting.baked.",
     reads=("quantize",),
     channel=Work(_settings, _run, _shapes),
     is_needed=any_channel(lambda plan: plan.part(LightPlan)),

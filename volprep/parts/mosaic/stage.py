@@ -49,6 +49,7 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
 
 STAGE = Stage(
     name="mosaic",
+    summary="Write the mosaics of the levels, for a profile without 3D textures.",
     reads=("quantize", "pyramid"),
     channel=Work(_settings, _run, _shapes),
     is_needed=any_channel(lambda plan: any(volume.sampling == "mosaic" for volume in plan.volumes)),

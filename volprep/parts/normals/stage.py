@@ -144,6 +144,8 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
 
 STAGE = Stage(
     name="normals",
+    summary="Write the normals of every level, even if the scene needs none.",
+    options=("normals", ("kernel", "code", "magnitude")),
     reads=("quantize",),
     channel=Work(_settings, _run, _shapes),
     is_needed=any_channel(lambda plan: plan.part(NormalsPlan)),

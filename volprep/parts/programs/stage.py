@@ -84,6 +84,7 @@ class _Writer:
 
 STAGE = Stage(
     name="shaders",
+    summary="Write the shaders of the package, specialised for it.",
     reads=(
         "quantize",
         "pyramid",

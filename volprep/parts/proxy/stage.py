@@ -102,6 +102,8 @@ def _has_meshes(plan: ChannelPlan) -> bool:
 
 STAGE = Stage(
     name="proxy",
+    summary="Write a closed mesh around the visible voxels of each level and transfer function, for rays to start at.",
+    options=("proxy", ("form", "block")),
     reads=("quantize", "pyramid", "transfer", "mosaic"),
     package=Work(_settings, _run),
     is_needed=any_channel(_has_meshes),

@@ -159,6 +159,7 @@ def _shapes(_draft: Draft, plan: Plan) -> Shapes:
 
 STAGE = Stage(
     name="segments",
+    summary="Write the label of each voxel, if the scene has a table [segments].",
     reads=("quantize", "pyramid"),
     package=Work(_settings, _run, _shapes),
     is_needed=lambda plan: plan.segments is not None,

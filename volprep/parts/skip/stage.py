@@ -247,6 +247,8 @@ def _is_needed(plan: Plan) -> bool:
 
 STAGE = Stage(
     name="skip",
+    summary="Write tables of empty space: how far a ray may jump from each block without missing a visible voxel.",
+    options=("skip", ("kind", "block", "ranges")),
     reads=("quantize", "pyramid", "transfer", "mosaic", "segments"),
     channel=Work(_settings, _run, _shapes),
     package=Work(_settings_together, _run_together, _shapes_together),

@@ -101,6 +101,8 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
 
 STAGE = Stage(
     name="slices",
+    summary="Write a level as stacks of slices along each axis, for OpenGL ES 1.1, which has no shaders.",
+    options=("slices", ("form", "palette_entries")),
     # Transfer drops the textures of transfer functions that it does not know.
     reads=("quantize", "pyramid", "transfer"),
     channel=Work(_settings, _run, _shapes),

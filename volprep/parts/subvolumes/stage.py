@@ -143,6 +143,8 @@ def _whole(plan: ChannelPlan, codes: RawVolume) -> Iterator[bytes | memoryview]:
 
 STAGE = Stage(
     name="grid",
+    summary="Cut level 0 into sub-volumes that share a layer of voxels, for scans that a device cannot hold at once.",
+    options=("grid", ("size", "layout")),
     reads=("quantize",),
     channel=Work(_settings, _run),
     is_needed=any_channel(lambda plan: plan.part(SubvolumesPlan)),

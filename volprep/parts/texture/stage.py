@@ -57,6 +57,7 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
 
 STAGE = Stage(
     name="texture",
+    summary="Write each level as a 3D texture, for a profile that has them.",
     reads=("quantize", "pyramid"),
     channel=Work(_settings, _run, _shapes),
     is_needed=any_channel(lambda plan: any(volume.sampling == "texture3d" for volume in plan.volumes)),

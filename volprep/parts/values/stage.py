@@ -78,4 +78,10 @@ def _quantization(plan: ChannelPlan, losses: list[_native.QuantizationLoss]) -> 
     )
 
 
-STAGE = Stage(name="quantize", reads=("import",), channel=Work(_settings, _run))
+STAGE = Stage(
+    name="quantize",
+    summary="Turn values into codes of 8 or 16 bits, and record the loss.",
+    options=("quantize", ("bits", "window")),
+    reads=("import",),
+    channel=Work(_settings, _run),
+)

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep_formats.package.program import LAID_OVER, CompositingName, Sampling
+from volprep_formats.package.program import LAID_OVER, CompositingName
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.package.values import Sha256, Total
 from volprep_formats.record import Record
@@ -25,8 +25,6 @@ SAME = 1 / 512
 Weights of labels there that differ by at most this are equal: the smallest label counts. Rounding would choose one."""
 COMPOSITED: frozenset[CompositingName] = OF_ONE_VALUE | LAID_OVER
 """Compositings of programs that draw segments."""
-SAMPLED: frozenset[Sampling] = frozenset(("texture3d", "mosaic", "bricks"))
-"""Layouts of the scan that these programs can sample."""
 Border = Literal["mixed", "crisp"]
 """How labels meet between voxels."""
 

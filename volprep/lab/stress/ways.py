@@ -1,12 +1,6 @@
-"""Every way to draw a volume: technique × compositing × classification × sampling.
+"""Ways to draw a volume: technique × compositing × classification × sampling."""
 
-Techniques and compositings registered in `volprep.techniques` and `volprep.compositing` are included automatically.
-Order tests and hard cases loop over this.
-"""
-
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import get_args
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.programs.composed import composed
@@ -24,11 +18,6 @@ from volprep_formats.package.reader import Package
 
 _OF_VALUES: frozenset[Sampling] = frozenset(("bricks", "subvolumes"))
 """Samplings of values, not of voxels that are classified already."""
-_CLASSIFICATIONS: tuple[ClassificationName, ...] = tuple(
-    name for name in get_args(ClassificationName) if name != "colour"
-)
-"""Those of one channel; a volume in colour has four."""
-_SAMPLINGS: tuple[Sampling, ...] = get_args(Sampling)
 
 
 @dataclass(frozen=True)
@@ -55,11 +44,6 @@ class Way:
         return "+".join(self.choices)
 
     @property
-    def unusual(self) -> int:
-        """Number of choices among technique, compositing and classification that differ from the defaults."""
-        return sum(one != usual for one, usual in zip(self.choices[:3], Way().choices, strict=False))
-
-    @property
     def is_possible(self) -> bool:
         """Whether the records of technique and compositing allow it."""
         technique, compositing = TECHNIQUES[self.technique], COMPOSITINGS[self.compositing]
@@ -69,17 +53,6 @@ class Way:
             and self.classification in technique.classifications & compositing.classifications
             and not (self.classification == "preclassified" and self.sampling in _OF_VALUES)
         )
-
-
-def every_way() -> Iterator[Way]:
-    """Return every possible way, in the order of the registries."""
-    for sampling in _SAMPLINGS:
-        for technique in TECHNIQUES:
-            for compositing in COMPOSITINGS:
-                for classification in _CLASSIFICATIONS:
-                    way = Way(technique, compositing, classification, sampling)
-                    if way.is_possible:
-                        yield way
 
 
 def in_way(package: Package, program: Program, way: Way) -> Package:

@@ -1,4 +1,4 @@
-"""volprep walk: pictures of a walk over the sub-volumes of a package."""
+"""volprep study walk: pictures of a walk over the sub-volumes of a package."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

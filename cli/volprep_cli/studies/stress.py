@@ -1,4 +1,4 @@
-"""volprep stress: cases in which arithmetic is hard, drawn on this machine and judged."""
+"""volprep study stress: cases in which arithmetic is hard, drawn on this machine and judged."""
 
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,0 +1,1 @@
+"""The studies of `volprep study`, one file for each."""
