@@ -31,7 +31,7 @@ def cut(
 
     Only the voxels of the box are read. cut.json gives the place of the box in the patient and in each level.
     """
-    from volprep.parts.subvolumes.cut_files import write_cut
+    from volprep.pipeline.cut_files import write_cut
     from volprep_formats.package.reader import Package
 
     record = write_cut(Package.open(package), _numbers(center), size, output, world=world, force=force)

@@ -11,13 +11,13 @@ from phantom_scene import SHAPE_ZYX, write_phantom_scene
 from plans import plan_of_one
 
 from volprep.parts.compression import whole
-from volprep.parts.compression.source_level import WholeSource
 from volprep.pipeline.build import plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.origin import read_origin
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
+from volprep.plan.whole_source import WholeSource
 from volprep.render.choose import renderer_of
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import SlabMeasurer

@@ -7,7 +7,7 @@ from channel_scene import write_channel_scene
 from phantom_scene import write_phantom_scene
 from scene_builds import view_of
 
-from volprep.parts.subvolumes.cut import cut
+from volprep.render.cut import cut
 from volprep.render.renderer import Renderer
 from volprep.validation.uncut import uncut
 from volprep_formats.package.channel_packages import channel_packages

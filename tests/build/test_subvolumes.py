@@ -11,13 +11,13 @@ from phantom_scene import write_phantom_scene
 from scene_builds import drawn, view_of
 
 import volprep
-from volprep.parts.subvolumes.cut import cut
-from volprep.parts.subvolumes.cut_files import write_cut
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
 from volprep.parts.subvolumes.cuts import boxes_zyx
 from volprep.parts.subvolumes.decision import propose
 from volprep.parts.subvolumes.piece import PieceVoxels
 from volprep.pipeline.build import build
+from volprep.pipeline.cut_files import write_cut
+from volprep.render.cut import cut
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request, request_for_source

@@ -12,7 +12,7 @@ from command_line import volprep
 from phantom_scene import write_phantom_scene
 
 from volprep.lab.walk.study import walk
-from volprep.parts.subvolumes.cut import cut
+from volprep.render.cut import cut
 from volprep.render.renderer import Renderer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check

@@ -7,8 +7,8 @@ import pytest
 from scipy import ndimage
 
 from volprep.parts.levels.headlight import Shown, headlight
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.rays import random_lines, sample_level
+from volprep.scan.in_memory import InMemory
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 

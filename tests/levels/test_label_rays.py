@@ -7,11 +7,11 @@ import pytest
 from segment_scan import built, drawn, truth, write_segments
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.label_rays import LabelLooks
 from volprep.parts.levels.rays import RaySegments
 from volprep.parts.programs.patch_rays import PatchRays
 from volprep.parts.programs.step_bench import STEP_SHARE, StepBench
+from volprep.scan.in_memory import InMemory
 from volprep.truth.seen import seen_pixels
 from volprep_formats.package.function_table import Table
 

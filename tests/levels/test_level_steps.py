@@ -10,13 +10,13 @@ from tiny_packages import ES3, function, tiny_package
 from tests.levels_study.phantoms import vessel_tree
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels import level_steps
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.level_input import LevelInput, level_slices
 from volprep.parts.levels.level_steps import LevelSteps
 from volprep.parts.programs.patch_rays import PatchRays
 from volprep.parts.programs.step_bench import STEP_SHARE, StepBench, longest_step
 from volprep.plan.level_choice import AdaptedTable
 from volprep.render.renderer import Renderer
+from volprep.scan.in_memory import InMemory
 from volprep.transfer.lookup import lookup_table
 from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture

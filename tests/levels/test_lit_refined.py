@@ -9,7 +9,6 @@ from scipy import ndimage
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels.cut_faces import cut_face_lines
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.level_input import LevelInput, level_slices
 from volprep.parts.levels.level_results import _refined_lit
 from volprep.parts.levels.lit_refined import LIT_AUTO, LitBudget, LitLevels
@@ -19,6 +18,7 @@ from volprep.parts.levels.stage import _candidates
 from volprep.parts.levels.stage import _refined_lit as refined_at_stage
 from volprep.plan.level_choice import LevelChoice, PictureErrors
 from volprep.plan.records import LevelPlan
+from volprep.scan.in_memory import InMemory
 from volprep.transfer.lookup import lookup_table
 from volprep_formats.grid import Grid
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint

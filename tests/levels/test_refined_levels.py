@@ -7,7 +7,6 @@ from tests.levels_study.phantoms import vessel_tree
 from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.appearance import SeenBlocks
 from volprep.parts.levels.choose_level import Chooser
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.level_input import LevelInput, level_slices
 from volprep.parts.levels.level_results import _refused
 from volprep.parts.levels.light import badness
@@ -15,6 +14,7 @@ from volprep.parts.levels.rays import ray_counts, sample_level
 from volprep.parts.levels.refined import AUTO, RefineBudget, RefineRays, refine_lines
 from volprep.parts.levels.refining import refinements
 from volprep.parts.levels.stage import CANDIDATES
+from volprep.scan.in_memory import InMemory
 from volprep_formats.grid import Grid
 
 FACTORS = (4, 4, 4)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.view_rays import FINER_PER_VOXEL, PER_VOXEL, view_rays
 from volprep.parts.programs.patch_rays import FINE, PatchRays
 from volprep.parts.programs.step_bench import STEP_SHARE
 from volprep.pipeline.build import build
 from volprep.plan.records import CropPlan
 from volprep.render.renderer import Renderer
+from volprep.scan.in_memory import InMemory
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views

@@ -13,10 +13,10 @@ from tests.levels_study.optimum import optimum
 from tests.levels_study.subjects import Subject
 from volprep.parts.levels.appearance import largest_code
 from volprep.parts.levels.choose_level import Chooser
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.level_input import Factors, LevelInput, level_slices
 from volprep.parts.levels.refined import AUTO, THOROUGH, RefineBudget
 from volprep.parts.levels.stage import CANDIDATES
+from volprep.scan.in_memory import InMemory
 from volprep.transfer.lookup import lookup_table
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.kept_light import SmallThing, small_things

@@ -15,9 +15,9 @@ from scene_builds import view_of
 from segment_scan import AFFINE, INSIDE, SHAPE_XYZ, SOFT, built, drawn, scene_of, truth, write_segments
 
 from volprep.lab.walk.study import walk
-from volprep.parts.subvolumes.cut import cut
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
 from volprep.pipeline.build import plan_build
+from volprep.render.cut import cut
 from volprep.render.renderer import Renderer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request

@@ -1,8 +1,8 @@
 """Plans of scans with one channel."""
 
-from volprep.parts.compression.source_level import WholeSource
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.plan.records import Plan
+from volprep.plan.whole_source import WholeSource
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep_formats.package.profile import DeviceProfile

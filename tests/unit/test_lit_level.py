@@ -7,8 +7,8 @@ from scipy import ndimage
 
 from volprep.compositing import COMPOSITINGS
 from volprep.kernels import _native
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.rays import RaySegments, ray_counts, sample_level
+from volprep.scan.in_memory import InMemory
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 

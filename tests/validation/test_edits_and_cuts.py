@@ -9,7 +9,7 @@ from tampering import built
 
 import volprep.validation.edits_and_cuts as judged_module
 from volprep.parts.editing.inputs import edit_with
-from volprep.parts.subvolumes.cut import Cut
+from volprep.render.cut import Cut
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.volume import Volume
 from volprep.validation.clock import Clock

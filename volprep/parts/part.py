@@ -9,11 +9,14 @@ from volprep.parts.case import Case, Neighbour
 from volprep.parts.stage import Stage
 from volprep.plan.decisions import CompressionChoice, Layout, StepChoice, Tables
 from volprep.plan.records import ChannelPlan, Plan, part_of
+from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
+from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.record import Record
 
 PartPlan = TypeVar("PartPlan", bound=Record)
@@ -63,6 +66,14 @@ def _requires_nothing(_scene: Scene, _profile: DeviceProfile) -> None:
     return
 
 
+def _unchanged(scene: Scene, _profile: DeviceProfile, _channels: int) -> Scene:
+    return scene
+
+
+def _accepts(_scene: Scene, _grid: Grid, _functions: tuple[TransferFunction, ...], _measured: Measured) -> None:
+    return
+
+
 def _no_plan(_channel: LaidOut) -> None:
     return
 
@@ -85,8 +96,12 @@ class Part:
 
     name: str
     """Name of its rooms: `volprep/parts/NAME` and `volprep_formats/package/parts/NAME`."""
+    prepare: Callable[[Scene, DeviceProfile, int], Scene] = _unchanged
+    """Return the scene of a scan of so many channels with the settings that the part needs. Raise if they cannot be."""
     require: Callable[[Scene, DeviceProfile], None] = _requires_nothing
     """Raise if the scene wants what the device class, or another wish of the scene, rules out."""
+    require_scan: Callable[[Scene, Grid, tuple[TransferFunction, ...], Measured], None] = _accepts
+    """Raise if the scene, its box or its functions cannot be drawn from what was measured of a channel."""
     beside: Neighbour | None = None
     """Room that it takes beside the texture of a level."""
     plan: Callable[[LaidOut], Record | None] = _no_plan

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.parts.levels.in_memory import InMemory
 from volprep.pipeline.drafts import require_sound
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.machine_start import START, start_of_machine
@@ -25,6 +24,7 @@ from volprep.plan.device_records import DeviceRecord
 from volprep.plan.level_choice import LevelChoice
 from volprep.plan.records import Plan
 from volprep.scan.import_segments import find_segments
+from volprep.scan.in_memory import InMemory
 from volprep.scan.segments.record import FoundSegments, holding_segments
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import measure

@@ -8,9 +8,8 @@ from typing import Protocol
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.case import Case
-from volprep.parts.classification.decision import StepLengths, choose_tables, require_isovalues
+from volprep.parts.classification.decision import StepLengths, choose_tables
 from volprep.parts.compression.decision import choose_form
-from volprep.parts.compression.source_level import WholeSource
 from volprep.parts.headlight import soft_slope
 from volprep.parts.layout.decision import lay_out
 from volprep.parts.levels.label_rays import LabelLooks
@@ -31,6 +30,7 @@ from volprep.plan.decisions import CompressionChoice, LightChoice, StepChoice, V
 from volprep.plan.functions import describe_functions
 from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan, CropPlan, LevelPlan, Shared
+from volprep.plan.whole_source import WholeSource
 from volprep.scan.segments.record import FoundSegments
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured
@@ -100,10 +100,8 @@ class ChannelScan:
     def valued(self, profile: DeviceProfile) -> ValueChoice:
         """Choose its codes.
 
-        Raises VP3020, VP3021, VP3025 and VP3026 for codes that cannot be, VP3116 and VP3117 for an isovalue of nothing
-        that is seen.
+        Raises VP3020, VP3021, VP3025 and VP3026 for codes that cannot be.
         """
-        require_isovalues(self.scene, self.functions, self.measured)
         return choose_values(self.scene, profile, self.info, self.measured, self.functions)
 
 

@@ -15,17 +15,12 @@ from volprep.parts.classification.automatic import (
     describe_classification,
     possible_kinds,
 )
-from volprep.parts.compression.source_level import WholeSource
-from volprep.parts.editing.decision import for_edits
-from volprep.parts.hybrid.decision import describe_hybrid
-from volprep.parts.programs.decision import require_light_outside
 from volprep.parts.programs.early_end import describe_early_end
 from volprep.parts.registry import PARTS
-from volprep.parts.segments.decision import used_functions, with_segments
+from volprep.parts.segments.decision import used_functions
 from volprep.parts.segments.extent import style_boxes
 from volprep.parts.together.decision import plan_together
 from volprep.parts.values.items import describe_border
-from volprep.parts.values.labels import require_distinct_labels
 from volprep.pipeline.channel_plan import ChannelScan
 from volprep.pipeline.costs import planned_costs
 from volprep.pipeline.layout import lay_channels_out
@@ -33,9 +28,11 @@ from volprep.pipeline.stage_graph import planned_stages
 from volprep.plan.crop import choose_crop
 from volprep.plan.decisions import ValueChoice
 from volprep.plan.functions import resolved_functions
+from volprep.plan.hybrid import describe_hybrid
 from volprep.plan.item_kinds import FIRST_LOOK
 from volprep.plan.item_kinds import PREVIEW as PREVIEW_KIND
 from volprep.plan.records import PREVIEW, ChannelPlan, CropPlan, Plan
+from volprep.plan.whole_source import WholeSource
 from volprep.scan.segments.record import FoundSegments
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured
@@ -83,9 +80,9 @@ def make_plan(
 
     `labels` are the labels of `segments` on the grid of the source, if known: steps are measured with them.
 
-    Raises the errors of `begin` and `ChannelScan.valued`, VP1244 for parts that do not support several channels, VP3031
-    and VP3032 for impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3043 for one that mixes labels,
-    VP3060 for unnecessary slices, VP3080 for parts that do not allow editing of transfer functions.
+    Raises the errors of parts, of `begin` and of `ChannelScan.valued`, VP1244 for parts that do not support several
+    channels, VP3031 and VP3032 for impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3060 for
+    unnecessary slices, VP3080 for parts that do not allow editing of transfer functions.
     """
     wanted = scene.render.classification
     kinds = possible_kinds(scene, lambda each: _prepared(each, profile, len(scanned)))
@@ -93,7 +90,9 @@ def make_plan(
     scans = [replace(scan, labels=labels) for scan in _channel_scans(scene, scanned, segments)]
     crop = _common_crop(scene, scans)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
-    require_light_outside(scene, grid)
+    for scan in scans:
+        for part in PARTS:
+            part.require_scan(scan.scene, grid, scan.functions, scan.measured)
     values = [scan.valued(profile) for scan in scans]
     scans = [scan.with_rays(crop, grid, profile) for scan in scans]
     classified = None
@@ -132,10 +131,11 @@ def make_plan(
 
 
 def _prepared(scene: Scene, profile: DeviceProfile, channels: int) -> Scene:
-    """Return the scene with what editing and segments bring. Raises as `_require_possible`, `for_edits` and others."""
-    prepared = with_segments(for_edits(scene, profile), channels)
-    _require_possible(prepared, profile, channels)
-    return prepared
+    """Return the scene with the settings that parts need. Raises the errors of parts, and as `_require_possible`."""
+    for part in PARTS:
+        scene = part.prepare(scene, profile, channels)
+    _require_possible(scene, profile, channels)
+    return scene
 
 
 def _classification(
@@ -167,7 +167,6 @@ def _channel_scans(scene: Scene, scanned: Sequence[Scanned], segments: FoundSegm
     scans = []
     for channel, found in zip(drawn_channels(scene), scanned, strict=True):
         own = scene.with_source(channel.spec).with_transfer(channel.transfer)
-        require_distinct_labels(own)
         functions = used_functions(own, segments, resolved_functions(own, found.info, found.measured))
         scans.append(
             ChannelScan(channel.name, own, found.info, found.measured, functions, found.whole, segments, found.voxels)

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from volprep.parts.compression.source_level import WholeSource
 from volprep.parts.work import FORMS, source_volume
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.records import Plan
+from volprep.plan.whole_source import WholeSource
 from volprep.scan.segments.record import FoundSegments
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured, measure_again

@@ -33,8 +33,8 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
 
 def _fidelity(draft: Draft, package: Package) -> tuple[LevelFidelity, ...]:
     """Measure each level with each transfer function. Raises the errors of drawing."""
-    from volprep.parts.fidelity import measure as of  # noqa: PLC0415 - as above
     from volprep.parts.source_field import source_field  # noqa: PLC0415 - as above
+    from volprep.pipeline import fidelity as of  # noqa: PLC0415 - as above
 
     found: list[LevelFidelity] = []
     for part in channel_packages(package).values():

@@ -13,6 +13,8 @@ import numpy as np
 from volprep.truth.seen import seen_pixels
 from volprep_formats.arrays import Float64Array
 
+SHARE = 0.5
+"""Part of the scene's tolerance that the codes may use; the rest is for the level, the step and the arithmetic."""
 _NOTHING = 1e-12
 
 

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from volprep.parts.values.decision import SHARE
 from volprep.plan.form_trial import FormTrial
+from volprep.plan.probe import SHARE
 from volprep.report.canvas import LIMIT, MARKERS, MUTED, PAGE, SERIES, Plot, across, logarithmic, plot
 from volprep.report.text import ratio
 from volprep.validation.pictures import css_colour

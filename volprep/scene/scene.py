@@ -36,6 +36,7 @@ from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.readers.colour import PARTS
 from volprep_formats.record import Record, problems
 from volprep_formats.source import SourceSpec
+from volprep_formats.textures.block_formats import CompressedFormat
 from volprep_formats.toml_file import read_toml_file
 
 
@@ -80,6 +81,15 @@ class MosaicSettings(Record):
 
 
 Compression = Literal["eac", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8"]
+FORMATS: dict[Compression, CompressedFormat] = {
+    "eac": "EAC_R11",
+    "etc2": "ETC2_RGBA8",
+    "astc-4x4": "ASTC_4X4",
+    "astc-5x5": "ASTC_5X5",
+    "astc-6x6": "ASTC_6X6",
+    "astc-8x8": "ASTC_8X8",
+}
+"""Their formats of textures."""
 
 
 class TextureSettings(Record):

@@ -17,7 +17,7 @@ import numpy as np
 
 from volprep.parts.editing.inputs import edit_with
 from volprep.parts.editing.renderer import edited_renderer
-from volprep.parts.subvolumes.cut import Cut, cut
+from volprep.render.cut import Cut, cut
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.labelled_decoded import joined

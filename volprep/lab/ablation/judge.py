@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from volprep.lab.ablation.records import AblationRow, Measurement, Outcome, Ratio
 from volprep.parts.ablation import Gain
-from volprep.parts.values.decision import SHARE
+from volprep.plan.probe import SHARE
 from volprep_formats.package.manifest import Tolerance
 
 MOST_CHANGE = 0.5 / 255

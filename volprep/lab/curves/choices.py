@@ -11,16 +11,10 @@ from typing import get_args
 from volprep.compositing import COMPOSITINGS
 from volprep.lab.curves.records import Cost
 from volprep.parts.ablation import Changes
-from volprep.parts.compression.decision import FORMATS
-from volprep.parts.compression.decision import KIND as COMPRESSION
-from volprep.parts.normals.decision import KIND as NORMALS
-from volprep.parts.programs.early_end import KIND as EARLY_END
-from volprep.parts.proxy.decision import KIND as PROXY
-from volprep.parts.skip.decision import KIND as SKIP
-from volprep.parts.values.items import WIDE_KIND
+from volprep.parts.registry import PARTS
 from volprep.plan.item_kinds import LEVEL, TABLES
 from volprep.plan.records import LookupPlan, PreintegratedPlan
-from volprep.scene.scene import Scene
+from volprep.scene.scene import FORMATS, Scene
 from volprep.techniques import TECHNIQUES
 from volprep.validation.altered import with_common_tables
 from volprep_formats.package.manifest import Manifest
@@ -56,6 +50,8 @@ _SAMPLINGS: dict[Sampling, str] = {
 _BLOCKS = (2, 4, 8, 16)
 _TABLES = ("lookup", "preintegrated")
 """Classifications with tables; a level may have its own."""
+_KINDS = {item.name: item.kind for part in PARTS for item in part.ablations}
+"""Kind of the item of the plan, by the name that its part gives it."""
 _CLASSIFICATION_KINDS: dict[ClassificationName, str] = {
     "lookup": TABLES[LookupPlan],
     "preintegrated": TABLES[PreintegratedPlan],
@@ -305,7 +301,7 @@ CHOICES: tuple[Choice, ...] = (
         "bytes",
         lambda _: [Variant(f"{bits} bits", {"quantize": {"bits": bits}, **_ALONE}) for bits in (8, 16)],
         _bits_name,
-        lambda _: WIDE_KIND,
+        lambda _: _KINDS["16-bit values"],
     ),
     Choice(
         "compressed texels",
@@ -313,7 +309,7 @@ CHOICES: tuple[Choice, ...] = (
         "bytes",
         _compressions,
         _form_name,
-        lambda _: COMPRESSION,
+        lambda _: _KINDS["compressed texels"],
         whatever_it_costs=True,
         absent="labels and bricks are not compressed",
     ),
@@ -323,7 +319,7 @@ CHOICES: tuple[Choice, ...] = (
         "bytes",
         _normals,
         _normals_name,
-        lambda _: NORMALS,
+        lambda _: _KINDS["normals"],
         absent="the scene has no lighting",
     ),
     Choice(
@@ -332,7 +328,7 @@ CHOICES: tuple[Choice, ...] = (
         "milliseconds",
         _gradients,
         _gradients_name,
-        lambda _: NORMALS,
+        lambda _: _KINDS["normals"],
         absent="the scene has no lighting",
     ),
     Choice(
@@ -354,7 +350,7 @@ CHOICES: tuple[Choice, ...] = (
             for cutoff in (*_CUTOFFS, 1.0)
         ],
         _cutoff_name,
-        lambda _: EARLY_END,
+        lambda _: _KINDS["early ray termination"],
     ),
     Choice(
         "empty-space skipping",
@@ -362,7 +358,7 @@ CHOICES: tuple[Choice, ...] = (
         "milliseconds",
         _skips,
         _skip_name,
-        lambda _: SKIP,
+        lambda _: _KINDS["skip table"],
     ),
     Choice(
         "proxy geometry",
@@ -370,7 +366,7 @@ CHOICES: tuple[Choice, ...] = (
         "milliseconds",
         _proxies,
         _proxy_name,
-        lambda _: PROXY,
+        lambda _: _KINDS["proxy mesh"],
     ),
     Choice(
         "filter of levels",

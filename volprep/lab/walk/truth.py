@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.subvolumes.cut import Cut
+from volprep.render.cut import Cut
 from volprep.truth.decoded import level_volume, light_of_program
 from volprep.truth.labelled_decoded import held_looks, joined, labelled_as, parted, picture_of_labels
 from volprep.truth.oracle import OraclePicture

@@ -27,10 +27,10 @@ from volprep.transfer.segment_light import segment_light
 from volprep.transfer.texel_forms import LARGEST_HALF, opaque_per_mm
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile, LookupFormat
-from volprep_formats.package.program import TABLES
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 
@@ -51,7 +51,7 @@ CLASSIFIED_BITS = 32
 
 def tables_bytes(wishes: SceneRender, profile: DeviceProfile, entries: int) -> int:
     """Return the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
-    if not TABLES[wishes.decided_classification]:
+    if wishes.decided_classification not in {"lookup", "preintegrated"}:
         return 0
     if wishes.classification == "preintegrated":
         return _integral_bytes(_largest(profile))
@@ -122,7 +122,7 @@ def _require_compositing(scene: Scene) -> None:
                 raise VolprepError("VP3118", transfer=transfer.name, low=low, high=high)
 
 
-def require_isovalues(scene: Scene, functions: tuple[TransferFunction, ...], measured: Measured) -> None:
+def require_isovalues(scene: Scene, _grid: Grid, functions: tuple[TransferFunction, ...], measured: Measured) -> None:
     """Raise VP3116 for an isovalue that no voxel reaches, VP3117 for one that the transfer function does not show."""
     if not COMPOSITINGS[scene.render.compositing].isovalue:
         return

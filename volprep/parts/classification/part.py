@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always
-from volprep.parts.classification.decision import describe_tables, require_classification
+from volprep.parts.classification.decision import describe_tables, require_classification, require_isovalues
 from volprep.parts.classification.stage import STAGE
 from volprep.parts.part import Decided, Images, Part
 from volprep.plan.functions import describe_functions
@@ -46,6 +46,7 @@ def _has_preintegrated(manifest: Manifest, _transfer: str) -> bool | None:
 PART = Part(
     name="classification",
     require=_require,
+    require_scan=require_isovalues,
     items=_items,
     images=_images,
     stages=(STAGE,),

@@ -7,10 +7,11 @@ part in it: blocks mix the colours of neighbours, and rays through a few patches
 from collections.abc import Sequence
 
 from volprep.parts.compression.decision import COLOUR_FORM, KIND, bits_per_voxel, item_of, misfit, require_form
-from volprep.parts.compression.source_level import LevelData, WholeSource
+from volprep.parts.compression.source_level import LevelData
 from volprep.parts.compression.whole_colour import WholeColour
 from volprep.plan.decisions import CompressionChoice
 from volprep.plan.records import ChannelPlan, VolumePlan
+from volprep.plan.whole_source import WholeSource
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile

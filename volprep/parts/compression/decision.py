@@ -12,7 +12,7 @@ import numpy as np
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.case import Case, Neighbour
-from volprep.parts.compression.source_level import LevelData, WholeSource
+from volprep.parts.compression.source_level import LevelData
 from volprep.parts.compression.whole import WholeLevel
 from volprep.parts.layout.decision import lay_out
 from volprep.parts.values.decision import within_share
@@ -20,7 +20,8 @@ from volprep.plan.decisions import CompressionChoice, Layout, ValueChoice
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, Quantizer, difference
 from volprep.plan.room import texture_bytes
-from volprep.scene.scene import Compression, Scene
+from volprep.plan.whole_source import WholeSource
+from volprep.scene.scene import FORMATS, Scene
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.function_table import Table
@@ -28,15 +29,6 @@ from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 
-FORMATS: dict[Compression, CompressedFormat] = {
-    "eac": "EAC_R11",
-    "etc2": "ETC2_RGBA8",
-    "astc-4x4": "ASTC_4X4",
-    "astc-5x5": "ASTC_5X5",
-    "astc-6x6": "ASTC_6X6",
-    "astc-8x8": "ASTC_8X8",
-}
-"""Forms that a scene may ask for."""
 COLOUR_FORM: CompressedFormat = "ASTC_4X4_SRGB"
 """The form of a volume in colour. The scene asks for it as for ASTC_4X4: the same extension has both."""
 KIND = "compression"

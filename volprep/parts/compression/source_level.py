@@ -1,40 +1,22 @@
 """A level of a source before it is encoded: its codes, and its values as the oracle draws them."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.plan.form_trial import FormTrial
 from volprep.plan.records import CropPlan, LevelPlan, QuantizePlan
-from volprep.scan.slabs import RawVolume, slab_ranges
+from volprep.plan.whole_source import WholeSource
+from volprep.scan.slabs import slab_ranges
 from volprep.scene.scene import SceneRender
 from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float32Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.progress import Progress
-from volprep_formats.source import SourceInfo
-
-
-@dataclass(frozen=True)
-class WholeSource:
-    """A source as the working data of a draft."""
-
-    volume: RawVolume
-    """Stored values."""
-    info: SourceInfo
-    """Description of the source."""
-    sha256: str
-    """Digest of the source."""
-    progress: Progress
-    """Progress callback."""
-    known: list[FormTrial] = field(default_factory=list)
-    """Earlier results; new ones are added."""
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.compression.level_blocks import encoded_level, oracle_of_view
-from volprep.parts.compression.source_level import LevelData, SourceLevel, WholeSource
+from volprep.parts.compression.source_level import LevelData, SourceLevel
 from volprep.parts.values.decision import within_share
 from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import VolumePlan
+from volprep.plan.whole_source import WholeSource
 from volprep.scan.slabs import slab_ranges, temporary_codes
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.volume import Medium, Volume

@@ -26,7 +26,7 @@ _HEADROOM = 4.0
 """Optical depth of a voxel, 98 % opacity, that tables of 8 bits leave room for: their scale is constant in shaders."""
 
 
-def for_edits(scene: Scene, profile: DeviceProfile) -> Scene:
+def for_edits(scene: Scene, profile: DeviceProfile, _channels: int) -> Scene:
     """Return the scene with the wishes that editing brings, if it is to be editable. Raises VP3080 for others."""
     if not scene.editable:
         return scene

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from volprep.parts.ablation import AblationItem, always, by_the_scene
-from volprep.parts.editing.decision import KIND, describe_editing, plan_editing
+from volprep.parts.editing.decision import KIND, describe_editing, for_edits, plan_editing
 from volprep.parts.part import Decided, LaidOut, Part
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan
@@ -24,6 +24,7 @@ def _has(manifest: Manifest, _transfer: str) -> bool:
 
 PART = Part(
     name="editing",
+    prepare=for_edits,
     plan=_plan,
     items=_items,
     ablations=(

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.parts.levels.appearance import SeenBlocks
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.rays import RaySegments, in_memory_parts, inside_box, sample_level, unit
+from volprep.scan.in_memory import InMemory
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 

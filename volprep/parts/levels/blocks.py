@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.levels.aimed import aimed_lines
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.joint_histogram import joint_counts, reference_mm, shares_of_counts
 from volprep.parts.levels.level_input import Factors, LevelInput, level_slices, raised_slices
 from volprep.parts.levels.light import Histogram, RayLight, Sampled, score
 from volprep.parts.levels.rays import RaySegments, random_lines, sample_sets
 from volprep.plan.level_choice import Trial
+from volprep.scan.in_memory import InMemory
 from volprep.scan.slabs import RawVolume
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter

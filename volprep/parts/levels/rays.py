@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from volprep.kernels import _native
 from volprep.parts.levels.appearance import largest_code
-from volprep.parts.levels.in_memory import InMemory
+from volprep.scan.in_memory import InMemory
 from volprep.scan.slabs import RawVolume, slab_ranges
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid

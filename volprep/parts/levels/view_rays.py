@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.levels.headlight import Shown, headlight
-from volprep.parts.levels.in_memory import InMemory
 from volprep.parts.levels.label_rays import LabelLooks
 from volprep.parts.levels.rays import RaySegments, inside_box, sample_level
 from volprep.parts.programs.patch_rays import FINE, PatchRays
 from volprep.plan.records import CropPlan
+from volprep.scan.in_memory import InMemory
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import MEASURED_BLOCK, Measured
 from volprep_formats.arrays import Float32Array, Float64Array

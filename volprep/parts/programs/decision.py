@@ -6,12 +6,14 @@ import numpy as np
 
 from volprep.compositing import COMPOSITINGS
 from volprep.plan.records import VolumePlan
+from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Light, ProgramDesign, Rays, Shadows, TechniqueName
+from volprep_formats.package.transfer_function import TransferFunction
 
 _TECHNIQUE_OF: dict[Shadows, TechniqueName] = {"map": "ray-casting", "half-angle": "view-slices"}
 """The technique that shadows need, where it is only one."""
@@ -69,7 +71,9 @@ def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
             raise VolprepError("VP3162", shadows=shadows, what=what)
 
 
-def require_light_outside(scene: Scene, grid: Grid) -> None:
+def require_light_outside(
+    scene: Scene, grid: Grid, _functions: tuple[TransferFunction, ...], _measured: Measured
+) -> None:
     """Raise VP3163 for a light inside the volume, where shadows need its view: that would have no one direction."""
     light = light_of(scene)
     if light is None or light.shadows not in {"map", "half-angle"}:

@@ -5,7 +5,7 @@ from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always, by_the_scene, no_change, time_or_wish
 from volprep.parts.part import Decided, Part
-from volprep.parts.programs.decision import require_shadows, require_technique, shader_files
+from volprep.parts.programs.decision import require_light_outside, require_shadows, require_technique, shader_files
 from volprep.parts.programs.early_end import AUTO_CUTOFF
 from volprep.parts.programs.early_end import KIND as EARLY_END
 from volprep.parts.programs.stage import STAGE
@@ -83,6 +83,7 @@ def _drawn_by(technique: Technique) -> AblationItem:
 PART = Part(
     name="programs",
     require=_require,
+    require_scan=require_light_outside,
     items=_items,
     stages=(STAGE,),
     ablations=(

@@ -43,7 +43,7 @@ LABEL_FORMATS: dict[bool, tuple[TextureFormat, ...]] = {
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 
 
-def with_segments(scene: Scene, channels: int) -> Scene:
+def with_segments(scene: Scene, _profile: DeviceProfile, channels: int) -> Scene:
     """Return the scene as segments need it: coarser levels are means, and shaders find the normals.
 
     Normals of borders change with what an app shows.

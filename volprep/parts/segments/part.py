@@ -4,7 +4,14 @@ from collections.abc import Iterator
 
 from volprep.parts.part import Decided, Images, LaidOut, Part
 from volprep.parts.segments.beside import beside_segments
-from volprep.parts.segments.decision import label_sets, plan_segments, require_possible, segment_items, skip_tables
+from volprep.parts.segments.decision import (
+    label_sets,
+    plan_segments,
+    require_possible,
+    segment_items,
+    skip_tables,
+    with_segments,
+)
 from volprep.parts.segments.level_light import settle
 from volprep.parts.segments.stage import STAGE
 from volprep.parts.skip.part import found_of
@@ -39,6 +46,7 @@ def _images(plan: ChannelPlan, _transfer: str, level: int, _program: ProgramDesi
 
 PART = Part(
     name="segments",
+    prepare=with_segments,
     require=require_possible,
     beside=beside_segments,
     plan=_plan,

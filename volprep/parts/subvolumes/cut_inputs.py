@@ -10,9 +10,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.parts.subvolumes.cut import Cut
 from volprep.parts.subvolumes.piece import tiled
 from volprep.render.block_inputs import block_values
+from volprep.render.cut import Cut
 from volprep.render.inputs import Edit, Inputs
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.parts.subvolumes.places import NOWHERE, Side

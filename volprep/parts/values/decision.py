@@ -11,7 +11,7 @@ from volprep.compositing import COMPOSITINGS, Compositing
 from volprep.parts.values.lit_bench import LitBench
 from volprep.parts.values.window import Window, is_exact, windows
 from volprep.plan.decisions import ValueChoice
-from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views, worst
+from volprep.plan.probe import SHARE, PictureDifference, Quantizer, difference_of_views, worst
 from volprep.plan.records import QuantizePlan
 from volprep.plan.room import has_exact_16_bits
 from volprep.scan.relabelled import LARGEST_LABEL, MOST_LABELS
@@ -27,8 +27,6 @@ from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 from volprep_formats.textures.gl_formats import SRGB
 
-SHARE = 0.5
-"""Part of the scene's tolerance that the codes may use; the rest is for the level, the step and the arithmetic."""
 _FLIP_OF_RMSE = 8.0
 """Largest FLIP of a picture, in parts of its RMSE: a map of doses had 0.0325 with 0.0054, levels have up to 8 times."""
 TABLE_SHARE = 0.05

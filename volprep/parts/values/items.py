@@ -6,10 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.values.decision import SHARE, has_bits, most_of_flip
+from volprep.parts.values.decision import has_bits, most_of_flip
 from volprep.parts.values.labels import label_reason
 from volprep.plan.decisions import ValueChoice
 from volprep.plan.item_kinds import LIT_CODES
+from volprep.plan.probe import SHARE
 from volprep.plan.records import ChannelPlan, Shared
 from volprep.plan.room import has_exact_16_bits
 from volprep.plan.shape_text import shape_text

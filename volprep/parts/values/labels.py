@@ -9,9 +9,11 @@ import math
 from collections.abc import Sequence
 
 from volprep.scan.relabelled import LARGEST_LABEL, MOST_LABELS
+from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene, SceneRender
 from volprep.shading.classification import splits_voxels
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
@@ -24,7 +26,9 @@ _FINEST_STEP_VOXELS = 0.125
 """No finer step for labels so dense that only a step of nothing would do."""
 
 
-def require_distinct_labels(scene: Scene) -> None:
+def require_distinct_labels(
+    scene: Scene, _grid: Grid, _functions: tuple[TransferFunction, ...], _measured: Measured
+) -> None:
     """Raise VP3043 for a classification that gives a label colours of others."""
     render = scene.render
     if scene.source.labels and render.classification == "preintegrated":

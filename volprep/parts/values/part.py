@@ -6,6 +6,7 @@ from typing import Literal
 from volprep.parts.ablation import AblationItem, Gain, always
 from volprep.parts.part import Decided, Part
 from volprep.parts.values.items import BORDER_KIND, WIDE_KIND, describe_codes
+from volprep.parts.values.labels import require_distinct_labels
 from volprep.parts.values.stage import STAGE
 from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
@@ -37,6 +38,7 @@ def _chooser_of_bits(scene: Scene) -> Literal["plan", "scene"]:
 
 PART = Part(
     name="values",
+    require_scan=require_distinct_labels,
     items=_items,
     stages=(STAGE,),
     ablations=(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep.parts.subvolumes.cut import Cut, CutRecord, cut
+from volprep.render.cut import Cut, CutRecord, cut
 from volprep.truth.decoded import level_volume
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.output import output_errors, require_place, taken, write_file

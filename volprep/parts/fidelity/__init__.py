@@ -1,1 +1,0 @@
-"""How near pictures of a package are to the scan, measured when it is sealed."""

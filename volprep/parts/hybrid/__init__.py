@@ -1,1 +1,0 @@
-"""Hybrid resolution: the volume with few pixels, lines with all."""
