@@ -7,6 +7,7 @@ from pathlib import Path
 
 from json_lines import json_lines
 from pydantic import BaseModel
+from scene_schema import scene_schema
 
 from volprep.lab.ablation.records import Ablation
 from volprep.lab.curves.records import CurvesReport
@@ -45,7 +46,8 @@ _OPEN: tuple[type[BaseModel], ...] = (Manifest, SubvolumeGrid)
 
 def schema_text(model: type[BaseModel]) -> str:
     """JSON Schema (2020-12) of what a reader accepts, keys sorted, without titles that repeat the names of fields."""
-    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **model.model_json_schema()}
+    own = scene_schema() if model is Scene else model.model_json_schema()
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **own}
     for record in (schema, *schema.get("$defs", {}).values()):
         for field in record.get("properties", {}).values():
             field.pop("title", None)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from example_manifest import example
 from pydantic import BaseModel
+from scene_schema import scene_schema
 
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest
@@ -73,15 +74,21 @@ def records_of(path: Path) -> dict[str, Schema]:
     """JSON Schema of the models of a document, and of every record in them, by name."""
     records = {}
     for model in DOCUMENTS[path]:
-        schema = model.model_json_schema()
+        schema = scene_schema() if model is Scene else model.model_json_schema()
         records |= {model.__name__: schema, **schema.get("$defs", {})}
     return records
 
 
 def own_fields(name: str, records: dict[str, Schema]) -> dict[str, Schema]:
-    """Fields of a record that are not in the table of its base."""
+    """Fields of a record that are not in the table of its base; those of tables within it have dotted names."""
     base = records[_BASES[name]]["properties"] if name in _BASES else {}
-    return {key: field for key, field in records[name]["properties"].items() if key not in base}
+    fields = {key: field for key, field in records[name]["properties"].items() if key not in base}
+    within = {
+        f"{key}.{inner}": fields[key]["properties"][inner]
+        for key in fields
+        for inner in fields[key].get("properties", {})
+    }
+    return within or fields
 
 
 def field_table(name: str, records: dict[str, Schema]) -> str:

@@ -48,11 +48,13 @@ def _command(stage: "Stage") -> Callable[..., None]:
 
 def _option(table: str, key: str) -> object:
     """Return the type of an option for a key of the scene, with the key's documentation as help."""
+    from volprep.scene.lab import KEYS
     from volprep.scene.scene import table_of
 
     record = table_of(table)
     documented = record.model_json_schema()["properties"][key].get("description", "")
-    told = f"{' '.join(documented.split())} Replaces {table}.{key} of the scene."
+    name = f"lab.{table}.{key}" if key in KEYS.get(table, ()) else f"{table}.{key}"
+    told = f"{' '.join(documented.split())} Replaces {name} of the scene."
     if record.model_fields[key].annotation is bool:
         return Annotated[bool | None, typer.Option(help=told)]
     return Annotated[str | None, typer.Option(help=told, metavar="VALUE")]

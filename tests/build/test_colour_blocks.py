@@ -91,7 +91,7 @@ def test_blocks_that_change_pictures_are_refused_with_their_numbers(tmp_path: Pa
     [
         ("none", "", 0.0),
         # At 0, one code of difference between GPUs counts as visible, and nothing is skipped.
-        ("astc-4x4", '[skip]\nkind = "distance"\nblock = 3\nepsilon = 0.9\n', 1 / 255),
+        ("astc-4x4", '[skip]\nkind = "distance"\nblock = 3\n[lab.skip]\nepsilon = 0.9\n', 1 / 255),
     ],
 )
 def test_rays_skip_what_is_clear_and_nothing_else(tmp_path: Path, compression: str, skip: str, most: float) -> None:

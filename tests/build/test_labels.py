@@ -168,14 +168,16 @@ def test_sub_volumes_and_slices_of_labels_are_not_mixed_either(tmp_path) -> None
 
 
 def test_a_classification_that_mixes_labels_is_refused(tmp_path) -> None:
-    for name, wish in (("segments", '"preintegrated"'), ("few", '"palette"\npalette_entries = 255')):
+    for name, wish in (("segments", '"preintegrated"'), ("few", '"palette"\n[lab.render]\npalette_entries = 255')):
         folder = tmp_path / name
         folder.mkdir()
         error = refusal(folder, labels(), more=f"[render]\nclassification = {wish}")
         assert (error.code, error.status) == ("VP3043", ExitStatus.SCENE)
     whole = tmp_path / "whole"
     whole.mkdir()
-    scene = write_scene(whole, labels(), more='[render]\nclassification = "palette"\npalette_entries = 256')
+    scene = write_scene(
+        whole, labels(), more='[render]\nclassification = "palette"\n[lab.render]\npalette_entries = 256'
+    )
     scene_builds.built(scene, whole / "labels.volpkg")
     (palette,) = Package.open(whole / "labels.volpkg").manifest.palettes
     assert [index for index, entry in enumerate(palette.entries) if entry.extinction_per_mm] == [7]

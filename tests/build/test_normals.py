@@ -78,7 +78,7 @@ def test_without_light_nothing_of_normals_is_in_the_package(tmp_path):
 
 @pytest.mark.long
 def test_normals_can_be_data_for_an_app_with_a_light_of_its_own(tmp_path):
-    package = Package.open(built(tmp_path, '[normals]\ncode = "oct12"\nspace = "patient"\n'))
+    package = Package.open(built(tmp_path, '[normals]\ncode = "oct12"\n[lab.normals]\nspace = "patient"\n'))
     texture, _ = normals_of(package)
     assert texture.filter == "nearest"
     assert texture.normals.space == "patient"
@@ -177,7 +177,7 @@ def test_a_profile_without_the_format_of_a_code_says_which_it_has(tmp_path):
 
 def test_light_needs_normals_along_the_volumes_axes(tmp_path):
     with pytest.raises(VolprepError, match=r"VP3003 .*normals.space is patient"):
-        built(tmp_path, '[render]\nlighting = "headlight"\n[normals]\nspace = "patient"')
+        built(tmp_path, '[render]\nlighting = "headlight"\n[lab.normals]\nspace = "patient"')
 
 
 @pytest.mark.long

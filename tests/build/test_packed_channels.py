@@ -180,7 +180,7 @@ class TestWhatItDraws:
     def test_a_mosaic_of_several_textures_with_gutters_draws_what_channels_apart_draw(self, tmp_path) -> None:
         profile = (Path(__file__).parents[2] / "volprep/scene/profiles/gles2-2048.toml").read_text()
         (tmp_path / "narrow.toml").write_text(profile.replace("size = 2048", "size = 64"))
-        package = built(tmp_path, "narrow.toml", extra="[mosaic]\ngutter = 1\n")
+        package = built(tmp_path, "narrow.toml", extra="[lab.mosaic]\ngutter = 1\n")
         texture = volumes(package.manifest)[0]
         assert (texture.mosaic.textures, texture.mosaic.components_per_voxel, texture.mosaic.slices_per_texel) == (
             3,

@@ -51,7 +51,7 @@ def test_a_scene_becomes_a_package_of_slices_without_shaders(tmp_path):
 @pytest.mark.usefixtures("stages_run_again")
 def test_the_same_scene_gives_the_same_bytes(tmp_path):
     for name in ("a", "b"):
-        built(scene_with(tmp_path, "\n[slices]\npalette_entries = 30\n"), tmp_path / name)
+        built(scene_with(tmp_path, "\n[lab.slices]\npalette_entries = 30\n"), tmp_path / name)
     files = [{f.relative_to(tmp_path / n): f.read_bytes() for f in (tmp_path / n).rglob("*.*")} for n in ("a", "b")]
     assert files[0] == files[1]
 
@@ -162,7 +162,7 @@ def test_a_device_with_too_little_memory_holds_no_level(tmp_path):
         ('\n[skip]\nkind = "blocks"\n', "gles1", r"skip\.kind blocks needs them"),
         ("\n[skip]\nranges = true\n", "gles1", r"skip\.ranges needs them"),
         ('\n[render]\nclassification = "palette"\n', "gles1", "classification palette needs them"),
-        ('\n[slices]\nstacks = ["x", "x"]\n', "gles1", "names an axis twice"),
+        ('\n[lab.slices]\nstacks = ["x", "x"]\n', "gles1", "names an axis twice"),
     ],
 )
 def test_what_does_not_go_together_is_refused(tmp_path, table, profile, problem):

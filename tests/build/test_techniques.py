@@ -80,7 +80,9 @@ def test_a_package_without_a_table_is_validated_with_and_without_3d_textures(tmp
     # Classified voxels are rounded to 8 bits, and their light is not that of the values between them: at every step
     # FLIP is 0.08 to 0.09, and thin things keep 0.717 of their light.
     tables = "[tolerance]\nflip = 0.1\nkept_light = 0.7\n" if classification == "preclassified" else ""
-    package = built(tmp_path, f'classification = "{classification}"\npalette_entries = 200', profile, tables)
+    package = built(
+        tmp_path, f'classification = "{classification}"', profile, f"{tables}[lab.render]\npalette_entries = 200\n"
+    )
     assert check(package.path) == []
     assert {texture.role for texture in package.manifest.textures} <= {"volume", "skip"}
     report = measured(package, tmp_path)
@@ -121,7 +123,7 @@ def test_a_volume_that_needs_all_eight_units_is_drawn_by_control_points_as_well_
         (tmp_path / f"{name}.toml").write_text(EIGHT.format(units), encoding="utf-8")
         render = f'classification = "{name}"\nopacity_cutoff = 1.0\nstep_voxels = 0.25'
         scene = write_ball_scene(
-            folder, render, f"../{name}.toml", '[skip]\nkind = "none"\n[mosaic]\norder = "interleaved"'
+            folder, render, f"../{name}.toml", '[skip]\nkind = "none"\n[lab.mosaic]\norder = "interleaved"'
         )
         text = scene.read_text(encoding="utf-8").replace("[12, 15, 17]", "[128, 32, 32]").replace("[1.5,", "[0.25,")
         text = text.replace("[source]", EMPTY, 1)

@@ -147,7 +147,7 @@ class TestWhatItDraws:
     @pytest.mark.parametrize(
         "change",
         [
-            ("[render]", '[render]\nclassification = "palette"\npalette_entries = 256'),
+            ("[render]", '[lab.render]\npalette_entries = 256\n[render]\nclassification = "palette"'),
             ("[textures]", "[textures]\nmipmaps = true"),
         ],
         ids=["palette", "mipmaps"],

@@ -6,6 +6,7 @@ import numpy as np
 from scene_builds import built
 
 from volprep.render.egl import context
+from volprep.scene.lab import KEYS
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
@@ -69,7 +70,9 @@ def slice_package(
     """Build the package of codes [z, y, x]."""
     folder.mkdir(parents=True, exist_ok=True)
     codes.astype(np.uint8).tofile(folder / "tiny.raw")
-    table = f"{extra}\n[slices]\n{slices}" if slices else extra
+    lab = [line for line in slices.splitlines() if line.partition(" = ")[0] in KEYS["slices"]]
+    own = [line for line in slices.splitlines() if line not in lab]
+    table = "\n".join((extra, "[slices]", *own, "[lab.slices]", *lab)) if slices else extra
     text = SCENE.format(
         profile=profile,
         head=head,

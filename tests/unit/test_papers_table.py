@@ -10,9 +10,10 @@ from typer.main import get_command
 
 from tests.papers.__main__ import PAPERS
 from tests.papers.__main__ import command_line as papers_line
+from volprep.scene.lab import misplaced, without_lab
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
-from volprep_cli.main import command_line
+from volprep_cli.main import _GROUPS, command_line
 
 TABLE = Path(__file__).parents[2] / "docs" / "PAPERS.md"
 POINTS = '[{ value = 0.2, colour = "#ffffff", extinction_per_mm = 1.0 }]'
@@ -41,12 +42,15 @@ def test_each_row_has_a_command_or_a_key(command) -> None:
         return
     if command.startswith("volprep "):
         words = command.split()
-        program = get_command(command_line(words[1:]))
-        options = {option for each in program.commands[words[1]].params for option in each.opts}
+        verb = get_command(command_line(words[1:])).commands[words[1]]
+        verb = verb.commands[words[2]] if words[1] in _GROUPS else verb
+        options = {option for each in verb.params for option in each.opts}
         assert {word for word in words if word.startswith("-")} <= options
         return
     transfer = "" if command.startswith("transfer") else f'transfer = [{{ name = "a", points = {POINTS} }}]\n'
     light = LIGHT if "lighting" in command and "baked" not in command else ""
     light += LIT if command.startswith("lighting.") and light else ""
-    scene = Scene.model_validate(tomllib.loads(f"{command}\n{light}{transfer}{REST}"))
+    tables = tomllib.loads(f"{command}\n{light}{transfer}{REST}")
+    assert not list(misplaced(tables))
+    scene = Scene.model_validate(without_lab(tables))
     load_profile(scene.profile, TABLE.parent)

@@ -3,8 +3,9 @@ from pathlib import Path
 import pytest
 from phantom_scene import SCENE
 
+from volprep.scene.lab import KEYS
 from volprep.scene.profiles import load_profile
-from volprep.scene.scene import load_scene
+from volprep.scene.scene import load_scene, table_of
 from volprep_formats.diagnostics import VolprepError
 
 SAMPLES = sorted((Path(__file__).parents[2] / "sample_specs").glob("*.toml"))
@@ -25,6 +26,9 @@ def test_a_sample_is_a_scene_that_says_what_it_shows(path) -> None:
         (None, r"VP3001 .*: cannot read the file: No such file"),
         ("name = ", r"VP3002 .*: not a TOML file: Invalid value"),
         (GOOD.replace("coarsest_longest_axis", "coarsest_axis"), r"VP3003 .*: pyramid.coarsest_axis: unknown key"),
+        (f"{GOOD}[skip]\nepsilon = 0.1\n", r"VP3003 .*: skip.epsilon: this key is now in the table \[lab.skip\]"),
+        (f'{GOOD}[lab.skip]\nkind = "none"\n', r"VP3003 .*: lab.skip.kind: \[lab\] has no such key; see skip.kind"),
+        (f"{GOOD}[lab]\nskip = 3\n", r"VP3003 .*: lab.skip: \[lab\] has no such key; see skip"),
         (GOOD.replace("[pyramid]", "[pyramyd]"), r"VP3003 .*: pyramyd: unknown key"),
         (GOOD.replace('"#804020"', '"red"'), r"VP3003 .*: transfer.0.points.0.colour"),
         (GOOD.replace("0.2 }", "-0.2 }"), r"VP3003 .*: transfer.0.points.1.extinction_per_mm: .*greater than or equal"),
@@ -45,3 +49,13 @@ def test_a_byte_order_mark_of_an_editor_is_no_part_of_the_scene(tmp_path) -> Non
     for name, encoding in (("plain", "utf-8"), ("marked", "utf-8-sig")):
         (tmp_path / f"{name}.toml").write_text(GOOD, encoding=encoding)
     assert load_scene(tmp_path / "marked.toml") == load_scene(tmp_path / "plain.toml")
+
+
+def test_keys_of_the_laboratory_are_those_of_their_tables(tmp_path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        f'{GOOD}[skip]\nkind = "none"\n[lab.skip]\nepsilon = 0.1\n[lab.mosaic]\ngutter = 2\n', encoding="utf-8"
+    )
+    scene = load_scene(path)
+    assert (scene.skip.kind, scene.skip.epsilon, scene.mosaic.gutter) == ("none", 0.1, 2)
+    assert all(keys <= table_of(name).model_fields.keys() for name, keys in KEYS.items())

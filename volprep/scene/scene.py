@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self, get_args
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from volprep.scene.colour import ColourSettings, with_colour_channels
+from volprep.scene.lab import misplaced, without_lab
 from volprep.scene.points import PhysicalValue
 from volprep.scene.presets import load_preset
 from volprep.scene.segments import SegmentsSettings
@@ -444,7 +445,7 @@ class Scene(Record):
     @model_validator(mode="after")
     def _lighting_has_normals_along_the_box(self) -> Self:
         if self.render.lighting != "none" and self.normals is not None and self.normals.space != "box":
-            msg = f"render.lighting reads normals along the volume's axes, but normals.space is {self.normals.space}"
+            msg = f"render.lighting reads normals along the volume's axes, but lab.normals.space is {self.normals.space}"
             raise ValueError(msg)
         return self
 
@@ -489,7 +490,7 @@ class Scene(Record):
     def _meshes_are_for_transfers_that_are_there(self) -> Self:
         unknown = set(self.proxy.transfers if self.proxy else ()) - {transfer.name for transfer in self.transfer}
         if unknown:
-            msg = f"proxy.transfers names {', '.join(sorted(unknown))}, which is no transfer function of the scene"
+            msg = f"lab.proxy.transfers names {', '.join(sorted(unknown))}, which is no transfer function of the scene"
             raise ValueError(msg)
         return self
 
@@ -584,9 +585,11 @@ def load_scene(path: Path) -> Scene:
 
     Raises VP3001 to VP3003 for a file that is missing, no TOML, or wrong in a key or value.
     """
-    table = read_toml(path)
+    tables = read_toml(path)
+    if wrong := "; ".join(misplaced(tables)):
+        raise VolprepError("VP3003", path=path, problems=wrong)
     try:
-        return Scene.model_validate(table)
+        return Scene.model_validate(without_lab(tables))
     except ValidationError as error:
         raise VolprepError("VP3003", path=path, problems=problems(error, Scene)) from error
 

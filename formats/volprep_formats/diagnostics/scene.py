@@ -108,7 +108,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3043": Diagnostic(
         ExitStatus.SCENE,
         "labels would get colours of other labels: {problem}",
-        "Set render.classification to lookup, or render.palette_entries to 256.",
+        "Set render.classification to lookup, or lab.render.palette_entries to 256.",
     ),
     "VP3044": Diagnostic(
         ExitStatus.SCENE,
@@ -221,9 +221,9 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3166": Diagnostic(
         ExitStatus.SCENE,
-        "hybrid.opacity {opacity} is for buffers without alpha, but pictures of profile {profile}, which has shaders, "
+        "lab.hybrid.opacity {opacity} is for buffers without alpha, but pictures of profile {profile}, which has shaders, "
         "have it",
-        "Leave hybrid.opacity out, or choose a profile of OpenGL ES 1.1.",
+        "Leave lab.hybrid.opacity out, or choose a profile of OpenGL ES 1.1.",
     ),
     "VP3180": Diagnostic(
         ExitStatus.SCENE,
