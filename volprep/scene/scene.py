@@ -445,7 +445,8 @@ class Scene(Record):
     @model_validator(mode="after")
     def _lighting_has_normals_along_the_box(self) -> Self:
         if self.render.lighting != "none" and self.normals is not None and self.normals.space != "box":
-            msg = f"render.lighting reads normals along the volume's axes, but lab.normals.space is {self.normals.space}"
+            space = self.normals.space
+            msg = f"render.lighting reads normals along the volume's axes, but lab.normals.space is {space}"
             raise ValueError(msg)
         return self
 

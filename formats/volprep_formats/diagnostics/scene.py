@@ -221,8 +221,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3166": Diagnostic(
         ExitStatus.SCENE,
-        "lab.hybrid.opacity {opacity} is for buffers without alpha, but pictures of profile {profile}, which has shaders, "
-        "have it",
+        "lab.hybrid.opacity {opacity} is for buffers without alpha, but pictures of profile {profile}, which has "
+        "shaders, have it",
         "Leave lab.hybrid.opacity out, or choose a profile of OpenGL ES 1.1.",
     ),
     "VP3180": Diagnostic(

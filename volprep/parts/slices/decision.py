@@ -87,7 +87,7 @@ def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> Tex
         if wanted:
             raise VolprepError("VP3060", problem=f"profile {profile.name} has no shaders, and {what} needs them")
     if scene.source.labels and settings.layers > 1:
-        raise VolprepError("VP3060", problem="lab.slices.layers mixes neighbouring slices, and labels have nothing between")
+        raise VolprepError("VP3060", problem="lab.slices.layers mixes slices, and labels have nothing between them")
     if len(set(settings.stacks)) < len(settings.stacks):
         raise VolprepError("VP3060", problem="lab.slices.stacks names an axis twice")
     texel: TextureFormat = "RGBA8" if settings.form == "rgba" else "PALETTE8_RGBA8"
