@@ -7,10 +7,11 @@ from typing import get_args
 
 import pytest
 
-from volprep.report.page import _KINDS, page
+from volprep.report.page import page
 from volprep.report.text import number
 from volprep.validation.report_record import Report
 from volprep_formats.package.manifest import PlanItem
+from volprep_formats.readers import READERS, title_of
 from volprep_formats.source import SourceFormat
 
 VOID = {"meta", "link", "img", "br", "input", "hr"}
@@ -151,7 +152,8 @@ def test_the_draw_time_stands_with_the_samples_that_are_taken(elements: Elements
 
 
 def test_every_source_format_has_words_of_its_own() -> None:
-    assert set(_KINDS) == {*get_args(SourceFormat)} - {"auto"}
+    assert {reader.name for reader in READERS} == {*get_args(SourceFormat)} - {"auto"}
+    assert title_of("nifti") == "a NIfTI volume"
 
 
 def test_a_package_beyond_the_tolerance_says_in_how_many_views(report: Report) -> None:

@@ -24,34 +24,13 @@ from volprep.validation.records import ProgramResult, SweepPoint, ViewResult, Wa
 from volprep.validation.report_record import Report
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest, Tolerance
+from volprep_formats.readers import title_of
 
 _WAYS: dict[WayName, str] = {
     "neither": "neither",
     "table": "skip table",
     "mesh": "proxy mesh",
     "both": "both",
-}
-
-_KINDS = {
-    "analyze": "an Analyze volume",
-    "dicom": "a DICOM series",
-    "metaimage": "a MetaImage volume",
-    "mgh": "a FreeSurfer volume",
-    "minc": "a MINC volume",
-    "mrc": "an MRC volume",
-    "mrtrix": "an MRtrix image",
-    "mosaic": "a mosaic of slices",
-    "nifti": "a NIfTI volume",
-    "npy": "a NumPy array",
-    "nrrd": "an NRRD volume",
-    "ome-tiff": "an OME-TIFF volume",
-    "ome-zarr": "an OME-Zarr volume",
-    "raw": "a raw volume",
-    "stack": "a stack of pictures",
-    "vdb": "an OpenVDB grid",
-    "volpkg": "a volume package",
-    "vti": "a VTK volume",
-    "vtk": "a VTK volume",
 }
 
 
@@ -157,7 +136,7 @@ def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]
 def _kind(manifest: Manifest) -> str:
     """Return the kind of scan, with its article."""
     info = manifest.source.info
-    name = _KINDS.get(info.format, f"a {info.format} volume")
+    name = title_of(info.format)
     name = f"{name} ({info.modality})" if info.modality else name
     more = len(manifest.channels) - 1
     return f"{name} and {more} more {'channel' if more == 1 else 'channels'}" if more else name

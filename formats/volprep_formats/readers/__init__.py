@@ -19,19 +19,6 @@ from volprep_formats.regular_files import check_regular_or_folder, unpacked_head
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
 _HEAD_BYTES = 4096
-_OME = frozenset(("ome-tiff", "ome-zarr"))
-_CHANNEL_KEYS: dict[str, Literal["channel", "volume"]] = {
-    "nifti": "volume",
-    "ome-tiff": "channel",
-    "ome-zarr": "channel",
-    "stack": "channel",
-    "volpkg": "channel",
-}
-"""Formats whose files may hold several channels, and the field of a source that chooses one by its number."""
-
-
-_IN_COLOUR = frozenset(("dicom", "metaimage", "nifti", "npy", "nrrd", "stack", "vdb", "vti", "vtk", *_OME))
-"""Formats whose voxels may have colours."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +30,12 @@ class Reader:
     """Module with `open_volume(spec, path, progress) -> VolumeSource`; imported on demand, because it is heavy."""
     knows: Callable[[SourceSpec, Path, bytes], bool]
     """Whether the source is of this format, by what the scene says, the path, and a file's first bytes, unpacked."""
+    title: str
+    """What it is, for people, with an article."""
+    keys: tuple[str, ...] = ()
+    """Keys of [source] that some formats alone have, and this one too."""
+    numbers: Literal["channel", "volume"] | None = None
+    """Key that chooses one of several channels of a file by its number; None if files have one channel."""
 
 
 def _is_stack(spec: SourceSpec, folder: Path) -> bool:
@@ -82,55 +75,115 @@ def _is_package(folder: Path) -> bool:
 
 
 READERS = (
-    Reader("raw", "raw", lambda spec, _path, _head: spec.raw is not None),
-    Reader("mosaic", "mosaic", lambda spec, _path, _head: spec.mosaic is not None),
-    Reader("volpkg", "volpkg", lambda _spec, path, _head: _is_package(path)),
-    Reader("ome-zarr", "ome.zarr_image", lambda _spec, path, head: is_zarr(path, head)),
-    Reader("ome-tiff", "ome.tiff", _is_ome_tiff),
+    Reader("raw", "raw", lambda spec, _path, _head: spec.raw is not None, "a raw volume", ("raw",)),
+    Reader(
+        "mosaic",
+        "mosaic",
+        lambda spec, _path, _head: spec.mosaic is not None,
+        "a mosaic of slices",
+        ("rgb", "mosaic"),
+    ),
+    Reader(
+        "volpkg",
+        "volpkg",
+        lambda _spec, path, _head: _is_package(path),
+        "a volume package",
+        ("channel", "level"),
+        numbers="channel",
+    ),
+    Reader(
+        "ome-zarr",
+        "ome.zarr_image",
+        lambda _spec, path, head: is_zarr(path, head),
+        "an OME-Zarr volume",
+        ("series", "volume", "channel", "level", "missing", "colour"),
+        numbers="channel",
+    ),
+    Reader(
+        "ome-tiff",
+        "ome.tiff",
+        _is_ome_tiff,
+        "an OME-TIFF volume",
+        ("series", "volume", "channel", "colour"),
+        numbers="channel",
+    ),
     Reader(
         "dicom",
         "dicom.reader",
         lambda spec, path, head: (
             has_prefix(head) or (path.is_dir() and (spec.series is not None or not _is_stack(spec, path)))
         ),
+        "a DICOM series",
+        ("series", "volume", "volumes_by", "repair", "rgb", "colour"),
     ),
     Reader(
         "stack",
         "pictures.stack",
         lambda spec, path, head: path.is_dir() or spec.stack is not None or kind_of(head) is not None,
+        "a stack of pictures",
+        ("volume", "channel", "rgb", "colour", "stack"),
+        numbers="channel",
     ),
     Reader(
         "nifti",
         "nifti",
         lambda _spec, _path, head: head[344:347] in {b"n+1", b"ni1"} or head[4:7] in {b"n+2", b"ni2"},
+        "a NIfTI volume",
+        ("volume", "colour"),
+        numbers="volume",
     ),
     Reader(
         "metaimage",
         "metaimage",
         lambda _spec, _path, head: re.search(rb"^[ \t]*NDims[ \t]*=", head, re.MULTILINE) is not None,
+        "a MetaImage volume",
+        ("volume", "colour"),
     ),
-    Reader("mrtrix", "mrtrix", lambda _spec, _path, head: head.startswith(b"mrtrix image")),
-    Reader("nrrd", "nrrd", lambda _spec, _path, head: head[:4] == b"NRRD"),
-    Reader("vdb", "vdb.reader", lambda _spec, _path, head: head[:4] == b" BDV"),
-    Reader("vti", "vtk.vti", lambda _spec, _path, head: b"<VTKFile" in head),
+    Reader(
+        "mrtrix",
+        "mrtrix",
+        lambda _spec, _path, head: head.startswith(b"mrtrix image"),
+        "an MRtrix image",
+        ("volume",),
+    ),
+    Reader("nrrd", "nrrd", lambda _spec, _path, head: head[:4] == b"NRRD", "an NRRD volume", ("volume", "colour")),
+    Reader("vdb", "vdb.reader", lambda _spec, _path, head: head[:4] == b" BDV", "an OpenVDB grid", ("colour", "grid")),
+    Reader("vti", "vtk.vti", lambda _spec, _path, head: b"<VTKFile" in head, "a VTK volume", ("colour",)),
     Reader(
         "npy",
         "numpy_array",
         lambda _spec, path, head: head[:6] == b"\x93NUMPY" or (_ends(path, ".npz") and head[:4] == b"PK\3\4"),
+        "a NumPy array",
+        ("colour", "array"),
     ),
-    Reader("mrc", "mrc", lambda _spec, _path, head: head[208:212] in {b"MAP ", b"MAP\0"}),
-    Reader("minc", "minc.reader", _is_minc),
+    Reader("mrc", "mrc", lambda _spec, _path, head: head[208:212] in {b"MAP ", b"MAP\0"}, "an MRC volume"),
+    Reader("minc", "minc.reader", _is_minc, "a MINC volume", ("volume",)),
     # A version of 1 is weak evidence: the name must agree.
-    Reader("mgh", "mgh", lambda _spec, path, head: head[:4] == b"\0\0\0\1" and _ends(path, ".mgh", ".mgz", ".gz")),
+    Reader(
+        "mgh",
+        "mgh",
+        lambda _spec, path, head: head[:4] == b"\0\0\0\1" and _ends(path, ".mgh", ".mgz", ".gz"),
+        "a FreeSurfer volume",
+        ("volume",),
+    ),
     # The size of the header, in either byte order. NIfTI's has the same, and has been asked for before.
     Reader(
         "analyze",
         "analyze",
         lambda _spec, path, head: head[:4] in {b"\x5c\1\0\0", b"\0\0\1\x5c"} and _ends(path, ".hdr"),
+        "an Analyze volume",
+        ("volume",),
     ),
-    Reader("vtk", "vtk.legacy", lambda _spec, _path, head: head[:14] == b"# vtk DataFile"),
+    Reader("vtk", "vtk.legacy", lambda _spec, _path, head: head[:14] == b"# vtk DataFile", "a VTK volume", ("colour",)),
 )
 """All source formats, in the order in which they are tried."""
+_KEYS = tuple(dict.fromkeys(key for reader in READERS for key in reader.keys))
+"""Keys of [source] that some formats alone have."""
+
+
+def title_of(name: str) -> str:
+    """Return what a source format is, for people; one that this version does not know has its name."""
+    return next((reader.title for reader in READERS if reader.name == name), f"a {name} volume")
 
 
 def open_source(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSource:
@@ -165,8 +218,8 @@ def format_of_source(spec: SourceSpec, base: Path) -> SourceFormat:
 
 def channels_of(path: Path) -> list[str]:
     """Names of the channels of a file or folder, "" where they have none. Raises what `list_channels` raises."""
-    several = format_of(path) in _CHANNEL_KEYS
-    return list_channels(SourceSpec(path=path_text(path)), Path())[1] if several else [""]
+    spec = SourceSpec(path=path_text(path))
+    return [""] if _found(spec, Path())[1].numbers is None else list_channels(spec, Path())[1]
 
 
 def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "volume"], list[str]]:
@@ -175,10 +228,10 @@ def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "vol
     Raises what `open_source` raises, and VP1242 for a format whose files have one channel.
     """
     path, reader = _found(spec, base)
-    if reader.name not in _CHANNEL_KEYS:
+    if reader.numbers is None:
         raise VolprepError("VP1242", path=path, format=reader.name)
     names: list[str] = import_module(f"{__name__}.{reader.module}").channel_names(spec, path)
-    return _CHANNEL_KEYS[reader.name], names
+    return reader.numbers, names
 
 
 def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
@@ -195,27 +248,9 @@ def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
 
 def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> Any:
     path, reader = _found(spec, base)
-    for key, value, format_names in (
-        ("raw", spec.raw, {"raw"}),
-        ("series", spec.series, {"dicom", *_OME}),
-        (
-            "volume",
-            spec.volume,
-            {"analyze", "dicom", "metaimage", "mgh", "minc", "mrtrix", "nifti", "nrrd", "stack", *_OME},
-        ),
-        ("volumes_by", spec.volumes_by, {"dicom"}),
-        ("channel", spec.channel, {"stack", "volpkg", *_OME}),
-        ("level", spec.level, {"ome-zarr", "volpkg"}),
-        ("missing", spec.missing, {"ome-zarr"}),
-        ("repair", spec.repair or None, {"dicom"}),
-        ("rgb", spec.rgb, {"dicom", "stack", "mosaic"}),
-        ("colour", spec.colour, _IN_COLOUR),
-        ("grid", spec.grid, {"vdb"}),
-        ("stack", spec.stack, {"stack"}),
-        ("mosaic", spec.mosaic, {"mosaic"}),
-        ("array", spec.array, {"npy"}),
-    ):
-        if value is not None and reader.name not in format_names:
+    for key in _KEYS:
+        # `repair` is an empty tuple if it is absent.
+        if getattr(spec, key) not in (None, ()) and key not in reader.keys:
             raise VolprepError("VP1004", path=path, key=key, format=reader.name)
     try:
         return getattr(import_module(f"{__name__}.{reader.module}"), function)(spec, path, progress)
