@@ -1,108 +1,34 @@
 """The plan of one channel: first its own decisions, then the ones that depend on the settings of all channels."""
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Protocol
 
-from volprep.compositing import COMPOSITINGS
 from volprep.parts.case import Case
+from volprep.parts.channel_scan import ChannelScan
 from volprep.parts.classification.decision import StepLengths, choose_tables
 from volprep.parts.compression.decision import choose_form
-from volprep.parts.headlight import soft_slope
 from volprep.parts.layout.decision import lay_out
-from volprep.parts.levels.label_rays import LabelLooks
-from volprep.parts.levels.view_rays import FINER_PER_VOXEL, view_rays
 from volprep.parts.light.trial import try_light
 from volprep.parts.part import Decided, LaidOut
 from volprep.parts.programs.decision import ray_casters
 from volprep.parts.programs.early_end import EarlyEnd, behind_cutoff, cutoff_of, light_cost
-from volprep.parts.programs.patch_rays import PatchRays
-from volprep.parts.programs.step import choose_steps, has_error_of_steps, layers_of
+from volprep.parts.programs.step import choose_steps, layers_of
 from volprep.parts.registry import PARTS
-from volprep.parts.segments.looks import segments_of, style_looks
-from volprep.parts.skip.occupancy import shown_blocks
-from volprep.parts.slices.decision import SlicesChoice, describe_slices, plan_of_slices
+from volprep.parts.slices.channel import channel_of_slices
 from volprep.parts.values.decision import choose_values
-from volprep.parts.values.items import describe_codes
 from volprep.plan.decisions import CompressionChoice, LightChoice, StepChoice, ValueChoice
-from volprep.plan.functions import describe_functions
 from volprep.plan.products import SubvolumesPlan
 from volprep.plan.records import ChannelPlan, CropPlan, LevelPlan, Shared
-from volprep.plan.whole_source import WholeSource
-from volprep.scan.segments.record import FoundSegments
-from volprep.scan.slabs import RawVolume
-from volprep.scan.statistics import Measured
-from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import LAID_OVER
-from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.source import SourceInfo
 
 
-@dataclass(frozen=True)
-class ChannelScan:
-    """One channel of a scan, and the scene's settings for it."""
-
-    name: str
-    """Name of the channel."""
-    scene: Scene
-    """The scene with the source and the transfer functions of this channel alone."""
-    info: SourceInfo
-    """Description of the source."""
-    measured: Measured
-    """Measurements of the source."""
-    functions: tuple[TransferFunction, ...]
-    """Its transfer functions over physical values."""
-    whole: WholeSource | None = None
-    """The source itself, where it has been imported; compression is decided on it."""
-    segments: FoundSegments | None = None
-    """Segments of the scan; None if the scene wants none."""
-    voxels: RawVolume | None = None
-    """Stored values of the source, if known; the step of level 0 is measured along rays through them."""
-    labels: RawVolume | None = None
-    """Label of each voxel of the source, as the import numbered them, if known."""
-    finest: Sequence[PatchRays] = ()
-    """These rays."""
-    finer: Callable[[], Sequence[PatchRays]] | None = None
-    """Samples the same rays more finely; None without such rays."""
-
-    def with_rays(self, crop: CropPlan, grid: Grid, profile: DeviceProfile) -> "ChannelScan":
-        """Return the same with rays through the part of the source that is level 0, if they are needed."""
-        if self.voxels is None or not profile.has_shaders or not has_error_of_steps(self.scene):
-            return self
-        if self.scene.render.step_voxels != "auto" and self.scene.render.classification != "auto":
-            return self
-        compositing = COMPOSITINGS[self.scene.render.compositing]
-        tables = [Table.exact(each) for each in self.functions]
-        seen = shown_blocks(self.measured.blocks, [compositing.visible_table(each) for each in tables])
-        lit = None
-        if self.scene.render.lighting != "none":
-            # Samples are hidden only behind samples that are blended.
-            lit = tables if compositing.ends_early else ()
-        soft, labelled = soft_slope(self.scene.lighting.normals), self._labelled()
-        rays = partial(view_rays, self.voxels, self.info, self.measured, seen, crop, grid, lit=lit, soft_slope=soft)
-        sample = partial(rays, labelled=labelled)
-        return replace(self, finest=sample(), finer=partial(sample, per_voxel=FINER_PER_VOXEL))
-
-    def _labelled(self) -> LabelLooks | None:
-        """Return the labels of segments that are laid over each other, and their looks; None without them."""
-        wanted, found = self.scene.segments, self.segments
-        if wanted is None or found is None or self.labels is None or self.scene.render.compositing not in LAID_OVER:
-            return None
-        record, order = segments_of(found, wanted, [each.name for each in self.scene.transfer], self.scene.name)
-        return LabelLooks(self.labels, style_looks(record)[:, list(order)])
-
-    def valued(self, profile: DeviceProfile) -> ValueChoice:
-        """Choose its codes.
-
-        Raises VP3020, VP3021, VP3025 and VP3026 for codes that cannot be.
-        """
-        return choose_values(self.scene, profile, self.info, self.measured, self.functions)
+def valued(scan: ChannelScan, profile: DeviceProfile) -> ValueChoice:
+    """Choose the codes of a channel. Raises VP3020, VP3021, VP3025 and VP3026 for codes that cannot be."""
+    return choose_values(scan.scene, profile, scan.info, scan.measured, scan.functions)
 
 
 class Begun(Protocol):
@@ -143,7 +69,7 @@ def begin(scan: ChannelScan, values: ValueChoice, profile: DeviceProfile, crop: 
         lighting = scan.scene.lighting.model_copy(update={"baked": "none"})
         scan = replace(scan, scene=scan.scene.model_copy(update={"lighting": lighting}))
     if not profile.has_shaders:
-        return _Slices(scan, values, plan_of_slices(scan.name, scan.scene, profile, grid, scan.functions))
+        return channel_of_slices(scan, values, profile, grid)
     case = Case(
         channel=scan.name,
         scene=scan.scene,
@@ -196,52 +122,6 @@ def _in_pieces(channel: LaidOut) -> list[LevelPlan]:
     subvolumes, layout = channel.part(SubvolumesPlan), channel.layout
     finest = () if subvolumes is None or not subvolumes.programs else layout.candidates[:1]
     return [level for level in finest if level.index < layout.levels[0].index]
-
-
-@dataclass(frozen=True)
-class _Slices:
-    """A channel that becomes stacks of slices."""
-
-    scan: ChannelScan
-    values: ValueChoice
-    choice: SlicesChoice
-
-    @property
-    def steps(self) -> tuple[StepChoice, ...]:
-        distance_mm = min(stack.distance_mm for stack in self.choice.slices.stacks)
-        return (StepChoice(self.choice.level.index, distance_mm, "slices are as far apart as voxels are"),)
-
-    @property
-    def early_end(self) -> EarlyEnd:
-        return EarlyEnd(0.0, 0.0, 0.0)
-
-    def finished(self, shared: Shared) -> "_FinishedSlices":
-        plan = ChannelPlan(
-            channel=self.scan.name,
-            shared=shared,
-            transfer_functions=self.scan.functions,
-            quantize=self.values.quantize,
-            levels=(self.choice.level,),
-            volumes=(),
-            lookups=(),
-            parts=(self.choice.slices,),
-            programs=(),
-        )
-        return _FinishedSlices(plan, self)
-
-
-@dataclass(frozen=True)
-class _FinishedSlices:
-    """The plan of stacks of slices."""
-
-    plan: ChannelPlan
-    begun: _Slices
-
-    def items(self, plan: ChannelPlan) -> tuple[PlanItem, ...]:
-        scan, begun = self.begun.scan, self.begun
-        codes = describe_codes(plan, scan.scene, begun.values)
-        functions = describe_functions(scan.scene, scan.functions)
-        return (*codes, *describe_slices(plan, begun.choice), *functions)
 
 
 @dataclass(frozen=True)

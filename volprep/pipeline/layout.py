@@ -8,12 +8,13 @@ and once more without them if these are refused.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from volprep.parts.channel_scan import ChannelScan
 from volprep.parts.compression.colour import choose_blocks, no_room, why_no_blocks
 from volprep.parts.programs.early_end import EarlyEnd, most
 from volprep.parts.programs.step import common_steps, measures_steps
 from volprep.parts.together.decision import DrawnTogether, choose_together
 from volprep.parts.together.packing import Packed, pack_channels
-from volprep.pipeline.channel_plan import ChannelScan, Finished, begin
+from volprep.pipeline.channel_plan import Finished, begin
 from volprep.plan.decisions import CompressionChoice, ValueChoice
 from volprep.plan.hybrid import plan_hybrid
 from volprep.plan.records import ChannelPlan, CropPlan, Shared

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.channel_rays import with_rays
+from volprep.parts.channel_scan import ChannelScan
 from volprep.parts.classification.automatic import (
     ClassificationChoice,
     ScanRays,
@@ -21,7 +23,7 @@ from volprep.parts.segments.decision import used_functions
 from volprep.parts.segments.extent import style_boxes
 from volprep.parts.together.decision import plan_together
 from volprep.parts.values.items import describe_border
-from volprep.pipeline.channel_plan import ChannelScan
+from volprep.pipeline.channel_plan import valued
 from volprep.pipeline.costs import planned_costs
 from volprep.pipeline.layout import lay_channels_out
 from volprep.pipeline.stage_graph import planned_stages
@@ -80,7 +82,7 @@ def make_plan(
 
     `labels` are the labels of `segments` on the grid of the source, if known: steps are measured with them.
 
-    Raises the errors of parts, of `begin` and of `ChannelScan.valued`, VP1244 for parts that do not support several
+    Raises the errors of parts, of `begin` and of `valued`, VP1244 for parts that do not support several
     channels, VP3031 and VP3032 for impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3060 for
     unnecessary slices, VP3080 for parts that do not allow editing of transfer functions.
     """
@@ -93,8 +95,8 @@ def make_plan(
     for scan in scans:
         for part in PARTS:
             part.require_scan(scan.scene, grid, scan.functions, scan.measured)
-    values = [scan.valued(profile) for scan in scans]
-    scans = [scan.with_rays(crop, grid, profile) for scan in scans]
+    values = [valued(scan, profile) for scan in scans]
+    scans = [with_rays(scan, crop, grid, profile) for scan in scans]
     classified = None
     if wanted == "auto":
         classified = _classification(scans, values, profile, kinds, grid)
