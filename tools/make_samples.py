@@ -48,6 +48,7 @@ def write_sources(folder: Path) -> None:
     codes = np.rint(70 * body + 150 * bone + 40 * organ).astype(np.uint8)
     labels = np.where(bone > 0.5, 1, np.where(organ > 0.5, 2, 0)).astype(np.uint8)
     codes.tofile(folder / "body.raw")
+    np.pad(codes, ((0, 0), (0, 0), (0, 20))).tofile(folder / "wide.raw")
     np.rint(230 * organ).astype(np.uint8).tofile(folder / "activity.raw")
     affine = np.diag([-1.0, -1.0, 1.5, 1.0])
     nibabel.save(nibabel.Nifti1Image(codes.T, affine), folder / "body.nii")

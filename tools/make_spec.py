@@ -1,18 +1,22 @@
-"""Write the generated pages: fields and example of formats/spec, and the tables of sample_specs/README.md.
+"""Write what is generated in formats/spec and sample_specs/README.md: tables of fields, and examples.
 
 A test compares the files; run this when it fails.
 
     python tools/make_spec.py
 
-In sample_specs/README.md a table is between the lines `<!-- fields of NAME -->` and `<!-- end -->`.
+In a written page a table is between the lines `<!-- fields of NAME -->` and `<!-- end -->`, and a part of a sample's
+manifest between `<!-- example KEY of SAMPLE -->` and `<!-- end -->`. KEY is a key, or `textures[role=skip]` for the
+first item of a list with that value; `a.b` is `b` in `a`.
 """
 
 import json
 import re
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from example_manifest import example
+from json_lines import json_lines
 from pydantic import BaseModel
 from scene_schema import scene_schema
 
@@ -25,12 +29,15 @@ _ROOT = Path(__file__).parent.parent
 FIELDS = _ROOT / "formats" / "spec" / "fields.md"
 EXAMPLE = _ROOT / "formats" / "spec" / "example.md"
 SCENES = _ROOT / "sample_specs" / "README.md"
+PAGES = sorted({*FIELDS.parent.glob("*.md")} - {FIELDS, EXAMPLE})
+"""Written pages of the specification, with examples."""
 DOCUMENTS: dict[Path, tuple[type[BaseModel], ...]] = {
     FIELDS: (Manifest, SubvolumeGrid),
     SCENES: (DeviceProfile, Scene),
 }
 """Each text with tables, and the models whose fields they list, with every record in them."""
 _TABLE = re.compile(r"(<!-- fields of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_EXAMPLE = re.compile(r"(<!-- example (\S+) of (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _BASES = {"ChannelSpec": "SourceSpec"}
 """Records that have all fields of another one: their tables list the others."""
 _PATTERNS = {"^[0-9a-f]{64}$": "64 hexadecimal digits", "^[a-z0-9_-]+(": "[path](README.md#paths)"}
@@ -53,11 +60,26 @@ def generated(path: Path) -> str:
     """Return the text that a generated page should have."""
     if path == EXAMPLE:
         return f"{_EXAMPLE_HEAD}\n```jsonc\n{example()}```\n"
-    records = records_of(path)
     if path == FIELDS:
-        return "\n".join([_FIELDS_HEAD, *sections(records)])
+        return "\n".join([_FIELDS_HEAD, *sections(records_of(path))])
     text = path.read_text(encoding="utf-8")
+    if path in PAGES:
+        return _EXAMPLE.sub(
+            lambda match: f"{match[1]}\n```json\n{part_of_sample(*match.group(2, 3))}\n```\n\n{match[4]}", text
+        )
+    records = records_of(path)
     return _TABLE.sub(lambda match: f"{match[1]}\n{field_table(match[2], records)}\n{match[3]}", text)
+
+
+def part_of_sample(key: str, sample: str) -> str:
+    """JSON text of a part of the manifest of a sample package."""
+    with zipfile.ZipFile(_ROOT / "formats" / "samples" / f"{sample}.volpkg.zip") as package:
+        value = json.loads(package.read("manifest.json"))
+    for name, field, wanted in re.findall(r"(\w+)(?:\[(\w+)=([\w-]+)\])?", key):
+        value = value[name]
+        if field:
+            value = next(item for item in value if item.get(field) == wanted)
+    return "\n".join(json_lines({name: value}))
 
 
 def sections(records: dict[str, Schema]) -> Iterator[str]:
@@ -156,7 +178,7 @@ def _bound(value: float) -> str:
 
 
 def main() -> None:
-    for path in (FIELDS, EXAMPLE, SCENES):
+    for path in (FIELDS, EXAMPLE, SCENES, *PAGES):
         path.write_text(generated(path), encoding="utf-8")
         print(path)
 

@@ -46,8 +46,8 @@ def generator() -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize("path", GENERATED, ids=lambda path: path.name)
-def test_the_tables_of_fields_are_those_of_the_models_and_the_example_is_that_of_a_build(
+@pytest.mark.parametrize("path", [*GENERATED, *WRITTEN], ids=lambda path: path.name)
+def test_the_tables_of_fields_are_those_of_the_models_and_the_examples_those_of_builds(
     path: Path, generator: ModuleType
 ) -> None:
     assert generator.generated(path) == path.read_text(encoding="utf-8"), (

@@ -108,7 +108,7 @@ def test_the_reader_of_the_text_draws_every_level_as_volprep_does(package, reade
 
 
 @pytest.mark.long(keep=1)
-@pytest.mark.parametrize("name", sorted(set(SAMPLES) - {"slices", "sub-volumes-point"}))
+@pytest.mark.parametrize("name", sorted(set(SAMPLES) - {"slices", "sub-volumes-point", "slabs"}))
 def test_the_reader_of_the_text_draws_the_picture_of_a_sample(name, reader, tmp_path) -> None:
     sample, size = SAMPLES[name], (SIDE, SIDE)
     with zipfile.ZipFile(sample.package) as file:
