@@ -78,7 +78,7 @@ def part_of_sample(key: str, sample: str) -> str:
     for name, field, wanted in re.findall(r"(\w+)(?:\[(\w+)=([\w-]+)\])?", key):
         value = value[name]
         if field:
-            value = next(item for item in value if item.get(field) == wanted)
+            value = next(item for item in value if str(item.get(field)) == wanted)
     return "\n".join(json_lines({name: value}))
 
 
