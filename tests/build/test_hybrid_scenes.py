@@ -83,7 +83,7 @@ def test_what_is_not_drawn_is_not_shipped(tmp_path):
 
 @pytest.mark.parametrize("opacity", ["alpha", "black-and-white", "white-volume", "luminance-average"])
 def test_without_shaders_the_package_says_where_opacity_comes_from(tmp_path, opacity):
-    path = package_in(tmp_path, "ray-casting", "gles1", f'{HYBRID}opacity = "{opacity}"\n')
+    path = package_in(tmp_path, "ray-casting", "gles1", f'{HYBRID}[lab.hybrid]\nopacity = "{opacity}"\n')
     hybrid = Package.open(path).manifest.render.hybrid
     assert (hybrid.opacity, hybrid.shaders) == (opacity, ())
     picture = drawn(path)
@@ -93,7 +93,7 @@ def test_without_shaders_the_package_says_where_opacity_comes_from(tmp_path, opa
 
 def test_an_estimate_of_opacity_is_refused_where_pictures_have_alpha(tmp_path):
     with pytest.raises(VolprepError, match="VP3166"):
-        plan_build(scene_in(tmp_path, tables=f'{HYBRID}opacity = "white-volume"\n'), Silent())
+        plan_build(scene_in(tmp_path, tables=f'{HYBRID}[lab.hybrid]\nopacity = "white-volume"\n'), Silent())
 
 
 @pytest.mark.parametrize("side", [0, 8193])
