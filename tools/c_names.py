@@ -11,7 +11,6 @@ RECORDS = {
     "DrawCost": "cost",
     "Drawing": "drawing_record",
     "FileRecord": "file",
-    "GlFormat": "gl",
     "JointHistogram": "histogram",
     "LightPass": "pass",
     "Manifest": "package",
@@ -38,6 +37,8 @@ TEXTS = frozenset(("vertex", "fragment", "cost", "offsets", "place", "depth"))
 ENUMS = {
     "Blend.order": "draw_order",
     "DeviceProfile.texture_formats": "texture_format",
+    "SubvolumeGrid.texture_format": "texture_format",
+    "Texture.format": "texture_format",
     "FileRecord.role": "file_role",
     "GridPoint.kind": "point_kind",
     "GridPoint.moves": "move",
@@ -54,75 +55,12 @@ ENUMS = {
     "Uniform.type": "uniform_type",
 }
 """Name of the enum of a key. Other enums: their key."""
-OPEN_ENUMS = frozenset(("DeviceProfile.texture_formats", "FileRecord.role", "Texture.role"))
+OPEN_ENUMS = frozenset(("DeviceProfile.texture_formats", "FileRecord.role", "Texture.format", "Texture.role"))
 """Open words with some known to the header. The other open words are strings."""
 
-_GL = {
-    "LUMINANCE": 0x1909,
-    "LUMINANCE_ALPHA": 0x190A,
-    "RED": 0x1903,
-    "RG": 0x8227,
-    "RGB": 0x1907,
-    "RGBA": 0x1908,
-    "R8": 0x8229,
-    "RG8": 0x822B,
-    "RGB8": 0x8051,
-    "RGBA8": 0x8058,
-    "RGB8_SNORM": 0x8F96,
-    "RGBA8_SNORM": 0x8F97,
-    "SRGB8_ALPHA8": 0x8C43,
-    "R16_EXT": 0x822A,
-    "R16F": 0x822D,
-    "RGBA16F": 0x881A,
-    "PALETTE8_RGBA8_OES": 0x8B96,
-    "COMPRESSED_R11_EAC": 0x9270,
-    "COMPRESSED_RGBA8_ETC2_EAC": 0x9278,
-    "COMPRESSED_RGBA_ASTC_4x4_KHR": 0x93B0,
-    "COMPRESSED_RGBA_ASTC_5x5_KHR": 0x93B2,
-    "COMPRESSED_RGBA_ASTC_6x6_KHR": 0x93B4,
-    "COMPRESSED_RGBA_ASTC_8x8_KHR": 0x93B7,
-    "COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR": 0x93D0,
-    "TEXTURE_2D": 0x0DE1,
-    "TEXTURE_3D": 0x806F,
-    "BYTE": 0x1400,
-    "UNSIGNED_BYTE": 0x1401,
-    "UNSIGNED_SHORT": 0x1403,
-    "HALF_FLOAT": 0x140B,
-    "ZERO": 0,
-    "ONE": 1,
-    "ONE_MINUS_SRC_ALPHA": 0x0303,
-    "ONE_MINUS_DST_ALPHA": 0x0305,
-}
-"""Numbers of OpenGL, from Khronos' registry."""
-_INTERNAL = (
-    *("LUMINANCE", "LUMINANCE_ALPHA", "RGB", "RGBA", "R8", "RG8", "RGB8", "RGBA8", "RGB8_SNORM", "RGBA8_SNORM"),
-    *(
-        "SRGB8_ALPHA8",
-        "R16_EXT",
-        "R16F",
-        "RGBA16F",
-        "PALETTE8_RGBA8_OES",
-        "COMPRESSED_R11_EAC",
-        "COMPRESSED_RGBA8_ETC2_EAC",
-    ),
-    *(f"COMPRESSED_RGBA_ASTC_{size}x{size}_KHR" for size in (4, 5, 6, 8)),
-    "COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR",
-)
-
-
-def _gl(*words: str) -> dict[str, int]:
-    return {word: _GL[word] for word in words}
-
-
-GL_WORDS = {
-    "GlFormat.target": _gl("TEXTURE_2D", "TEXTURE_3D"),
-    "GlFormat.internal_format": _gl(*_INTERNAL),
-    "GlFormat.format": _gl("LUMINANCE", "LUMINANCE_ALPHA", "RED", "RG", "RGB", "RGBA"),
-    "GlFormat.type": _gl("UNSIGNED_BYTE", "BYTE", "UNSIGNED_SHORT", "HALF_FLOAT"),
-    "Blend.colour": _gl("ZERO", "ONE", "ONE_MINUS_SRC_ALPHA", "ONE_MINUS_DST_ALPHA"),
-    "Blend.alpha": _gl("ZERO", "ONE", "ONE_MINUS_SRC_ALPHA", "ONE_MINUS_DST_ALPHA"),
-}
-"""Words that become numbers of OpenGL. Another word where the schema has no list becomes 0xFFFFFFFF."""
+_FACTORS = {"ZERO": 0, "ONE": 1, "ONE_MINUS_SRC_ALPHA": 0x0303, "ONE_MINUS_DST_ALPHA": 0x0305}
+GL_WORDS = {"Blend.colour": _FACTORS, "Blend.alpha": _FACTORS}
+"""Words that become numbers of OpenGL, from Khronos' registry."""
 
 LIMITS = {
     "Channel.levels": 64,
@@ -178,7 +116,11 @@ ADDED = {
         ("int64_t texel_bytes;", "Size of the texels."),
     ),
     "SubvolumeFiles": (("const volpkg_subvolume_grid* grid;", "The parsed grid."),),
+    "SubvolumeGrid": (
+        ("volpkg_gl gl;", "How OpenGL ES takes a piece; it follows from the format, the dimension and the API."),
+    ),
     "Texture": (
+        ("volpkg_gl gl;", "How OpenGL ES takes it; it follows from the format, the dimension and the API."),
         ("const volpkg_file* file;", "File that holds the texels."),
         ("const void* texels;", "In the mapping. UNPACK_ALIGNMENT is 1; clamp to the edge along all axes."),
         ("int64_t texel_bytes;", "Size of all texels."),

@@ -37,7 +37,6 @@ _COMMENTS = {
     "direction": "row by row; the columns are the directions of x, y and z in the patient",
     "files": "every file but this one, in order of path; in a real manifest sizes and digests are not 0",
     "generator": "what wrote the package",
-    "gl": "names of OpenGL constants without GL_",
     "grid": "the voxels of level 0 in the patient",
     "levels": "resolutions, finest first",
     "opacity_cutoff": "early ray termination",

@@ -91,7 +91,7 @@ class Header:
         is_null = len(choices) < len(field.get("anyOf", choices))
         if is_null and ((found.struct and "*" not in found.declared) or place in names.POINTERS):
             return self._pointer(found)
-        if is_null and found.name.endswith("_word") and found.name not in ("gl_format_word", "gl_type_word"):
+        if is_null and found.name.endswith("_word"):
             enum = self.enums[found.name.removesuffix("_word")]
             enum.insert(0, "none") if "none" not in enum else None
         return found
@@ -102,7 +102,7 @@ class Header:
             name = record_name(record)
             return CType(f"{_snake(record)}_record", f"volpkg_{name} {{}};", struct=names.SHARED.get(record, record))
         if place in names.GL_WORDS and "prefixItems" not in field:
-            return self._gl(place, closed="enum" in field)
+            return self._gl(place)
         if place in names.OPEN_ENUMS and "examples" in field:
             return self._words(place, field["examples"], is_open=True)
         if "const" in field:
@@ -150,16 +150,15 @@ class Header:
         if is_open:
             self.open_enums.add(enum)
         name = f"{_snake(place.partition('.')[0])}_{enum}" if enum == "role" else enum
+        name = f"known_{name}" if enum in self.open_enums and not is_open else name
         rows = "".join(f'{{"{word}", {_constant(enum, word)}}}, ' for word in words)
         other = f"VOLPKG_{enum.upper()}_OTHER" if is_open else "0"
         kind = "VOLPKG__OPEN" if is_open else "VOLPKG__NAMED"
         return CType(f"{name}_word", f"volpkg_{enum} {{}};", self._word_table(name, kind, other, rows))
 
-    def _gl(self, place: str, *, closed: bool) -> CType:
-        name = "factor" if place.startswith("Blend") else f"gl_{place.partition('.')[2]}"
+    def _gl(self, place: str) -> CType:
         rows = "".join(f'{{"{word}", {number:#06x}}}, ' for word, number in names.GL_WORDS[place].items())
-        kind = "VOLPKG__NAMED" if closed else "VOLPKG__GL"
-        return CType(f"{name}_word", "uint32_t {};", self._word_table(name, kind, "0", rows))
+        return CType("factor_word", "uint32_t {};", self._word_table("factor", "VOLPKG__NAMED", "0", rows))
 
     def _const(self, word: str) -> CType:
         name = f"only_{re.sub(r'[^a-z]', '_', word)}"

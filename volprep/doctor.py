@@ -215,7 +215,7 @@ def _drawn(probed: ProfileProbes, known: set[str]) -> Iterator[Fact]:
         if f"{each.api} {each.capability}" not in known:
             yield Fact(
                 topic="drawing",
-                name=each.capability,
+                name=f"{each.api} {each.capability}",
                 found=False,
                 needed=needed and each.size is None,
                 detail=f"{each.code} {each.words}",

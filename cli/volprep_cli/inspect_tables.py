@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from volprep_formats.package.channel import Channel
     from volprep_formats.package.manifest import Manifest, Tolerance
     from volprep_formats.package.parts.segments.record import Segments
-    from volprep_formats.package.texture import GlFormat, Texture
+    from volprep_formats.package.texture import Texture
     from volprep_formats.package.transfer_function import TransferFunction
 
 Rows = list[tuple[str, ...]]
@@ -81,13 +81,13 @@ def _textures(manifest: "Manifest") -> PrintedTable:
             texture.name,
             _holds(texture),
             voxels_text(texture.shape_zyx),
-            _gl_format(texture.gl),
+            f"{texture.format} {texture.dimension}",
             bytes_text(sizes.get(texture.file, 0)),
             texture.file,
         )
         for texture in manifest.textures
     ]
-    return PrintedTable("TEXTURES", ("texture", "holds", "texels x×y×z", "GL format", "size", "file"), rows)
+    return PrintedTable("TEXTURES", ("texture", "holds", "texels x×y×z", "format", "size", "file"), rows)
 
 
 def _transfer_functions(manifest: "Manifest") -> PrintedTable:
@@ -251,8 +251,3 @@ def _holds(texture: "Texture") -> str:
     many = "slice" if mosaic.slices_per_texel == 1 else "slices"
     tiles = f"{mosaic.tiles_x}×{mosaic.tiles_y} tiles of {mosaic.slices_per_texel}{order} {many}"
     return f"{level}{part}: {tiles}{gutter}"
-
-
-def _gl_format(gl: "GlFormat") -> str:
-    words = (gl.internal_format, gl.format, gl.type)
-    return f"{gl.target} {'/'.join(word for word in words if word)}"

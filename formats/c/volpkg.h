@@ -134,6 +134,14 @@ typedef struct volpkg_mesh_part {
     int32_t index_count;
 } volpkg_mesh_part;
 
+/* How OpenGL ES takes a texture: numbers of its constants. */
+typedef struct volpkg_gl {
+    uint32_t target;          /* GL_TEXTURE_2D or GL_TEXTURE_3D */
+    uint32_t internal_format; /* for example GL_R8 */
+    uint32_t format;          /* of the pixels, for example GL_RED; 0 if they are compressed */
+    uint32_t type;            /* of the pixels, for example GL_UNSIGNED_BYTE; 0 if they are compressed */
+} volpkg_gl;
+
 /* ==== records, written by tools/make_c_schema.py: do not edit ==== */
 /* clang-format off */
 typedef enum volpkg_api { VOLPKG_API_ES1_1, VOLPKG_API_ES2_0, VOLPKG_API_ES3_0 } volpkg_api;
@@ -144,6 +152,7 @@ typedef enum volpkg_classification { VOLPKG_CLASSIFICATION_LOOKUP, VOLPKG_CLASSI
 typedef enum volpkg_compositing { VOLPKG_COMPOSITING_EMISSION_ABSORPTION, VOLPKG_COMPOSITING_BACK_TO_FRONT,
     VOLPKG_COMPOSITING_MAXIMUM, VOLPKG_COMPOSITING_MINIMUM, VOLPKG_COMPOSITING_AVERAGE, VOLPKG_COMPOSITING_MIDA,
     VOLPKG_COMPOSITING_FIRST_HIT, VOLPKG_COMPOSITING_ISOSURFACE } volpkg_compositing;
+typedef enum volpkg_dimension { VOLPKG_DIMENSION_2D, VOLPKG_DIMENSION_3D } volpkg_dimension;
 typedef enum volpkg_draw_order { VOLPKG_DRAW_ORDER_FRONT_TO_BACK, VOLPKG_DRAW_ORDER_BACK_TO_FRONT } volpkg_draw_order;
 typedef enum volpkg_file_role { VOLPKG_FILE_ROLE_TEXTURE, VOLPKG_FILE_ROLE_SHADER, VOLPKG_FILE_ROLE_PREVIEW,
     VOLPKG_FILE_ROLE_GRID, VOLPKG_FILE_ROLE_SUBVOLUME, VOLPKG_FILE_ROLE_MESH, VOLPKG_FILE_ROLE_HISTOGRAM,
@@ -194,14 +203,14 @@ typedef enum volpkg_technique { VOLPKG_TECHNIQUE_RAY_CASTING, VOLPKG_TECHNIQUE_R
     VOLPKG_TECHNIQUE_TWO_PASS, VOLPKG_TECHNIQUE_TWO_PASS_AS_PUBLISHED, VOLPKG_TECHNIQUE_SLABS, VOLPKG_TECHNIQUE_TILES,
     VOLPKG_TECHNIQUE_AXIS_SLICES, VOLPKG_TECHNIQUE_VIEW_SLICES, VOLPKG_TECHNIQUE_VIEW_SLICES_AS_PUBLISHED }
     volpkg_technique;
-typedef enum volpkg_texture_format { VOLPKG_TEXTURE_FORMAT_LUMINANCE8, VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8,
-    VOLPKG_TEXTURE_FORMAT_RGB8, VOLPKG_TEXTURE_FORMAT_RGBA8, VOLPKG_TEXTURE_FORMAT_R8, VOLPKG_TEXTURE_FORMAT_RG8,
-    VOLPKG_TEXTURE_FORMAT_RGB8_SNORM, VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM, VOLPKG_TEXTURE_FORMAT_SRGB8_ALPHA8,
-    VOLPKG_TEXTURE_FORMAT_R16, VOLPKG_TEXTURE_FORMAT_R16F, VOLPKG_TEXTURE_FORMAT_RGBA16F,
-    VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8, VOLPKG_TEXTURE_FORMAT_EAC_R11, VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8,
-    VOLPKG_TEXTURE_FORMAT_ASTC_4X4, VOLPKG_TEXTURE_FORMAT_ASTC_5X5, VOLPKG_TEXTURE_FORMAT_ASTC_6X6,
-    VOLPKG_TEXTURE_FORMAT_ASTC_8X8, VOLPKG_TEXTURE_FORMAT_ASTC_4X4_SRGB, VOLPKG_TEXTURE_FORMAT_OTHER /* of a later
-    version: ignore it */ } volpkg_texture_format;
+typedef enum volpkg_texture_format { VOLPKG_TEXTURE_FORMAT_R8UNORM, VOLPKG_TEXTURE_FORMAT_RG8UNORM,
+    VOLPKG_TEXTURE_FORMAT_RGB8UNORM, VOLPKG_TEXTURE_FORMAT_RGB8SNORM, VOLPKG_TEXTURE_FORMAT_RGBA8UNORM,
+    VOLPKG_TEXTURE_FORMAT_RGBA8SNORM, VOLPKG_TEXTURE_FORMAT_RGBA8UNORM_SRGB, VOLPKG_TEXTURE_FORMAT_R16UNORM,
+    VOLPKG_TEXTURE_FORMAT_R16FLOAT, VOLPKG_TEXTURE_FORMAT_RGBA16FLOAT, VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8UNORM,
+    VOLPKG_TEXTURE_FORMAT_EAC_R11UNORM, VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8UNORM, VOLPKG_TEXTURE_FORMAT_ASTC_4X4_UNORM,
+    VOLPKG_TEXTURE_FORMAT_ASTC_5X5_UNORM, VOLPKG_TEXTURE_FORMAT_ASTC_6X6_UNORM, VOLPKG_TEXTURE_FORMAT_ASTC_8X8_UNORM,
+    VOLPKG_TEXTURE_FORMAT_ASTC_4X4_UNORM_SRGB, VOLPKG_TEXTURE_FORMAT_OTHER /* of a later version: ignore it */ }
+    volpkg_texture_format;
 typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG_UNIFORM_SOURCE_STEP_MM,
     VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX, VOLPKG_UNIFORM_SOURCE_MIPMAP, VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX,
     VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM, VOLPKG_UNIFORM_SOURCE_BLOCK_HIGH_MM, VOLPKG_UNIFORM_SOURCE_SPLIT_VOXEL,
@@ -561,18 +570,6 @@ typedef struct volpkg_editing {
     VOLPKG_LIST(volpkg_histogram) histograms;
 } volpkg_editing;
 
-/* Arguments of glTexImage2D, glTexImage3D and glCompressedTexImage2D, as names of constants without GL_. */
-typedef struct volpkg_gl {
-    /* Binding target, for example TEXTURE_3D for GL_TEXTURE_3D. */
-    uint32_t target;
-    /* Internal format, for example R8 for GL_R8. */
-    uint32_t internal_format;
-    /* Format of the pixels, for example RED for GL_RED; absent if they are compressed. */
-    uint32_t format;
-    /* Type of the pixels, for example UNSIGNED_BYTE; absent if they are compressed. */
-    uint32_t type;
-} volpkg_gl;
-
 /* A point where up to eight pieces meet. The device holds the pieces around one point at a time. */
 typedef struct volpkg_grid_point {
     /* Number of axes along which the point is outermost. Three: corner. Two: edge, or column edge if only y varies.
@@ -844,11 +841,13 @@ typedef struct volpkg_texture {
        tint and opacity of each label. label-sets: the labels in each block of a level, which no program samples. light:
        light of a transfer function that was computed once. A reader ignores textures of other roles. */
     volpkg_role role;
-    /* KTX 2 file. If gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold: the bytes for
-       glCompressedTexImage2D. */
+    /* KTX 2 file. If the format is palette8-rgba8unorm, which KTX 2 cannot hold: the bytes for glCompressedTexImage2D.
+       */
     const char* path;
-    /* Upload parameters. */
-    volpkg_gl gl;
+    /* Format of a texel; SPEC.md has the constants of OpenGL ES. */
+    volpkg_texture_format format;
+    /* Dimension: 2d or 3d. */
+    volpkg_dimension dimension;
     /* For a volume that holds its level as bricks: layout of the bricks. `mosaic` is then the layout of the pool. NULL
        if absent. */
     const volpkg_bricks* bricks;
@@ -869,6 +868,8 @@ typedef struct volpkg_texture {
     const char* encoder;
     /* For slices: the slices in the texture, and their positions. NULL if absent. */
     const volpkg_slices* slices;
+    /* How OpenGL ES takes it; it follows from the format, the dimension and the API. */
+    volpkg_gl gl;
     /* File that holds the texels. */
     const volpkg_file* file;
     /* In the mapping. UNPACK_ALIGNMENT is 1; clamp to the edge along all axes. */
@@ -976,9 +977,11 @@ typedef struct volpkg_subvolume_grid {
     /* Layers of voxels that a piece holds beyond its cuts, on each side where the volume goes on: for the differences
        that light a sample. Absent for none. 0 if absent. */
     int32_t ghost;
-    /* Upload parameters of a piece. Texels of two or three components hold a value and a label: one byte, or two with
+    /* Format of a texel of a piece. Texels of two or three components hold a value and a label: one byte, or two with
        the low one first. */
-    volpkg_gl gl;
+    volpkg_texture_format texture_format;
+    /* Dimension of the texture of a piece. */
+    volpkg_dimension dimension;
     /* Texture filter of a piece: nearest if voxels are labels. */
     volpkg_filter filter;
     /* Layout of a piece in a 2D texture, where devices have no 3D textures: one for all pieces. Voxel (x, y, z) of a
@@ -993,6 +996,8 @@ typedef struct volpkg_subvolume_grid {
     VOLPKG_LIST(volpkg_grid_point) points;
     /* Conversion of the direction of view to a move. */
     volpkg_view_thresholds view;
+    /* How OpenGL ES takes a piece; it follows from the format, the dimension and the API. */
+    volpkg_gl gl;
 } volpkg_subvolume_grid;
 
 /* Level 0 in sub-volumes. */
@@ -2527,7 +2532,6 @@ enum {
     VOLPKG__NAMED,   /* an enum: one of `names` */
     VOLPKG__OPEN,    /* the same, or `exact` for any other word */
     VOLPKG__CONST,   /* the only word of `names`; nothing is kept of it */
-    VOLPKG__GL,      /* uint32_t: one of `names`, or all bits for another */
     VOLPKG__DIGEST,  /* unsigned char[32] */
     VOLPKG__RECORD,  /* struct of `fields` */
     VOLPKG__POINTER, /* pointer to `item` */
@@ -2823,7 +2827,6 @@ static volpkg_code volpkg__read(volpkg__json* j, const volpkg__type* type, const
         case VOLPKG__NAMED:
         case VOLPKG__OPEN:
         case VOLPKG__CONST:
-        case VOLPKG__GL:
         case VOLPKG__DIGEST:
             return volpkg__read_word(j, type, key, to);
         case VOLPKG__RECORD:
@@ -3047,16 +3050,17 @@ static const volpkg__named volpkg__api_words[] = {{"es1.1", VOLPKG_API_ES1_1}, {
     {"es3.0", VOLPKG_API_ES3_0}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__api_word, VOLPKG__NAMED, 0, volpkg__api_words)
 VOLPKG__NUMBERS(volpkg__int_from_64, VOLPKG__INT, int32_t, 64.0, 2147483647.0, 1)
-static const volpkg__named volpkg__texture_format_words[] = {{"LUMINANCE8", VOLPKG_TEXTURE_FORMAT_LUMINANCE8},
-    {"LUMINANCE_ALPHA8", VOLPKG_TEXTURE_FORMAT_LUMINANCE_ALPHA8}, {"RGB8", VOLPKG_TEXTURE_FORMAT_RGB8},
-    {"RGBA8", VOLPKG_TEXTURE_FORMAT_RGBA8}, {"R8", VOLPKG_TEXTURE_FORMAT_R8}, {"RG8", VOLPKG_TEXTURE_FORMAT_RG8},
-    {"RGB8_SNORM", VOLPKG_TEXTURE_FORMAT_RGB8_SNORM}, {"RGBA8_SNORM", VOLPKG_TEXTURE_FORMAT_RGBA8_SNORM},
-    {"SRGB8_ALPHA8", VOLPKG_TEXTURE_FORMAT_SRGB8_ALPHA8}, {"R16", VOLPKG_TEXTURE_FORMAT_R16},
-    {"R16F", VOLPKG_TEXTURE_FORMAT_R16F}, {"RGBA16F", VOLPKG_TEXTURE_FORMAT_RGBA16F},
-    {"PALETTE8_RGBA8", VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8}, {"EAC_R11", VOLPKG_TEXTURE_FORMAT_EAC_R11},
-    {"ETC2_RGBA8", VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8}, {"ASTC_4X4", VOLPKG_TEXTURE_FORMAT_ASTC_4X4},
-    {"ASTC_5X5", VOLPKG_TEXTURE_FORMAT_ASTC_5X5}, {"ASTC_6X6", VOLPKG_TEXTURE_FORMAT_ASTC_6X6},
-    {"ASTC_8X8", VOLPKG_TEXTURE_FORMAT_ASTC_8X8}, {"ASTC_4X4_SRGB", VOLPKG_TEXTURE_FORMAT_ASTC_4X4_SRGB}, {NULL, 0}};
+static const volpkg__named volpkg__texture_format_words[] = {{"r8unorm", VOLPKG_TEXTURE_FORMAT_R8UNORM},
+    {"rg8unorm", VOLPKG_TEXTURE_FORMAT_RG8UNORM}, {"rgb8unorm", VOLPKG_TEXTURE_FORMAT_RGB8UNORM},
+    {"rgb8snorm", VOLPKG_TEXTURE_FORMAT_RGB8SNORM}, {"rgba8unorm", VOLPKG_TEXTURE_FORMAT_RGBA8UNORM},
+    {"rgba8snorm", VOLPKG_TEXTURE_FORMAT_RGBA8SNORM}, {"rgba8unorm-srgb", VOLPKG_TEXTURE_FORMAT_RGBA8UNORM_SRGB},
+    {"r16unorm", VOLPKG_TEXTURE_FORMAT_R16UNORM}, {"r16float", VOLPKG_TEXTURE_FORMAT_R16FLOAT},
+    {"rgba16float", VOLPKG_TEXTURE_FORMAT_RGBA16FLOAT},
+    {"palette8-rgba8unorm", VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8UNORM},
+    {"eac-r11unorm", VOLPKG_TEXTURE_FORMAT_EAC_R11UNORM}, {"etc2-rgba8unorm", VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8UNORM},
+    {"astc-4x4-unorm", VOLPKG_TEXTURE_FORMAT_ASTC_4X4_UNORM}, {"astc-5x5-unorm", VOLPKG_TEXTURE_FORMAT_ASTC_5X5_UNORM},
+    {"astc-6x6-unorm", VOLPKG_TEXTURE_FORMAT_ASTC_6X6_UNORM}, {"astc-8x8-unorm", VOLPKG_TEXTURE_FORMAT_ASTC_8X8_UNORM},
+    {"astc-4x4-unorm-srgb", VOLPKG_TEXTURE_FORMAT_ASTC_4X4_UNORM_SRGB}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__texture_format_word, VOLPKG__OPEN, VOLPKG_TEXTURE_FORMAT_OTHER, volpkg__texture_format_words)
 VOLPKG__MANY(volpkg__texture_format_word_list, volpkg__texture_format_word, 0, 2147483647.0)
 VOLPKG__NUMBERS(volpkg__int_16_or_32, VOLPKG__INT, int32_t, 16, 32, 16)
@@ -3140,30 +3144,6 @@ static const volpkg__field volpkg__file_record_fields[] = {
     {"sha256", &volpkg__digest, offsetof(volpkg_file, sha256), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__file_record_record, volpkg_file, volpkg__file_record_fields)
-static const volpkg__named volpkg__gl_target_words[] = {{"TEXTURE_2D", 0x0de1}, {"TEXTURE_3D", 0x806f}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__gl_target_word, VOLPKG__NAMED, 0, volpkg__gl_target_words)
-static const volpkg__named volpkg__gl_internal_format_words[] = {{"LUMINANCE", 0x1909}, {"LUMINANCE_ALPHA", 0x190a},
-    {"RGB", 0x1907}, {"RGBA", 0x1908}, {"R8", 0x8229}, {"RG8", 0x822b}, {"RGB8", 0x8051}, {"RGBA8", 0x8058},
-    {"RGB8_SNORM", 0x8f96}, {"RGBA8_SNORM", 0x8f97}, {"SRGB8_ALPHA8", 0x8c43}, {"R16_EXT", 0x822a}, {"R16F", 0x822d},
-    {"RGBA16F", 0x881a}, {"PALETTE8_RGBA8_OES", 0x8b96}, {"COMPRESSED_R11_EAC", 0x9270},
-    {"COMPRESSED_RGBA8_ETC2_EAC", 0x9278}, {"COMPRESSED_RGBA_ASTC_4x4_KHR", 0x93b0},
-    {"COMPRESSED_RGBA_ASTC_5x5_KHR", 0x93b2}, {"COMPRESSED_RGBA_ASTC_6x6_KHR", 0x93b4},
-    {"COMPRESSED_RGBA_ASTC_8x8_KHR", 0x93b7}, {"COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR", 0x93d0}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__gl_internal_format_word, VOLPKG__GL, 0, volpkg__gl_internal_format_words)
-static const volpkg__named volpkg__gl_format_words[] = {{"LUMINANCE", 0x1909}, {"LUMINANCE_ALPHA", 0x190a},
-    {"RED", 0x1903}, {"RG", 0x8227}, {"RGB", 0x1907}, {"RGBA", 0x1908}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__gl_format_word, VOLPKG__GL, 0, volpkg__gl_format_words)
-static const volpkg__named volpkg__gl_type_words[] = {{"UNSIGNED_BYTE", 0x1401}, {"BYTE", 0x1400},
-    {"UNSIGNED_SHORT", 0x1403}, {"HALF_FLOAT", 0x140b}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__gl_type_word, VOLPKG__GL, 0, volpkg__gl_type_words)
-static const volpkg__field volpkg__gl_format_fields[] = {
-    {"target", &volpkg__gl_target_word, offsetof(volpkg_gl, target), VOLPKG__NEEDED, 0, NULL},
-    {"internal_format", &volpkg__gl_internal_format_word, offsetof(volpkg_gl, internal_format), VOLPKG__NEEDED, 0,
-     NULL},
-    {"format", &volpkg__gl_format_word, offsetof(volpkg_gl, format), VOLPKG__NULLABLE, 0, NULL},
-    {"type", &volpkg__gl_type_word, offsetof(volpkg_gl, type), VOLPKG__NULLABLE, 0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__gl_format_record, volpkg_gl, volpkg__gl_format_fields)
 static const volpkg__named volpkg__point_kind_words[] = {{"corner", VOLPKG_POINT_KIND_CORNER},
     {"edge", VOLPKG_POINT_KIND_EDGE}, {"column edge", VOLPKG_POINT_KIND_COLUMN_EDGE},
     {"plane", VOLPKG_POINT_KIND_PLANE}, {"interior", VOLPKG_POINT_KIND_INTERIOR}, {NULL, 0}};
@@ -3330,6 +3310,9 @@ static const volpkg__named volpkg__texture_role_words[] = {{"volume", VOLPKG_ROL
     {"slices", VOLPKG_ROLE_SLICES}, {"labels", VOLPKG_ROLE_LABELS}, {"looks", VOLPKG_ROLE_LOOKS},
     {"label-sets", VOLPKG_ROLE_LABEL_SETS}, {"light", VOLPKG_ROLE_LIGHT}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__texture_role_word, VOLPKG__OPEN, VOLPKG_ROLE_OTHER, volpkg__texture_role_words)
+static const volpkg__named volpkg__dimension_words[] = {{"2d", VOLPKG_DIMENSION_2D}, {"3d", VOLPKG_DIMENSION_3D},
+    {NULL, 0}};
+VOLPKG__WORDS(volpkg__dimension_word, VOLPKG__NAMED, 0, volpkg__dimension_words)
 VOLPKG__MAYBE(volpkg__brick_layout_record_pointer, volpkg__brick_layout_record)
 static const volpkg__named volpkg__normal_code_words[] = {{"biased8", VOLPKG_NORMAL_CODE_BIASED8},
     {"snorm8", VOLPKG_NORMAL_CODE_SNORM8}, {"oct8", VOLPKG_NORMAL_CODE_OCT8}, {"oct12", VOLPKG_NORMAL_CODE_OCT12},
@@ -3389,7 +3372,8 @@ static const volpkg__field volpkg__texture_fields[] = {
     {"name", &volpkg__string, offsetof(volpkg_texture, name), VOLPKG__NEEDED, 0, NULL},
     {"role", &volpkg__texture_role_word, offsetof(volpkg_texture, role), VOLPKG__NEEDED, 0, NULL},
     {"file", &volpkg__path, offsetof(volpkg_texture, path), VOLPKG__NEEDED, 0, NULL},
-    {"gl", &volpkg__gl_format_record, offsetof(volpkg_texture, gl), VOLPKG__NEEDED, 0, NULL},
+    {"format", &volpkg__texture_format_word, offsetof(volpkg_texture, format), VOLPKG__NEEDED, 0, NULL},
+    {"dimension", &volpkg__dimension_word, offsetof(volpkg_texture, dimension), VOLPKG__NEEDED, 0, NULL},
     {"bricks", &volpkg__brick_layout_record_pointer, offsetof(volpkg_texture, bricks), VOLPKG__NULLABLE, 0, NULL},
     {"part", &volpkg__int_from_0, offsetof(volpkg_texture, part), 0, 0.0, NULL},
     {"max_extinction_per_mm", &volpkg__real, offsetof(volpkg_texture, max_extinction_per_mm), VOLPKG__NULLABLE, 0,
@@ -3723,6 +3707,18 @@ VOLPKG__WORDS(volpkg__only_volpkg_subvolumes_word, VOLPKG__CONST, 0, volpkg__onl
 VOLPKG__NUMBERS(volpkg__int_from_2, VOLPKG__INT, int32_t, 2.0, 2147483647.0, 1)
 VOLPKG__EXACTLY(volpkg__int_from_0_list_x3, volpkg__int_from_0_list, 3, volpkg__list)
 VOLPKG__NUMBERS(volpkg__int_from_1_to_1, VOLPKG__INT, int32_t, 1.0, 1.0, 1)
+static const volpkg__named volpkg__known_texture_format_words[] = {{"r8unorm", VOLPKG_TEXTURE_FORMAT_R8UNORM},
+    {"rg8unorm", VOLPKG_TEXTURE_FORMAT_RG8UNORM}, {"rgb8unorm", VOLPKG_TEXTURE_FORMAT_RGB8UNORM},
+    {"rgb8snorm", VOLPKG_TEXTURE_FORMAT_RGB8SNORM}, {"rgba8unorm", VOLPKG_TEXTURE_FORMAT_RGBA8UNORM},
+    {"rgba8snorm", VOLPKG_TEXTURE_FORMAT_RGBA8SNORM}, {"rgba8unorm-srgb", VOLPKG_TEXTURE_FORMAT_RGBA8UNORM_SRGB},
+    {"r16unorm", VOLPKG_TEXTURE_FORMAT_R16UNORM}, {"r16float", VOLPKG_TEXTURE_FORMAT_R16FLOAT},
+    {"rgba16float", VOLPKG_TEXTURE_FORMAT_RGBA16FLOAT},
+    {"palette8-rgba8unorm", VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8UNORM},
+    {"eac-r11unorm", VOLPKG_TEXTURE_FORMAT_EAC_R11UNORM}, {"etc2-rgba8unorm", VOLPKG_TEXTURE_FORMAT_ETC2_RGBA8UNORM},
+    {"astc-4x4-unorm", VOLPKG_TEXTURE_FORMAT_ASTC_4X4_UNORM}, {"astc-5x5-unorm", VOLPKG_TEXTURE_FORMAT_ASTC_5X5_UNORM},
+    {"astc-6x6-unorm", VOLPKG_TEXTURE_FORMAT_ASTC_6X6_UNORM}, {"astc-8x8-unorm", VOLPKG_TEXTURE_FORMAT_ASTC_8X8_UNORM},
+    {"astc-4x4-unorm-srgb", VOLPKG_TEXTURE_FORMAT_ASTC_4X4_UNORM_SRGB}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__known_texture_format_word, VOLPKG__NAMED, 0, volpkg__known_texture_format_words)
 VOLPKG__MANY(volpkg__subvolume_record_list, volpkg__subvolume_record, 0, 2147483647.0)
 VOLPKG__MANY(volpkg__grid_point_record_list, volpkg__grid_point_record, 0, 2147483647.0)
 VOLPKG__EXACTLY(volpkg__real_from_0_to_180_x2, volpkg__real_from_0_to_180, 2, double)
@@ -3752,7 +3748,9 @@ static const volpkg__field volpkg__subvolume_grid_fields[] = {
     {"size", &volpkg__int_from_2, offsetof(volpkg_subvolume_grid, size), VOLPKG__NEEDED, 0, NULL},
     {"cuts_zyx", &volpkg__int_from_0_list_x3, offsetof(volpkg_subvolume_grid, cuts_zyx), VOLPKG__NEEDED, 0, NULL},
     {"ghost", &volpkg__int_from_1_to_1, offsetof(volpkg_subvolume_grid, ghost), VOLPKG__NULLABLE, 0, NULL},
-    {"gl", &volpkg__gl_format_record, offsetof(volpkg_subvolume_grid, gl), VOLPKG__NEEDED, 0, NULL},
+    {"texture_format", &volpkg__known_texture_format_word, offsetof(volpkg_subvolume_grid, texture_format),
+     VOLPKG__NEEDED, 0, NULL},
+    {"dimension", &volpkg__dimension_word, offsetof(volpkg_subvolume_grid, dimension), VOLPKG__NEEDED, 0, NULL},
     {"filter", &volpkg__filter_word, offsetof(volpkg_subvolume_grid, filter), 0, VOLPKG_FILTER_LINEAR, NULL},
     {"mosaic", &volpkg__mosaic_layout_record_pointer, offsetof(volpkg_subvolume_grid, mosaic), VOLPKG__NULLABLE, 0,
      NULL},
@@ -4190,8 +4188,8 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
 /* ---- KTX 2: Khronos KTX 2.0, and section 5 of the Khronos Data Format Specification 1.3 ---- */
 
 typedef struct volpkg__layout {
-    volpkg_texture_format profile_format[2]; /* for OpenGL ES 3, and for 1.1 and 2 */
-    uint32_t internal_format[2];
+    volpkg_texture_format texel;
+    uint32_t internal_format[2]; /* for OpenGL ES 3, and for 1.1 and 2 */
     uint32_t format[2];
     uint32_t type;
     uint32_t vk_format, type_size, channels, texel_bytes;
@@ -4204,65 +4202,13 @@ typedef struct volpkg__layout {
 #define VOLPKG__VK_ASTC_SRGB 158 /* VK_FORMAT_ASTC_4x4_SRGB_BLOCK */
 #define VOLPKG__F(name) VOLPKG_TEXTURE_FORMAT_##name
 static const volpkg__layout volpkg__layouts[] = {
-    {{VOLPKG__F(R8), VOLPKG__F(LUMINANCE8)},
-     {0x8229, 0x1909},
-     {0x1903, 0x1909},
-     0x1401,
-     9,
-     1,
-     1,
-     1,
-     1,
-     1,
-     0,
-     0,
-     255,
-     1},
-    {{VOLPKG__F(RG8), VOLPKG__F(LUMINANCE_ALPHA8)},
-     {0x822B, 0x190A},
-     {0x8227, 0x190A},
-     0x1401,
-     16,
-     1,
-     2,
-     2,
-     1,
-     1,
-     0,
-     0,
-     255,
-     2},
-    {{VOLPKG__F(RGB8), VOLPKG__F(RGB8)}, {0x8051, 0x1907}, {0x1907, 0x1907}, 0x1401, 23, 1, 3, 3, 1, 1, 0, 0, 255, 3},
-    {{VOLPKG__F(RGB8_SNORM), VOLPKG__F(RGB8_SNORM)},
-     {0x8F96, 0x8F96},
-     {0x1907, 0x1907},
-     0x1400,
-     24,
-     1,
-     3,
-     3,
-     1,
-     1,
-     0x40,
-     0xFFFFFF81u,
-     127,
-     3},
-    {{VOLPKG__F(RGBA8), VOLPKG__F(RGBA8)}, {0x8058, 0x1908}, {0x1908, 0x1908}, 0x1401, 37, 1, 4, 4, 1, 1, 0, 0, 255, 4},
-    {{VOLPKG__F(RGBA8_SNORM), VOLPKG__F(RGBA8_SNORM)},
-     {0x8F97, 0x8F97},
-     {0x1908, 0x1908},
-     0x1400,
-     38,
-     1,
-     4,
-     4,
-     1,
-     1,
-     0x40,
-     0xFFFFFF81u,
-     127,
-     4},
-    {{VOLPKG__F(SRGB8_ALPHA8), VOLPKG__F(SRGB8_ALPHA8)},
+    {VOLPKG__F(R8UNORM), {0x8229, 0x1909}, {0x1903, 0x1909}, 0x1401, 9, 1, 1, 1, 1, 1, 0, 0, 255, 1},
+    {VOLPKG__F(RG8UNORM), {0x822B, 0x190A}, {0x8227, 0x190A}, 0x1401, 16, 1, 2, 2, 1, 1, 0, 0, 255, 2},
+    {VOLPKG__F(RGB8UNORM), {0x8051, 0x1907}, {0x1907, 0x1907}, 0x1401, 23, 1, 3, 3, 1, 1, 0, 0, 255, 3},
+    {VOLPKG__F(RGB8SNORM), {0x8F96, 0x8F96}, {0x1907, 0x1907}, 0x1400, 24, 1, 3, 3, 1, 1, 0x40, 0xFFFFFF81u, 127, 3},
+    {VOLPKG__F(RGBA8UNORM), {0x8058, 0x1908}, {0x1908, 0x1908}, 0x1401, 37, 1, 4, 4, 1, 1, 0, 0, 255, 4},
+    {VOLPKG__F(RGBA8SNORM), {0x8F97, 0x8F97}, {0x1908, 0x1908}, 0x1400, 38, 1, 4, 4, 1, 1, 0x40, 0xFFFFFF81u, 127, 4},
+    {VOLPKG__F(RGBA8UNORM_SRGB),
      {0x8C43, 0x8C43},
      {0x1908, 0x1908},
      0x1401,
@@ -4276,8 +4222,8 @@ static const volpkg__layout volpkg__layouts[] = {
      0,
      255,
      4},
-    {{VOLPKG__F(R16), VOLPKG__F(R16)}, {0x822A, 0x822A}, {0x1903, 0x1903}, 0x1403, 70, 2, 1, 2, 1, 1, 0, 0, 65535, 1},
-    {{VOLPKG__F(R16F), VOLPKG__F(R16F)},
+    {VOLPKG__F(R16UNORM), {0x822A, 0x822A}, {0x1903, 0x1903}, 0x1403, 70, 2, 1, 2, 1, 1, 0, 0, 65535, 1},
+    {VOLPKG__F(R16FLOAT),
      {0x822D, 0x822D},
      {0x1903, 0x1903},
      0x140B,
@@ -4291,7 +4237,7 @@ static const volpkg__layout volpkg__layouts[] = {
      0xBF800000u,
      0x3F800000u,
      1},
-    {{VOLPKG__F(RGBA16F), VOLPKG__F(RGBA16F)},
+    {VOLPKG__F(RGBA16FLOAT),
      {0x881A, 0x881A},
      {0x1908, 0x1908},
      0x140B,
@@ -4305,78 +4251,13 @@ static const volpkg__layout volpkg__layouts[] = {
      0xBF800000u,
      0x3F800000u,
      4},
-    {{VOLPKG__F(EAC_R11), VOLPKG__F(EAC_R11)}, {0x9270, 0x9270}, {0, 0}, 0, 153, 1, 1, 8, 4, 161, 0, 0, 0xFFFFFFFFu, 1},
-    {{VOLPKG__F(ETC2_RGBA8), VOLPKG__F(ETC2_RGBA8)},
-     {0x9278, 0x9278},
-     {0, 0},
-     0,
-     151,
-     1,
-     2,
-     16,
-     4,
-     161,
-     0,
-     0,
-     0xFFFFFFFFu,
-     4},
-    {{VOLPKG__F(ASTC_4X4), VOLPKG__F(ASTC_4X4)},
-     {0x93B0, 0x93B0},
-     {0, 0},
-     0,
-     157,
-     1,
-     1,
-     16,
-     4,
-     162,
-     0,
-     0,
-     0xFFFFFFFFu,
-     1},
-    {{VOLPKG__F(ASTC_5X5), VOLPKG__F(ASTC_5X5)},
-     {0x93B2, 0x93B2},
-     {0, 0},
-     0,
-     161,
-     1,
-     1,
-     16,
-     5,
-     162,
-     0,
-     0,
-     0xFFFFFFFFu,
-     1},
-    {{VOLPKG__F(ASTC_6X6), VOLPKG__F(ASTC_6X6)},
-     {0x93B4, 0x93B4},
-     {0, 0},
-     0,
-     165,
-     1,
-     1,
-     16,
-     6,
-     162,
-     0,
-     0,
-     0xFFFFFFFFu,
-     1},
-    {{VOLPKG__F(ASTC_8X8), VOLPKG__F(ASTC_8X8)},
-     {0x93B7, 0x93B7},
-     {0, 0},
-     0,
-     171,
-     1,
-     1,
-     16,
-     8,
-     162,
-     0,
-     0,
-     0xFFFFFFFFu,
-     1},
-    {{VOLPKG__F(ASTC_4X4_SRGB), VOLPKG__F(ASTC_4X4_SRGB)},
+    {VOLPKG__F(EAC_R11UNORM), {0x9270, 0x9270}, {0, 0}, 0, 153, 1, 1, 8, 4, 161, 0, 0, 0xFFFFFFFFu, 1},
+    {VOLPKG__F(ETC2_RGBA8UNORM), {0x9278, 0x9278}, {0, 0}, 0, 151, 1, 2, 16, 4, 161, 0, 0, 0xFFFFFFFFu, 4},
+    {VOLPKG__F(ASTC_4X4_UNORM), {0x93B0, 0x93B0}, {0, 0}, 0, 157, 1, 1, 16, 4, 162, 0, 0, 0xFFFFFFFFu, 1},
+    {VOLPKG__F(ASTC_5X5_UNORM), {0x93B2, 0x93B2}, {0, 0}, 0, 161, 1, 1, 16, 5, 162, 0, 0, 0xFFFFFFFFu, 1},
+    {VOLPKG__F(ASTC_6X6_UNORM), {0x93B4, 0x93B4}, {0, 0}, 0, 165, 1, 1, 16, 6, 162, 0, 0, 0xFFFFFFFFu, 1},
+    {VOLPKG__F(ASTC_8X8_UNORM), {0x93B7, 0x93B7}, {0, 0}, 0, 171, 1, 1, 16, 8, 162, 0, 0, 0xFFFFFFFFu, 1},
+    {VOLPKG__F(ASTC_4X4_UNORM_SRGB),
      {0x93D0, 0x93D0},
      {0, 0},
      0,
@@ -4393,32 +4274,33 @@ static const volpkg__layout volpkg__layouts[] = {
 #undef VOLPKG__F
 #define VOLPKG__LAYOUTS ((int32_t)(sizeof volpkg__layouts / sizeof volpkg__layouts[0]))
 
-/* The layout of texels that are uploaded like this, or NULL. */
-static const volpkg__layout* volpkg__layout_of(const volpkg_gl* gl, volpkg_api api) {
-    int old = api != VOLPKG_API_ES3_0;
+/* The layout of texels of a format, or NULL. */
+static const volpkg__layout* volpkg__layout_of(volpkg_texture_format texel) {
     int32_t i;
-    for (i = 0; i < VOLPKG__LAYOUTS; ++i) {
-        const volpkg__layout* each = &volpkg__layouts[i];
-        if (each->internal_format[old] == gl->internal_format && each->format[old] == gl->format &&
-            each->type == gl->type)
-            return each;
-    }
+    for (i = 0; i < VOLPKG__LAYOUTS; ++i)
+        if (volpkg__layouts[i].texel == texel) return &volpkg__layouts[i];
     return NULL;
 }
 
-/* The internal format of a compressed format, or 0. */
-static uint32_t volpkg__compressed_format(const char* name) {
-    const volpkg__named* format = volpkg__texture_format_words;
-    int32_t i;
-    while (format->name != NULL && strcmp(format->name, name) != 0) ++format;
-    for (i = 0; format->name != NULL && i < VOLPKG__LAYOUTS; ++i)
-        if (volpkg__layouts[i].type == 0 && (uint32_t)volpkg__layouts[i].profile_format[0] == format->value)
-            return volpkg__layouts[i].internal_format[0];
-    return 0;
+/* How OpenGL ES takes a texture; all 0 for an unknown format. */
+static volpkg_gl volpkg__upload_of(volpkg_texture_format texel, volpkg_dimension dimension, volpkg_api api) {
+    const volpkg__layout* layout = volpkg__layout_of(texel);
+    int old = api != VOLPKG_API_ES3_0;
+    volpkg_gl gl = {0, 0, 0, 0};
+    gl.target = dimension == VOLPKG_DIMENSION_3D ? 0x806F : 0x0DE1;
+    if (texel == VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8UNORM) gl.internal_format = 0x8B96; /* PALETTE8_RGBA8_OES */
+    if (layout == NULL) return gl;
+    gl.internal_format = layout->internal_format[old];
+    gl.format = layout->format[old];
+    gl.type = layout->type;
+    return gl;
 }
 
-static volpkg_texture_format volpkg__format_of(const volpkg__layout* layout, volpkg_api api) {
-    return layout->profile_format[api != VOLPKG_API_ES3_0];
+/* The format of a name; VOLPKG_TEXTURE_FORMAT_OTHER if it is unknown. */
+static volpkg_texture_format volpkg__format_named(const char* name) {
+    const volpkg__named* format = volpkg__texture_format_words;
+    while (format->name != NULL && strcmp(format->name, name) != 0) ++format;
+    return format->name == NULL ? VOLPKG_TEXTURE_FORMAT_OTHER : (volpkg_texture_format)format->value;
 }
 
 static uint32_t volpkg__descriptor(const volpkg__layout* layout, unsigned char to[92]) {
@@ -4636,8 +4518,8 @@ static int volpkg__has_format(const volpkg_profile* profile, volpkg_texture_form
     for (i = 0; i < profile->texture_formats.count; ++i)
         if (profile->texture_formats.at[i] == format ||
             /* Its extension also has the sRGB blocks. */
-            (profile->texture_formats.at[i] == VOLPKG_TEXTURE_FORMAT_ASTC_4X4 &&
-             format == VOLPKG_TEXTURE_FORMAT_ASTC_4X4_SRGB))
+            (profile->texture_formats.at[i] == VOLPKG_TEXTURE_FORMAT_ASTC_4X4_UNORM &&
+             format == VOLPKG_TEXTURE_FORMAT_ASTC_4X4_UNORM_SRGB))
             return 1;
     return 0;
 }
@@ -4650,21 +4532,21 @@ static volpkg_code volpkg__place_texels(volpkg__reader* r, const volpkg_package*
     int32_t i, level = texture->mipmap < 0 ? 0 : texture->mipmap;
     texture->mipmaps = 0;
     for (i = 0; i < p->textures.count; ++i) texture->mipmaps += p->textures.at[i].file == file;
-    if (texture->gl.internal_format == 0x8B96 && texture->gl.format == 0 && texture->gl.type == 0) {
+    texture->gl = volpkg__upload_of(texture->format, texture->dimension, p->profile.api);
+    if (texture->format == VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8UNORM) {
         int64_t expected = 1024 + (int64_t)texture->shape_zyx[1] * texture->shape_zyx[2];
         if (file->size_bytes != expected)
             return volpkg__fail(r->error, VOLPKG_PALETTED, file->path, "its size in bytes", (double)file->size_bytes,
                                 (double)expected);
-        VOLPKG__RULE(volpkg__has_format(&p->profile, VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8), texture->name,
+        VOLPKG__RULE(volpkg__has_format(&p->profile, VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8UNORM), texture->name,
                      "the profile does not have its format");
         texture->texels = file->data;
         texture->texel_bytes = file->size_bytes;
         return VOLPKG_OK;
     }
     VOLPKG__TRY(volpkg__read_ktx(r, file, &image));
-    layout = volpkg__layout_of(&texture->gl, p->profile.api);
-    VOLPKG__RULE(layout != NULL, texture->name, "it is uploaded in a way that no package has");
-    VOLPKG__RULE(volpkg__has_format(&p->profile, volpkg__format_of(layout, p->profile.api)), texture->name,
+    layout = volpkg__layout_of(texture->format);
+    VOLPKG__RULE(layout != NULL && volpkg__has_format(&p->profile, texture->format), texture->name,
                  "the profile does not have its format");
     VOLPKG__RULE(layout == image.layout, file->path, "it has another format than the manifest says");
     VOLPKG__RULE((texture->gl.target == 0x806F) == (image.dimensions == 3), file->path,
@@ -4930,6 +4812,7 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
     grid = (volpkg_subvolume_grid*)volpkg__take(r, 1, sizeof *grid);
     if (grid == NULL) return volpkg__no_room(r);
     VOLPKG__TRY(volpkg__read(&j, &volpkg__subvolume_grid_record, "grid", grid));
+    grid->gl = volpkg__upload_of(grid->texture_format, grid->dimension, p->profile.api);
     VOLPKG__TRY(volpkg__check_cuts(r, file->path, grid));
     VOLPKG__TRY(volpkg__check_pieces(r, file->path, grid));
     VOLPKG__RULE(p->grid != NULL && volpkg__same_shape(p->grid->shape_zyx, grid->shape_zyx), file->path,
@@ -4943,7 +4826,7 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
         VOLPKG__TRY(volpkg__read_ktx(r, volpkg_find_file(p, files->whole), &image));
         if (image.packed) return volpkg__no_ktx(r, volpkg_find_file(p, files->whole), "it must not be compressed");
     }
-    layout = volpkg__layout_of(&grid->gl, p->profile.api);
+    layout = volpkg__layout_of(grid->texture_format);
     for (i = 0; i < grid->subvolumes.count; ++i) {
         volpkg_piece* piece = (volpkg_piece*)&grid->subvolumes.at[i];
         int32_t shape_zyx[3];
@@ -5147,15 +5030,11 @@ static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* 
 /* A mosaic of a texture holds so many slices, rows and columns. */
 static volpkg_code volpkg__mosaic_rules(volpkg__reader* r, const volpkg_texture* texture, const int32_t shape_zyx[3]) {
     const volpkg_mosaic* m = texture->mosaic;
-    const volpkg__layout* layout = NULL;
+    const volpkg__layout* layout = volpkg__layout_of(texture->format);
     int64_t pitch_y = (int64_t)m->tile_shape_yx[0] + 2 * (int64_t)m->gutter + m->padding_yx[0];
     int64_t pitch_x = (int64_t)m->tile_shape_yx[1] + 2 * (int64_t)m->gutter + m->padding_yx[1];
     int64_t tiles = (int64_t)m->tiles_x * m->tiles_y;
-    int32_t i, components;
-    for (i = 0; i < VOLPKG__LAYOUTS; ++i)
-        if (volpkg__layouts[i].internal_format[0] == texture->gl.internal_format ||
-            volpkg__layouts[i].internal_format[1] == texture->gl.internal_format)
-            layout = &volpkg__layouts[i];
+    int32_t components;
     VOLPKG__RULE(
         m->slices == shape_zyx[0] && m->tile_shape_yx[0] == shape_zyx[1] && m->tile_shape_yx[1] == shape_zyx[2],
         texture->name, "its mosaic has not the slices of its level");
@@ -5920,7 +5799,7 @@ static volpkg_code volpkg__channel_rules(volpkg__reader* r, const volpkg_package
             if (t->role != VOLPKG_ROLE_VOLUME || t->level != form->level ||
                 !volpkg__lists(t->channels.at, t->channels.count, form->channel))
                 continue;
-            VOLPKG__RULE(t->gl.internal_format == volpkg__compressed_format(form->format), t->name,
+            VOLPKG__RULE(t->format == volpkg__format_named(form->format), t->name,
                          "its level is said to be compressed in another format");
             found = 1;
         }

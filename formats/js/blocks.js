@@ -1,5 +1,5 @@
 /** Formats of compressed blocks, each with a sample block to test a device. spec/texture_files.md. */
-import { FORMATS } from "./formats.js";
+import { FORMATS, INTERNAL } from "./formats.js";
 
 /** @param {number} vk @param {number} block @param {number} bytes @param {number} components @param {string} extension @param {number[]} texels @param {number} [red] @returns {import("./formats.js").Format} */
 const packed = (vk, block, bytes, components, extension, texels, red = 0.5) => ({
@@ -34,4 +34,14 @@ Object.assign(FORMATS, {
   COMPRESSED_RGBA_ASTC_6x6_KHR: packed(165, 6, 16, 1, ASTC, VOID_EXTENT),
   COMPRESSED_RGBA_ASTC_8x8_KHR: packed(171, 8, 16, 1, ASTC, VOID_EXTENT),
   COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR: packed(158, 4, 16, 4, ASTC, VOID_EXTENT, HALF_SRGB),
+});
+
+Object.assign(INTERNAL, {
+  "eac-r11unorm": ["COMPRESSED_R11_EAC"],
+  "etc2-rgba8unorm": ["COMPRESSED_RGBA8_ETC2_EAC"],
+  "astc-4x4-unorm": ["COMPRESSED_RGBA_ASTC_4x4_KHR"],
+  "astc-5x5-unorm": ["COMPRESSED_RGBA_ASTC_5x5_KHR"],
+  "astc-6x6-unorm": ["COMPRESSED_RGBA_ASTC_6x6_KHR"],
+  "astc-8x8-unorm": ["COMPRESSED_RGBA_ASTC_8x8_KHR"],
+  "astc-4x4-unorm-srgb": ["COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR"],
 });

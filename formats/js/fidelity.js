@@ -70,7 +70,7 @@ export function fidelityOf(renderer, measured) {
     level,
     step_mm: stepMm,
     pixels_scale: scale,
-    texels: [...new Set(drawn.choice.textures.map(({ gl }) => gl.internal_format))],
+    texels: [...new Set(drawn.choice.textures.map(({ format }) => format))],
     source: nearest ? "measured" : stated ? "stated" : "unknown",
     rmse: value(nearest ? nearest.seen_rmse : stated?.rmse),
     maximum: value(found?.maximum),

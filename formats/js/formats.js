@@ -1,4 +1,5 @@
 /** Formats of texels in files and in WebGL. spec/README.md. */
+import { has } from "./shapes.js";
 
 /**
  * @typedef {object} Format
@@ -36,6 +37,33 @@ export const FORMATS = {
   R16F: plain(76, "RED", 1, "HALF_FLOAT"),
   RGBA16F: plain(97, "RGBA", 4, "HALF_FLOAT"),
 };
+
+/** Internal formats of the formats of textures: of OpenGL ES 3, and of 2 if that differs. @type {Record<string, string[]>} */
+export const INTERNAL = {
+  r8unorm: ["R8", "LUMINANCE"],
+  rg8unorm: ["RG8", "LUMINANCE_ALPHA"],
+  rgb8unorm: ["RGB8", "RGB"],
+  rgba8unorm: ["RGBA8", "RGBA"],
+  rgb8snorm: ["RGB8_SNORM"],
+  rgba8snorm: ["RGBA8_SNORM"],
+  "rgba8unorm-srgb": ["SRGB8_ALPHA8"],
+  r16unorm: ["R16_EXT"],
+  r16float: ["R16F"],
+  rgba16float: ["RGBA16F"],
+  "palette8-rgba8unorm": ["PALETTE8_RGBA8_OES"],
+};
+
+/**
+ * How WebGL takes a texture.
+ * @param {string} format @param {"2d" | "3d"} dimension @param {string} api of the profile
+ * @returns {import("./types.js").GlFormat}
+ */
+export function uploadOf(format, dimension, api) {
+  const [sized, unsized = sized] = has(INTERNAL, format) ? INTERNAL[format] : [""];
+  const internal = api === "es3.0" ? sized : unsized;
+  const { format: pixels, type } = FORMATS[internal] ?? {};
+  return { target: dimension === "3d" ? "TEXTURE_3D" : "TEXTURE_2D", internal_format: internal, format: pixels, type };
+}
 
 /** @typedef {WebGLRenderingContext | WebGL2RenderingContext} Gl */
 

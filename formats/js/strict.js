@@ -1,6 +1,6 @@
 /** Checks of an untrusted manifest: JSON with the limits of spec/README.md, and rules of docs/CHECKS.md. */
 import { VolpkgError } from "./error.js";
-import { FORMATS } from "./formats.js";
+import { INTERNAL, uploadOf } from "./formats.js";
 import { contradictionOf, usesOf } from "./parts.js";
 import { ROLES, SCHEMA } from "./schema.js";
 import { has, shadersOf } from "./shapes.js";
@@ -179,7 +179,8 @@ export async function decodeManifest(bytes, name) {
   if (problem) await refuse("VP4004", { problems: problem });
   if (record.state === "draft") await refuse("VP4005", {});
   const manifest = completed(record);
-  if (manifest.textures.some(({ gl }) => gl.format === undefined)) await import("./blocks.js");
+  if (manifest.textures.some(({ format }) => !has(INTERNAL, format))) await import("./blocks.js");
+  for (const each of manifest.textures) each.gl = uploadOf(each.format, each.dimension, manifest.profile.api);
   const contradiction =
     contradictions(manifest, usesOf(manifest)).next().value ??
     contradictionOf(manifest) ??
@@ -202,27 +203,6 @@ function completed(record) {
   if (manifest.segments) manifest.segments.name ??= "segments";
   for (const channel of manifest.channels) for (const list of ["levels", "transfer_functions"]) channel[list] ??= [];
   return manifest;
-}
-
-/**
- * Name that profiles have for the format of a texture; "" if no profile has it.
- * @param {import("./types.js").Texture["gl"]} gl @param {string} api
- */
-function formatOf({ internal_format: internal, format, type }, api) {
-  if (internal === "PALETTE8_RGBA8_OES") return format || type ? "" : "PALETTE8_RGBA8";
-  const known = has(FORMATS, internal) ? FORMATS[internal] : null;
-  // OpenGL ES 3 has sizes in these names, and the versions before it have none.
-  const isOther = /^RGBA?8?$/.test(internal) && internal.endsWith("8") !== (api === "es3.0");
-  if (!known || isOther || known.format !== format || (known.format && known.type !== type) || (!known.format && type))
-    return "";
-  const block = /^COMPRESSED_(?:RGBA_|SRGB8_ALPHA8_)?(\w+?)_(KHR|EAC)$/.exec(internal)?.[1];
-  if (block)
-    return block.startsWith("ASTC")
-      ? block.toUpperCase() + (internal.includes("SRGB") ? "_SRGB" : "")
-      : block === "R11"
-        ? "EAC_R11"
-        : "ETC2_RGBA8";
-  return internal.replace(/_EXT$/, "").replace(/^(RGBA?|LUMINANCE(_ALPHA)?)$/, "$18");
 }
 
 /**
@@ -258,12 +238,11 @@ export function* contradictions(manifest, more) {
     if (roles.get(file) !== role)
       yield `${file} is used as ${role}, but is ${roles.get(file) ?? "not among the files"}`;
   for (const each of textures) {
-    const format = formatOf(each.gl, profile.api);
-    // The extension of ASTC_4X4 also has its sRGB blocks.
-    const names = format === "ASTC_4X4_SRGB" ? [format, "ASTC_4X4"] : [format];
-    if (!names.some((name) => profile.texture_formats.includes(name)))
+    // The extension of ASTC also has its sRGB blocks.
+    const names = [each.format, ...(each.format === "astc-4x4-unorm-srgb" ? ["astc-4x4-unorm"] : [])];
+    if (!each.gl.internal_format || !names.some((name) => profile.texture_formats.includes(name)))
       yield `texture ${each.name} has no format of the profile`;
-    if (each.gl.target === "TEXTURE_2D" && each.shape_zyx[0] !== 1)
+    if (each.dimension === "2d" && each.shape_zyx[0] !== 1)
       yield `texture ${each.name} is 2D, but has ${each.shape_zyx[0]} slices`;
     if (each.light && !hasItsColour(each.light))
       yield `texture ${each.name} has a first colour that its light cannot have`;

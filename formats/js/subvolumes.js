@@ -1,5 +1,6 @@
 /** Level 0 in pieces: those around one point of the grid. spec/subvolumes.md. */
 import { VolpkgError } from "./error.js";
+import { uploadOf } from "./formats.js";
 import { toHalf } from "./halves.js";
 import { parseJson, schemaBreach } from "./strict.js";
 
@@ -15,7 +16,9 @@ import { parseJson, schemaBreach } from "./strict.js";
  * @property {number} size
  * @property {number[][]} cuts_zyx
  * @property {number | null} [ghost]
- * @property {Texture["gl"]} gl
+ * @property {string} texture_format
+ * @property {"2d" | "3d"} dimension
+ * @property {Texture["gl"]} gl how WebGL takes a piece, which this reader adds
  * @property {"linear" | "nearest"} [filter]
  * @property {NonNullable<Texture["mosaic"]>} [mosaic]
  * @property {string | null} [whole]
@@ -44,6 +47,7 @@ export async function readGrid(pack, signal) {
   }
   const problem = schemaBreach(grid, "SubvolumeGrid", "");
   if (problem) refuse(problem);
+  grid.gl = uploadOf(grid.texture_format, grid.dimension, pack.manifest.profile.api);
   for (const problem of contradictions(grid)) refuse(problem);
   if (volume.shape_zyx.some((n, i) => n !== grid.shape_zyx[i])) refuse("it has another shape than the volume");
   const labelBytes = { 2: 1, 3: 2 }[componentsOf(grid.gl)] ?? 0;
@@ -217,6 +221,8 @@ function piece(grid, place, part) {
     role: "volume",
     file: found.file ?? name,
     shape_zyx: /** @type {Three} */ (shape),
+    format: grid.texture_format,
+    dimension: grid.dimension,
     gl: grid.gl,
     filter: grid.filter,
     level: 0,

@@ -9,9 +9,10 @@
  * @typedef {{index: number, factors_zyx: Three, grid: Grid, filter: string}} Level
  * @typedef {{bits: number, window: [number, number]}} Quantization
  * @typedef {{name: string, quantization: Quantization, levels: Level[], transfer_functions: TransferFunction[]}} Channel
+ * How WebGL takes a texture, which this reader adds.
  * @typedef {{target: "TEXTURE_2D" | "TEXTURE_3D", internal_format: string, format?: string, type?: string}} GlFormat
  * @typedef {{order?: string, slices_per_texel: number, textures?: number, components_per_voxel?: number, tile_shape_yx: [number, number], slices: number, gutter?: number, padding_yx?: [number, number], tiles_x: number, tiles_y: number, texture_shape_yx: [number, number]}} Mosaic
- * @typedef {{name: string, role: string, file: string, shape_zyx: Three, gl: GlFormat, filter?: "linear" | "nearest", level?: number, channels?: string[], transfer?: string, part?: number, mipmap?: number, mosaic?: Mosaic, max_extinction_per_mm?: number, light?: StoredLight}} Texture
+ * @typedef {{name: string, role: string, file: string, shape_zyx: Three, format: string, dimension: "2d" | "3d", gl: GlFormat, filter?: "linear" | "nearest", level?: number, channels?: string[], transfer?: string, part?: number, mipmap?: number, mosaic?: Mosaic, max_extinction_per_mm?: number, light?: StoredLight}} Texture
  * @typedef {{channels?: "luminance" | "rgb", turnable?: boolean, sky?: Three, ground?: Three, suns?: {direction: Three, colour?: Three}[], radius_mm?: number}} LightModel
  * @typedef {{normal: Three, constant_mm: number}} ClipPlane
  * @typedef {{model: LightModel, largest: number, subtracted?: number, first_colour?: Three, planes?: ClipPlane[]}} StoredLight

@@ -5,12 +5,16 @@ import struct
 
 import numpy as np
 
+NAMES = """r8unorm R8 RED LUMINANCE, rg8unorm RG8 RG LUMINANCE_ALPHA, rgb8unorm RGB8 RGB RGB,
+rgba8unorm RGBA8 RGBA RGBA, rgb8snorm RGB8_SNORM RGB - BYTE, rgba8snorm RGBA8_SNORM RGBA - BYTE,
+rgba8unorm-srgb SRGB8_ALPHA8 RGBA -, r16float R16F RED - HALF_FLOAT, rgba16float RGBA16F RGBA - HALF_FLOAT"""
+FORMATS = {name: words for name, *words in map(str.split, NAMES.split(","))}  # "-" is none in OpenGL ES 2.0
+
 
 def choose(folder, name, level):  # steps 1 and 2
     """Return the manifest, a drawing and its program: of the default picture and the finest level for None."""
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
-    assert manifest["format"] == "volpkg" and manifest["version"].split(".")[0] == "1"
-    assert manifest["state"] == "sealed" and manifest["profile"]["api"] != "es1.1"
+    assert (manifest["format"], manifest["version"][:2], manifest["state"]) == ("volpkg", "1.", "sealed")
     picture = next(picture for picture in manifest["pictures"] if name in (None, picture["name"]))
     drawing = next(drawing for drawing in picture["drawings"] if level in (None, drawing["level"]))
     return manifest, drawing, next(program for program in manifest["programs"] if program["name"] == drawing["program"])
@@ -31,7 +35,10 @@ def link(gl, folder, program):  # step 3
 
 def upload(gl, folder, manifest, name):  # steps 4 and 5
     texture = next(texture for texture in manifest["textures"] if texture["name"] == name)
-    target, handle, constants = getattr(gl, texture["gl"]["target"]), gl.createTexture(), texture["gl"]
+    target, handle = getattr(gl, f"TEXTURE_{texture['dimension'].upper()}"), gl.createTexture()
+    internal, pixels, old, kind = (*FORMATS[texture["format"]], "UNSIGNED_BYTE")[:4]
+    names = (old, old, kind) if manifest["profile"]["api"] == "es2.0" else (internal, pixels, kind)
+    internal, *pixels = (getattr(gl, name) for name in names)
     gl.bindTexture(target, handle)
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1)
     data = (folder / texture["file"]).read_bytes()
@@ -39,10 +46,7 @@ def upload(gl, folder, manifest, name):  # steps 4 and 5
     for index, mipmap in enumerate(mipmaps):
         offset, length = struct.unpack_from("<2Q", data, 80 + 24 * index)
         size = mipmap["shape_zyx"][::-1][: 3 if target == gl.TEXTURE_3D else 2]
-        internal, *pixels = [
-            getattr(gl, constants[key]) for key in ("internal_format", "format", "type") if key in constants
-        ]
-        image = gl.texImage3D if len(size) == 3 else gl.texImage2D if pixels else gl.compressedTexImage2D
+        image = gl.texImage3D if len(size) == 3 else gl.texImage2D
         image(target, index, internal, *size, 0, *pixels, data[offset : offset + length])
     near = texture["filter"].upper()  # LINEAR or NEAREST
     far = f"{near}_MIPMAP_{near}" if len(mipmaps) > 1 else near
@@ -68,7 +72,6 @@ def draw(gl, folder, clip_from_world, size, picture=None, level=None):
     gl.bufferData(gl.ARRAY_BUFFER, np.array([-1, -1, 3, -1, -1, 3], np.float32), gl.STATIC_DRAW)
     gl.enableVertexAttribArray(0)
     gl.vertexAttribPointer(0, 2, gl.FLOAT, False, 0, 0)
-
     values = {value["source"]: value["numbers"] for value in drawing["values"]} | {  # step 8
         "box_from_clip": np.linalg.inv(clip_from_world @ world_from_box(manifest["grid"])),
         "step_mm": drawing["step_mm"],
@@ -77,10 +80,8 @@ def draw(gl, folder, clip_from_world, size, picture=None, level=None):
     for uniform in program["uniforms"]:
         location = gl.getUniformLocation(handle, uniform["name"])
         value = np.array(values[uniform["source"]], np.float32).T.ravel()  # matrices column by column
-        if uniform["type"] == "mat4":
-            gl.uniformMatrix4fv(location, False, value)
-        else:
-            {"vec3": gl.uniform3fv, "float": gl.uniform1fv}[uniform["type"]](location, value)
+        kind = {"float": "1fv", "vec3": "3fv", "mat4": "Matrix4fv"}[uniform["type"]]
+        getattr(gl, f"uniform{kind}")(location, *[False] * (kind == "Matrix4fv"), value)
     for unit, (sampler, (target, texture)) in enumerate(zip(program["samplers"], uploaded)):
         gl.activeTexture(gl.TEXTURE0 + unit)
         gl.bindTexture(target, texture)

@@ -23,7 +23,7 @@ from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.volume import Volume
 from volprep_formats.package.reader import Package
-from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, texture_format
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL
 
 from .contest import Contest
 
@@ -153,7 +153,7 @@ def _size(package: Package) -> tuple[int, int]:
     """Number and bytes of the volume's textures."""
     manifest = package.manifest
     volumes = [texture for texture in manifest.textures if texture.role == "volume"]
-    formats = [texture_format(texture.gl, manifest.profile.api) for texture in volumes]
+    formats = [texture.format for texture in volumes]
     sizes = [
         int(np.prod(texture.shape_zyx)) * BYTES_PER_TEXEL[name]
         for texture, name in zip(volumes, formats, strict=True)

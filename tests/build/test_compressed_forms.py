@@ -123,16 +123,16 @@ def test_a_form_that_only_the_sample_bears_is_refused(tmp_path) -> None:
     assert (found.kept, found.basis) == (False, "level")
     assert found.maximum > 0.05 > planned.maximum
     assert found.pictures < 9
-    (item,) = (item for item in package.manifest.plan if item.name == "textures as ETC2_RGBA8")
+    (item,) = (item for item in package.manifest.plan if item.name == "textures as etc2-rgba8unorm")
     assert not item.kept
     assert "encoded whole, it changes" in item.reason
-    assert {each.gl.internal_format for each in package.manifest.textures if each.role == "volume"} == {"R8"}
+    assert {each.format for each in package.manifest.textures if each.role == "volume"} == {"r8unorm"}
     assert check(package.path) == []
 
 
 def test_a_plan_without_a_build_says_that_it_rests_on_a_sample(tmp_path) -> None:
     plan = scene_builds.planned(scene_of(tmp_path, smooth(), "astc-5x5"))
-    (item,) = (item for item in plan.items if item.name == "textures as ASTC_5X5")
+    (item,) = (item for item in plan.items if item.name == "textures as astc-5x5-unorm")
     assert item.reason.endswith("within half of the tolerance; a build tries the whole level")
 
 
@@ -184,8 +184,8 @@ def test_a_coarser_level_is_tried_where_it_is_the_finest_that_fits(tmp_path) -> 
     # With no coarser level there is no mosaic, but a 3D texture.
     alone = Scene.model_validate(wanted)
     plan = plan_of_one(alone, profile, info, gauge.result("0" * 64), whole=whole)
-    assert (plan.forms, plan.levels[0].index, plan.volumes[0].format) == ((), 0, "R8")
-    (item,) = (item for item in plan.items if item.name == "textures as EAC_R11")
+    assert (plan.forms, plan.levels[0].index, plan.volumes[0].format) == ((), 0, "r8unorm")
+    (item,) = (item for item in plan.items if item.name == "textures as eac-r11unorm")
     assert (item.kept, item.reason) == (
         False,
         "4 bits a voxel; profile gles3-astc has no room for a level of it as a mosaic",

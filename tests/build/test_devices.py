@@ -33,7 +33,7 @@ def test_a_package_for_a_device_keeps_its_limits_and_is_drawn(tmp_path, name) ->
     profile = load_profile(name, Path())
     assert package.manifest.profile == profile
     for texture in package.manifest.textures:
-        limit = profile.max_3d_texture_size if texture.gl.target == "TEXTURE_3D" else profile.max_texture_size
+        limit = profile.max_3d_texture_size if texture.dimension == "3d" else profile.max_texture_size
         assert max(texture.shape_zyx) <= limit
     for _, drawing in package.manifest.drawings:
         assert drawing.cost.upload_bytes <= profile.max_texture_bytes

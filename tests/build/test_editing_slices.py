@@ -96,9 +96,6 @@ def test_validation_judges_edited_palettes(pair, tmp_path):
 
 def test_palettes_are_what_editable_slices_must_have(pair):
     package = pair[0]
-    textures = tuple(
-        each.model_copy(update={"gl": each.gl.model_copy(update={"internal_format": "RGBA"})})
-        for each in package.manifest.textures
-    )
+    textures = tuple(each.model_copy(update={"format": "rgba8unorm"}) for each in package.manifest.textures)
     manifest = package.manifest.model_copy(update={"textures": textures})
     assert any("has no palette" in problem for problem in slices_contradictions(manifest))

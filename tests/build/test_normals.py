@@ -97,7 +97,7 @@ def test_a_profile_without_3d_textures_has_mosaics_of_normals(tmp_path):
     for texture, level in zip(held, manifest.levels, strict=True):
         depth, height, width = level.grid.shape_zyx
         assert (texture.mosaic.slices, *texture.mosaic.tile_shape_yx) == (depth, height, width)
-        assert (texture.gl.target, texture.gl.format, texture.mosaic.components_per_voxel) == ("TEXTURE_2D", "RGB", 3)
+        assert (texture.dimension, texture.format, texture.mosaic.components_per_voxel) == ("2d", "rgb8unorm", 3)
     assert set(item(package, "normals").files) == {texture.file for texture in held}
     assert "as a mosaic of" in item(package, "normals").reason
     for level in manifest.levels:
@@ -170,8 +170,8 @@ def test_a_mosaic_of_normals_that_contradicts_itself_is_found(tmp_path, name, ch
 
 def test_a_profile_without_the_format_of_a_code_says_which_it_has(tmp_path):
     text = (Path(profiles.__file__).parent / "gles3.toml").read_text(encoding="utf-8")
-    (tmp_path / "old.toml").write_text(text.replace('"RGB8_SNORM", ', ""), encoding="utf-8")
-    with pytest.raises(VolprepError, match="VP3050 normals of code snorm8 need textures of format RGB8_SNORM, but"):
+    (tmp_path / "old.toml").write_text(text.replace('"rgb8snorm", ', ""), encoding="utf-8")
+    with pytest.raises(VolprepError, match="VP3050 normals of code snorm8 need textures of format rgb8snorm, but"):
         built(tmp_path, '[normals]\ncode = "snorm8"', "old.toml")
 
 
@@ -274,7 +274,7 @@ def test_the_lengths_are_those_of_the_gradient_in_physical_units(lit):
     level = manifest.levels[0]
     volume = next(each for each in manifest.textures if (each.role, each.level) == ("volume", level.index))
     image = ktx2.decode(package.read_bytes(volume.file), volume.file)
-    assert image.format == "R8"
+    assert image.format == "r8unorm"
     truth = np.linalg.norm(gradients(image.data, level.grid, "thesis", quantization.slope).astype(float), axis=-1)
     largest = texture.normals.largest_gradient
     assert largest == pytest.approx(truth.max(), rel=1e-6)
@@ -285,8 +285,8 @@ def test_the_lengths_are_those_of_the_gradient_in_physical_units(lit):
 CHANGES = {
     "has the role volume, but has a record of normals": lambda m: texture_of(m, "volume").update(normals=meaning()),
     "holds normals, but has no record of them": lambda m: texture_of(m, "normals").pop("normals"),
-    "its format is RGBA": lambda m: texture_of(m, "normals")["normals"].pop("largest_gradient"),
-    "texels of type UNSIGNED_BYTE": lambda m: texture_of(m, "normals")["normals"].update(code="snorm8"),
+    "its format is rgba8unorm": lambda m: texture_of(m, "normals")["normals"].pop("largest_gradient"),
+    "texels of rgba8unorm": lambda m: texture_of(m, "normals")["normals"].update(code="snorm8"),
     "has the filter nearest": lambda m: texture_of(m, "normals").update(filter="nearest"),
     "not among the levels": lambda m: texture_of(m, "normals").update(level=9),
     "two textures hold the normals": lambda m: texture_of(m, "normals", 1).update(level=0),

@@ -21,7 +21,6 @@ from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.package.rules import contradictions
-from volprep_formats.package.texture import GlFormat
 from volprep_formats.progress import Silent
 from volprep_formats.readers.volpkg import open_level
 from volprep_formats.textures import ktx2
@@ -42,13 +41,11 @@ path = "air.raw"
 raw = { shape_zyx = [17, 22, 27], dtype = "int16", spacing_mm_zyx = [1.5, 1.0, 0.75] }
 """
 FORMATS = {
-    ("gles3", 2): ("RG8", "RG8", "TEXTURE_3D"),
-    ("gles3", 3): ("RGB8", "RGB8", "TEXTURE_3D"),
-    ("gles2-2048", 2): ("RG8", "LUMINANCE_ALPHA", "TEXTURE_2D"),
-    ("gles2-2048", 4): ("RGBA8", "RGBA", "TEXTURE_2D"),
+    ("gles3", 2): ("rg8unorm", "3d"),
+    ("gles3", 3): ("rgb8unorm", "3d"),
+    ("gles2-2048", 2): ("rg8unorm", "2d"),
+    ("gles2-2048", 4): ("rgba8unorm", "2d"),
 }
-
-ONE_CHANNEL = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")
 
 
 def scene_of(folder: Path, profile: str = "gles3", count: int = 2, wish: str = "packed", extra: str = "") -> Path:
@@ -114,12 +111,12 @@ class TestWhatItHolds:
     def test_a_level_is_one_texture_with_a_component_for_each_channel(self, package) -> None:
         manifest = package.manifest
         held = tuple(channel.name for channel in manifest.channels)
-        file_format, internal_format, target = FORMATS[manifest.profile.name, len(held)]
+        texel, dimension = FORMATS[manifest.profile.name, len(held)]
         assert len(volumes(manifest)) == len(manifest.levels)
         for texture in volumes(manifest):
             assert texture.channels == held
-            assert (texture.gl.internal_format, texture.gl.target) == (internal_format, target)
-            assert ktx2.decode(package.read_bytes(texture.file), texture.file).format == file_format
+            assert (texture.format, texture.dimension) == (texel, dimension)
+            assert ktx2.decode(package.read_bytes(texture.file), texture.file).format == texel
 
     @pytest.mark.long(keep=1)
     def test_every_channel_has_the_values_that_it_has_apart(self, package, apart) -> None:
@@ -248,7 +245,7 @@ class TestAgreement:
             ({"channels": ("skin", "skin")}, "is of channels skin, skin and transfer function None"),
             ({"channels": ("skin", "bone", "hair")}, "is of channels skin, bone, hair"),
             ({"channels": ("bone",)}, "picture red at level 0"),
-            ({"gl": ONE_CHANNEL}, "holds channels skin, bone in texels of RED"),
+            ({"format": "r8unorm"}, "holds channels skin, bone in texels of r8unorm"),
             ({"role": "normals"}, "cannot hold channels skin, bone together"),
         ],
     )

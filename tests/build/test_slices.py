@@ -113,13 +113,13 @@ def test_the_verb_changes_the_form_of_a_draft(tmp_path):
     import_draft(prepare(request), tmp_path / "d", Silent())
     for name in ("quantize", "transfer", "slices"):
         draft = run_verb(tmp_path / "d", name, lambda scene: scene, Silent())
-    assert {each.gl.internal_format for each in draft.manifest.textures} == {"PALETTE8_RGBA8_OES"}
+    assert {each.format for each in draft.manifest.textures} == {"palette8-rgba8unorm"}
 
     def rgba(scene):
         return scene.model_copy(update={"slices": SliceSettings(form="rgba", stacks=("z",))})
 
     draft = run_verb(tmp_path / "d", "slices", rgba, Silent())
-    assert {(each.gl.internal_format, each.slices.axis) for each in draft.manifest.textures} == {("RGBA", "z")}
+    assert {(each.format, each.slices.axis) for each in draft.manifest.textures} == {("rgba8unorm", "z")}
     run_verb(tmp_path / "d", "seal", lambda scene: scene, Silent())
     assert check(tmp_path / "d") == []
 
@@ -171,9 +171,9 @@ def test_what_does_not_go_together_is_refused(tmp_path, table, profile, problem)
 
 
 def test_a_profile_without_palettes_needs_the_other_form(tmp_path):
-    device = load_profile("gles1", tmp_path).model_copy(update={"texture_formats": ("LUMINANCE8", "RGBA8")})
+    device = load_profile("gles1", tmp_path).model_copy(update={"texture_formats": ("r8unorm", "rgba8unorm")})
     request = load_request(scene_with(tmp_path))
-    with pytest.raises(VolprepError, match=r"VP3060 .*no textures of the format PALETTE8_RGBA8"):
+    with pytest.raises(VolprepError, match=r"VP3060 .*no textures of the format palette8-rgba8unorm"):
         plan_build(type(request)(scene=request.scene, profile=device, scene_path=None), Silent())
 
 

@@ -345,7 +345,7 @@ def test_a_profile_that_cannot_hold_pieces_says_why(tmp_path, tables, profile, r
         (lambda grid: grid["points"].pop(), "59 points instead of 60"),
         (lambda grid: grid["points"][0].update(subvolumes=[99]), "not there"),
         (lambda grid: grid.update(size=3), "cuts along z"),
-        (lambda grid: grid["gl"].update(target="TEXTURE_2D"), "TEXTURE_2D, without a mosaic"),
+        (lambda grid: grid.update(dimension="2d"), "2d, without a mosaic"),
     ],
 )
 def test_a_grid_that_contradicts_itself_is_refused(package, change, problem) -> None:

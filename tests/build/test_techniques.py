@@ -29,7 +29,7 @@ api = "es2.0"
 max_texture_size = 64
 max_3d_texture_size = 0
 texture_units = 8
-texture_formats = ["LUMINANCE8", "RGBA8"]
+texture_formats = ["r8unorm", "rgba8unorm"]
 index_bits = 16
 max_texture_bytes = 67108864
 """

@@ -66,7 +66,6 @@ static void print_value(const volpkg__type* type, const unsigned char* from) {
             break;
         case VOLPKG__NAMED:
         case VOLPKG__OPEN:
-        case VOLPKG__GL:
             memcpy(&small, from, sizeof small);
             print_word(type, (uint32_t)small);
             break;

@@ -153,7 +153,7 @@ def test_an_internal_format_that_does_not_go_with_its_texels_is_refused(fuzz_pro
     copy = tmp_path / "p.volpkg"
     shutil.copytree(packages["mipmaps"].with_suffix(""), copy)
     manifest = json.loads((copy / MANIFEST).read_text())
-    manifest["textures"][0]["gl"]["internal_format"] = "R16F"
+    manifest["textures"][0]["format"] = "r16float"
     (copy / MANIFEST).write_text(json.dumps(manifest))
     _, text = told(fuzz_program, "--try", single_file(copy))
     assert text.startswith("4011 VP4011")

@@ -31,7 +31,7 @@ api = "es3.0"
 max_texture_size = 64
 max_3d_texture_size = 4
 texture_units = 2
-texture_formats = ["R8", "RGBA8"]
+texture_formats = ["r8unorm", "rgba8unorm"]
 index_bits = 16
 max_texture_bytes = 1000
 """

@@ -36,7 +36,7 @@ def test_the_verb_writes_normals_of_a_scene_that_wants_none(draft):
     assert [texture["level"] for texture in textures] == [level["index"] for level in manifest["channels"][0]["levels"]]
     assert textures[0]["normals"].items() >= {"kernel": "sobel", "code": "oct8", "space": "box"}.items()
     assert textures[0]["normals"]["largest_gradient"] > 0
-    assert textures[0]["gl"]["internal_format"] == "RGB8"
+    assert textures[0]["format"] == "rgb8unorm"
     assert textures[0]["filter"] == "nearest"
 
     # The draft keeps the wish: the other stages, and seal, know of the normals.

@@ -39,7 +39,7 @@ def test_the_verb_lays_slices_out_as_its_options_say_and_the_package_is_drawn(dr
     assert run("stage", "seal", draft)[0] == 0
     manifest = json.loads((draft / "manifest.json").read_text(encoding="utf-8"))
     assert manifest["state"] == "sealed"
-    assert {texture["gl"]["internal_format"] for texture in manifest["textures"]} == {"RGBA"}
+    assert {texture["format"] for texture in manifest["textures"]} == {"rgba8unorm"}
     status, output = run("render", draft, "-o", tmp_path / "p.png", "--size", "40x30")
     assert status == 0
     assert "slices of shell" in output

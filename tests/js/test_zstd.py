@@ -176,12 +176,12 @@ def test_nothing_is_unpacked_by_packages_without_frames(browser, server, scene_p
 
 def test_three_js_reads_the_textures(browser, server, tmp_path) -> None:
     texels = (np.indices((50, 60, 70)).sum(0) // 3 % 200).astype("u1")
-    plain = b"".join(ktx2.encode(ktx2.Ktx2Image("R8", texels.shape, texels, 3)))
+    plain = b"".join(ktx2.encode(ktx2.Ktx2Image("r8unorm", texels.shape, texels, 3)))
     frames = ktx2.supercompressed(plain, "t")
     # Several frames in a row, as large levels have them.
     assert len(frames) < len(plain) // 2
     large = (np.arange(2 * FRAME_BYTES) // 999 % 256).astype("u1").reshape(2, 1024, 1024)
-    packed = ktx2.supercompressed(b"".join(ktx2.encode(ktx2.Ktx2Image("R8", large.shape, large, 3))), "t")
+    packed = ktx2.supercompressed(b"".join(ktx2.encode(ktx2.Ktx2Image("r8unorm", large.shape, large, 3))), "t")
     (tmp_path / "one.ktx2").write_bytes(frames)
     (tmp_path / "two.ktx2").write_bytes(packed)
     server.folders["textures"] = tmp_path

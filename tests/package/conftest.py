@@ -14,15 +14,12 @@ from volprep_formats.package.manifest import Contribution, Heading, PlanItem, Re
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ComposedProgram, Program, RaySampling, Sampler, Uniform
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.texture import GlFormat, MosaicLayout, Texture
+from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.source import SourceInfo
 from volprep_formats.textures import ktx2
 
 GRID = Grid.of((5, 7, 9), (2.5, 0.7, 0.3), (-12.0, 30.0, 4.5), ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)))
-BYTE_3D = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")
-LUMINANCE = GlFormat(target="TEXTURE_2D", internal_format="LUMINANCE", format="LUMINANCE", type="UNSIGNED_BYTE")
-RGBA = GlFormat(target="TEXTURE_2D", internal_format="RGBA", format="RGBA", type="UNSIGNED_BYTE")
 
 
 def key(name: str) -> str:
@@ -36,7 +33,7 @@ def profile(*, mosaic: bool) -> DeviceProfile:
         max_texture_size=64,
         max_3d_texture_size=0 if mosaic else 64,
         texture_units=8,
-        texture_formats=("LUMINANCE8", "RGBA8") if mosaic else ("R8", "RGBA8"),
+        texture_formats=("r8unorm", "rgba8unorm"),
         index_bits=16,
         max_texture_bytes=1_000_000,
     )
@@ -83,14 +80,15 @@ def _volume(draft: Draft, level: Level, voxels: np.ndarray, *, mosaic: bool) -> 
         tiles[:slices] = voxels
         voxels = tiles.reshape(2, 3, height, width).swapaxes(1, 2).reshape(1, 2 * height, 3 * width)
         shape = voxels.shape
-    image = ktx2.Ktx2Image("R8", shape, voxels, 2 if mosaic else 3)
+    image = ktx2.Ktx2Image("r8unorm", shape, voxels, 2 if mosaic else 3)
     draft.write(file, "texture", ktx2.encode(image))
     return Texture(
         name=f"volume-scan-{level.index}",
         role="volume",
         file=file,
         shape_zyx=shape,
-        gl=LUMINANCE if mosaic else BYTE_3D,
+        format="r8unorm",
+        dimension="2d" if mosaic else "3d",
         level=level.index,
         channels=("scan",),
         mosaic=layout,
@@ -147,13 +145,14 @@ def run_texture(draft: Draft) -> None:
         fz, fy, fx = level.factors_zyx
         textures.append(_volume(draft, level, voxels[::fz, ::fy, ::fx], mosaic=mosaic))
     table = np.random.default_rng(1).integers(0, 256, (1, 1, 16, 4), np.uint8)
-    draft.write("textures/bone.ktx2", "texture", ktx2.encode(ktx2.Ktx2Image("RGBA8", (1, 1, 16), table, 2)))
+    draft.write("textures/bone.ktx2", "texture", ktx2.encode(ktx2.Ktx2Image("rgba8unorm", (1, 1, 16), table, 2)))
     lookup = Texture(
         name="lookup-bone",
         role="transfer",
         file="textures/bone.ktx2",
         shape_zyx=(1, 1, 16),
-        gl=RGBA if mosaic else RGBA.model_copy(update={"internal_format": "RGBA8"}),
+        format="rgba8unorm",
+        dimension="2d",
         transfer="bone",
         max_extinction_per_mm=2.0,
     )

@@ -58,7 +58,7 @@ CASES = {
     ),
     "texture volume-scan-0 has (2, 5, 1) bricks of (4, 4, 0) cells": ("volume", {"layout": {"bricks_zyx": (2, 5, 1)}}),
     "texture volume-scan-0 holds bricks, and not one texture says where they are": ("bricks", {"level": 1}),
-    "texture bricks-scan-0 is not RGBA8, nearest, with a texel for each brick": ("bricks", {"filter": "linear"}),
+    "texture bricks-scan-0 is not rgba8unorm, nearest, with a texel for each brick": ("bricks", {"filter": "linear"}),
 }
 
 
@@ -73,7 +73,7 @@ FLAT_CASES = {
     "texture volume-scan-0 holds bricks in a mosaic of several textures": ("volume", {"textures": 2}),
     "texture volume-scan-0 its mosaic holds 3 slices": ("volume", {"slices": 3}),
     "texture volume-scan-0 its tiles do not fit": ("volume", {"tiles_x": 99}),
-    "texture bricks-scan-0 is not RGBA8, nearest, with a texel for each brick": ("bricks", {"gutter": 1}),
+    "texture bricks-scan-0 is not rgba8unorm, nearest, with a texel for each brick": ("bricks", {"gutter": 1}),
 }
 
 
@@ -105,7 +105,7 @@ def test_an_index_that_leads_astray_is_found_out(tmp_path, change, says) -> None
     image = ktx2.decode(package.read_bytes(file), file)
     entries = image.data.copy()
     change(entries)
-    data = b"".join(ktx2.encode(ktx2.Ktx2Image("RGBA8", image.shape_zyx, entries, 3)))
+    data = b"".join(ktx2.encode(ktx2.Ktx2Image("rgba8unorm", image.shape_zyx, entries, 3)))
     (package.path / file).write_bytes(data)
     files = tuple(
         record.model_copy(update={"sha256": hashlib.sha256(data).hexdigest()}) if record.path == file else record

@@ -10,7 +10,7 @@ from volprep.validation.exact.manifests import manifest_differences
 from volprep_formats.package.picture import DrawCost
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
-from volprep_formats.textures.gl_formats import gpu_bytes, size_bytes
+from volprep_formats.textures.texel_formats import gpu_bytes, size_bytes
 
 ONLY_BOUNDED = {"bricks", "bricks-in-mosaics", "house", "compressed"}
 """Kinds of which a plan knows less than the package: how many bricks are empty, the mesh, whether a form is kept."""
@@ -67,7 +67,12 @@ def test_a_cost_that_does_not_follow_from_the_textures_is_a_difference(made) -> 
 
 
 def test_texels_of_three_bytes_and_of_palettes_take_four_on_a_gpu() -> None:
-    for name, upload, memory in (("RGB8", 3, 4), ("PALETTE8_RGBA8", 1, 4), ("R8", 1, 1), ("RGBA16F", 8, 8)):
+    for name, upload, memory in (
+        ("rgb8unorm", 3, 4),
+        ("palette8-rgba8unorm", 1, 4),
+        ("r8unorm", 1, 1),
+        ("rgba16float", 8, 8),
+    ):
         assert size_bytes(name, (2, 3, 5)) == 30 * upload
         assert gpu_bytes(name, (2, 3, 5)) == 30 * memory
-    assert gpu_bytes("ASTC_4X4", (1, 8, 8)) == size_bytes("ASTC_4X4", (1, 8, 8)) == 64
+    assert gpu_bytes("astc-4x4-unorm", (1, 8, 8)) == size_bytes("astc-4x4-unorm", (1, 8, 8)) == 64

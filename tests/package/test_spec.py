@@ -25,6 +25,7 @@ from volprep_formats.package.parts.editing import record as editing
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage import contents, files, single_file
 from volprep_formats.textures import ktx2, paletted
+from volprep_formats.textures.texel_formats import COMPONENTS
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "formats" / "spec"
@@ -97,14 +98,25 @@ def test_the_limits_in_the_text_are_those_of_the_code() -> None:
 
 
 @pytest.mark.parametrize(
-    "texture_format", ["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "R16", "R16F", "RGBA16F"]
+    "texture_format",
+    [
+        "r8unorm",
+        "rg8unorm",
+        "rgb8unorm",
+        "rgb8snorm",
+        "rgba8unorm",
+        "rgba8snorm",
+        "r16unorm",
+        "r16float",
+        "rgba16float",
+    ],
 )
 def test_the_layout_of_a_texture_file_is_the_one_in_the_text(texture_format: ktx2.Ktx2Format) -> None:
     data = ktx2.header(texture_format, (1, 3, 5), 2)
     (vk_format,) = struct.unpack_from("<I", data, 12)
-    (row,) = [line for line in SPEC.splitlines() if line.startswith("|") and f"| {vk_format}, " in line]
+    (row,) = [line for line in SPEC.splitlines() if line.startswith(f"| `{texture_format}` | {vk_format} ")]
     texel_bytes = int(row.split("|")[-2])
-    channels = next(n for n, word in enumerate(("one", "two", "three", "four"), 1) if f" {word} channel" in row)
+    channels = COMPONENTS[texture_format]
     assert struct.unpack_from("<2I", data, 48) == (104, 28 + 16 * channels)
     assert struct.unpack_from("<Q", data, 80) == (len(data),)
     assert len(data) % math.lcm(4, texel_bytes) == 0

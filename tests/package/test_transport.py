@@ -37,9 +37,9 @@ def zipped(package: Path, target: Path, texels: str) -> Package:
     return Package.open(target)
 
 
-def texture(shape_zyx: tuple[int, int, int], levels: int = 1, kind: ktx2.Ktx2Format = "R8") -> bytes:
+def texture(shape_zyx: tuple[int, int, int], levels: int = 1, kind: ktx2.Ktx2Format = "r8unorm") -> bytes:
     finest, *coarser = (
-        (np.indices(ktx2.mipmap_shape(shape_zyx, level)).sum(0) // 3 % 100).astype("u1" if kind == "R8" else "<f2")
+        (np.indices(ktx2.mipmap_shape(shape_zyx, level)).sum(0) // 3 % 100).astype("u1" if kind == "r8unorm" else "<f2")
         for level in range(levels)
     )
     return b"".join(ktx2.encode(ktx2.Ktx2Image(kind, shape_zyx, finest, 3, tuple(coarser))))
@@ -100,7 +100,7 @@ def test_what_was_built_is_proved_as_it_travels(built: Path) -> None:
     assert json.loads(done.stdout)["derivation"]["findings"] == []
 
 
-@pytest.mark.parametrize(("shape", "levels", "kind"), [((5, 40, 30), 1, "R8"), ((16, 32, 36), 3, "R16F")])
+@pytest.mark.parametrize(("shape", "levels", "kind"), [((5, 40, 30), 1, "r8unorm"), ((16, 32, 36), 3, "r16float")])
 def test_textures_come_back_as_they_were(shape, levels, kind) -> None:
     plain = texture(shape, levels, kind)
     packed = ktx2.supercompressed(plain, "t")

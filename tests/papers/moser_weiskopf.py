@@ -224,8 +224,7 @@ def _as_palette(texture: Texture, colours: UInt8Array, indices: UInt8Array) -> t
 
 
 def _as_rgba(texture: Texture, colours: UInt8Array, indices: UInt8Array) -> tuple[Texture, bytes]:
-    rgba = texture.gl.model_copy(update={"internal_format": "RGBA", "format": "RGBA", "type": "UNSIGNED_BYTE"})
-    return texture.model_copy(update={"gl": rgba}), colours[indices].tobytes()
+    return texture.model_copy(update={"format": "rgba8unorm"}), colours[indices].tobytes()
 
 
 _Remade = Callable[[Texture, UInt8Array, UInt8Array], tuple[Texture, bytes]]

@@ -16,7 +16,7 @@ from volprep_formats.package.parts.subvolumes.record import (
     decode_grid,
     encode_grid,
 )
-from volprep_formats.package.texture import GlFormat, MosaicLayout
+from volprep_formats.package.texture import MosaicLayout
 
 SHAPE_ZYX = (9, 8, 1)
 SCRIPT = Path(__file__).parent / "read_grids.mjs"
@@ -34,14 +34,13 @@ def grid(*, flat: bool) -> dict[str, Any]:
         tiles_y=1,
         texture_shape_yx=(4, 2),
     )
-    solid = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")
-    tiled = GlFormat(target="TEXTURE_2D", internal_format="RGBA", format="RGBA", type="UNSIGNED_BYTE")
     pieces = [Subvolume(minimum=0, maximum=9, file=f"pieces/{n}.ktx2") for n in range((len(z) - 1) * (len(y) - 1))]
     made = SubvolumeGrid(
         shape_zyx=SHAPE_ZYX,
         size=4,
         cuts_zyx=(z, y, x),
-        gl=tiled if flat else solid,
+        texture_format="rgba8unorm" if flat else "r8unorm",
+        dimension="2d" if flat else "3d",
         mosaic=mosaic if flat else None,
         subvolumes=tuple(pieces),
         points=grid_points((z, y, x)),
@@ -63,9 +62,7 @@ ANY: dict[str, Change] = {
     "a point missing": lambda g: g["points"].pop(),
     "a point astray": lambda g: g["points"][0].update(subvolumes=[99]),
     "another volume": lambda g: g.update(shape_zyx=[9, 9, 1]),
-    "another target": lambda g: g["gl"].update(
-        target="TEXTURE_2D" if g["gl"]["target"] == "TEXTURE_3D" else "TEXTURE_3D"
-    ),
+    "another target": lambda g: g.update(dimension="2d" if g["dimension"] == "3d" else "3d"),
     "another file": lambda g: g["subvolumes"][0].update(file="pieces/99.ktx2"),
     "an unknown whole": lambda g: g.update(whole="pieces/whole.ktx2"),
     "another format": lambda g: g.update(format="other"),
@@ -76,7 +73,7 @@ FLAT: dict[str, Change] = {
     "two textures": lambda g: g["mosaic"].update(textures=2),
     "two components": lambda g: g["mosaic"].update(components_per_voxel=2),
     "one slice in a texel": lambda g: g["mosaic"].update(slices_per_texel=1),
-    "one channel, overlapping": lambda g: (g["mosaic"].update(slices_per_texel=1), g["gl"].update(format="LUMINANCE")),
+    "one channel, overlapping": lambda g: (g["mosaic"].update(slices_per_texel=1), g.update(texture_format="r8unorm")),
     "ghost voxels with room": lambda g: (g.update(ghost=1, size=6), g["mosaic"].update(_ROOM)),
     "low tiles": lambda g: g["mosaic"].update(tile_shape_yx=[3, 1]),
     "few slices": lambda g: g["mosaic"].update(slices=3),
@@ -105,7 +102,11 @@ def test_javascript_and_python_take_the_same_grids() -> None:
     for flat, _, change in cases:
         record = grid(flat=flat)
         pieces = [piece["file"] for piece in record["subvolumes"]]
-        manifest = {"grid": {"shape_zyx": list(SHAPE_ZYX)}, "subvolumes": {"grid": "grid.json", "pieces": pieces}}
+        manifest = {
+            "profile": {"api": "es3.0"},
+            "grid": {"shape_zyx": list(SHAPE_ZYX)},
+            "subvolumes": {"grid": "grid.json", "pieces": pieces},
+        }
         changed = copy.deepcopy(record)
         change(changed)
         lines.append(json.dumps({"manifest": manifest, "grid": json.dumps(changed)}))

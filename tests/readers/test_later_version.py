@@ -45,8 +45,9 @@ def later(files: Files) -> Files:
         | {"basis": "later-basis", "pictures": 1, "psnr_db": 1.0, "rmse": 0.0, "maximum": 0.0}
     )
     texture = next(each for each in manifest["textures"] if each["role"] in {"volume", "slices"})
-    gl = {"target": "TEXTURE_3D", "internal_format": "RGBA_LATER", "format": "RGBA_LATER"}
-    manifest["textures"].append(texture | {"name": "later", "role": "occlusion", "file": "later/o.ktx3", "gl": gl})
+    manifest["textures"].append(
+        texture | {"name": "later", "role": "occlusion", "file": "later/o.ktx3", "format": "rgba64later"}
+    )
     manifest["files"] += [{"path": path, "role": role} for path, role in (("later/o.ktx3", "texture"), ("z", "notes"))]
     manifest["files"].sort(key=lambda record: record["path"])
     files = files | {"later/o.ktx3": b"of a later version", "z": b"notes", MANIFEST: json.dumps(manifest).encode()}

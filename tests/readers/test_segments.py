@@ -22,7 +22,7 @@ def narrower(texture: Manifest, axis: int) -> None:
 
 
 def as_rgba(texture: Manifest) -> None:
-    texture["gl"].update(internal_format="RGBA8", format="RGBA")
+    texture["format"] = "rgba8unorm"
 
 
 LIES: Lies = {

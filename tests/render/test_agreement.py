@@ -15,7 +15,7 @@ from volprep_formats.grid import Grid
 
 SHAPE_HW = (40, 40)
 LAYOUTS = [(ES3, 1), (ES2, 1), (ES2, 4)]
-ES3_BYTES = ES3.model_copy(update={"texture_formats": ("R8", "RGBA8")})
+ES3_BYTES = ES3.model_copy(update={"texture_formats": ("r8unorm", "rgba8unorm")})
 # Linear from the first to the last code: a table of two entries, 0 and 1, holds it exactly in every format but for the
 # root of extinction in RGBA8, which is why that is compared with itself only.
 LINEAR = function((0.0, (0.0, 0.0, 1.0), 0.0), (255.0, (1.0, 0.0, 0.0), 0.5))

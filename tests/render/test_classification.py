@@ -27,7 +27,7 @@ SHAPE_HW = (48, 48)
 GRID = Grid.of((16, 18, 20), (1.3, 0.9, 1.0), (3.0, -20.0, 7.0))
 PROFILES = {
     "texture3d": ES3,
-    "texture3d-rgba8": ES3.model_copy(update={"texture_formats": ("R8", "RGBA8")}),
+    "texture3d-rgba8": ES3.model_copy(update={"texture_formats": ("r8unorm", "rgba8unorm")}),
     "mosaic": ES2,
 }
 RED, GREEN, WHITE = (0.9, 0.1, 0.1), (0.1, 0.8, 0.3), (1.0, 1.0, 1.0)

@@ -29,7 +29,7 @@ from volprep_formats.package.program import Light, ProgramDesign
 from volprep_formats.package.reader import Package
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0)).model_copy(update={"isovalue": 100.0})
-RGBA8_ONLY = ES3.model_copy(update={"texture_formats": ("R8", "RG8", "RGB8", "RGBA8")})
+RGBA8_ONLY = ES3.model_copy(update={"texture_formats": ("r8unorm", "rg8unorm", "rgb8unorm", "rgba8unorm")})
 SMALL = ES2.model_copy(update={"max_texture_size": 64})
 """Holds four tiles of 31×29 texels in a texture."""
 OCT8, OCT12, SNORM8 = (NormalSettings(code=code) for code in ("oct8", "oct12", "snorm8"))
@@ -130,7 +130,8 @@ def with_pieces(package):
             shape_zyx=(depth, *sides),
             size=max(depth, *sides, 2),
             cuts_zyx=cuts,
-            gl=volume.gl,
+            texture_format=volume.format,
+            dimension=volume.dimension,
             filter=volume.filter,
             mosaic=mosaic,
             subvolumes=(Subvolume(minimum=0, maximum=255),),

@@ -57,7 +57,7 @@ def test_a_jump_at_the_first_or_last_value_is_one_too():
 def test_bytes_are_off_by_their_rounding_only(transfer_function, entries):
     window = (-300.0, 300.0)
     colour, extinction = Table.exact(transfer_function).at(np.linspace(*window, entries))
-    table = lookup_texels(lookup_table(transfer_function, window, entries), "RGBA8")
+    table = lookup_texels(lookup_table(transfer_function, window, entries), "rgba8unorm")
     texels = table.texels[0, 0].astype(np.float64) / 255
     assert table.max_extinction_per_mm == (extinction.max() or 1.0)
     assert np.abs(texels[:, :3] - colour).max() <= 0.5 / 255 + 1e-12
@@ -71,7 +71,7 @@ def test_bytes_are_off_by_their_rounding_only(transfer_function, entries):
 def test_half_floats_hold_colour_and_extinction_to_eleven_bits(transfer_function):
     window = (-300.0, 300.0)
     colour, extinction = Table.exact(transfer_function).at(np.linspace(*window, 256))
-    table = lookup_texels(lookup_table(transfer_function, window, 256), "RGBA16F")
+    table = lookup_texels(lookup_table(transfer_function, window, 256), "rgba16float")
     texels = table.texels[0, 0].astype(np.float64)
     assert table.max_extinction_per_mm is None
     assert np.abs(texels - np.column_stack([colour, extinction])).max() <= 2.0**-11 * max(1.0, extinction.max())
@@ -79,12 +79,12 @@ def test_half_floats_hold_colour_and_extinction_to_eleven_bits(transfer_function
 
 def test_faint_extinction_survives_in_bytes_beside_an_opaque_one():
     fog_and_bone = function((0.0, (1.0, 1.0, 1.0), 0.001), (1.0, (1.0, 1.0, 1.0), 20.0))
-    table = lookup_texels(lookup_table(fog_and_bone, (0.0, 1.0), 256), "RGBA8")
+    table = lookup_texels(lookup_table(fog_and_bone, (0.0, 1.0), 256), "rgba8unorm")
     fog = 20.0 * (table.texels[0, 0, 0, 3] / 255) ** 2
     assert fog == pytest.approx(0.001, rel=0.4)
 
 
-@pytest.mark.parametrize("form", ["RGBA8", "RGBA16F"])
+@pytest.mark.parametrize("form", ["rgba8unorm", "rgba16float"])
 def test_a_wall_takes_nothing_from_the_fog_in_front_of_it(form):
     white = (1.0, 1.0, 1.0)
     fog_and_wall = function((0.0, white, 0.02), (0.5, white, 0.02), (0.5, white, 1e9), (1.0, white, 1e9))
@@ -112,12 +112,12 @@ def test_the_ramp_from_a_haze_to_a_wall_has_the_colour_of_the_wall(entries, fall
 
 def test_a_function_that_shows_nothing_gives_a_table_of_zero_extinction():
     nothing = function((0.0, (0.5, 0.5, 0.5), 0.0))
-    assert not lookup_texels(lookup_table(nothing, (0.0, 1.0), 4), "RGBA8").texels[..., 3].any()
-    assert not lookup_texels(lookup_table(nothing, (0.0, 1.0), 4), "RGBA16F").texels[..., 3].any()
+    assert not lookup_texels(lookup_table(nothing, (0.0, 1.0), 4), "rgba8unorm").texels[..., 3].any()
+    assert not lookup_texels(lookup_table(nothing, (0.0, 1.0), 4), "rgba16float").texels[..., 3].any()
 
 
 def test_extinction_beyond_half_floats_is_clamped_to_the_largest():
-    table = lookup_texels(lookup_table(function((0.0, (1.0, 1.0, 1.0), 1e9)), (0.0, 1.0), 2), "RGBA16F")
+    table = lookup_texels(lookup_table(function((0.0, (1.0, 1.0, 1.0), 1e9)), (0.0, 1.0), 2), "rgba16float")
     assert (table.texels[..., 3] == 65504).all()
 
 
@@ -127,5 +127,5 @@ def test_a_step_longer_than_the_volume_clamps_no_more_than_one_as_long_as_its_ed
 
 
 def test_the_first_and_last_entry_are_the_ends_of_the_window():
-    table = lookup_texels(lookup_table(RAMP, (-10.0, 30.0), 5), "RGBA16F")
+    table = lookup_texels(lookup_table(RAMP, (-10.0, 30.0), 5), "rgba16float")
     np.testing.assert_allclose(table.texels[0, 0, :, 3].astype(float), [0.0, 0.5, 1.0, 1.5, 2.0])

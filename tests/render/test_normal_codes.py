@@ -67,7 +67,7 @@ def fetched(package, shift_xyz=(0.0, 0.0, 0.0)):
             box_from_clip = np.diag([width / 2, height / 2, 0.0, 1.0])
             box_from_clip[:3, 3] = np.array([width / 2, height / 2, z + 0.5]) + shift_xyz
             uniforms = {"u_box_from_clip": box_from_clip.astype(np.float32), "u_texture_from_box": scale}
-            gl.draw(linked, Bindings({"u_normals": ("TEXTURE_3D", handle)}, uniforms), target, triangle)
+            gl.draw(linked, Bindings({"u_normals": ("3d", handle)}, uniforms), target, triangle)
             # The picture's rows run from the top down.
             slices.append(gl.read(target)[::-1, :, :3])
     return np.stack(slices).astype(np.float64)

@@ -125,7 +125,7 @@ def test_a_sphere_is_lit_as_by_3d_textures(tmp_path, code, view, size):
     codes = np.clip(np.rint((16.3 - distance) * 24 + 128), 0, 255).astype(np.uint8)
     surface_of = function((110.0, (1.0, 0.8, 0.6), 0.0), (150.0, (1.0, 0.8, 0.6), 3.0))
     # The same tables on both: of eight bits.
-    flat = ES3.model_copy(update={"texture_formats": tuple(f for f in ES3.texture_formats if "16F" not in f)})
+    flat = ES3.model_copy(update={"texture_formats": tuple(f for f in ES3.texture_formats if "16float" not in f)})
     drawn = {}
     for profile in (ES2.model_copy(update={"max_texture_size": size}), flat):
         package = tiny_package(
@@ -161,7 +161,7 @@ def test_every_way_of_classifying_and_skipping_is_lit(tmp_path, classification, 
     codes = np.minimum(np.rint(distance * 8), 255).astype(np.uint8)
     ramp = function((15.0, (1.0, 1.0, 1.0), 5.0), (17.0, (1.0, 1.0, 1.0), 0.0))
     pictures = []
-    for profile in (ES2, ES3.model_copy(update={"texture_formats": ("R8", "RGB8", "RGBA8")})):
+    for profile in (ES2, ES3.model_copy(update={"texture_formats": ("r8unorm", "rgb8unorm", "rgba8unorm")})):
         package = tiny_package(
             tmp_path / profile.name,
             codes,

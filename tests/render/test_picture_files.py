@@ -44,10 +44,10 @@ def test_the_preview_is_a_picture_of_the_package_and_always_the_same_bytes(tmp_p
 
 def test_codes_are_texels_but_where_16_bits_become_half_floats_of_0_to_1():
     narrow = np.array([[[0, 1, 255]]], np.uint8)
-    assert texels_of(narrow, "R8") is narrow
+    assert texels_of(narrow, "r8unorm") is narrow
     every = np.arange(65536, dtype=np.uint16).reshape(16, 64, 64)
-    assert texels_of(every, "R16") is every
-    texels = texels_of(every, "R16F")
+    assert texels_of(every, "r16unorm") is every
+    texels = texels_of(every, "r16float")
     assert texels.dtype == np.float16
     assert (texels[0, 0, 0], texels[-1, -1, -1]) == (0.0, 1.0)
     assert np.abs(texels.astype(np.float64) - every / 65535).max() <= 2.0**-12

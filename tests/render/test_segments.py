@@ -100,8 +100,8 @@ def test_a_mosaic_of_labels_draws_what_a_3d_texture_does(folder, border, labels)
     name = f"mosaic-{border}-{labels}"
     source = {"border": border, "source": str(folder / f"{labels}.nii"), "style": []}
     mosaic = built(folder, name, profile="gles2-2048", **source)
-    assert {each.gl.format for each in mosaic.manifest.textures if each.role == "labels"} == {
-        "LUMINANCE" if labels == "labels" else "LUMINANCE_ALPHA"
+    assert {each.format for each in mosaic.manifest.textures if each.role == "labels"} == {
+        "r8unorm" if labels == "labels" else "rg8unorm"
     }
     assert check(mosaic.path) == []
     other = built(folder, f"3d-{name}", **source)
@@ -248,7 +248,7 @@ def test_three_styles_in_one_cell_are_told_apart(folder):
 def test_the_package_is_sound_and_holds_one_byte_more_for_each_voxel(mixed):
     assert check(mixed.path) == []
     textures = {texture.role: texture for texture in mixed.manifest.textures}
-    assert textures["labels"].gl.internal_format == "R8"
+    assert textures["labels"].format == "r8unorm"
     assert textures["labels"].shape_zyx == textures["volume"].shape_zyx
     assert textures["looks"].shape_zyx == (1, 1, 256)
 

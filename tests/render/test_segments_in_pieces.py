@@ -133,17 +133,17 @@ def of_one_value(
 @pytest.mark.parametrize(
     ("profile", "labels", "pixels"),
     [
-        ("gles3", "labels", "RG"),
-        ("gles2-4096", "labels", "LUMINANCE_ALPHA"),
-        ("gles3", "many", "RGB"),
-        ("gles2-4096", "many", "RGB"),
+        ("gles3", "labels", "rg8unorm"),
+        ("gles2-4096", "labels", "rg8unorm"),
+        ("gles3", "many", "rgb8unorm"),
+        ("gles2-4096", "many", "rgb8unorm"),
     ],
 )
 def test_blocks_laid_over_each_other_are_the_picture_of_the_whole(folder, profile, labels, pixels) -> None:
     source = {"source": str(folder / f"{labels}.nii"), "style": [], "outside_opacity": 0.5}
     package = built(folder, f"{profile}-{labels}", profile, PIECES, **source)
     assert check(package.path) == []
-    assert grid_of(package).gl.format == pixels
+    assert grid_of(package).texture_format == pixels
     (program,) = in_pieces(package)
     assert len([name for name in program.samplers if name.startswith("u_subvolume")]) == 8
     assert not [name for name in program.samplers if "label" in name]
@@ -254,7 +254,7 @@ def test_pieces_hold_the_labels_of_level_0(request, name, more) -> None:
         own = whole[tuple(slice(first, last + 1) for first, last in box)]
         if piece.file is None:
             # The last layer may have flags, of cells of the next piece.
-            assert ((own & [0xFF, 0x7F]) == constant_texture(piece, grid.gl)).all()
+            assert ((own & [0xFF, 0x7F]) == constant_texture(piece, grid.texture_format)).all()
         else:
             np.testing.assert_array_equal(ktx2.decode(package.read_bytes(piece.file), piece.file).data, own)
 

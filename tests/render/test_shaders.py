@@ -15,7 +15,7 @@ from volprep.shading.compose import compose, literal
 from volprep_formats.diagnostics import VolprepError
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
-RGBA8_ONLY = ES3.model_copy(update={"texture_formats": ("R8", "RGBA8")})
+RGBA8_ONLY = ES3.model_copy(update={"texture_formats": ("r8unorm", "rgba8unorm")})
 SMALL = ES2.model_copy(update={"max_texture_size": 64})
 """Holds four tiles of 31×29 texels in a texture."""
 ONE, FOUR = Packing(), Packing(4)

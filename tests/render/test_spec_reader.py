@@ -19,6 +19,7 @@ from webgl import WebGl
 
 from volprep.render.bindings import GLES3
 from volprep.render.egl import context
+from volprep.render.gl_formats import TARGETS, gl_format
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
 from volprep.truth.picture import encoded
@@ -146,7 +147,7 @@ def run_javascript(tmp_path: Path, body: str) -> list[list[object]]:
 
 @pytest.mark.long
 def test_the_javascript_uploads_the_texels_of_each_texture_as_the_manifest_says(ball, tmp_path) -> None:
-    names = {"UNSIGNED_BYTE": ("Uint8Array", np.uint8), "HALF_FLOAT": ("Uint16Array", np.uint16)}
+    arrays = {"UNSIGNED_BYTE": ("Uint8Array", np.uint8), "HALF_FLOAT": ("Uint16Array", np.uint16)}
     for record in ball.manifest.textures:
         texels = ktx2.decode(ball.read_bytes(record.file), record.file).data
         text = json.dumps(record.model_dump(mode="json"))
@@ -154,12 +155,13 @@ def test_the_javascript_uploads_the_texels_of_each_texture_as_the_manifest_says(
         upload(gl, {text}, data.buffer.slice(data.byteOffset, data.byteOffset + data.length));"""
         (call,) = [call for call in run_javascript(tmp_path, body) if call[0].startswith("texImage")]
         depth, height, width = record.shape_zyx
-        size = [width, height, depth] if record.gl.target == "TEXTURE_3D" else [width, height]
-        array, dtype = names[record.gl.type]
+        size = [width, height, depth] if record.dimension == "3d" else [width, height]
+        internal, pixels, kind = gl_format(record.format, "es3.0")
+        array, dtype = arrays[kind]
         flat = np.frombuffer(np.ascontiguousarray(texels).tobytes(), dtype)
         assert call == [
             f"texImage{len(size)}D",
-            *(record.gl.target, 0, record.gl.internal_format, *size, 0, record.gl.format, record.gl.type),
+            *(TARGETS[record.dimension], 0, internal, *size, 0, pixels, kind),
             [array, flat.size, int(flat[flat.size // 2])],
         ]
 

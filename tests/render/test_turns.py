@@ -43,9 +43,11 @@ def picture(package, step_mm, kind=Renderer, view="superior"):
 def with_step(package, step_mm, step_mm_min=None):
     """The package as one that wants this step, and has no bound of its own unless one is given."""
     manifest = package.manifest
-    render = manifest.render.model_copy(update={"step_mm": step_mm})
+    (picture,) = manifest.pictures
+    drawings = tuple(each.model_copy(update={"step_mm": step_mm}) for each in picture.drawings)
+    pictures = (picture.model_copy(update={"drawings": drawings}),)
     programs = tuple(each.model_copy(update={"step_mm_min": step_mm_min}) for each in manifest.programs)
-    return Package(package.path, manifest.model_copy(update={"render": render, "programs": programs}))
+    return Package(package.path, manifest.model_copy(update={"pictures": pictures, "programs": programs}))
 
 
 @pytest.mark.parametrize("api", ["es2.0", "es3.0"])

@@ -196,8 +196,8 @@ def test_a_picture_that_a_mesh_changes_is_marked(changed_report: Report) -> None
 
 def test_compressed_forms_stand_with_what_each_loses(elements: Elements) -> None:
     text = words(elements)
-    assert "ETC2_RGBA8 23.0 kB – 38.0 0.00400 0.200 rays through a sample ✗ beyond" in text
-    assert "ASTC_6X6 41.0 kB 2.50 s 45.0 0.00200 0.100 the whole level, 9 pictures ✓ within" in text
+    assert "etc2-rgba8unorm 23.0 kB – 38.0 0.00400 0.200 rays through a sample ✗ beyond" in text
+    assert "astc-6x6-unorm 41.0 kB 2.50 s 45.0 0.00200 0.100 the whole level, 9 pictures ✓ within" in text
     assert "Uncompressed, level 0 takes 92.2 kB" in text
 
 

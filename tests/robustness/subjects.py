@@ -213,12 +213,12 @@ def _read_manifest(path: Path) -> None:
 
 def _ktx2(_folder: Path) -> bytes:
     texels = _noise().astype(np.uint8)
-    return b"".join(ktx2.encode(ktx2.Ktx2Image("R8", _SHAPE_ZYX, texels, 3)))
+    return b"".join(ktx2.encode(ktx2.Ktx2Image("r8unorm", _SHAPE_ZYX, texels, 3)))
 
 
 def _supercompressed(_folder: Path) -> bytes:
     texels = (np.arange(24 * 30 * 28) // 9 % 251).reshape(24, 30, 28).astype(np.uint8)
-    plain = b"".join(ktx2.encode(ktx2.Ktx2Image("R8", texels.shape, texels, 3)))
+    plain = b"".join(ktx2.encode(ktx2.Ktx2Image("r8unorm", texels.shape, texels, 3)))
     return ktx2.supercompressed(plain, "texture")
 
 

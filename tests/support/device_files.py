@@ -22,7 +22,7 @@ _RECORD = {
         "platform": "Android",
         "pixel_ratio": 3.0,
     },
-    "probes": [{"name": "R8", "passed": True, "note": ""}],
+    "probes": [{"name": "r8unorm", "passed": True, "note": ""}],
     "picture_size": 48,
     "timing": "fence",
     "programs": [

@@ -43,7 +43,7 @@ class Fetch:
             for volume in volumes:
                 image = ktx2.decode(package.read_bytes(volume.file), volume.file)
                 handle = stack.enter_context(self._gl.texture(volume, *image.levels))
-                self._textures[names[volume.name]] = (volume.gl.target, handle)
+                self._textures[names[volume.name]] = (volume.dimension, handle)
             self._triangle = stack.enter_context(self._gl.triangle())
             self._target = stack.enter_context(self._gl.target("rgba32f", (_SIZE, _SIZE)))
             self._stack = stack.pop_all()

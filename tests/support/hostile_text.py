@@ -25,7 +25,7 @@ ATTACKS = (
     r"\g<9>\1 $\frac$ $x$ ${{window.attacked = 1}} {{{{ 7 * 7 }}}} {{% include 'batch.js' %}}",
 )
 """Each may be written with `format(url=...)`: a request to that address has left the page."""
-_WORDS = {"uniforms": {"name", "source", "type"}, "programs": {"samplers"}, "textures": {"role"}}
+_WORDS = {"uniforms": {"name", "source", "type"}, "programs": {"samplers"}, "textures": {"role", "format"}}
 """Names of the shaders and words that readers look up, by list: with others nothing is drawn."""
 
 

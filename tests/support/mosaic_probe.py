@@ -15,10 +15,10 @@ from volprep.shading import raycast_mosaic
 from volprep.shading.compose import compose
 from volprep.shading.feature import Feature
 from volprep.shading.rays import vertex_shader
-from volprep_formats.package.texture import GlFormat, MosaicLayout, SampleFilter, Texture
+from volprep_formats.package.texture import MosaicLayout, SampleFilter, Texture
 
 Array = NDArray[np.float64]
-_FORMATS = {1: "LUMINANCE", 2: "LUMINANCE_ALPHA", 3: "RGB", 4: "RGBA"}
+_FORMATS = {1: "r8unorm", 2: "rg8unorm", 3: "rgb8unorm", 4: "rgba8unorm"}
 SAMPLE_ALL = "void main() { gl_FragColor = voxel_texel(position(v_near.xyz / v_near.w)); }\n"
 SAMPLE = "void main() { gl_FragColor = vec4(stored_value(position(v_near.xyz / v_near.w))); }\n"
 
@@ -102,7 +102,8 @@ def mosaic_probe(  # noqa: PLR0917 - all that a test chose
         role="volume",
         file="mosaic.ktx2",
         shape_zyx=(1, *layout.texture_shape_yx),
-        gl=GlFormat(target="TEXTURE_2D", internal_format=pixels, format=pixels, type="UNSIGNED_BYTE"),
+        format=pixels,
+        dimension="2d",
         filter=between,
     )
     with ExitStack() as stack:
@@ -114,7 +115,7 @@ def mosaic_probe(  # noqa: PLR0917 - all that a test chose
         textures = {}
         for sampler in samplers:
             texels = np.concatenate(list(pack_mosaic(lambda z0, z1: volume[z0:z1], layout, sampler.part)))
-            textures[sampler.name] = ("TEXTURE_2D", stack.enter_context(gl.texture(record, texels)))
+            textures[sampler.name] = ("2d", stack.enter_context(gl.texture(record, texels)))
         probe = MosaicProbe(gl, program, textures, target)
         stack.callback(probe.close)
         yield probe

@@ -14,9 +14,8 @@ from volprep.shading.lighting import normals_of
 from volprep.shading.rays import vertex_shader
 from volprep_formats.package.parts.normals.record import NormalCode, Normals
 from volprep_formats.package.texture import MosaicLayout, Texture
-from volprep_formats.textures.gl_formats import gl_format
 
-_FORMATS = {2: "LUMINANCE_ALPHA8", 3: "RGB8", 4: "RGBA8"}
+_FORMATS = {2: "rg8unorm", 3: "rgb8unorm", 4: "rgba8unorm"}
 _MAIN = "void main() { gl_FragColor = vec4(normal_at(position(v_near.xyz / v_near.w)), 1.0); }\n"
 Triple = tuple[float, float, float]
 
@@ -32,7 +31,8 @@ def normals_probe(
         role="normals",
         file="normals.ktx2",
         shape_zyx=(1, *layout.texture_shape_yx),
-        gl=gl_format(_FORMATS[layout.components_per_voxel], "TEXTURE_2D", "es2.0"),
+        format=_FORMATS[layout.components_per_voxel],
+        dimension="2d",
         filter="linear" if code == "biased8" else "nearest",
         level=0,
         mosaic=layout,
@@ -52,7 +52,7 @@ def normals_probe(
         textures = {}
         for sampler in lighting.samplers:
             texels = np.concatenate(list(pack_mosaic(lambda z0, z1: codes[z0:z1], layout, sampler.part)))
-            textures[sampler.name] = ("TEXTURE_2D", stack.enter_context(gl.texture(texture, texels)))
+            textures[sampler.name] = ("2d", stack.enter_context(gl.texture(texture, texels)))
         probe = MosaicProbe(gl, program, textures, target)
         stack.callback(probe.close)
         yield probe

@@ -34,7 +34,7 @@ from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.parts.slices.texels import slice_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
-from volprep_formats.textures.gl_formats import SRGB
+from volprep_formats.textures.texel_formats import SRGB
 
 NOMINAL_VOXELS = 0.0625
 _SHADOWS = '[lighting]\nlight_mm = [-60.0, -80.0, 40.0]\nshadows = "rays"\n'

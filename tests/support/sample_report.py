@@ -37,7 +37,7 @@ from volprep_formats.package.manifest import FileRecord, Manifest, PlanItem, Ren
 from volprep_formats.package.parts.proxy.record import Proxy, ProxyMeshFile
 from volprep_formats.package.parts.skip.record import Skipping, SkipTable
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.texture import GlFormat, Texture
+from volprep_formats.package.texture import Texture
 from volprep_formats.source import SourceInfo
 
 CHANNEL = "scan"
@@ -204,7 +204,7 @@ def empty_space_of(*, passed: bool) -> EmptySpace:
 
 FORMS = (
     FormTrial(
-        format="ETC2_RGBA8",
+        format="etc2-rgba8unorm",
         channel=CHANNEL,
         kept=False,
         level=0,
@@ -216,7 +216,7 @@ FORMS = (
         maximum=0.2,
     ),
     FormTrial(
-        format="ASTC_6X6",
+        format="astc-6x6-unorm",
         channel=CHANNEL,
         kept=True,
         level=0,
@@ -253,7 +253,7 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
             max_texture_size=4096,
             max_3d_texture_size=1024,
             texture_units=16,
-            texture_formats=("R8",),
+            texture_formats=("r8unorm",),
             index_bits=32,
             max_texture_bytes=1 << 28,
         ),
@@ -293,7 +293,8 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
                     role="volume",
                     file=f"level{level.index}.ktx2",
                     shape_zyx=level.grid.shape_zyx,
-                    gl=GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE"),
+                    format="r8unorm",
+                    dimension="3d",
                     level=level.index,
                     channels=(CHANNEL,),
                 )
@@ -304,7 +305,8 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
                 role="skip",
                 file="skip.ktx2",
                 shape_zyx=(10, 12, 12),
-                gl=GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE"),
+                format="r8unorm",
+                dimension="3d",
                 level=0,
                 transfer="skin",
             ),

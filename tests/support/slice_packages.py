@@ -92,7 +92,7 @@ def slice_package(
 def colours_of(package: Package, texture: Texture) -> np.ndarray:
     """Give the texels of a texture of slices as colours [y, x, RGBA]."""
     data = package.read_bytes(texture.file)
-    if texture.gl.internal_format != paletted.INTERNAL_FORMAT:
+    if texture.format != "palette8-rgba8unorm":
         return ktx2.decode(data, texture.file).data[0]
     colours, indices = paletted.decode(data, texture.shape_zyx[1:], texture.file)
     return colours[indices]

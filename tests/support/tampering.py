@@ -17,6 +17,7 @@ from volprep.validation.scan import find_scan
 from volprep.validation.whole import open_whole
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL
 
 
 class Damaged:
@@ -49,8 +50,7 @@ class Damaged:
         """Replace the texels [z, y, x, byte] of a file that holds one texture; give its file."""
         data = self.data(texture["file"])
         shape = texture["shape_zyx"]
-        components = {"LUMINANCE": 1, "RED": 1, "RG": 2, "RGB": 3, "RGBA": 4}
-        size = components.get(texture["gl"].get("format"), 1) * (2 if texture["gl"].get("type") == "HALF_FLOAT" else 1)
+        size = BYTES_PER_TEXEL.get(texture["format"], 1)
         body = int(np.prod(shape)) * size
         texels = np.frombuffer(bytes(data[-body:]), np.uint8).reshape(*shape, size)
         changed = np.ascontiguousarray(change(texels.copy()))

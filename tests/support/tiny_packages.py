@@ -198,7 +198,7 @@ def _plan(  # noqa: PLR0917 - all that a test chose
     rays: RaySampling,
 ) -> ChannelPlan:
     texture3d = profile.max_3d_texture_size > 0
-    lookup_format = "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
+    lookup_format = "rgba16float" if "rgba16float" in profile.texture_formats else "rgba8unorm"
     crop = CropPlan(start_zyx=(0, 0, 0), stop_zyx=grid.shape_zyx)
     return ChannelPlan(
         channel=CHANNEL,
@@ -268,7 +268,7 @@ def _classified(plan: ChannelPlan, name: ClassificationName) -> ChannelPlan:
         tables["preintegrated"] = (PreintegratedPlan(**lookup.model_dump(exclude={"format"})),)
     if name == "preclassified":
         # Six steps: short enough for the dense, long enough for the faint.
-        update = {"transfer": lookup.transfer, "reference_mm": 6 * plan.rays.step_mm, "format": "RGBA8"}
+        update = {"transfer": lookup.transfer, "reference_mm": 6 * plan.rays.step_mm, "format": "rgba8unorm"}
         one_voxel = {"components_per_voxel": 4}
         tables = {
             "volumes": tuple(
@@ -306,7 +306,7 @@ def _volume(
         level=index,
         names=names,
         files=tuple(f"{each}.ktx2" for each in names),
-        format="LUMINANCE8" if packing.slices_per_texel == 1 else "RGBA8",
+        format="r8unorm" if packing.slices_per_texel == 1 else "rgba8unorm",
         shape_zyx=(1, *layout.texture_shape_yx),
         mosaic=layout,
         channels=(CHANNEL,),

@@ -25,7 +25,7 @@ api = "es2.0"
 max_texture_size = 64
 max_3d_texture_size = 0
 texture_units = 8
-texture_formats = ["LUMINANCE8", "LUMINANCE_ALPHA8", "RGB8", "RGBA8"]
+texture_formats = ["r8unorm", "rg8unorm", "rgb8unorm", "rgba8unorm"]
 index_bits = 16
 max_texture_bytes = 67_108_864
 """

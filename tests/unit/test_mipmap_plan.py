@@ -122,4 +122,4 @@ def test_what_has_no_mipmaps_cannot_be_asked_for_with_them(tables, says) -> None
 
 def test_voxels_that_are_colours_have_mipmaps_too() -> None:
     decided = plan(scene(textures=MIPMAPS, render={"classification": "preclassified"}))
-    assert [(volume.format, volume.mipmap) for volume in decided.volumes] == [("RGBA8", 0), ("RGBA8", 1)]
+    assert [(volume.format, volume.mipmap) for volume in decided.volumes] == [("rgba8unorm", 0), ("rgba8unorm", 1)]

@@ -88,7 +88,7 @@ class TestBitsAndWindow:
         points = [(0.0, 0.0), (3.0, 5.0), (6.0, 0.0), (4089.0, 0.0), (4092.0, 5.0), (4095.0, 0.0)]
         decided = plan(noise(high=4096, dtype=np.uint16), scene(points))
         assert decided.quantize.bits == 16
-        assert decided.volumes[0].format == "R16F"
+        assert decided.volumes[0].format == "r16float"
         assert "8 bits would change" in item(decided, "16-bit values").reason
         assert "profile gles3 has no R16, and half floats change a value by" in item(decided, "16-bit values").reason
 
@@ -98,17 +98,17 @@ class TestBitsAndWindow:
         voxels = noise((9, 40, 40), 65536, np.uint16)
         voxels.flat[:2] = 0, 65535
         half, exact = (plan(voxels, scene(points, quantize={"bits": 16}), each) for each in (GLES3, NORM16))
-        assert {volume.format for volume in half.volumes} == {"R16F"}
-        assert {volume.format for volume in exact.volumes} == {"R16"}
+        assert {volume.format for volume in half.volumes} == {"r16float"}
+        assert {volume.format for volume in exact.volumes} == {"r16unorm"}
         as_they_are = "R16 texels hold codes unchanged; they change the sample of rays by nothing"
         assert as_they_are in item(exact, "16-bit values").reason
         assert "they change the sample of rays by RMSE" in item(half, "16-bit values").reason
 
     def test_a_profile_with_exact_16_bits_but_no_3d_textures_has_half_floats(self) -> None:
-        formats = ("LUMINANCE8", "R8", "RGBA8", "R16", "R16F", "RGBA16F")
+        formats = ("r8unorm", "rgba8unorm", "r16unorm", "r16float", "rgba16float")
         flat = NORM16.model_copy(update={"max_3d_texture_size": 0, "texture_formats": formats})
         decided = plan(noise(high=4096, dtype=np.uint16), scene(quantize={"bits": 16}), flat)
-        assert {volume.format for volume in decided.volumes} <= {"R16F", "RGBA16F"}
+        assert {volume.format for volume in decided.volumes} <= {"r16float", "rgba16float"}
 
     def test_a_profile_without_16_bits_gets_8_all_the_same(self) -> None:
         points = [(0.0, 0.0), (3.0, 5.0), (6.0, 0.0), (4089.0, 0.0), (4092.0, 5.0), (4095.0, 0.0)]
@@ -117,7 +117,7 @@ class TestBitsAndWindow:
         assert "profile gles2-2048 has no texture format" in item(decided, "16-bit values").reason
 
     def test_asking_a_profile_for_bits_that_it_does_not_have_is_an_error(self) -> None:
-        formats = "LUMINANCE8, LUMINANCE_ALPHA8, RGB8, RGBA8"
+        formats = "r8unorm, rg8unorm, rgb8unorm, rgba8unorm"
         with pytest.raises(VolprepError, match=f"VP3020 profile gles2-2048 .* 16 bits, only {formats}"):
             plan(noise(), scene(quantize={"bits": 16}), GLES2)
 
@@ -251,7 +251,7 @@ class TestLevels:
         assert [level.factors_zyx for level in decided.levels] == [(2, 1, 1), (4, 2, 2)]
         assert [level.index for level in decided.levels] == [1, 4]
         assert [program.levels for program in decided.programs] == [(1,), (4,)]
-        assert [volume.format for volume in decided.volumes] == ["RGBA8", "LUMINANCE8"]
+        assert [volume.format for volume in decided.volumes] == ["rgba8unorm", "r8unorm"]
         assert decided.stages == ("import", "quantize", "pyramid", "transfer", "mosaic", "shaders", "seal")
         assert "33 slices of 31×20 voxels, but" in item(decided, "level 0").reason
         assert "room for 24" in item(decided, "level 0").reason
@@ -262,7 +262,7 @@ class TestLevels:
         small = GLES2.model_copy(update={"max_texture_size": 64})
         decided = plan(noise((168, 20, 31)), profile=small)
         (volume, *_) = decided.volumes
-        assert (volume.level, volume.mosaic.textures, volume.format) == (0, 7, "RGBA8")
+        assert (volume.level, volume.mosaic.textures, volume.format) == (0, 7, "rgba8unorm")
         assert volume.files == tuple(f"textures/mosaic-scan-0-{part}.ktx2" for part in range(7))
         assert item(decided, "several textures").reason.endswith("room for 24 slices, and there are 168")
         assert plan(noise((169, 20, 31)), profile=small).levels[0].index == 1
@@ -323,13 +323,13 @@ class TestLevels:
         small = GLES2.model_copy(update={"max_texture_size": 64})
         decided = plan(noise((20, 20, 31)), profile=small)
         (volume,) = decided.volumes
-        assert volume.format == "RGBA8"
+        assert volume.format == "rgba8unorm"
         assert item(decided, "four channels").kept
         assert item(decided, "four channels").reason == "one channel has room for 6 slices, and there are 20"
 
         decided = plan(noise((6, 20, 31)), profile=small)
         (volume,) = decided.volumes
-        assert volume.format == "LUMINANCE8"
+        assert volume.format == "r8unorm"
         assert not item(decided, "four channels").kept
         assert item(decided, "four channels").reason == "one channel has room for 6 slices, and there are 6"
 
@@ -345,7 +345,7 @@ class TestLevels:
 class TestTables:
     def test_a_table_over_its_own_values_needs_256_entries(self) -> None:
         (lookup,) = plan(noise()).lookups
-        assert (lookup.entries, lookup.format) == (256, "RGBA16F")
+        assert (lookup.entries, lookup.format) == (256, "rgba16float")
 
     def test_a_narrow_peak_in_a_wide_window_gets_a_longer_table(self) -> None:
         points = [(1000.0, 0.0), (1003.0, 2.0), (1006.0, 0.0), (3990.0, 0.0), (4000.0, 2.0)]
@@ -368,7 +368,7 @@ class TestTables:
         assert plan(noise(high=4096, dtype=np.uint16), scene(points), small).lookups[0].entries == 200
 
     def test_without_half_floats_a_table_has_bytes(self) -> None:
-        assert plan(noise(), profile=GLES2).lookups[0].format == "RGBA8"
+        assert plan(noise(), profile=GLES2).lookups[0].format == "rgba8unorm"
 
 
 class TestRayTermination:

@@ -258,7 +258,7 @@ def ramp_plan(scene: Scene, profile=GLES3):
 
 def test_classified_voxels_have_four_channels_and_no_table() -> None:
     decided = ramp_plan(classified())
-    assert {(each.format, each.transfer) for each in decided.volumes} == {("RGBA8", "labels")}
+    assert {(each.format, each.transfer) for each in decided.volumes} == {("rgba8unorm", "labels")}
     assert all(each.reference_mm == decided.volumes[0].reference_mm for each in decided.volumes)
     assert not decided.lookups
     assert [program.classification for program in decided.programs] == ["preclassified"]
@@ -275,7 +275,7 @@ def test_classified_voxels_are_those_of_one_transfer_function() -> None:
 
 def test_classified_voxels_of_devices_without_3d_textures_fill_a_texel_of_a_mosaic() -> None:
     decided = ramp_plan(classified(), load_profile("gles2-2048", Path()))
-    assert {volume.format for volume in decided.volumes} == {"RGBA8"}
+    assert {volume.format for volume in decided.volumes} == {"rgba8unorm"}
     layouts = [volume.mosaic for volume in decided.volumes]
     assert {(each.slices_per_texel, each.components_per_voxel) for each in layouts if each} == {(1, 4)}
 

@@ -14,7 +14,7 @@ api = "es3.0"
 max_texture_size = 512
 max_3d_texture_size = 128
 texture_units = 4
-texture_formats = ["R8", "RGBA8"]
+texture_formats = ["r8unorm", "rgba8unorm"]
 index_bits = 16
 max_texture_bytes = 1000000
 """
@@ -78,8 +78,8 @@ def test_a_wrong_profile_file_is_told_with_what_is_wrong(tmp_path, text, message
 
 
 def test_a_texture_format_that_does_not_exist_is_refused(tmp_path) -> None:
-    (tmp_path / "mine.toml").write_text(MINE.replace('"RGBA8"', '"RGBA9"'), encoding="utf-8")
-    with pytest.raises(VolprepError, match=r"VP3012 .*mine.toml: texture_formats.1: Input should be 'LUMINANCE8'"):
+    (tmp_path / "mine.toml").write_text(MINE.replace('"rgba8unorm"', '"RGBA9"'), encoding="utf-8")
+    with pytest.raises(VolprepError, match=r"VP3012 .*mine.toml: texture_formats.1: Input should be 'r8unorm'"):
         load_profile("mine.toml", tmp_path)
 
 

@@ -8,10 +8,8 @@ import pytest
 
 from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points, moves_for_view, step_from
 from volprep_formats.package.parts.subvolumes.record import Subvolume, SubvolumeGrid, ViewThresholds
-from volprep_formats.package.texture import GlFormat
 
 VIEW = ViewThresholds()
-GL = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")
 
 
 def grid_of(shape_zyx: tuple[int, int, int], size: int) -> SubvolumeGrid:
@@ -21,7 +19,8 @@ def grid_of(shape_zyx: tuple[int, int, int], size: int) -> SubvolumeGrid:
         shape_zyx=shape_zyx,
         size=size,
         cuts_zyx=(z, y, x),
-        gl=GL,
+        texture_format="r8unorm",
+        dimension="3d",
         subvolumes=(Subvolume(minimum=0, maximum=0),) * count,
         points=grid_points((z, y, x)),
         view=VIEW,

@@ -19,10 +19,8 @@ from volprep_formats.package.parts.subvolumes.places import (
     voxel_of,
 )
 from volprep_formats.package.parts.subvolumes.record import Subvolume, SubvolumeGrid, ViewThresholds
-from volprep_formats.package.texture import GlFormat
 from volprep_formats.package.transfer_function import TransferFunction
 
-GL = GlFormat(target="TEXTURE_3D", internal_format="R8", format="RED", type="UNSIGNED_BYTE")
 SHAPE_ZYX = (21, 34, 45)
 
 
@@ -33,7 +31,8 @@ def grid_of(size: int = 12, shape_zyx: tuple[int, int, int] = SHAPE_ZYX) -> Subv
         shape_zyx=shape_zyx,
         size=size,
         cuts_zyx=(z, y, x),
-        gl=GL,
+        texture_format="r8unorm",
+        dimension="3d",
         subvolumes=(Subvolume(minimum=0, maximum=255, file="a.ktx2"),) * count,
         points=grid_points((z, y, x)),
         view=ViewThresholds(),

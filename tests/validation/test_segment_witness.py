@@ -102,8 +102,8 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Package:
         "segments": json.loads(record().model_dump_json()),
         "channels": [{"levels": [{"grid": grid}]}],
         "textures": [
-            write(folder, "labels", "R8", label_texels(HELD, flagged(HELD, None), wide=False), 3),
-            write(folder, "looks", "RGBA8", look_texels(looks(record())), 2),
+            write(folder, "labels", "r8unorm", label_texels(HELD, flagged(HELD, None), wide=False), 3),
+            write(folder, "looks", "rgba8unorm", look_texels(looks(record())), 2),
         ],
     }
     return folder, manifest, read_scene(folder, folder / "scene.toml", folder)

@@ -49,7 +49,7 @@ def swapped(axis: int, one: int, other: int) -> Callable[[np.ndarray], np.ndarra
 
 
 def halves(texels: np.ndarray) -> np.ndarray:
-    """RGBA16F texels as numbers [z, y, x, channel]."""
+    """rgba16float texels as numbers [z, y, x, channel]."""
     return np.ascontiguousarray(texels).view(np.float16)
 
 
@@ -379,7 +379,7 @@ def test_wrong_labels_of_pieces_are_found(tmp_path) -> None:
         "VP6030 subvolume subvolumes/0-0-0.ktx2",
     ]
 
-    package.json("subvolumes/grid.json", lambda record: record["gl"].update(internal_format="RG8UI"))
+    package.json("subvolumes/grid.json", lambda record: record.update(texture_format="rg8unorm"))
     assert "subvolumes/grid.json" in told(package.save())
 
 

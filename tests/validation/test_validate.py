@@ -266,7 +266,8 @@ def test_json_stays_one_document_when_the_tolerance_is_not_kept(beyond, tmp_path
 def test_a_package_that_lacks_full_resolution_is_judged_by_its_finest_level_and_says_so(tmp_path) -> None:
     (tmp_path / "small.toml").write_text(
         'name = "small"\napi = "es3.0"\nmax_texture_size = 64\nmax_3d_texture_size = 32\ntexture_units = 8\n'
-        'texture_formats = ["R8", "R16F", "RGB8", "RGBA8", "RGBA16F"]\nindex_bits = 32\nmax_texture_bytes = 9_000_000\n'
+        'texture_formats = ["r8unorm", "r16float", "rgb8unorm", "rgba8unorm", "rgba16float"]\nindex_bits = 32\n'
+        "max_texture_bytes = 9_000_000\n"
     )
     scene = write_phantom_scene(tmp_path, "small.toml", "box")
     scene.write_text(scene.read_text()[: scene.read_text().rindex("[[transfer]]")])

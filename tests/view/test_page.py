@@ -264,7 +264,7 @@ def test_a_device_is_measured_and_what_it_sends_agrees_with_validation(browser, 
         picture = phantom.report.package.manifest.picture(measured.transfer)
         told_bytes = {each.level: each.cost.upload_bytes for each in picture.drawings}
         assert {each.level: each.upload_bytes for each in measured.levels} == told_bytes
-        assert {each.form for each in measured.levels} == {"ray-casting, R16F 3D texture"}
+        assert {each.form for each in measured.levels} == {"ray-casting, r16float 3D texture"}
         assert [each.size for each in measured.sizes] == [48, 96, 192][: len(measured.sizes)]
         assert len(measured.sizes) > 1 or "pixels: no time" in " ".join(record.left_out)
 

@@ -13,11 +13,12 @@ from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.record import Record
+from volprep_formats.textures.texel_formats import TextureFormat
 
 PartPlan = TypeVar("PartPlan", bound=Record)
 

@@ -1,8 +1,8 @@
 """Contents of a volume texture for a code: the normalised stored value, code / largest code.
 
-Codes are texels as they are, of 8 bits, and of 16 where the class of devices has R16 (GL_EXT_texture_norm16). Elsewhere
-16-bit codes become half floats: of the 16-bit formats that OpenGL ES 3.0 itself has, only R16F filters linearly. A half
-float is at most 2^-12 off in the upper half of the range and less below: 8 times finer than 8 bits.
+Codes are texels as they are, of 8 bits, and of 16 where the class of devices has r16unorm (GL_EXT_texture_norm16).
+Elsewhere 16-bit codes become half floats: of the 16-bit formats that OpenGL ES 3.0 itself has, only r16float filters
+linearly. A half float is at most 2^-12 off in the upper half of the range and less below: 8 times finer than 8 bits.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,18 +16,17 @@ from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import RawVolume
 from volprep.transfer.preclassified import Voxels
 from volprep_formats.arrays import Float32Array, Texels, UInt8Array
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import SRGB, gl_format
 from volprep_formats.textures.srgb_texels import encoded_srgb
+from volprep_formats.textures.texel_formats import SRGB, TextureFormat
 
 
 def texels_of(codes: NDArray[np.generic], texel: TextureFormat) -> Texels:
     """Turn codes, uint8 or uint16, into texels of a format: half floats where it has them, else codes as they are."""
-    if not texel.endswith("16F"):
+    if not texel.endswith("16float"):
         return codes
     normalised = codes.astype(np.float64) / np.iinfo(np.uint16).max
     return normalised.astype(np.float16)
@@ -123,14 +122,15 @@ def texels_on_gpu(draft: Draft, volume: VolumePlan) -> Callable[[int, int], Floa
     return decoded_slices(blocks, layout, compressed)
 
 
-def volume_texture(volume: VolumePlan, part: int, profile: DeviceProfile) -> Texture:
+def volume_texture(volume: VolumePlan, part: int) -> Texture:
     """Return the manifest's entry of a level's texture, or of one part of its mosaic."""
     return Texture(
         name=volume.names[part],
         role="volume",
         file=volume.files[part],
         shape_zyx=volume.shape_zyx,
-        gl=gl_format(volume.format, "TEXTURE_3D" if volume.mosaic is None else "TEXTURE_2D", profile.api),
+        format=volume.format,
+        dimension="3d" if volume.mosaic is None else "2d",
         level=volume.level,
         channels=() if volume.transfer else volume.channels,
         mosaic=volume.mosaic,

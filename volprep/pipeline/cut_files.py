@@ -13,7 +13,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.png import png_bytes
 from volprep_formats.textures import ktx2
 
-_FORMATS: dict[str, ktx2.Ktx2Format] = {"uint8": "R8", "uint16": "R16", "float16": "R16F"}
+_FORMATS: dict[str, ktx2.Ktx2Format] = {"uint8": "r8unorm", "uint16": "r16unorm", "float16": "r16float"}
 _MARK = (255, 96, 32)
 _GAP = 2
 """Pixels between the three sections."""

@@ -16,11 +16,11 @@ from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.parts.together.record import Together
-from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.texture import MosaicLayout, SampleFilter, TextureContent
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
+from volprep_formats.textures.texel_formats import TextureFormat
 
 
 class BlockTexturePlan(TextureContent):

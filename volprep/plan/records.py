@@ -12,13 +12,14 @@ from volprep_formats.grid import Count, Grid
 from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.parts.costs.record import LevelCost
-from volprep_formats.package.profile import DeviceProfile, LookupFormat, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import CompositingName, ProgramDesign, RaySampling, Sampling
 from volprep_formats.package.texture import SampleFilter, TextureContent
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName
+from volprep_formats.textures.texel_formats import LookupFormat, TextureFormat
 
 Index = Annotated[int, Field(ge=0)]
 PartPlan = TypeVar("PartPlan", bound=Record)
@@ -124,7 +125,7 @@ class LookupPlan(Record):
     file: PackagePath
     """Its KTX 2 file."""
     format: LookupFormat
-    """RGBA8 (extinction as a square root, scaled by its maximum) or RGBA16F (extinction per millimetre)."""
+    """rgba8unorm (extinction as a square root, scaled by its maximum) or rgba16float (extinction per millimetre)."""
     entries: Count
     """Number of texels: entry j holds the function at the normalised stored value j / (entries - 1)."""
 
@@ -140,7 +141,7 @@ class PreintegratedPlan(Record):
     """Its KTX 2 file."""
     entries: Count
     """Texels of a row: column j holds the sums up to the normalised stored value j / (entries - 1)."""
-    format: Literal["RGBA8"] = "RGBA8"
+    format: Literal["rgba8unorm"] = "rgba8unorm"
     """Sums are whole numbers of 32 bits, each in the four bytes of a texel."""
 
     @property

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 from volprep.plan.records import VolumePlan
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
-from volprep_formats.textures.gl_formats import size_bytes
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
-_ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("LUMINANCE8", "R8"), 16: ("R16F",), 32: ("RGBA8",)}
+_ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("r8unorm",), 16: ("r16float",), 32: ("rgba8unorm",)}
 """Formats of one code in a texel, by the bits of a code; 32 bits hold a classified voxel."""
-FOUR_CHANNELS: dict[int, tuple[TextureFormat, ...]] = {8: ("RGBA8",), 16: ("RGBA16F",)}
+FOUR_CHANNELS: dict[int, tuple[TextureFormat, ...]] = {8: ("rgba8unorm",), 16: ("rgba16float",)}
 """Formats of four channels, by the bits of a code."""
 
 
@@ -32,12 +32,12 @@ class Beside:
 
 def has_exact_16_bits(profile: DeviceProfile) -> bool:
     """Return whether texels hold 16-bit codes exactly. Texels that hold four slices of a mosaic never do."""
-    return "R16" in profile.texture_formats and profile.max_3d_texture_size > 0
+    return "r16unorm" in profile.texture_formats and profile.max_3d_texture_size > 0
 
 
 def one_channel(bits: int, profile: DeviceProfile) -> TextureFormat | None:
     """Return the format of a device class for one code of so many bits, or with 32 for a classified voxel."""
-    return "R16" if bits == 16 and has_exact_16_bits(profile) else first_of(_ONE_CHANNEL[bits], profile)
+    return "r16unorm" if bits == 16 and has_exact_16_bits(profile) else first_of(_ONE_CHANNEL[bits], profile)
 
 
 def first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> TextureFormat | None:

@@ -69,7 +69,7 @@ def _pieces(grid: SubvolumeGrid, place: tuple[int, int, int]) -> tuple[list[Text
         if piece is not None and piece.file is not None:
             shape = grid.texture_shape_zyx(i + nx * (j + ny * k))
         else:
-            texels[name] = constant_texture(piece, grid.gl)
+            texels[name] = constant_texture(piece, grid.texture_format)
         file = piece.file if piece is not None and piece.file is not None else "subvolumes/empty"
         textures.append(
             Texture(
@@ -77,7 +77,8 @@ def _pieces(grid: SubvolumeGrid, place: tuple[int, int, int]) -> tuple[list[Text
                 role="volume",
                 file=file,
                 shape_zyx=shape,
-                gl=grid.gl,
+                format=grid.texture_format,
+                dimension=grid.dimension,
                 level=0,
                 part=part,
                 filter=grid.filter,

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.arrays import Float64Array, UInt8Array
-from volprep_formats.package.api import Api
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
-from volprep_formats.package.texture import COMPONENTS, SampleFilter, Texture
+from volprep_formats.package.api import Api, graphics_api
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.texture import SampleFilter, Texture
 from volprep_formats.srgb import linear_of_srgb
 from volprep_formats.textures import paletted
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import SRGB, Target, gl_format
+from volprep_formats.textures.texel_formats import COMPONENTS, SRGB, TEXELS, Dimension, TextureFormat
 
 PIXELS = 4
 """Pixels that a capability is drawn into."""
@@ -28,21 +28,16 @@ _AXES: tuple[Axis, ...] = ("depth", "height", "width")
 _LOW, _HIGH = 0.2, 0.8
 # Formats that packages for OpenGL ES 1.1 have: their textures are slices.
 _FORMATS: tuple[TextureFormat, ...] = get_args(TextureFormat)
-_SLICE_FORMATS: tuple[TextureFormat, ...] = ("RGBA8", "PALETTE8_RGBA8")
-# Middle and span of the values in a texture, by the type of its pixels. Those of 16 bits are so close together that 8
+_SLICE_FORMATS: tuple[TextureFormat, ...] = ("rgba8unorm", "palette8-rgba8unorm")
+# Middle and span of the values in a texture, where they are not 0 to 1. Those of 16 bits are so close together that 8
 # bits in their place would be 0.06 off in the picture, and rounding to half floats changes it by 0.005.
-_SPREADS: dict[str | None, tuple[float, float]] = {
-    "BYTE": (0.0, 2.0),
-    "UNSIGNED_SHORT": (0.3, 1 / 40),
-    "HALF_FLOAT": (0.3, 1 / 40),
+_SPREADS: dict[TextureFormat, tuple[float, float]] = {
+    **dict.fromkeys(("rgb8snorm", "rgba8snorm"), (0.0, 2.0)),
+    **dict.fromkeys(("r16unorm", "r16float", "rgba16float"), (0.3, 1 / 40)),
 }
 _WHOLE = (0.5, 1.0)
-_CODES: dict[str | None, tuple[type[np.generic], float]] = {
-    "UNSIGNED_BYTE": (np.uint8, 255.0),
-    "BYTE": (np.int8, 127.0),
-    "UNSIGNED_SHORT": (np.uint16, 65535.0),
-    "HALF_FLOAT": (np.float16, 1.0),
-}
+_ONES: dict[str, float] = {"uint8": 255.0, "int8": 127.0, "uint16": 65535.0, "float16": 1.0}
+"""Code of 1 by type of component."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +46,8 @@ class Capability:
 
     format: TextureFormat
     """Format."""
-    target: Target
-    """2D or 3D."""
+    dimension: Dimension
+    """2d or 3d."""
     filter: SampleFilter
     """Filter."""
     axis: Axis = "width"
@@ -64,7 +59,7 @@ class Capability:
     def name(self) -> str:
         """Description of the capability."""
         how = self.filter if self.size is None else f"{self.axis} {self.size}"
-        return f"{self.format} {self.target[-2:]} {how}"
+        return f"{self.format} {self.dimension} {how}"
 
 
 @dataclass(frozen=True)
@@ -91,30 +86,29 @@ def capabilities_of(profile: DeviceProfile) -> tuple[Capability, ...]:
     """Return all texture capabilities that packages for a profile may need, each once and always in the same order."""
     if not profile.has_shaders:
         formats = [name for name in _FORMATS if name in profile.texture_formats and name in _SLICE_FORMATS]
-        targets: tuple[Target, ...] = ("TEXTURE_2D",)
+        dimensions: tuple[Dimension, ...] = ("2d",)
     else:
-        formats = [name for name in _FORMATS if name in profile.texture_formats and name != "PALETTE8_RGBA8"]
-        targets = ("TEXTURE_2D", "TEXTURE_3D") if profile.max_3d_texture_size else ("TEXTURE_2D",)
+        formats = [name for name in _FORMATS if name in profile.texture_formats and name != "palette8-rgba8unorm"]
+        dimensions = ("2d", "3d") if profile.max_3d_texture_size else ("2d",)
     filters: tuple[SampleFilter, ...] = ("linear", "nearest")
     found = [
-        Capability(name, target, how)
+        Capability(name, dimension, how)
         for name in formats
-        for target in targets
+        for dimension in dimensions
         for how in filters
         # Blocks are always filtered and never 3D.
-        if name not in BLOCKS or (target == "TEXTURE_2D" and how == "linear")
+        if name not in BLOCKS or (dimension == "2d" and how == "linear")
     ]
-    for target in targets:
-        size = profile.max_3d_texture_size if target == "TEXTURE_3D" else profile.max_texture_size
-        axes = _AXES if target == "TEXTURE_3D" else _AXES[1:]
-        found += [Capability(formats[0], target, "nearest", axis, size) for axis in axes]
+    for dimension in dimensions:
+        size = profile.max_3d_texture_size if dimension == "3d" else profile.max_texture_size
+        axes = _AXES if dimension == "3d" else _AXES[1:]
+        found += [Capability(formats[0], dimension, "nearest", axis, size) for axis in axes]
     return tuple(found)
 
 
 def probe_of(capability: Capability, api: Api) -> ProbeTexture:
     """Make the texture that shows whether a driver has a capability."""
     block = next((each for name, each in BLOCKS.items() if name == capability.format), None)
-    gl = gl_format(capability.format, capability.target, api)
     axis = _AXES.index(capability.axis)
     count = 2 if capability.size is None else capability.size
     shape = [1, 1, 1]
@@ -127,23 +121,24 @@ def probe_of(capability: Capability, api: Api) -> ProbeTexture:
         # The filter changes between the last texel of one block and the first one of the other.
         from_edge = half / block.size
         first, last = 0.5 - from_edge, 0.5 + from_edge
-    elif capability.format == "PALETTE8_RGBA8":
+    elif capability.format == "palette8-rgba8unorm":
         texels, ends = _paletted(shape)
         first, last = half, 1 - half
     else:
-        texels, ends = _plain(gl.format, gl.type, shape)
-        if gl.internal_format == SRGB:
+        texels, ends = _plain(capability.format, api, shape)
+        if capability.format == SRGB:
             ends[:, :3] = [[linear_of_srgb(value) for value in end[:3]] for end in ends.tolist()]
         first, last = half, 1 - half
     start, step = np.full(3, 0.5), np.zeros(3)
     start[2 - axis], step[2 - axis] = first, (last - first) / (PIXELS - 1)
-    middle, span = _SPREADS.get(gl.type, _WHOLE)
+    middle, span = _SPREADS.get(capability.format, _WHOLE)
     return ProbeTexture(
         texture=Texture(
             name=capability.name,
             role="volume",
             file="probe.ktx2",
-            gl=gl,
+            format=capability.format,
+            dimension=capability.dimension,
             shape_zyx=(shape[0], shape[1], shape[2]),
             filter=capability.filter,
         ),
@@ -168,19 +163,20 @@ def _expected(capability: Capability, ends: Float64Array, middle: float, span: f
     return drawn
 
 
-def _plain(pixels: str | None, kind: str | None, shape: list[int]) -> tuple[NDArray[np.generic], Float64Array]:
+def _plain(name: TextureFormat, api: Api, shape: list[int]) -> tuple[NDArray[np.generic], Float64Array]:
     """Return texels that are equal except for the last one, and both colours as a shader reads them [2, RGBA]."""
-    components = COMPONENTS[pixels]
-    middle, span = _SPREADS.get(kind, _WHOLE)
-    dtype, one = _CODES[kind]
+    components = COMPONENTS[name]
+    middle, span = _SPREADS.get(name, _WHOLE)
+    dtype = next(layout.dtype for each, layout in TEXELS.items() if each == name)
+    one = _ONES[dtype.name]
     values = (_two_values(components) - 0.5) * span + middle
-    codes = (values * one if dtype is np.float16 else np.round(values * one)).astype(dtype)
+    codes = (values * one if dtype == np.float16 else np.round(values * one)).astype(dtype)
     texels = np.empty((*shape, components), dtype)
     texels[:] = codes[0]
     texels[-1, -1, -1] = codes[1]
     stored = codes.astype(np.float64) / one
     ends = np.tile([0.0, 0.0, 0.0, 1.0], (2, 1))
-    if pixels in {"LUMINANCE", "LUMINANCE_ALPHA"}:
+    if components < 3 and not graphics_api(api).sized_formats:
         ends[:, :3] = stored[:, :1]
         ends[:, 3:] = stored[:, 1:] if components == 2 else 1.0
     else:
@@ -205,11 +201,11 @@ def _paletted(shape: list[int]) -> tuple[UInt8Array, Float64Array]:
 
 def _blocks(name: TextureFormat) -> tuple[UInt8Array, Float64Array]:
     """Return two blocks [1, 1, 2, byte] of one colour each, and their colours [2, RGBA]."""
-    if name == "EAC_R11":
+    if name == "eac-r11unorm":
         # Eight times the first byte, and 4, of 2047.
         pair = [bytes([base, *[0] * 7]) for base in (51, 204)]
         ends = [[412 / 2047, 0.0, 0.0, 1.0], [1636 / 2047, 0.0, 0.0, 1.0]]
-    elif name == "ETC2_RGBA8":
+    elif name == "etc2-rgba8unorm":
         # Alpha; then red, green and blue of five bits, 51 and 200 with the 2 that the modifier adds.
         low, high = 6 << 3, 24 << 3
         pair = [
@@ -222,6 +218,6 @@ def _blocks(name: TextureFormat) -> tuple[UInt8Array, Float64Array]:
         colours = np.round(_two_values(4) * 65535)
         pair = [bytes.fromhex("fcfdffffffffffff") + colour.astype("<u2").tobytes() for colour in colours]
         ends = (colours / 65535).tolist()
-        if name == "ASTC_4X4_SRGB":
+        if name == "astc-4x4-unorm-srgb":
             ends = [[*map(linear_of_srgb, end[:3]), end[3]] for end in ends]
     return np.frombuffer(b"".join(pair), np.uint8).reshape(1, 1, 2, -1), np.array(ends)

@@ -166,8 +166,8 @@ class _Reading:
 
     def pieces(self, grid: SubvolumeGrid, box: Box) -> NDArray[np.generic]:
         """Return values [z, y, x], or with labels [z, y, x, component]."""
-        held = label_bytes(grid.gl)
-        texels = np.zeros((*_shape(box), *(1 + held,) * bool(held)), constant_texture(None, grid.gl).dtype)
+        held = label_bytes(grid.texture_format)
+        texels = np.zeros((*_shape(box), *(1 + held,) * bool(held)), constant_texture(None, grid.texture_format).dtype)
         spans = [_met(cuts, along) for cuts, along in zip(grid.cuts_zyx, box, strict=True)]
         _, ny, nx = grid.counts_zyx
         met = {(k, j, i): (z, y, x) for k, z in spans[0] for j, y in spans[1] for i, x in spans[2]}
@@ -176,7 +176,7 @@ class _Reading:
         self.empty += len(empty)
         for place in empty:
             part = texels[_moved(met[place], _corners(box)[0])]
-            voxel = constant_texture(pieces[place], grid.gl)
+            voxel = constant_texture(pieces[place], grid.texture_format)
             # Where texels hold several slices, all have the same code.
             part[...] = voxel if held else voxel.flat[0]
         # After the empty ones, because of the layers that they share.
@@ -191,7 +191,7 @@ class _Reading:
     def _texels(self, grid: SubvolumeGrid, number: int, file: str, own: Box) -> NDArray[np.generic]:
         """Return a box of a piece, with labels if it holds them."""
         if grid.mosaic is None:
-            return self._open(file).box(own, 1 + label_bytes(grid.gl))
+            return self._open(file).box(own, 1 + label_bytes(grid.texture_format))
         return grid.voxels_of_mosaic(number, self._open(file).texels())[own]
 
     def _open(self, path: str) -> Ktx2Box:

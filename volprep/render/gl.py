@@ -26,6 +26,7 @@ from volprep.render.gl_calls import (
     upload_3d,
     use,
 )
+from volprep.render.gl_formats import TARGETS, gl_format
 from volprep.render.gl_objects import GlObjects
 from volprep.render.gl_records import (
     Bindings,
@@ -89,8 +90,8 @@ class Gl(GlObjects):
             self._checked(f"uploading texture {record.name}"),
             self._object("texture", new_texture, delete_texture) as handle,
         ):
-            gl = record.gl
-            target, internal = (constant(word) for word in (gl.target, gl.internal_format))
+            gl = gl_format(record.format, self._context.api)
+            target, internal = (constant(word) for word in (TARGETS[record.dimension], gl.internal_format))
             GLES3.glBindTexture(target, handle)
             GLES3.glPixelStorei(GLES3.GL_UNPACK_ALIGNMENT, 1)
             texels = np.ascontiguousarray(levels[0])

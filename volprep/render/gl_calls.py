@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from volprep.render.bindings import EXT_NORM16, GLES3
 from volprep.render.bindings import KHR_ASTC as _ASTC
+from volprep.render.gl_formats import TARGETS
 from volprep.render.gl_records import Bindings, LinkedProgram, PicturePart, PictureTarget
 from volprep_formats.arrays import Float32Array
 
@@ -128,10 +129,10 @@ def restrict(part: PicturePart) -> None:
 def use(program: LinkedProgram, bindings: Bindings) -> None:
     """Make a program current with its textures and uniforms; names that it does not have are skipped."""
     GLES3.glUseProgram(program.handle)
-    for unit, (name, (dimensions, texture)) in enumerate(bindings.textures.items()):
+    for unit, (name, (dimension, texture)) in enumerate(bindings.textures.items()):
         if name in program.uniforms:
             GLES3.glActiveTexture(GLES3.GL_TEXTURE0 + unit)
-            GLES3.glBindTexture(getattr(GLES3, f"GL_{dimensions}"), texture)
+            GLES3.glBindTexture(constant(TARGETS[dimension]), texture)
             GLES3.glUniform1i(program.location(name), unit)
     for name, value in bindings.uniforms.items():
         if name in program.uniforms:

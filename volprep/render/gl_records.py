@@ -7,6 +7,7 @@ from typing import Literal
 from volprep.render.bindings import GLES3
 from volprep_formats.arrays import Float32Array
 from volprep_formats.package.program import Blend
+from volprep_formats.textures.texel_formats import Dimension
 
 TargetFormat = Literal["rgba8", "rgba16f", "rgba32f"]
 """Format of the texture of a target."""
@@ -37,7 +38,7 @@ class LinkedProgram:
 class Bindings:
     """Inputs of a program."""
 
-    textures: Mapping[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]
+    textures: Mapping[str, tuple[Dimension, int]]
     """Kind and handle of the texture of each sampler, in the order of texture units."""
     uniforms: dict[str, Float32Array]
     """Value of each uniform: shape (), (3,) or (4, 4)."""

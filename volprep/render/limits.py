@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Program
 from volprep_formats.package.texture import Texture
-from volprep_formats.textures.gl_formats import is_held, size_bytes, texture_format
+from volprep_formats.textures.texel_formats import is_held, size_bytes
 
 _ES3_HEAD = "#version 300 es"
 
@@ -33,8 +33,9 @@ def check_textures(name: str, textures: Sequence[Texture], profile: DeviceProfil
     Raises VP5010 for one that is too large, VP5011 for its format, VP5012 for 3D without 3D textures, VP5014 if they
     take too much memory together.
     """
-    formats = [_checked_format(texture, profile) for texture in textures]
-    size = sum(size_bytes(texel, texture.shape_zyx) for texture, texel in zip(textures, formats, strict=True))
+    for texture in textures:
+        _check_format(texture, profile)
+    size = sum(size_bytes(texture.format, texture.shape_zyx) for texture in textures)
     if size > profile.max_texture_bytes:
         raise VolprepError("VP5014", name=name, size=size, limit=profile.max_texture_bytes, profile=profile.name)
 
@@ -45,19 +46,18 @@ def check_shader(path: str, text: str, profile: DeviceProfile) -> None:
         raise VolprepError("VP5015", path=path, api=profile.graphics.number, profile=profile.name)
 
 
-def _checked_format(texture: Texture, profile: DeviceProfile) -> TextureFormat:
-    name = texture_format(texture.gl, profile.api)
-    if texture.gl.target == "TEXTURE_3D" and profile.max_3d_texture_size == 0:
+def _check_format(texture: Texture, profile: DeviceProfile) -> None:
+    if texture.dimension == "3d" and profile.max_3d_texture_size == 0:
         raise VolprepError("VP5012", name=texture.name, profile=profile.name)
-    if name is None or not is_held(name, profile.texture_formats):
+    if not is_held(texture.format, profile.texture_formats):
         raise VolprepError(
             "VP5011",
             name=texture.name,
             profile=profile.name,
-            format="/".join(word for word in (texture.gl.internal_format, texture.gl.format, texture.gl.type) if word),
+            format=texture.format,
             known=", ".join(profile.texture_formats),
         )
-    if texture.gl.target == "TEXTURE_3D":
+    if texture.dimension == "3d":
         limit_name, limit = "max_3d_texture_size", profile.max_3d_texture_size
     else:
         limit_name, limit = "max_texture_size", profile.max_texture_size
@@ -65,4 +65,3 @@ def _checked_format(texture: Texture, profile: DeviceProfile) -> TextureFormat:
         if size > limit:
             fields = {"axis": axis, "size": size, "limit_name": limit_name, "limit": limit, "profile": profile.name}
             raise VolprepError("VP5010", name=texture.name, **fields)
-    return name

@@ -33,7 +33,7 @@ class Overlay:
         """Draw lines behind the volume, over them the small picture, and over that the lines before the volume."""
         clip_from_box = clip_from_box_of(box_from_clip).astype(np.float32)
         self._draw_lines(target, clip_from_box, [(each.behind, each.colour) for each in lines], clears=True)
-        bindings = Bindings({"u_small": ("TEXTURE_2D", small.texture)}, {})
+        bindings = Bindings({"u_small": ("2d", small.texture)}, {})
         corners = Corners(TRIANGLE, _OVER, clears=False)
         self._gl.draw_corners(self._enlarged, bindings, target, self._buffer, corners)
         self._draw_lines(target, clip_from_box, [(each.before, each.colour) for each in lines], clears=False)

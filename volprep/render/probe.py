@@ -26,10 +26,10 @@ _FOLDER = Path(__file__).parent / "glsl"
 _SHAPE_HW = (1, PIXELS)
 MOST_FILTER_STEPS = 4095
 """Number of steps that the probe distinguishes."""
-_FILTERED = Capability(format="R8", target="TEXTURE_2D", filter="linear")
+_FILTERED = Capability(format="r8unorm", dimension="2d", filter="linear")
 _SHADERS = {
-    "TEXTURE_2D": ("probe_vertex.glsl", "probe_2d.glsl"),
-    "TEXTURE_3D": ("probe_vertex3d.glsl", "probe_3d.glsl"),
+    "2d": ("probe_vertex.glsl", "probe_2d.glsl"),
+    "3d": ("probe_vertex3d.glsl", "probe_3d.glsl"),
 }
 _Draw = Callable[[ProbeTexture], Float32Array]
 
@@ -64,10 +64,10 @@ def filter_steps() -> int | None:
                 target = stack.enter_context(gl.target("rgba32f", (1, pixels)))
             except VolprepError:
                 return None
-            program = stack.enter_context(gl.program("probe", *map(_shader, _SHADERS["TEXTURE_2D"])))
+            program = stack.enter_context(gl.program("probe", *map(_shader, _SHADERS["2d"])))
             texture = stack.enter_context(gl.texture(probe.texture, probe.texels))
             triangle = stack.enter_context(gl.triangle())
-            gl.draw(program, Bindings({"u_texels": ("TEXTURE_2D", texture)}, _uniforms(finer)), target, triangle)
+            gl.draw(program, Bindings({"u_texels": ("2d", texture)}, _uniforms(finer)), target, triangle)
             drawn = gl.read(target)[0, :, 0]
         gl.close()
     return len(np.unique(drawn)) - 1
@@ -133,11 +133,11 @@ def _drawing_by_shaders(opened: Context, *, volumes: bool) -> Iterator[_Draw]:
         programs = {
             dimensions: stack.enter_context(gl.program("probe", *(_shader(name) for name in names)))
             for dimensions, names in _SHADERS.items()
-            if volumes or dimensions == "TEXTURE_2D"
+            if volumes or dimensions == "2d"
         }
 
         def draw(probe: ProbeTexture) -> Float32Array:
-            dimensions = probe.texture.gl.target
+            dimensions = probe.texture.dimension
             with gl.texture(probe.texture, probe.texels) as texture:
                 bindings = Bindings({"u_texels": (dimensions, texture)}, _uniforms(probe))
                 gl.draw(programs[dimensions], bindings, target, triangle)

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
 from volprep.render.gl_records import LinkedProgram, MeshPart, PictureTarget
 from volprep_formats.package.program import Program
+from volprep_formats.textures.texel_formats import Dimension
 
-Handles = Mapping[str, tuple[Literal["TEXTURE_2D", "TEXTURE_3D"], int]]
+Handles = Mapping[str, tuple[Dimension, int]]
 """Kind and handle of the texture of each sampler."""
 
 
@@ -30,4 +30,4 @@ class Ready:
     def read(self) -> Handles:
         """The textures that its passes draw into, by their samplers."""
         drawn = zip(self.program.passes, self.targets, strict=True)
-        return {each.sampler: ("TEXTURE_2D", target.texture) for each, target in drawn}
+        return {each.sampler: ("2d", target.texture) for each, target in drawn}

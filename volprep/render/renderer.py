@@ -45,14 +45,14 @@ from volprep_formats.package.program import Geometry, LightPass, Pass, Program, 
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, texture_format
+from volprep_formats.textures.texel_formats import Dimension
 
-_DIMENSIONS = {"TEXTURE_2D": 2, "TEXTURE_3D": 3}
+_DIMENSIONS: dict[Dimension, int] = {"2d": 2, "3d": 3}
 _STEP_CODES = ("VP5019", "VP5024")
 _FINER: tuple[TargetFormat, ...] = ("rgba8", "rgba16f", "rgba32f")
 _INVOCATIONS = 64
 """Invocations in a group of a compute shader."""
-_SAMPLERS = {"TEXTURE_2D": "sampler2D", "TEXTURE_3D": "sampler3D"}
+_SAMPLERS: dict[Dimension, str] = {"2d": "sampler2D", "3d": "sampler3D"}
 
 
 class Renderer:
@@ -104,7 +104,7 @@ class Renderer:
             self._sorters: dict[str, LinkedProgram] = {}
             self._handles = {
                 name: (
-                    texture.gl.target,
+                    texture.dimension,
                     stack.enter_context(self._gl.texture(texture, *self._read_texture(texture))),
                 )
                 for name, texture in zip(self._program.samplers, self._textures, strict=True)
@@ -487,7 +487,7 @@ class Renderer:
         with self._gl.program(drawn.fragment, *self._shaders(drawn)) as linked:
             named: dict[str, str] = {each.name: each.type for each in drawn.uniforms}
             read = zip(self._program.samplers, self._textures, strict=True)
-            named |= {name: _SAMPLERS[texture.gl.target] for name, texture in read if name in drawn.reads}
+            named |= {name: _SAMPLERS[texture.dimension] for name, texture in read if name in drawn.reads}
             _require_named(drawn.fragment, named, linked)
             yield linked
 
@@ -505,10 +505,9 @@ class Renderer:
         if texture.name in self._inputs.texels:
             return (self._inputs.texels[texture.name],)
         image = ktx2.decode(self._package.read_bytes(texture.file), texture.file)
-        name = texture_format(texture.gl, self._package.manifest.profile.api)
         shape_zyx = ktx2.mipmap_shape(image.shape_zyx, texture.mipmap or 0)
         found = (image.format, shape_zyx, image.dimensions)
-        named = (name and KTX2_FORMAT[name], texture.shape_zyx, _DIMENSIONS[texture.gl.target])
+        named = (texture.format, texture.shape_zyx, _DIMENSIONS[texture.dimension])
         if found != named or (texture.mipmap or 0) >= len(image.levels):
             raise VolprepError("VP5016", path=texture.file, found=found, named=named)
         return image.levels
@@ -518,7 +517,7 @@ def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProg
     """Raise VP5017 unless the manifest names exactly the program's active uniforms, with their types."""
     named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
     for name, texture in zip(program.samplers, textures, strict=True):
-        named[name] = _SAMPLERS[texture.gl.target]
+        named[name] = _SAMPLERS[texture.dimension]
     named |= {each.sampler: "sampler2D" for each in program.passes}
     _require_named(program.name, named, linked)
 

@@ -38,7 +38,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.paletted import INTERNAL_FORMAT, PALETTE_BYTES
+from volprep_formats.textures.paletted import PALETTE_BYTES
 
 _XYZ: dict[StackAxis, int] = {"x": 0, "y": 1, "z": 2}
 _ACROSS: dict[StackAxis, tuple[int, int]] = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
@@ -307,12 +307,12 @@ class SliceRenderer:
 
     def _read(self, texture: Texture) -> bytes:
         data = self._package.read_bytes(texture.file)
-        if texture.gl.internal_format == INTERNAL_FORMAT:
+        if texture.format == "palette8-rgba8unorm":
             palette = self._palettes.get(texture.name)
             return data if palette is None else palette.tobytes() + data[PALETTE_BYTES:]
         image = ktx2.decode(data, texture.file)
         found = (image.format, image.shape_zyx, image.dimensions)
-        named = ("RGBA8", texture.shape_zyx, 2)
+        named = ("rgba8unorm", texture.shape_zyx, 2)
         if found != named:
             raise VolprepError("VP5016", path=texture.file, found=found, named=named)
         return np.ascontiguousarray(image.data).tobytes()

@@ -83,12 +83,12 @@ class MosaicSettings(Record):
 
 Compression = Literal["eac", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8"]
 FORMATS: dict[Compression, CompressedFormat] = {
-    "eac": "EAC_R11",
-    "etc2": "ETC2_RGBA8",
-    "astc-4x4": "ASTC_4X4",
-    "astc-5x5": "ASTC_5X5",
-    "astc-6x6": "ASTC_6X6",
-    "astc-8x8": "ASTC_8X8",
+    "eac": "eac-r11unorm",
+    "etc2": "etc2-rgba8unorm",
+    "astc-4x4": "astc-4x4-unorm",
+    "astc-5x5": "astc-5x5-unorm",
+    "astc-6x6": "astc-6x6-unorm",
+    "astc-8x8": "astc-8x8-unorm",
 }
 """Their formats of textures."""
 

@@ -5,7 +5,7 @@ It comes before anything else that lights a sample. The value of the sample is k
 
 from dataclasses import replace
 
-from volprep.shading.compose import Instance, Slot, literal
+from volprep.shading.compose import Dialect, Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep_formats.package.parts.light.record import StoredLight, form_of
 from volprep_formats.package.program import Sampler, Uniform
@@ -16,7 +16,7 @@ _READS = "stored_value("
 
 
 def with_baked_light(
-    classification: Feature, lighting: Feature | None, texture: Texture, *, in_runs: bool
+    classification: Feature, lighting: Feature | None, texture: Texture, dialect: Dialect, *, in_runs: bool
 ) -> tuple[Feature, Feature]:
     """Return a classification that keeps the value of each sample, and the light with what else lights samples.
 
@@ -28,7 +28,7 @@ def with_baked_light(
         msg = f"texture {texture.name} holds no light"
         raise ValueError(msg)
     other, own = lighting or Feature({}), _turned(light, in_runs=in_runs) if light.model.turnable else _fixed(light)
-    read = _read(light, texture)
+    read = _read(light, texture, dialect)
     parts: dict[str, Slot] = {
         name: (*_instances(slot), *_instances(other.slots.get(name))) for name, slot in own.slots.items()
     }
@@ -73,7 +73,7 @@ def _turned(light: StoredLight, *, in_runs: bool) -> Feature:
     )
 
 
-def _read(light: StoredLight, texture: Texture) -> Feature:
+def _read(light: StoredLight, texture: Texture, dialect: Dialect) -> Feature:
     """Return how the texture of a light is declared and read."""
     mosaic, ends = texture.mosaic, form_of(light.model).ends
     scale = (1, 1, 1) if mosaic is None else (mosaic.tile_shape_yx[1], mosaic.tile_shape_yx[0], mosaic.slices)
@@ -99,7 +99,7 @@ def _read(light: StoredLight, texture: Texture) -> Feature:
     else:
         slots |= {"light_places": places, "light_ends": f"{_FIXED}:one_number"}
         # Luminance comes as red, green and blue.
-        words["NUMBERS"] = "ra" if texture.gl.format == "LUMINANCE_ALPHA" else "rg"
+        words["NUMBERS"] = "ra" if (texture.format, dialect) == ("rg8unorm", "es100") else "rg"
     return Feature(slots=slots, words=words, samplers=(Sampler(name="u_light", role="light"),))
 
 

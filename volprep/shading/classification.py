@@ -165,7 +165,7 @@ def _table(manifest: Manifest, role: str, transfer: str) -> Texture:
 
 
 def _form(table: Texture) -> str:
-    return "rgba16f" if table.gl.type == "HALF_FLOAT" else "rgba8"
+    return "rgba16f" if table.format == "rgba16float" else "rgba8"
 
 
 def _words(table: Texture) -> dict[str, str]:

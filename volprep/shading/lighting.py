@@ -5,7 +5,7 @@ the gradient is nearly zero or codes around it cancel, the less is its sample a 
 colour. Such places are where directions change fast, and steps would have to be shorter.
 """
 
-from volprep.shading.compose import Instance, Slot, literal
+from volprep.shading.compose import Dialect, Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
 from volprep.shading.shadows import shadows_of
@@ -20,7 +20,9 @@ _SHINE = {
 }
 
 
-def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid, *, of_segments: bool) -> Feature:
+def lighting(
+    program: ProgramDesign, normals: Texture | None, grid: Grid, dialect: Dialect, *, of_segments: bool
+) -> Feature:
     """Return the light of a program: the same for every level that it draws.
 
     Of normals in a mosaic of several textures, `normals` is any; none where the shader takes differences of values on
@@ -30,7 +32,7 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid, *, of_
         if normals is None:
             msg = f"program {program.name} reads normals that its package does not hold"
             raise ValueError(msg)
-        found, soft = normals_of(normals), SOFT_LENGTH
+        found, soft = normals_of(normals, dialect), SOFT_LENGTH
     else:
         found = _slopes(program, grid, of_segments=of_segments)
         soft = SOFT_SLOPE / min(grid.spacing_mm_zyx)
@@ -70,7 +72,7 @@ def _light_words(light: Light) -> dict[str, str]:
     }
 
 
-def normals_of(texture: Texture) -> Feature:
+def normals_of(texture: Texture, dialect: Dialect) -> Feature:
     """Return the feature that gives the normal at a position."""
     if texture.normals is None:
         msg = f"texture {texture.name} holds no normals"
@@ -86,7 +88,7 @@ def normals_of(texture: Texture) -> Feature:
     samplers: tuple[Sampler, ...] = (Sampler(name="u_normals", role="normals"),)
     if code == "oct8":
         # Luminance comes as red, green and blue.
-        words["NUMBERS"] = "ra" if texture.gl.format == "LUMINANCE_ALPHA" else "rg"
+        words["NUMBERS"] = "ra" if (texture.format, dialect) == ("rg8unorm", "es100") else "rg"
     if texture.mosaic is not None:
         mosaic = Mosaic(
             "They are a mosaic, in tiles of one slice each.",

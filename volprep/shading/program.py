@@ -255,11 +255,13 @@ def _features(
         level = min(program.levels)
         normals = (each for each in manifest.textures if (each.role, each.level) == ("normals", level))
         of_segments = manifest.segments is not None
-        lit = lighting(program, next(normals, None), grid, of_segments=of_segments)
+        lit = lighting(program, next(normals, None), grid, manifest.profile.dialect, of_segments=of_segments)
     if program.baked:
         lights = [each for each in manifest.textures if each.role == "light" and not each.is_of_a_cut]
         held = next(each for each in lights if each.transfer == program.transfer)
-        features[1], lit = with_baked_light(features[1], lit, held, in_runs=skipping is not None)
+        features[1], lit = with_baked_light(
+            features[1], lit, held, manifest.profile.dialect, in_runs=skipping is not None
+        )
     return features if lit is None else [*features, lit]
 
 
@@ -289,7 +291,7 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid, pieces: Subv
     volume = next(volumes)
     if volume.bricks is not None:
         return _bricks(package, volume, volume.bricks, level.grid, gradients=program.normals_from != "volume")
-    component = component_letter(volume.gl.format, package.component_of(volume))
+    component = component_letter(volume.format, package.component_of(volume), package.manifest.profile.dialect)
     read = None if program.classification == "preclassified" else component
     if volume.mosaic is not None:
         return raycast_mosaic.sampling(volume.mosaic, level.grid.spacing_mm_zyx, read, volume.filter)
@@ -301,6 +303,6 @@ def _bricks(package: Package, pool: Texture, layout: BrickLayout, grid: Grid, *,
     index = next(each for each in held if each.channels == pool.channels)
     flat = None
     if pool.mosaic is not None and index.mosaic is not None:
-        component = component_letter(pool.gl.format, package.component_of(pool))
+        component = component_letter(pool.format, package.component_of(pool), package.manifest.profile.dialect)
         flat = raycast_bricks.flat_pool(pool.mosaic, index.mosaic, component, pool.filter)
     return raycast_bricks.sampling(layout, grid, gradients=gradients, flat=flat)

@@ -6,7 +6,7 @@ position lies between voxels that one piece holds.
 """
 
 from volprep.shading.components import component_letter
-from volprep.shading.compose import Instance, literal
+from volprep.shading.compose import Dialect, Instance, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
 from volprep.shading.positions import in_voxels, voxel_positions
@@ -49,12 +49,13 @@ def sampling(grid: Grid, pieces: SubvolumeGrid) -> Feature:
     )
 
 
-def labels(pieces: SubvolumeGrid) -> tuple[str, str]:
+def labels(pieces: SubvolumeGrid, dialect: Dialect) -> tuple[str, str]:
     """Return the part that reads labels of pieces, and the number of a label from the byte or the bytes of a texel.
 
     They are read through a linear filter at the centres of texels, and rounded.
     """
-    letters = "".join(component_letter(pieces.gl.format, 1 + byte) for byte in range(label_bytes(pieces.gl)))
+    texels = pieces.texture_format
+    letters = "".join(component_letter(texels, 1 + byte, dialect) for byte in range(label_bytes(texels)))
     texel = f"label_texel(at).{letters}"
     part = "subvolumes" if pieces.mosaic is None else "subvolumes_mosaic"
     return f"sampling/{part}:labels", texel if len(letters) == 1 else f"dot({texel}, vec2(1.0, 256.0))"

@@ -36,7 +36,7 @@ from itertools import accumulate, groupby
 from volprep.shading import raycast_subvolumes
 from volprep.shading.classification import sample_classification
 from volprep.shading.components import component_letter
-from volprep.shading.compose import Instance, Slot, literal
+from volprep.shading.compose import Dialect, Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.groups import group_size
 from volprep.shading.mosaic import Mosaic
@@ -89,7 +89,7 @@ def drawn_with_segments(
         classify += part
         samplers += [replaced(each, transfer) for each in own.samplers]
     is_lit = program.lighting != "none"
-    labels = _labels(manifest, segments, program) if pieces is None else _labels_of(pieces)
+    labels = _labels(manifest, segments, program) if pieces is None else _labels_of(pieces, manifest.profile.dialect)
     words = {
         **labels.words,
         "FLAG": literal(2 ** FLAG_BITS[segments.wide]),
@@ -170,9 +170,9 @@ def values_alone(classified: Feature) -> Feature:
     return replace(classified, slots=slots, samplers=samplers)
 
 
-def _labels_of(pieces: SubvolumeGrid) -> Feature:
+def _labels_of(pieces: SubvolumeGrid, dialect: Dialect) -> Feature:
     """Return how labels are read from sub-volumes: their texels hold them, and are sampled anyway."""
-    texels, code = raycast_subvolumes.labels(pieces)
+    texels, code = raycast_subvolumes.labels(pieces, dialect)
     return Feature(slots={"texels": texels}, words={"CODE": code, "PLACE": "at", "OF_VOXELS": ""})
 
 
@@ -183,7 +183,7 @@ def _labels(manifest: Manifest, segments: Segments, program: ProgramDesign) -> F
     """
     level, wide, in_voxels = min(program.levels), segments.wide, program.sampling != "texture3d"
     texture = next(each for each in manifest.textures if (each.role, each.level) == ("labels", level))
-    low, high = (component_letter(texture.gl.format, component) for component in (0, 1))
+    low, high = (component_letter(texture.format, component, manifest.profile.dialect) for component in (0, 1))
     if texture.mosaic is None:
         texel = "textureLod(u_labels, at, 0.0)"
         return Feature(

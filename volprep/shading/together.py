@@ -38,7 +38,10 @@ def drawn_together(manifest: Manifest, program: ProgramDesign) -> tuple[Feature,
         spacing_mm_zyx = next(each.grid.spacing_mm_zyx for each in manifest.levels if each.index == level)
         sampling = raycast_mosaic.sampling(first.mosaic, spacing_mm_zyx, None)
     samplers = _of_transfer(sampling.samplers, transfers[0])
-    letters = {name: component_letter(first.gl.format, held.index(channel_of[name])) for name in transfers}
+    letters = {
+        name: component_letter(first.format, held.index(channel_of[name]), manifest.profile.dialect)
+        for name in transfers
+    }
     values = {name: f"voxel.{letter}" for name, letter in letters.items()}
     return replace(sampling, samplers=samplers), _added(manifest, program, values, packed=True)
 

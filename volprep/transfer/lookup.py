@@ -12,8 +12,8 @@ import numpy as np
 from volprep.transfer.texel_forms import MediumTexels, medium_texels
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.textures.texel_formats import LookupFormat
 
 _DENSER = 64.0
 """Ratio of extinctions beyond which the colour of one side of a jump does not show on the ramp."""

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.arrays import Float64Array
-from volprep_formats.package.profile import LookupFormat
 from volprep_formats.package.transfer_function import MOST_OPAQUE
+from volprep_formats.textures.texel_formats import LookupFormat
 
 LARGEST_HALF = 65504.0
 """Extinction above this is clamped: a micrometre of it has opacity 1 - exp(-65) = 1 in float32 already."""
@@ -41,15 +41,15 @@ def medium_texels(
 ) -> MediumTexels:
     """Turn linear colours [..., 3] and extinctions [...] into texels.
 
-    RGBA16F holds both as they are. RGBA8 holds the square root of extinction over its maximum: as a linear byte the
-    faintest extinction would be 1/255 of the largest, which makes fog either vanish or come in two or three layers
-    where bone is opaque; as a root it is 1/65025. Tables that one shader reads share their maximum, `largest_per_mm`;
-    greater values are clamped. A maximum above `opaque_per_mm` would only take bits from faint entries and, as filters
-    mix entries, make the surroundings of a wall a part of it.
+    rgba16float holds both as they are. rgba8unorm holds the square root of extinction over its maximum: as a linear
+    byte the faintest extinction would be 1/255 of the largest, which makes fog either vanish or come in two or three
+    layers where bone is opaque; as a root it is 1/65025. Tables that one shader reads share their maximum,
+    `largest_per_mm`; greater values are clamped. A maximum above `opaque_per_mm` would only take bits from faint
+    entries and, as filters mix entries, make the surroundings of a wall a part of it.
     """
     if largest_per_mm is not None:
         extinction_per_mm = np.minimum(extinction_per_mm, largest_per_mm)
-    if texel_format == "RGBA16F":
+    if texel_format == "rgba16float":
         half = np.concatenate([colour, np.minimum(extinction_per_mm, LARGEST_HALF)[..., None]], axis=-1)
         return MediumTexels(half.astype(np.float16), None)
     # A table without extinction has some scale all the same: a factor of 0 would leave nothing in the shader to draw.

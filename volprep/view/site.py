@@ -24,7 +24,6 @@ from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.record import Record
 from volprep_formats.regular_files import open_regular, read_regular
 from volprep_formats.runtime import runtime_folder, sent_modules
-from volprep_formats.textures.paletted import INTERNAL_FORMAT
 
 INDEX = "index.html"
 SETTINGS = "view.json"
@@ -110,7 +109,7 @@ def shown_with(path: Path, report: Path | None, usual_report: Path) -> ShownPack
 
 
 def _has_palettes(package: Package) -> bool:
-    return all(each.gl.internal_format == INTERNAL_FORMAT for each in package.manifest.textures)
+    return all(each.format == "palette8-rgba8unorm" for each in package.manifest.textures)
 
 
 def make_site(shown: ShownPackage, *, takes_devices: bool) -> Site:

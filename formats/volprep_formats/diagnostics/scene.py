@@ -86,8 +86,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3032": Diagnostic(
         ExitStatus.SCENE,
-        "bricks need the texture format RGBA8, which profile {profile} does not have",
-        "Choose a profile with RGBA8, or leave the table [bricks] out.",
+        "bricks need the texture format rgba8unorm, which profile {profile} does not have",
+        "Choose a profile with rgba8unorm, or leave the table [bricks] out.",
     ),
     "VP3033": Diagnostic(
         ExitStatus.SCENE,

@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Iterator
 
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.texture import COMPONENTS, GlFormat
 from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.texel_formats import COMPONENTS
 
 
 def channel_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -32,12 +32,11 @@ def channel_contradictions(manifest: Manifest) -> Iterator[str]:
             yield f"texture {texture.name} is of channels {listed} and transfer function {texture.transfer}"
         elif len({stored[name] for name in own}) > 1 or (len(own) > 1 and texture.role != "volume"):
             yield f"texture {texture.name} cannot hold channels {listed} together"
-        elif len(own) > 1 and _components(texture.gl) != len(own):
-            pixels = texture.gl.format or texture.gl.internal_format
-            yield f"texture {texture.name} holds channels {listed} in texels of {pixels}"
+        elif len(own) > 1 and _components(texture.format) != len(own):
+            yield f"texture {texture.name} holds channels {listed} in texels of {texture.format}"
 
 
-def _components(gl: GlFormat) -> int | None:
+def _components(name: str) -> int | None:
     """Return the components of a voxel that texels of this format hold."""
-    block = next((each for each in BLOCKS.values() if each.gl_name == gl.internal_format), None)
-    return COMPONENTS.get(gl.format) if block is None else block.components if block.is_srgb else 1
+    block = next((each for compressed, each in BLOCKS.items() if compressed == name), None)
+    return COMPONENTS.get(name) if block is None else block.components if block.is_srgb else 1

@@ -17,28 +17,10 @@ from volprep_formats.package.parts.subvolumes.record import decode_grid, label_b
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents, sizes_of
 from volprep_formats.package.storage.files import MANIFEST
-from volprep_formats.package.texture import TEXTURE_ROLES, GlFormat, Texture
+from volprep_formats.package.texture import TEXTURE_ROLES, Texture
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
-from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, SRGB, texture_format
 from volprep_formats.untrusted_json import parse_json, places_of_others
-
-_KTX2_FORMATS: dict[tuple[str | None, str | None], ktx2.Ktx2Format] = {
-    ("LUMINANCE", "UNSIGNED_BYTE"): "R8",
-    ("RED", "UNSIGNED_BYTE"): "R8",
-    ("LUMINANCE_ALPHA", "UNSIGNED_BYTE"): "RG8",
-    ("RG", "UNSIGNED_BYTE"): "RG8",
-    ("RGB", "UNSIGNED_BYTE"): "RGB8",
-    ("RGB", "BYTE"): "RGB8_SNORM",
-    ("RGBA", "UNSIGNED_BYTE"): "RGBA8",
-    ("RGBA", "BYTE"): "RGBA8_SNORM",
-    ("RED", "UNSIGNED_SHORT"): "R16",
-    ("RED", "HALF_FLOAT"): "R16F",
-    ("RGBA", "HALF_FLOAT"): "RGBA16F",
-}
-"""Texels of the file for a GL format and type."""
-
 
 _MOST_PLACES = 10
 """Places of data of others that a warning names."""
@@ -154,18 +136,17 @@ def _check_grid(package: Package, name: str, data: bytes, *, strict: bool) -> No
     level = package.manifest.grid
     if level is None or level.shape_zyx != grid.shape_zyx:
         raise VolprepError("VP4011", path=package.path, problem=f"{name} is not cut from the grid of level 0")
-    if label_bytes(grid.gl) != label_bytes_of_pieces(package.manifest):
-        problem = f"{name} has {label_bytes(grid.gl)} bytes of labels in a texel of {grid.gl.format}, and programs "
-        problem += f"that read {label_bytes_of_pieces(package.manifest)}"
+    if label_bytes(grid.texture_format) != label_bytes_of_pieces(package.manifest):
+        problem = f"{name} has {label_bytes(grid.texture_format)} bytes of labels in a texel of "
+        problem += f"{grid.texture_format}, and programs that read {label_bytes_of_pieces(package.manifest)}"
         raise VolprepError("VP4011", path=package.path, problem=problem)
-    wanted = texture_format(grid.gl, package.manifest.profile.api)
     for number, piece in enumerate(grid.subvolumes):
         record = next((each for each in package.manifest.files if each.path == piece.file), None)
         if record is not None:
             start = package.read_part(record.path, 0, ktx2.MOST_HEAD_BYTES)
             head = ktx2.decode_head(start, record.size_bytes, f"{package.path}: {record.path}")
-            expected = (wanted and KTX2_FORMAT.get(wanted), grid.texture_shape_zyx(number), grid.gl.target, 1)
-            if (head.format, head.shape_zyx, f"TEXTURE_{head.dimensions}D", len(head.levels_at)) != expected:
+            expected = (grid.texture_format, grid.texture_shape_zyx(number), grid.dimension, 1)
+            if (head.format, head.shape_zyx, f"{head.dimensions}d", len(head.levels_at)) != expected:
                 problem = f"{piece.file} is not the texture that {name} says"
                 raise VolprepError("VP4011", path=package.path, problem=problem)
 
@@ -173,12 +154,12 @@ def _check_grid(package: Package, name: str, data: bytes, *, strict: bool) -> No
 def _check_texture(package: Package, mipmaps: list[Texture], record: FileRecord) -> None:
     """Check a file that holds one texture, or the mipmaps of one."""
     texture, path = mipmaps[0], package.path
-    if texture.gl.internal_format == paletted.INTERNAL_FORMAT:
+    if texture.format == "palette8-rgba8unorm":
         paletted.decode(package.read_bytes(record.path), texture.shape_zyx[1:], f"{path}: {texture.file}")
         return
     head = _head(package, record)
-    found = (head.format, head.shape_zyx, f"TEXTURE_{head.dimensions}D", len(head.levels_at))
-    expected = (_ktx2_format(texture.gl), texture.shape_zyx, texture.gl.target, len(mipmaps))
+    found = (head.format, head.shape_zyx, f"{head.dimensions}d", len(head.levels_at))
+    expected = (texture.format, texture.shape_zyx, texture.dimension, len(mipmaps))
     if found != expected:
         problem = f"{texture.file} holds {found}, the manifest says {expected}"
         raise VolprepError("VP4011", path=path, problem=problem)
@@ -195,9 +176,3 @@ def _check_places(package: Package, texture: Texture) -> None:
     problem = misplaced(entries, pools[0].bricks)
     if problem is not None:
         raise VolprepError("VP4011", path=package.path, problem=f"{texture.file} {problem}")
-
-
-def _ktx2_format(gl: GlFormat) -> ktx2.Ktx2Format | None:
-    if gl.format is None:
-        return next((name for name, block in BLOCKS.items() if block.gl_name == gl.internal_format), None)
-    return "RGBA8_SRGB" if gl.internal_format == SRGB else _KTX2_FORMATS.get((gl.format, gl.type))

@@ -14,9 +14,9 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import SRGB
 from volprep_formats.textures.mosaic import slices_of_mosaic
 from volprep_formats.textures.srgb_texels import decoded_srgb
+from volprep_formats.textures.texel_formats import SRGB
 
 
 def level_texels(package: Package, level: int, role: Literal["volume", "normals"] = "volume") -> NDArray[np.generic]:
@@ -41,7 +41,7 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
         return voxels
     component = package.component_of(textures[0])
     chosen = voxels[..., component]
-    return chosen if textures[0].gl.internal_format != SRGB else decoded_srgb(chosen, component)
+    return chosen if textures[0].format != SRGB else decoded_srgb(chosen, component)
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def _from_bricks(
     if places is not None:
         file = ktx2.decode(package.read_bytes(places.file), places.file)
         entries = index_entries(file.data, places.mosaic)
-        problem = misplaced(entries, layout) if file.format == "RGBA8" else "is not RGBA8"
+        problem = misplaced(entries, layout) if file.format == "rgba8unorm" else "is not rgba8unorm"
         shape_zyx = package.manifest.level(pool.level).grid.shape_zyx
         counts = tuple(blocks_along(n, cells) for n, cells in zip(shape_zyx, layout.cells_zyx, strict=True))
         if problem is None and (texels.shape, counts) == (layout.pool_texels_zyx, layout.bricks_zyx):

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
-from volprep_formats.package.texture import COMPONENTS, Texture
+from volprep_formats.package.texture import Texture
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.mosaic import tiles_of
+from volprep_formats.textures.texel_formats import COMPONENTS
 
 
 def mosaic_contradictions(texture: Texture, shape_zyx: tuple[int, int, int]) -> Iterator[str]:
@@ -27,11 +28,10 @@ def mosaic_contradictions(texture: Texture, shape_zyx: tuple[int, int, int]) -> 
         yield "its mosaic has several components in a voxel and several slices in a texel"
     if mosaic.slices_per_texel == 1 and mosaic.order != "interleaved":
         yield f"its mosaic has one slice in a texel, but these are {mosaic.order}"
-    block = next((each for each in BLOCKS.values() if each.gl_name == texture.gl.internal_format), None)
-    held = COMPONENTS.get(texture.gl.format) if block is None else block.components
+    block = next((each for compressed, each in BLOCKS.items() if compressed == texture.format), None)
+    held = COMPONENTS.get(texture.format) if block is None else block.components
     components = mosaic.slices_per_texel * mosaic.components_per_voxel
     if components != held:
-        pixels = texture.gl.format or texture.gl.internal_format
-        yield f"its mosaic has {components} components, its format is {pixels}"
+        yield f"its mosaic has {components} components, its format is {texture.format}"
     if any(pitch % (1 if block is None else block.size) for pitch in mosaic.pitch_yx):
-        yield f"its tiles are {rows}×{columns} texels apart, so that blocks of {texture.gl.internal_format} mix two"
+        yield f"its tiles are {rows}×{columns} texels apart, so that blocks of {texture.format} mix two"

@@ -9,30 +9,7 @@ from volprep_formats.grid import LONGEST_AXIS, Count, Index
 from volprep_formats.package.api import Api, Dialect, GraphicsApi, graphics_api
 from volprep_formats.package.values import open_word
 from volprep_formats.record import Record
-
-TextureFormat = Literal[
-    "LUMINANCE8",
-    "LUMINANCE_ALPHA8",
-    "RGB8",
-    "RGBA8",
-    "R8",
-    "RG8",
-    "RGB8_SNORM",
-    "RGBA8_SNORM",
-    "SRGB8_ALPHA8",
-    "R16",
-    "R16F",
-    "RGBA16F",
-    "PALETTE8_RGBA8",
-    "EAC_R11",
-    "ETC2_RGBA8",
-    "ASTC_4X4",
-    "ASTC_5X5",
-    "ASTC_6X6",
-    "ASTC_8X8",
-    "ASTC_4X4_SRGB",
-]
-LookupFormat = Literal["RGBA8", "RGBA16F"]
+from volprep_formats.textures.texel_formats import TextureFormat
 
 
 class DeviceProfile(Record):

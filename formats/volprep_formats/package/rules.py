@@ -21,7 +21,7 @@ from volprep_formats.package.picture_rules import picture_contradictions
 from volprep_formats.package.program import BLOCK_SOURCES, SLICES, Pass, Program, Tiles, UniformSource
 from volprep_formats.package.texture import TEXTURE_ROLES, Texture
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import is_held, texture_format
+from volprep_formats.textures.texel_formats import COMPONENTS, has_bytes, is_held
 
 # The grid of a coarse level is computed from level 0 by a few additions in float64, and printed with all digits.
 _RELATIVE_TOLERANCE = 1e-9
@@ -114,19 +114,15 @@ def _roles(manifest: Manifest, ignored: set[str]) -> Iterator[str]:
 def _formats(manifest: Manifest) -> Iterator[str]:
     """Check that the profile has the format of each texture."""
     for texture in manifest.textures:
-        name = texture_format(texture.gl, manifest.profile.api)
-        if name is None or not is_held(name, manifest.profile.texture_formats):
-            words = (texture.gl.internal_format, texture.gl.format, texture.gl.type)
-            listed = "/".join(word for word in words if word)
-            yield f"texture {texture.name} is uploaded as {listed}, which is no format of the profile"
+        if not is_held(texture.format, manifest.profile.texture_formats):
+            yield f"texture {texture.name} has the format {texture.format}, which is none of the profile"
 
 
 def _compression(manifest: Manifest) -> Iterator[str]:
     """A compressed form that was kept is the format of its level's textures."""
     for form in (form for form in manifest.compression if form.kept):
         volumes = [each for each in manifest.textures if (each.role, each.level) == ("volume", form.level)]
-        found = {each.gl.internal_format for each in volumes if form.channel in each.channels}
-        if found != {block.gl_name for name, block in BLOCKS.items() if name == form.format}:
+        if {each.format for each in volumes if form.channel in each.channels} != {form.format}:
             yield f"level {form.level} is said to be compressed as {form.format}, but its textures are not"
 
 
@@ -174,12 +170,12 @@ def _is_part(grid: Grid, source: Grid) -> bool:
 def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> Iterator[str]:
     name = f"texture {texture.name}"
     profile = manifest.profile
-    limit = profile.max_3d_texture_size if texture.gl.target == "TEXTURE_3D" else profile.max_texture_size
+    limit = profile.max_3d_texture_size if texture.dimension == "3d" else profile.max_texture_size
     if max(texture.shape_zyx) > limit:
         yield f"{name} has {texture.shape_zyx} texels; the profile allows {limit} along an axis"
-    if texture.gl.target == "TEXTURE_2D" and texture.shape_zyx[0] != 1:
+    if texture.dimension == "2d" and texture.shape_zyx[0] != 1:
         yield f"{name} is 2D, but has {texture.shape_zyx[0]} slices"
-    is_compressed = texture.gl.format is None and texture.role != "slices"
+    is_compressed = texture.format in BLOCKS
     if is_compressed != (texture.encoder is not None) or (is_compressed and texture.mosaic is None):
         yield f"{name} is compressed without an encoder or a mosaic, or names an encoder without being compressed"
     if texture.role in {"transfer", "preintegrated"}:
@@ -197,7 +193,7 @@ def _texture(manifest: Manifest, texture: Texture, levels: dict[int, Level]) -> 
         pass  # the parts mipmaps and bricks check them
     elif texture.mosaic is not None:
         yield from (f"{name}: {problem}" for problem in mosaic_contradictions(texture, level.grid.shape_zyx))
-    elif texture.gl.target != "TEXTURE_3D" or texture.shape_zyx != level.grid.shape_zyx:
+    elif texture.dimension != "3d" or texture.shape_zyx != level.grid.shape_zyx:
         yield f"{name} has no mosaic, so it must be 3D and have the shape {level.grid.shape_zyx} of its level"
     yield from (f"{name} {problem}" for problem in _voxels(manifest, texture))
 
@@ -210,7 +206,7 @@ def _voxels(manifest: Manifest, texture: Texture) -> Iterator[str]:
     if texture.transfer is not None and texture.transfer not in _function_names(manifest):
         yield f"is classified by {texture.transfer}, which is no transfer function"
     packed = texture.mosaic is not None and texture.mosaic.slices_per_texel > 1
-    if classified and (texture.gl.format != "RGBA" or packed):
+    if classified and (COMPONENTS.get(texture.format) != 4 or packed):
         yield "is classified, so it must have four channels, and one voxel in a texel"
 
 
@@ -224,12 +220,12 @@ def _table(manifest: Manifest, texture: Texture) -> Iterator[str]:
     is_integral = texture.role == "preintegrated"
     if height != (4 if is_integral else 1):
         yield "has not one row as a lookup table, or four rows as a pre-integrated one"
-    if is_integral and (texture.gl.type != "UNSIGNED_BYTE" or texture.filter != "nearest" or width < _FEWEST_SUMS):
+    if is_integral and (not has_bytes(texture.format) or texture.filter != "nearest" or width < _FEWEST_SUMS):
         yield f"is pre-integrated, but has no bytes, a filter, or fewer than {_FEWEST_SUMS} columns"
     low, high = texture.stored_range or (0.0, 0.0)
     if is_integral != (0.0 <= low < high <= 1.0) or (texture.stored_range is not None and not is_integral):
         yield "is pre-integrated without a range of stored values from 0 to 1, or has one without being pre-integrated"
-    if (texture.max_extinction_per_mm is None) != (texture.gl.type != "UNSIGNED_BYTE"):
+    if (texture.max_extinction_per_mm is None) == has_bytes(texture.format):
         yield "has 8 bits without max_extinction_per_mm, or has that without 8 bits"
 
 
@@ -266,7 +262,7 @@ def _parts(manifest: Manifest) -> Iterator[str]:
             parts.setdefault(key, []).append(texture)
     for (role, level, _, _), textures in parts.items():
         mosaic = textures[0].mosaic
-        if any(texture.mosaic != mosaic or texture.gl != textures[0].gl for texture in textures):
+        if any(texture.mosaic != mosaic or texture.format != textures[0].format for texture in textures):
             yield f"the mosaics of the {role} of level {level} differ in layout or format"
         elif mosaic is not None and sorted(each.part for each in textures) != list(range(mosaic.textures)):
             yield f"the mosaic of the {role} of level {level} needs the parts 0 to {mosaic.textures - 1}, once each"

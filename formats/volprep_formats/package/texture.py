@@ -12,6 +12,7 @@ from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.values import PackagePath, open_word
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName
+from volprep_formats.textures.texel_formats import Dimension, TextureFormat
 
 TextureRole = Literal[
     "volume",
@@ -73,21 +74,6 @@ class MosaicLayout(Record):
         return height + 2 * self.gutter + below, width + 2 * self.gutter + right
 
 
-class GlFormat(Record):
-    """Arguments of glTexImage2D, glTexImage3D and glCompressedTexImage2D, as names of constants without GL_."""
-
-    target: Literal["TEXTURE_2D", "TEXTURE_3D"]
-    """Binding target, for example TEXTURE_3D for GL_TEXTURE_3D."""
-    internal_format: str
-    """Internal format, for example R8 for GL_R8."""
-    format: str | None = None
-    """Format of the pixels, for example RED for GL_RED; absent if they are compressed."""
-    type: str | None = None
-    """Type of the pixels, for example UNSIGNED_BYTE; absent if they are compressed."""
-
-
-COMPONENTS: dict[str | None, int] = {"LUMINANCE": 1, "RED": 1, "LUMINANCE_ALPHA": 2, "RG": 2, "RGB": 3, "RGBA": 4}
-"""Components of a texel by the format of its pixels."""
 SampleFilter = Literal["linear", "nearest"]
 """Filtering of a texture."""
 
@@ -128,10 +114,12 @@ class Texture(TextureContent):
     tint and opacity of each label. label-sets: the labels in each block of a level, which no program samples. light:
     light of a transfer function that was computed once. A reader ignores textures of other roles."""
     file: PackagePath
-    """KTX 2 file. If gl.internal_format is PALETTE8_RGBA8_OES, which KTX 2 cannot hold: the bytes for
+    """KTX 2 file. If the format is palette8-rgba8unorm, which KTX 2 cannot hold: the bytes for
     glCompressedTexImage2D."""
-    gl: GlFormat
-    """Upload parameters."""
+    format: Annotated[str, open_word(*get_args(TextureFormat))]
+    """Format of a texel; SPEC.md has the constants of OpenGL ES."""
+    dimension: Dimension
+    """Dimension: 2d or 3d."""
     bricks: BrickLayout | None = None
     """For a volume that holds its level as bricks: layout of the bricks. `mosaic` is then the layout of the pool."""
     part: Index = 0

@@ -7,7 +7,15 @@ the Khronos Data Format Specification 1.3. Blocks lie row by row from the upper 
 from dataclasses import dataclass
 from typing import Literal
 
-CompressedFormat = Literal["EAC_R11", "ETC2_RGBA8", "ASTC_4X4", "ASTC_5X5", "ASTC_6X6", "ASTC_8X8", "ASTC_4X4_SRGB"]
+CompressedFormat = Literal[
+    "eac-r11unorm",
+    "etc2-rgba8unorm",
+    "astc-4x4-unorm",
+    "astc-5x5-unorm",
+    "astc-6x6-unorm",
+    "astc-8x8-unorm",
+    "astc-4x4-unorm-srgb",
+]
 
 
 @dataclass(frozen=True)
@@ -20,8 +28,6 @@ class BlockFormat:
     """Size of a block."""
     vk_format: int
     """VkFormat, unsigned."""
-    gl_name: str
-    """Internal format of glCompressedTexImage2D, without GL_."""
     descriptor_model: int
     """Colour model of the data format descriptor: 161 is ETC2, 162 is ASTC."""
     samples: tuple[tuple[int, int], ...]
@@ -35,16 +41,14 @@ class BlockFormat:
 _ASTC = ((0, 0),)
 
 BLOCKS: dict[CompressedFormat, BlockFormat] = {
-    "EAC_R11": BlockFormat(4, 8, 153, "COMPRESSED_R11_EAC", 161, ((0, 0),)),
+    "eac-r11unorm": BlockFormat(4, 8, 153, 161, ((0, 0),)),
     # The first half of a block is its alpha.
-    "ETC2_RGBA8": BlockFormat(4, 16, 151, "COMPRESSED_RGBA8_ETC2_EAC", 161, ((15, 0), (2, 64)), components=4),
-    "ASTC_4X4": BlockFormat(4, 16, 157, "COMPRESSED_RGBA_ASTC_4x4_KHR", 162, _ASTC),
-    "ASTC_5X5": BlockFormat(5, 16, 161, "COMPRESSED_RGBA_ASTC_5x5_KHR", 162, _ASTC),
-    "ASTC_6X6": BlockFormat(6, 16, 165, "COMPRESSED_RGBA_ASTC_6x6_KHR", 162, _ASTC),
-    "ASTC_8X8": BlockFormat(8, 16, 171, "COMPRESSED_RGBA_ASTC_8x8_KHR", 162, _ASTC),
-    "ASTC_4X4_SRGB": BlockFormat(
-        4, 16, 158, "COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR", 162, _ASTC, components=4, is_srgb=True
-    ),
+    "etc2-rgba8unorm": BlockFormat(4, 16, 151, 161, ((15, 0), (2, 64)), components=4),
+    "astc-4x4-unorm": BlockFormat(4, 16, 157, 162, _ASTC),
+    "astc-5x5-unorm": BlockFormat(5, 16, 161, 162, _ASTC),
+    "astc-6x6-unorm": BlockFormat(6, 16, 165, 162, _ASTC),
+    "astc-8x8-unorm": BlockFormat(8, 16, 171, 162, _ASTC),
+    "astc-4x4-unorm-srgb": BlockFormat(4, 16, 158, 162, _ASTC, components=4, is_srgb=True),
 }
 
 

@@ -54,7 +54,7 @@ _EAC_STEPS = np.array(
 
 def encoder_of(texture_format: CompressedFormat) -> str:
     """Name and version of the encoder of a format; with the texels it determines the bytes."""
-    if texture_format.startswith("ASTC"):
+    if texture_format.startswith("astc"):
         return f"astc-encoder-py {version('astc-encoder-py')}, quality {ASTC_QUALITY}"
     return f"etcpak {version('etcpak')}"
 
@@ -70,7 +70,7 @@ def encode_blocks(texels: UInt8Array, texture_format: CompressedFormat) -> UInt8
     beyond = ((0, rows * size - height), (0, columns * size - width), (0, 0))
     whole = np.pad(texels.reshape(height, width, -1), beyond, mode="edge")
     height, width = whole.shape[:2]
-    if texture_format.startswith("ASTC"):
+    if texture_format.startswith("astc"):
         # One value in red, green and blue costs no more bits than one in red alone.
         rgba = whole if whole.shape[2] == 4 else np.concatenate([*[whole] * 3, np.full_like(whole, 255)], axis=2)
         data = _encode_astc(rgba, size, srgb=BLOCKS[texture_format].is_srgb)
@@ -78,7 +78,7 @@ def encode_blocks(texels: UInt8Array, texture_format: CompressedFormat) -> UInt8
         # EAC reads one of four channels; which one is not said.
         rgba = whole if whole.shape[2] == 4 else np.repeat(whole, 4, axis=2)
         etcpak = _etcpak()
-        encode = etcpak.compress_eac_r if texture_format == "EAC_R11" else etcpak.compress_etc2_rgba
+        encode = etcpak.compress_eac_r if texture_format == "eac-r11unorm" else etcpak.compress_etc2_rgba
         data = encode(rgba.tobytes(), width, height)
     # etcpak returns EAC in a buffer of twice the size; the bytes after the blocks are unused.
     return np.frombuffer(data, np.uint8, rows * columns * BLOCKS[texture_format].bytes).reshape(shape)
@@ -94,9 +94,9 @@ def decode_blocks(
     """
     size = BLOCKS[texture_format].size
     height, width = blocks.shape[0] * size, blocks.shape[1] * size
-    if texture_format == "EAC_R11":
+    if texture_format == "eac-r11unorm":
         texels = _decode_eac(blocks)[..., None]
-    elif texture_format == "ETC2_RGBA8":
+    elif texture_format == "etc2-rgba8unorm":
         # etcpak's own decoder reads and writes beyond its buffers.
         data = import_module("texture2ddecoder").decode_etc2a8(blocks.tobytes(), width, height)
         bgra = np.frombuffer(data, np.uint8).reshape(height, width, 4)

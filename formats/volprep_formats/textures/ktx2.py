@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
+from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.texel_formats import SRGB, TEXELS, TextureFormat
 from volprep_formats.textures.zstd_frames import FrameError, compress, decompress
 
-TexelFormat = Literal["R8", "RG8", "RGB8", "RGB8_SNORM", "RGBA8", "RGBA8_SNORM", "RGBA8_SRGB", "R16", "R16F", "RGBA16F"]
-Ktx2Format = Literal[TexelFormat, CompressedFormat]
+Ktx2Format = TextureFormat
+"""Formats of files: all but the one with a palette."""
 Dimensions = Literal[2, 3]
 Shape = tuple[int, int, int]
 
@@ -30,15 +31,14 @@ class Ktx2Image:
     """One texture."""
 
     format: Ktx2Format
-    """Texel types. The suffix names the type: 8 is uint8, 8_SNORM int8, 16 uint16 and 16F float16; compressed formats
-    are bytes."""
+    """Format of a texel; compressed formats are bytes."""
     shape_zyx: Shape
     """Depth, height and width in texels; depth is 1 for a 2D texture."""
     data: NDArray[np.generic]
     """Texels, [z, y, x] for one channel and [z, y, x, channel] for more. Row 0 is at t = 0, slice 0 at r = 0. Of a
     compressed format its blocks, [1, row, column, byte]; those at the right and lower edge may reach beyond it."""
     dimensions: Dimensions
-    """2 for TEXTURE_2D; 3 for TEXTURE_3D, also where its depth is 1."""
+    """2 or 3; 3 also for a 3D texture whose depth is 1."""
     mipmaps: tuple[NDArray[np.generic], ...] = ()
     """Texels of the coarser levels, each of half the size, rounded down, but at least 1."""
 
@@ -102,19 +102,8 @@ class _Layout:
         return shape if self.channels == 1 else (*shape, self.channels)
 
 
-# vkFormat is the value of VK_FORMAT_R8_UNORM, _R8G8_UNORM, _R8G8B8_UNORM, _R8G8B8_SNORM, _R8G8B8A8_UNORM,
-# _R8G8B8A8_SNORM, _R8G8B8A8_SRGB, _R16_UNORM, _R16_SFLOAT and _R16G16B16A16_SFLOAT.
 _LAYOUTS: dict[Ktx2Format, _Layout] = {
-    "R8": _Layout(9, np.dtype("u1"), 1),
-    "RG8": _Layout(16, np.dtype("u1"), 2),
-    "RGB8": _Layout(23, np.dtype("u1"), 3),
-    "RGB8_SNORM": _Layout(24, np.dtype("i1"), 3),
-    "RGBA8": _Layout(37, np.dtype("u1"), 4),
-    "RGBA8_SNORM": _Layout(38, np.dtype("i1"), 4),
-    "RGBA8_SRGB": _Layout(43, np.dtype("u1"), 4, is_srgb=True),
-    "R16": _Layout(70, np.dtype("<u2"), 1),
-    "R16F": _Layout(76, np.dtype("<f2"), 1),
-    "RGBA16F": _Layout(97, np.dtype("<f2"), 4),
+    **{name: _Layout(*layout, is_srgb=name == SRGB) for name, layout in TEXELS.items()},
     **{
         name: _Layout(
             each.vk_format, np.dtype("u1"), each.bytes, each.size, each.samples, each.descriptor_model, each.is_srgb

@@ -1,4 +1,4 @@
-"""Texels of SRGB8_ALPHA8: three bytes of sRGB (IEC 61966-2-1) and a linear one, as OpenGL ES 3.0 decodes them."""
+"""Texels of rgba8unorm-srgb: three bytes of sRGB (IEC 61966-2-1) and a linear one, as OpenGL ES 3.0 decodes them."""
 
 from functools import cache
 

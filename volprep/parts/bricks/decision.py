@@ -14,9 +14,9 @@ from volprep.scene.scene import BrickSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.bricks.record import BrickLayout
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
-from volprep_formats.textures.gl_formats import size_bytes
+from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 KIND = "bricks"
 """Kind of its item of the plan."""
@@ -35,7 +35,7 @@ def require_bricks(scene: Scene, profile: DeviceProfile) -> None:
     if wanted.size < wanted.reach:
         texels = wanted.size + 2 * wanted.reach - 1
         raise VolprepError("VP3031", size=wanted.size, reach=wanted.reach, texels=texels)
-    if "RGBA8" not in profile.texture_formats:
+    if "rgba8unorm" not in profile.texture_formats:
         raise VolprepError("VP3032", profile=profile.name)
     if scene.lighting.baked != "none" and not profile.max_3d_texture_size:
         raise VolprepError("VP3033", profile=profile.name)
@@ -67,7 +67,7 @@ def as_bricks(
     if isinstance(pools, Misfit):
         return pools
     texel, layout, mosaic = pools
-    needed = size_bytes(texel, held_zyx(layout, mosaic)) + size_bytes("RGBA8", layout.bricks_zyx)
+    needed = size_bytes(texel, held_zyx(layout, mosaic)) + size_bytes("rgba8unorm", layout.bricks_zyx)
     if needed + beside.bytes > profile.max_texture_bytes:
         limit = f"the {profile.max_texture_bytes} that profile {profile.name} has for textures"
         return Misfit(

@@ -22,13 +22,12 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.bricks.places import constant_entry
 from volprep_formats.package.parts.bricks.record import BrickLayout
-from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import MosaicLayout, Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
+from volprep_formats.textures.texel_formats import TextureFormat
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
@@ -56,9 +55,9 @@ def _bricks(draft: Draft, plan: ChannelPlan, volume: VolumePlan, bricks: BricksP
     entries = constant_entry(ranges.low.astype(np.float64) / (2**plan.quantize.bits - 1))
     entries[stored] = places_of(stored, layout)
     index = None if mosaic is None else flat_index(layout.bricks_zyx, plan.profile)
-    pool = volume_texture(volume, 0, plan.profile)
+    pool = volume_texture(volume, 0)
     held = {"shape_zyx": held_zyx(layout, mosaic), "mosaic": mosaic, "bricks": layout}
-    return pool.model_copy(update=held), _index(draft, plan, volume, bricks, entries, index)
+    return pool.model_copy(update=held), _index(draft, volume, bricks, entries, index)
 
 
 def _layout(
@@ -79,9 +78,8 @@ def _layout(
     return found
 
 
-def _index(  # noqa: PLR0917 - the level, and what its index holds
+def _index(
     draft: Draft,
-    plan: ChannelPlan,
     volume: VolumePlan,
     bricks: BricksPlan,
     entries: UInt8Array,
@@ -90,13 +88,14 @@ def _index(  # noqa: PLR0917 - the level, and what its index holds
     """Write the places of bricks [z, y, x, RGBA]."""
     z, y, x = entries.shape[:3]
     shape_zyx = (z, y, x) if mosaic is None else (1, *mosaic.texture_shape_yx)
-    draft.write(bricks.file, "texture", _file("RGBA8", shape_zyx, [entries], mosaic))
+    draft.write(bricks.file, "texture", _file("rgba8unorm", shape_zyx, [entries], mosaic))
     return Texture(
         name=bricks.name,
         role="bricks",
         file=bricks.file,
         shape_zyx=shape_zyx,
-        gl=gl_format("RGBA8", "TEXTURE_3D" if mosaic is None else "TEXTURE_2D", plan.profile.api),
+        format="rgba8unorm",
+        dimension="3d" if mosaic is None else "2d",
         level=volume.level,
         channels=volume.channels,
         mosaic=mosaic,
@@ -136,7 +135,7 @@ def _file(
     texel: TextureFormat, shape_zyx: Triple, slabs: Iterable[Texels], mosaic: MosaicLayout | None
 ) -> Iterator[bytes | memoryview]:
     """Return the file of a 3D texture slab by slab, or of the mosaic of all slabs."""
-    yield ktx2.header(KTX2_FORMAT[texel], shape_zyx, 3 if mosaic is None else 2)
+    yield ktx2.header(texel, shape_zyx, 3 if mosaic is None else 2)
     if mosaic is None:
         yield from map(bytes_of, slabs)
         return

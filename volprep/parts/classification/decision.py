@@ -30,9 +30,9 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.profile import DeviceProfile, LookupFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, LookupFormat
 
 Classify = Callable[[Float64Array, Float64Array], tuple[Float64Array, Float64Array]]
 """Values at the front and the back of segments become their colours [..., 3] and mean extinctions per millimetre."""
@@ -394,14 +394,14 @@ def _largest(profile: DeviceProfile) -> int:
 
 
 def _texel_format(profile: DeviceProfile) -> LookupFormat:
-    return "RGBA16F" if "RGBA16F" in profile.texture_formats else "RGBA8"
+    return "rgba16float" if "rgba16float" in profile.texture_formats else "rgba8unorm"
 
 
 def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile, step_mm: float) -> LookupPlan:
     name = f"transfer-{function.name}"
     # Of voxels of some nanometres, half floats cannot hold the extinction per millimetre; bytes have a scale.
     largest_per_mm = min(max(point.extinction_per_mm for point in function.points), opaque_per_mm(step_mm))
-    texel_format = _texel_format(profile) if largest_per_mm <= LARGEST_HALF else "RGBA8"
+    texel_format = _texel_format(profile) if largest_per_mm <= LARGEST_HALF else "rgba8unorm"
     return LookupPlan(
         transfer=function.name,
         name=name,

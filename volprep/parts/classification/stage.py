@@ -31,7 +31,6 @@ from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
 class _Step(Record):
@@ -92,7 +91,7 @@ def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: Tran
     for level, table in tables.items():
         texels = lookup_texels(table, lookup.format, largest_per_mm)
         named = lookup if level is None else table_of_level(lookup, level)
-        yield _texture(draft, plan, named, texels, level)
+        yield _texture(draft, named, texels, level)
 
 
 def _preintegrated(
@@ -115,7 +114,7 @@ def _preintegrated(
     mean_per_mm = max(table.mean_per_mm for table in tables.values())
     for level, table in tables.items():
         named = planned if level is None else table_of_level(planned, level)
-        texture = _texture(draft, plan, named, MediumTexels(in_unit(table, mean_per_mm).texels, mean_per_mm), level)
+        texture = _texture(draft, named, MediumTexels(in_unit(table, mean_per_mm).texels, mean_per_mm), level)
         low, high = ((each - window[0]) / (window[1] - window[0]) for each in ends)
         yield texture.model_copy(update={"stored_range": (max(low, 0.0), min(high, 1.0))})
 
@@ -131,7 +130,6 @@ def _editing(draft: Draft, plan: ChannelPlan, wanted: EditingPlan) -> Editing:
 
 def _texture(
     draft: Draft,
-    plan: ChannelPlan,
     planned: LookupPlan | PreintegratedPlan,
     table: MediumTexels,
     level: int | None = None,
@@ -139,14 +137,15 @@ def _texture(
     is_integral = isinstance(planned, PreintegratedPlan)
     depth, height, width, _ = table.texels.shape
     shape_zyx = (depth, height, width)
-    image = ktx2.Ktx2Image(KTX2_FORMAT[planned.format], shape_zyx, table.texels, 2)
+    image = ktx2.Ktx2Image(planned.format, shape_zyx, table.texels, 2)
     draft.write(planned.file, "texture", ktx2.encode(image))
     return Texture(
         name=planned.name,
         role="preintegrated" if is_integral else "transfer",
         file=planned.file,
         shape_zyx=shape_zyx,
-        gl=gl_format(planned.format, "TEXTURE_2D", plan.profile.api),
+        format=planned.format,
+        dimension="2d",
         level=level,
         transfer=planned.transfer,
         filter="nearest" if is_integral else "linear",

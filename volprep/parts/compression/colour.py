@@ -21,8 +21,8 @@ def why_no_blocks(scene: Scene, profile: DeviceProfile, bits: int, *, is_build: 
     """Return the refusal if blocks are not even tried, else None. Raises as `require_form`."""
     require_form(scene, profile)
     name = "compressed textures"
-    if scene.textures.compression == "auto" and "ASTC_4X4" not in profile.texture_formats:
-        reason = f"profile {profile.name} has no ASTC_4X4, the only form of a volume in colour"
+    if scene.textures.compression == "auto" and "astc-4x4-unorm" not in profile.texture_formats:
+        reason = f"profile {profile.name} has no astc-4x4-unorm, the only form of a volume in colour"
     elif bits == 8:
         reason = "light is linear and has 8 bits here, and blocks of a volume in colour are sRGB"
     elif not is_build:

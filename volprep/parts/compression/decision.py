@@ -29,8 +29,8 @@ from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
 
-COLOUR_FORM: CompressedFormat = "ASTC_4X4_SRGB"
-"""The form of a volume in colour. The scene asks for it as for ASTC_4X4: the same extension has both."""
+COLOUR_FORM: CompressedFormat = "astc-4x4-unorm-srgb"
+"""The form of a volume in colour. The scene asks for it as for astc-4x4-unorm: the same extension has both."""
 KIND = "compression"
 """Kind of its items of the plan."""
 _RAW_BITS = 8.0

@@ -93,8 +93,8 @@ def _table_texels(package: Package, texture: Texture, level: int, function: Tran
             table = level_table(shares, table, histogram.reference_mm)
     if texture.max_extinction_per_mm is None:
         largest_per_mm = opaque_per_mm(manifest.step_mm, manifest.grid.extent_mm_zyx)
-        return lookup_texels(table, "RGBA16F", largest_per_mm).texels
-    return lookup_texels(table, "RGBA8", texture.max_extinction_per_mm).texels
+        return lookup_texels(table, "rgba16float", largest_per_mm).texels
+    return lookup_texels(table, "rgba8unorm", texture.max_extinction_per_mm).texels
 
 
 def _skip_texels(package: Package, texture: Texture, extinction_per_mm: Float64Array) -> Texels:

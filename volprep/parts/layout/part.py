@@ -34,7 +34,7 @@ def _places(plan: ChannelPlan, volume: VolumePlan) -> Images:
     if bricks is None:
         return {}
     shape_zyx = plan.level(volume.level).shape_zyx
-    return {bricks.file: ("RGBA8", index_zyx(shape_zyx, bricks.size, plan.profile))}
+    return {bricks.file: ("rgba8unorm", index_zyx(shape_zyx, bricks.size, plan.profile))}
 
 
 PART = Part(name="layout", items=_items, images=_images)

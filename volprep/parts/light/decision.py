@@ -19,15 +19,15 @@ from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.parts.light.planes import planes_in_box
 from volprep_formats.package.parts.light.record import form_of
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import LAID_OVER
 from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.textures.gl_formats import size_bytes
+from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 KIND = "light"
 """Kind of its item of the plan."""
-_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 4: ("RGBA8",)}
+_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("rg8unorm",), 4: ("rgba8unorm",)}
 """Formats of texels, by the number of their components."""
 _TECHNIQUES = frozenset(("ray-casting", "two-pass", "slabs"))
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
@@ -183,7 +183,7 @@ def light_items(
         yield PlanItem(name="error of baked light", kind=BAKED_LIGHT, kept=kept, reason=tried.remark)
     if plan is None:
         reason = tried.reason if tried else "the scene does not ask for it"
-        texel = first_of(_FORMATS[2], profile) or "RG8"
+        texel = first_of(_FORMATS[2], profile) or "rg8unorm"
         size = size_bytes(texel, _shape(grid.shape_zyx, 2))
         yield PlanItem(name="baked light", kind=KIND, kept=False, reason=reason, size_bytes=size)
         return

@@ -30,7 +30,6 @@ from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
@@ -62,7 +61,7 @@ def _textures(
         is_wanted = (transfer, bool(is_of_a_cut))
         wanted = next(each for each in light.textures if (each.transfer, each.is_of_a_cut) == is_wanted)
         stored = _stored(plan, light, field, codes).model_copy(update={"planes": light.planes if is_of_a_cut else ()})
-        yield _written(draft, plan, light, wanted, codes, stored)
+        yield _written(draft, light, wanted, codes, stored)
 
 
 def _stored(plan: ChannelPlan, light: LightPlan, field: LightField, codes: LightCodes) -> StoredLight:
@@ -81,8 +80,8 @@ def _stored(plan: ChannelPlan, light: LightPlan, field: LightField, codes: Light
     )
 
 
-def _written(  # noqa: PLR0917 - what a texture is made of
-    draft: Draft, plan: ChannelPlan, light: LightPlan, wanted: LightTexturePlan, codes: LightCodes, stored: StoredLight
+def _written(
+    draft: Draft, light: LightPlan, wanted: LightTexturePlan, codes: LightCodes, stored: StoredLight
 ) -> Texture:
     draft.write(wanted.file, "texture", _file(codes.slices, light))
     return Texture(
@@ -90,7 +89,8 @@ def _written(  # noqa: PLR0917 - what a texture is made of
         role="light",
         file=wanted.file,
         shape_zyx=light.texels_zyx,
-        gl=gl_format(light.format, "TEXTURE_3D" if light.mosaic is None else "TEXTURE_2D", plan.profile.api),
+        format=light.format,
+        dimension="3d" if light.mosaic is None else "2d",
         mosaic=light.mosaic,
         transfer=wanted.transfer,
         light=stored,
@@ -98,7 +98,7 @@ def _written(  # noqa: PLR0917 - what a texture is made of
 
 
 def _file(texels: UInt8Array, light: LightPlan) -> Iterator[bytes | memoryview]:
-    yield ktx2.header(KTX2_FORMAT[light.format], light.texels_zyx, 3 if light.mosaic is None else 2)
+    yield ktx2.header(light.format, light.texels_zyx, 3 if light.mosaic is None else 2)
     if light.mosaic is None:
         yield bytes_of(np.ascontiguousarray(texels))
         return

@@ -8,9 +8,10 @@ from volprep.plan.records import LevelPlan, VolumePlan
 from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel, texture_bytes, too_large
 from volprep.scene.scene import MosaicSettings
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
 from volprep_formats.textures.block_formats import BLOCKS, CompressedFormat
+from volprep_formats.textures.texel_formats import TextureFormat
 
 MOST_TEXTURES = 8
 """Textures that one mosaic may take: the units that OpenGL ES 2.0 guarantees."""

@@ -14,7 +14,6 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import KTX2_FORMAT
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
@@ -28,14 +27,14 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     for volume, layout in mosaics:
         read = flattened_reader(draft, plan, volume)
         for part, path in enumerate(volume.files):
-            size = ktx2.file_bytes(KTX2_FORMAT[volume.format], volume.shape_zyx, 2)
+            size = ktx2.file_bytes(volume.format, volume.shape_zyx, 2)
             draft.write(path, "texture", _file(volume, pack_mosaic(read, layout, part), progress), needed_bytes=size)
-            textures.append(volume_texture(volume, part, plan.profile))
+            textures.append(volume_texture(volume, part))
     return Contribution(textures=tuple(textures))
 
 
 def _file(volume: VolumePlan, strips: Iterator[Texels], progress: Progress) -> Iterator[bytes | memoryview]:
-    file_format = KTX2_FORMAT[volume.format]
+    file_format = volume.format
     yield ktx2.header(file_format, volume.shape_zyx, 2)
     for strip in strips:
         yield bytes_of(encode_strip(strip, file_format))

@@ -16,18 +16,18 @@ from volprep.scene.scene import NormalSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, FILTERED_CODES, NormalCode
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import MosaicLayout
-from volprep_formats.textures.gl_formats import size_bytes
+from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 KIND = "normals"
 """Kind of its item of the plan."""
 # Formats of the code alone, and with the length of the gradient in one channel more.
 _FORMATS: dict[NormalCode, tuple[tuple[TextureFormat, ...], tuple[TextureFormat, ...]]] = {
-    "biased8": (("RGB8",), ("RGBA8",)),
-    "snorm8": (("RGB8_SNORM",), ("RGBA8_SNORM",)),
-    "oct8": (("RG8", "LUMINANCE_ALPHA8"), ("RGB8",)),
-    "oct12": (("RGB8",), ("RGBA8",)),
+    "biased8": (("rgb8unorm",), ("rgba8unorm",)),
+    "snorm8": (("rgb8snorm",), ("rgba8snorm",)),
+    "oct8": (("rg8unorm",), ("rgb8unorm",)),
+    "oct12": (("rgb8unorm",), ("rgba8unorm",)),
 }
 _WHY = {
     "forward": "the cheapest, but shifted by half a voxel",

@@ -27,7 +27,6 @@ from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
@@ -55,7 +54,8 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
             file=path,
             part=part,
             shape_zyx=texture.shape_zyx,
-            gl=gl_format(normals.format, "TEXTURE_3D" if texture.mosaic is None else "TEXTURE_2D", plan.profile.api),
+            format=normals.format,
+            dimension="3d" if texture.mosaic is None else "2d",
             level=texture.level,
             channels=(plan.channel,),
             mosaic=texture.mosaic,
@@ -87,13 +87,13 @@ class _Encoder:
         """Return a KTX 2 file of a level in pieces: its 3D texture, or one of the textures of its mosaic."""
         level = self._plan.level(texture.level)
         if texture.mosaic is None:
-            yield ktx2.header(KTX2_FORMAT[self._normals.format], texture.shape_zyx, 3)
+            yield ktx2.header(self._normals.format, texture.shape_zyx, 3)
             factor = level.factors_zyx[0]
             depth, slice_bytes = self._source.shape_zyx[0], self._source.slice_bytes
             for z0, z1 in slab_ranges(depth, slice_bytes, multiple=factor):
                 yield bytes_of(self._codes(level, z0 // factor, -(-z1 // factor)))
             return
-        yield ktx2.header(KTX2_FORMAT[self._normals.format], texture.shape_zyx, 2)
+        yield ktx2.header(self._normals.format, texture.shape_zyx, 2)
         for strip in pack_mosaic(partial(self._codes, level), texture.mosaic, part):
             yield bytes_of(strip)
 

@@ -29,15 +29,15 @@ from volprep_formats.grid import blocks_along
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.segments.label_sets import sets_shape
 from volprep_formats.package.parts.segments.record import COMPOSITED, OF_ONE_VALUE, Segments, table_shape
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.textures.gl_formats import size_bytes
+from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 KIND = "segments"
 """Kind of the item of the plan."""
 LABEL_FORMATS: dict[bool, tuple[TextureFormat, ...]] = {
-    False: ("R8", "LUMINANCE8"),
-    True: ("RG8", "LUMINANCE_ALPHA8"),
+    False: ("r8unorm",),
+    True: ("rg8unorm",),
 }
 """Formats of labels, by whether they have two bytes."""
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
@@ -78,7 +78,7 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     """Return what segments do not go with, whether the scene wants it, and what it can have instead."""
     render = scene.render
     has_format = all(first_of(formats, profile) for formats in LABEL_FORMATS.values())
-    formats = "choose a profile with R8 and RG8, or LUMINANCE8 and LUMINANCE_ALPHA8, as gles3 and gles2-4096"
+    formats = "choose a profile with r8unorm and rg8unorm, as gles3 and gles2-4096"
     yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format, formats
     rays = 'set render.technique = "ray-casting"'
     yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None, rays

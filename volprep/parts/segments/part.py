@@ -41,7 +41,7 @@ def _images(plan: ChannelPlan, _transfer: str, level: int, _program: ProgramDesi
         return {}
     own = [each for each in segments.textures if each.level == level]
     images: Images = {file: (segments.format, each.shape_zyx) for each in own for file in each.files}
-    return images | {segments.looks: ("RGBA8", (1, *table_shape(len(segments.labels))))}
+    return images | {segments.looks: ("rgba8unorm", (1, *table_shape(len(segments.labels))))}
 
 
 PART = Part(

@@ -28,7 +28,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.segmentations.records import LabelArray
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, Target, gl_format
+from volprep_formats.textures.texel_formats import Dimension
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
@@ -52,7 +52,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
             own = coarse_labels(labels, factors, light)
             kept = level_kept(segments, texture.level, light, own, 2 * voxels >= math.prod(factors))
             draft.write(kept_name(texture.level), "work", kept.model_dump_json().encode())
-        target: Target = "TEXTURE_3D" if texture.mosaic is None else "TEXTURE_2D"
+        dimension: Dimension = "3d" if texture.mosaic is None else "2d"
         for part, (name, path) in enumerate(zip(texture.names, texture.files, strict=True)):
             draft.write(path, "texture", _file(segments, texture, own, part))
             textures.append(
@@ -62,7 +62,8 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
                     file=path,
                     part=part,
                     shape_zyx=texture.shape_zyx,
-                    gl=gl_format(segments.format, target, channel.profile.api),
+                    format=segments.format,
+                    dimension=dimension,
                     level=texture.level,
                     channels=(channel.channel,),
                     mosaic=texture.mosaic,
@@ -70,7 +71,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
                 )
             )
         progress.advance()
-    return Contribution(textures=(*textures, _write_looks(draft, channel, segments)))
+    return Contribution(textures=(*textures, _write_looks(draft, segments)))
 
 
 def _cropped(draft: Draft, plan: Plan, segments: SegmentsPlan) -> LabelArray:
@@ -127,25 +128,26 @@ def _file(
         return label_texels(own, flagged(own, following), wide=segments.wide)
 
     if texture.mosaic is not None:
-        yield ktx2.header(KTX2_FORMAT[segments.format], texture.shape_zyx, 2)
+        yield ktx2.header(segments.format, texture.shape_zyx, 2)
         yield from map(bytes_of, pack_mosaic(texels, texture.mosaic, part))
         return
-    yield ktx2.header(KTX2_FORMAT[segments.format], texture.shape_zyx, 3)
+    yield ktx2.header(segments.format, texture.shape_zyx, 3)
     depth, height, width = labels.shape
     for z0, z1 in slab_ranges(depth, height * width * 2):
         yield bytes_of(texels(z0, z1))
 
 
-def _write_looks(draft: Draft, channel: ChannelPlan, segments: SegmentsPlan) -> Texture:
+def _write_looks(draft: Draft, segments: SegmentsPlan) -> Texture:
     texels = look_texels(looks(segments))
     _, rows, width, _ = texels.shape
-    draft.write(segments.looks, "texture", ktx2.encode(ktx2.Ktx2Image("RGBA8", (1, rows, width), texels, 2)))
+    draft.write(segments.looks, "texture", ktx2.encode(ktx2.Ktx2Image("rgba8unorm", (1, rows, width), texels, 2)))
     return Texture(
         name="looks-segments",
         role="looks",
         file=segments.looks,
         shape_zyx=(1, rows, width),
-        gl=gl_format("RGBA8", "TEXTURE_2D", channel.profile.api),
+        format="rgba8unorm",
+        dimension="2d",
         transfer=segments.name,
         filter="nearest",
     )

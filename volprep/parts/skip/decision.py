@@ -28,7 +28,7 @@ from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import MosaicLayout
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, size_bytes
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, size_bytes
 
 BEST_BLOCK = 4
 """Cells of a block: a table of 1/64 of the volume. 8 saves a tenth less time with 1/512; smaller ones save no more."""

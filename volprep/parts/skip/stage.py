@@ -32,7 +32,6 @@ from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
@@ -93,7 +92,7 @@ def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
         if plan.segments is None:
             occupied: Occupied = np.any(shown, axis=0)
         else:
-            occupied, sets = _labelled(draft, plan, plan.segments, planned, shown)
+            occupied, sets = _labelled(draft, plan.segments, planned, shown)
             textures += sets
         texture, table = _table(draft, group[0], level, planned, occupied)
         textures.append(texture)
@@ -145,7 +144,7 @@ def _shown_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> O
 
 
 def _labelled(
-    draft: Draft, plan: Plan, segments: SegmentsPlan, wanted: SkipTablePlan, shown: Occupied
+    draft: Draft, segments: SegmentsPlan, wanted: SkipTablePlan, shown: Occupied
 ) -> tuple[Occupied, list[Texture]]:
     """Return the blocks that show segments as they look at first, and the texture of labels in them, if planned.
 
@@ -159,13 +158,14 @@ def _labelled(
     occupied = shown_blocks_of(texels, shown[0].size, visible).reshape(shown[0].shape)
     if sets is None:
         return occupied, []
-    draft.write(sets.file, "texture", ktx2.encode(ktx2.Ktx2Image(KTX2_FORMAT[sets.format], sets.shape_zyx, texels, 2)))
+    draft.write(sets.file, "texture", ktx2.encode(ktx2.Ktx2Image(sets.format, sets.shape_zyx, texels, 2)))
     texture = Texture(
         name=sets.name,
         role="label-sets",
         file=sets.file,
         shape_zyx=sets.shape_zyx,
-        gl=gl_format(sets.format, "TEXTURE_2D", plan.channels[0].profile.api),
+        format=sets.format,
+        dimension="2d",
         level=sets.level,
         transfer=segments.name,
         filter="nearest",
@@ -206,7 +206,7 @@ def _write(
     dimensions: ktx2.Dimensions = 3 if wanted.mosaic is None else 2
 
     def file() -> Iterator[bytes | memoryview]:
-        yield ktx2.header(KTX2_FORMAT[wanted.format], wanted.shape_zyx, dimensions)
+        yield ktx2.header(wanted.format, wanted.shape_zyx, dimensions)
         if wanted.mosaic is None:
             yield bytes_of(texels)
             return
@@ -220,7 +220,8 @@ def _write(
         role="ranges" if transfer is None else "skip",
         file=wanted.file,
         shape_zyx=wanted.shape_zyx,
-        gl=gl_format(wanted.format, "TEXTURE_2D" if wanted.mosaic else "TEXTURE_3D", plan.profile.api),
+        format=wanted.format,
+        dimension="2d" if wanted.mosaic else "3d",
         level=wanted.level,
         channels=(plan.channel,) if transfer is None else (),
         mosaic=wanted.mosaic,

@@ -18,10 +18,10 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.slices.record import AXES
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL
 from volprep_formats.textures.paletted import PALETTE_BYTES
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, TextureFormat
 
 
 def refuse_slices(scene: Scene, profile: DeviceProfile) -> None:
@@ -90,7 +90,7 @@ def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> Tex
         raise VolprepError("VP3060", problem="lab.slices.layers mixes slices, and labels have nothing between them")
     if len(set(settings.stacks)) < len(settings.stacks):
         raise VolprepError("VP3060", problem="lab.slices.stacks names an axis twice")
-    texel: TextureFormat = "RGBA8" if settings.form == "rgba" else "PALETTE8_RGBA8"
+    texel: TextureFormat = "rgba8unorm" if settings.form == "rgba" else "palette8-rgba8unorm"
     if texel not in profile.texture_formats:
         raise VolprepError("VP3060", problem=f"profile {profile.name} has no textures of the format {texel}")
     return texel
@@ -119,7 +119,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and the settings
             textures = tuple(
                 SliceTexturePlan(
                     name=(name := f"slices-{function.name}-{axis}-{part}"),
-                    file=f"slices/{name}.{'ktx2' if texel == 'RGBA8' else 'pal8'}",
+                    file=f"slices/{name}.{'ktx2' if settings.form == 'rgba' else 'pal8'}",
                     shape_yx=atlas.shape_yx,
                     layout=layout,
                 )
@@ -145,7 +145,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and the settings
 
 def stack_bytes(stack: SliceStackPlan, texel: TextureFormat) -> int:
     """Size of the textures of a stack."""
-    palettes = PALETTE_BYTES * len(stack.textures) if texel == "PALETTE8_RGBA8" else 0
+    palettes = PALETTE_BYTES * len(stack.textures) if texel == "palette8-rgba8unorm" else 0
     return _texels(stack) * BYTES_PER_TEXEL[texel] + palettes
 
 
@@ -215,7 +215,7 @@ def _rounded(voxels: int) -> int:
 
 
 def _colours(plan: ChannelPlan, slices: SlicesPlan, stack: SliceStackPlan, function: TransferFunction) -> str:
-    if slices.format == "RGBA8":
+    if slices.format == "rgba8unorm":
         return "four bytes a voxel"
     if slices.editable:
         return "texels are codes and entry j of the palette is the colour of code j, so that an edit replaces 1 kB"

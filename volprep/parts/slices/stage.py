@@ -21,7 +21,6 @@ from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
-from volprep_formats.textures.gl_formats import gl_format
 
 _CODES = 256
 
@@ -41,7 +40,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
         colours = code_colours(functions[stack.transfer], plan.quantize.window, stack.distance_mm)
         for part, texture in enumerate(stack.textures):
             atlas = atlas_codes(codes, texture.layout, texture.shape_yx)
-            if slices.format == "RGBA8":
+            if slices.format == "rgba8unorm":
                 draft.write(texture.file, "texture", _rgba(colours, atlas))
             else:
                 palette = (
@@ -64,7 +63,7 @@ def _histogram(codes: RawVolume) -> Float64Array:
 
 
 def _rgba(colours: UInt8Array, atlas: UInt8Array) -> Iterator[bytes | memoryview]:
-    yield ktx2.header("RGBA8", (1, *atlas.shape), 2)
+    yield ktx2.header("rgba8unorm", (1, *atlas.shape), 2)
     for row in atlas:
         yield bytes_of(colours[row])
 
@@ -83,7 +82,8 @@ def _record(
         role="slices",
         file=texture.file,
         shape_zyx=(1, *texture.shape_yx),
-        gl=gl_format(slices.format, "TEXTURE_2D", plan.profile.api),
+        format=slices.format,
+        dimension="2d",
         level=slices.level,
         part=part,
         transfer=stack.transfer,

@@ -75,7 +75,7 @@ def _part(
 ) -> NDArray[np.generic]:
     """Return the texture of one of the eight pieces of the box; one texel where the box has no such piece."""
     if any(above and side.split == NOWHERE for above, side in zip(above_zyx, sides_zyx, strict=True)):
-        return constant_texture(None, grid.gl)
+        return constant_texture(None, grid.texture_format)
     spans = [side.high if above else side.low for above, side in zip(above_zyx, sides_zyx, strict=True)]
     z, y, x = (
         slice(first - start, first - start + n) for (first, n), start in zip(spans, found.record.start_zyx, strict=True)

@@ -20,14 +20,14 @@ from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.subvolumes.record import spans_of
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
-from volprep_formats.textures.gl_formats import size_bytes
+from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 HELD = 8
 """Pieces that a device draws at a time: those around a point."""
-LABELLED: dict[int, tuple[TextureFormat, ...]] = {1: ("RG8", "LUMINANCE_ALPHA8"), 2: ("RGB8",)}
+LABELLED: dict[int, tuple[TextureFormat, ...]] = {1: ("rg8unorm",), 2: ("rgb8unorm",)}
 """Formats of a value of 8 bits and a label, by the bytes of the label."""
 _FETCHES = {"overlapping": 1.0, "interleaved": 1.25, "planar": 2.0}
 _WITH_TABLES = frozenset(("lookup", "preintegrated"))

@@ -36,7 +36,6 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import KTX2_FORMAT, gl_format
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
@@ -60,7 +59,8 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
         size=wanted.size,
         cuts_zyx=(z, y, x),
         ghost=wanted.ghost or None,
-        gl=gl_format(wanted.format, "TEXTURE_3D" if wanted.mosaic is None else "TEXTURE_2D", plan.profile.api),
+        texture_format=wanted.format,
+        dimension="3d" if wanted.mosaic is None else "2d",
         mosaic=wanted.mosaic,
         filter=plan.quantize.filter,
         whole=wanted.whole,
@@ -112,8 +112,8 @@ def _only_label(texels: UInt8Array) -> tuple[int, bool]:
 def _texture(wanted: SubvolumesPlan, texels: NDArray[Any]) -> Iterator[bytes | memoryview]:
     if wanted.mosaic is None:
         z, y, x = texels.shape[:3]
-        return ktx2.encode(ktx2.Ktx2Image(KTX2_FORMAT[wanted.format], (z, y, x), texels, 3))
-    head = ktx2.header(KTX2_FORMAT[wanted.format], (1, *wanted.mosaic.texture_shape_yx), 2)
+        return ktx2.encode(ktx2.Ktx2Image(wanted.format, (z, y, x), texels, 3))
+    head = ktx2.header(wanted.format, (1, *wanted.mosaic.texture_shape_yx), 2)
     return iter((head, bytes_of(tiled(texels, wanted.mosaic))))
 
 
@@ -135,7 +135,7 @@ def _whole(plan: ChannelPlan, codes: RawVolume) -> Iterator[bytes | memoryview]:
     """Return the file to seek in: one voxel in a texel, also where pieces are mosaics."""
     texel = one_channel(plan.quantize.bits, plan.profile)
     assert texel is not None  # noqa: S101 - else there is no room for pieces either
-    yield ktx2.header(KTX2_FORMAT[texel], codes.shape_zyx, 3)
+    yield ktx2.header(texel, codes.shape_zyx, 3)
     read = texel_reader(codes, texel)
     for z0, z1 in slab_ranges(codes.shape_zyx[0], codes.slice_bytes):
         yield bytes_of(read(z0, z1))

@@ -18,7 +18,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.textures.gl_formats import size_bytes
+from volprep_formats.textures.texel_formats import size_bytes
 
 KIND = "mipmaps"
 """Kind of their item of the plan."""

@@ -15,7 +15,7 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.gl_formats import BYTES_PER_TEXEL, KTX2_FORMAT
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
@@ -30,10 +30,10 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     for file, levels in groupby(volumes, key=lambda volume: volume.files[0]):
         chain = [*levels]
         texels = [_texels(draft, plan, volume, progress) for volume in chain]
-        form, shape_zyx = KTX2_FORMAT[chain[0].format], chain[0].shape_zyx
+        form, shape_zyx = chain[0].format, chain[0].shape_zyx
         size = ktx2.file_bytes(form, shape_zyx, 3, len(chain))
         draft.write(file, "texture", ktx2.encode_levels(form, shape_zyx, 3, texels), needed_bytes=size)
-    textures = tuple(volume_texture(volume, 0, plan.profile) for volume in volumes)
+    textures = tuple(volume_texture(volume, 0) for volume in volumes)
     return Contribution(textures=textures)
 
 

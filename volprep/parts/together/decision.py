@@ -23,7 +23,7 @@ from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.textures.gl_formats import size_bytes
+from volprep_formats.textures.texel_formats import size_bytes
 
 KIND = "together"
 """Kind of the items of a picture of several channels."""

@@ -22,11 +22,10 @@ from volprep.plan.records import ChannelPlan, LevelPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
 from volprep.scene.scene import Compression, Scene
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.profile import TextureFormat
 from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.gl_formats import SRGB, size_bytes
+from volprep_formats.textures.texel_formats import SRGB, TextureFormat, size_bytes
 
-_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("RG8", "LUMINANCE_ALPHA8"), 3: ("RGB8",), 4: ("RGBA8",)}
+_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("rg8unorm",), 3: ("rgb8unorm",), 4: ("rgba8unorm",)}
 _MOST = 4
 """Components of a texel."""
 

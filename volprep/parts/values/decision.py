@@ -25,7 +25,7 @@ from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import SampleFilter
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
-from volprep_formats.textures.gl_formats import SRGB
+from volprep_formats.textures.texel_formats import SRGB
 
 _FLIP_OF_RMSE = 8.0
 """Largest FLIP of a picture, in parts of its RMSE: a map of doses had 0.0325 with 0.0054, levels have up to 8 times."""
@@ -269,7 +269,7 @@ def has_bits(profile: DeviceProfile, bits: Literal[8, 16]) -> bool:
     """Return whether the profile has a texture format for stored values of so many bits."""
     if bits == 16 and has_exact_16_bits(profile):
         return True
-    formats = {"LUMINANCE8", "RGBA8", "R8"} if bits == 8 else {"R16F"}
+    formats = {"r8unorm", "rgba8unorm"} if bits == 8 else {"r16float"}
     return not formats.isdisjoint(profile.texture_formats)
 
 

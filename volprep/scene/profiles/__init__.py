@@ -9,8 +9,9 @@ from pathlib import Path
 from pydantic import Field, ValidationError
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.profile import DeviceProfile, TextureFormat
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.record import problems
+from volprep_formats.textures.texel_formats import TextureFormat
 from volprep_formats.toml_file import read_toml_file
 
 _FOLDER = Path(__file__).parent

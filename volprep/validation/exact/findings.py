@@ -13,8 +13,9 @@ from volprep.validation.records import Deviation
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.reader import Package
-from volprep_formats.package.texture import COMPONENTS, Texture
+from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, TEXELS
 
 _GRAVEST_FIRST = ("VP6030", "VP6031", "VP6034", "VP6044", "VP6033")
 
@@ -82,9 +83,7 @@ def _place(difference: FileDifference, texture: Texture | None) -> str:
 
 def _bytes_per_texel(texture: Texture) -> int | None:
     """Return the size of a texel; None if a file holds blocks, indices or several mipmaps."""
-    if texture.mipmap is not None or texture.gl.format is None:
-        return None
-    return COMPONENTS[texture.gl.format] * (1 if texture.gl.type in {"BYTE", "UNSIGNED_BYTE"} else 2)
+    return None if texture.mipmap is not None or texture.format not in TEXELS else BYTES_PER_TEXEL[texture.format]
 
 
 def _is_fitted(texture: Texture) -> bool:

@@ -108,7 +108,7 @@ def _near_seen(fine: Floats, factors: tuple[int, ...], functions: Sequence[tuple
 
 def _is_half_float(subject: Subject, level: Json) -> bool:
     textures = [each for each in subject.package.manifest.textures if each.role == "volume"]
-    return any(each.gl.type == "HALF_FLOAT" and each.level == int(level["index"]) for each in textures)
+    return any(each.format == "r16float" and each.level == int(level["index"]) for each in textures)
 
 
 def _half_float_steps(held: Floats, window: tuple[float, float]) -> Floats:

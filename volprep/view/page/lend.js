@@ -93,10 +93,9 @@ function form({ programs, channels, textures }, transfer, level) {
       (each.transfer ?? transfer) === transfer,
   );
   const told = voxels.map((/** @type {any} */ each) => {
-    const { gl, bricks, role } = each;
-    const held =
-      role === "slices" ? "slices" : gl.target === "TEXTURE_2D" ? "mosaic" : bricks ? "bricks" : "3D texture";
-    return `${gl.internal_format} ${held}`;
+    const { format, dimension, bricks, role } = each;
+    const held = role === "slices" ? "slices" : dimension === "2d" ? "mosaic" : bricks ? "bricks" : "3D texture";
+    return `${format} ${held}`;
   });
   return [program?.technique ?? "slices", ...new Set(told)].join(", ");
 }

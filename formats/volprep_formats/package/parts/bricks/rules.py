@@ -25,13 +25,13 @@ def bricks_contradictions(manifest: Manifest) -> Iterator[str]:
     for texture in places:
         pool = pools.get(texture.level)
         if pool is None or pool.bricks is None or not _is_index(texture, pool, pool.bricks):
-            yield f"texture {texture.name} is not RGBA8, nearest, with a texel for each brick of its level"
+            yield f"texture {texture.name} is not rgba8unorm, nearest, with a texel for each brick of its level"
 
 
 def _is_index(texture: Texture, pool: Texture, layout: BrickLayout) -> bool:
     """Whether a texture has an entry for each brick: in a 3D texture, or in a mosaic where the pool is one."""
     mosaic = texture.mosaic
-    if texture.gl.internal_format not in {"RGBA8", "RGBA"} or texture.filter != "nearest":
+    if texture.format != "rgba8unorm" or texture.filter != "nearest":
         return False
     if mosaic is None:
         return pool.mosaic is None and texture.shape_zyx == layout.bricks_zyx
@@ -43,7 +43,7 @@ def _layout(texture: Texture) -> Iterator[str]:
     layout = texture.bricks
     if layout is None:
         return
-    if (texture.role, texture.mipmap, texture.gl.target == "TEXTURE_3D") != ("volume", None, texture.mosaic is None):
+    if (texture.role, texture.mipmap, texture.dimension == "3d") != ("volume", None, texture.mosaic is None):
         yield "holds bricks, but is no volume in a 3D texture or a mosaic of its own"
     if texture.mosaic is not None:
         yield from mosaic_contradictions(texture, layout.pool_texels_zyx)

@@ -5,12 +5,12 @@ from collections.abc import Iterable, Sequence
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.proxy.record import ProxyMeshFile
 from volprep_formats.package.picture import DrawCost
-from volprep_formats.package.profile import TextureFormat
 from volprep_formats.package.texture import Texture
-from volprep_formats.textures.gl_formats import gpu_bytes, size_bytes, texture_format
+from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.paletted import PALETTE_BYTES
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, gpu_bytes, size_bytes
 
-Image = tuple[TextureFormat, tuple[int, int, int]]
+Image = tuple[str, tuple[int, int, int]]
 """Format and shape (z, y, x) of a texture or a mipmap."""
 _VERTEX_BYTES = 12
 """Three floats."""
@@ -32,7 +32,7 @@ def cost_of_textures(manifest: Manifest, textures: Sequence[Texture], meshes: Se
 def cost_of(images: Iterable[Image], mesh_bytes: int = 0) -> DrawCost:
     """Return the cost of a drawing: the images of its textures, each mipmap by itself, and its mesh."""
     held = [*images]
-    palettes = PALETTE_BYTES * sum(name == "PALETTE8_RGBA8" for name, _ in held)
+    palettes = PALETTE_BYTES * sum(name == "palette8-rgba8unorm" for name, _ in held)
     return DrawCost(
         upload_bytes=mesh_bytes + palettes + sum(size_bytes(*image) for image in held),
         gpu_bytes=mesh_bytes + sum(gpu_bytes(*image) for image in held),
@@ -41,9 +41,8 @@ def cost_of(images: Iterable[Image], mesh_bytes: int = 0) -> DrawCost:
 
 def _images(manifest: Manifest, texture: Texture) -> list[Image]:
     """Return format and shape of a texture, or of each mipmap of it."""
-    name = texture_format(texture.gl, manifest.profile.api)
-    if name is None:
+    if texture.format not in BYTES_PER_TEXEL and texture.format not in BLOCKS:
         return []
     if texture.mipmap is None:
-        return [(name, texture.shape_zyx)]
-    return [(name, each.shape_zyx) for each in manifest.textures if each.file == texture.file]
+        return [(texture.format, texture.shape_zyx)]
+    return [(texture.format, each.shape_zyx) for each in manifest.textures if each.file == texture.file]

@@ -8,7 +8,8 @@ import numpy as np
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.mosaic_rules import mosaic_contradictions
 from volprep_formats.package.parts.light.record import StoredLight, form_of
-from volprep_formats.package.texture import COMPONENTS, Texture, TextureRole
+from volprep_formats.package.texture import Texture, TextureRole
+from volprep_formats.textures.texel_formats import COMPONENTS, has_bytes
 
 ROLE: TextureRole = "light"
 """Role of its textures and samplers."""
@@ -45,8 +46,8 @@ def _texture(texture: Texture, manifest: Manifest) -> Iterator[str]:
     if light is None:
         return
     components = form_of(light.model).components
-    if COMPONENTS.get(texture.gl.format) != components or texture.gl.type != "UNSIGNED_BYTE":
-        yield f"holds light of {components} bytes, its format is {texture.gl.format} of {texture.gl.type}"
+    if COMPONENTS.get(texture.format) != components or not has_bytes(texture.format):
+        yield f"holds light of {components} bytes, its format is {texture.format}"
     if texture.part != 0:
         yield f"holds light, so it must be part 0, not {texture.part}"
     if texture.filter != "linear" or texture.level is not None:
@@ -66,7 +67,7 @@ def _texture(texture: Texture, manifest: Manifest) -> Iterator[str]:
 def _form(texture: Texture, light: StoredLight, manifest: Manifest) -> Iterator[str]:
     """Light lies in a 3D texture, or in a mosaic of one texture without a gutter, and covers the box."""
     mosaic = texture.mosaic
-    if (texture.gl.target == "TEXTURE_3D") != (mosaic is None):
+    if (texture.dimension == "3d") != (mosaic is None):
         yield "holds light, so it must be a 3D texture or a mosaic"
     shape_zyx = texture.shape_zyx if mosaic is None else (mosaic.slices, *mosaic.tile_shape_yx)
     yield from (f"holds light, but {problem}" for problem in mosaic_contradictions(texture, shape_zyx))
@@ -87,7 +88,7 @@ def _reading(texture: Texture) -> tuple[object, ...]:
     """Return everything that says how a texture of light is read."""
     light = texture.light
     of_light = () if light is None else (form_of(light.model), *_numbers(light))
-    return texture.gl, texture.shape_zyx, texture.mosaic, *of_light
+    return texture.format, texture.dimension, texture.shape_zyx, texture.mosaic, *of_light
 
 
 def _numbers(light: StoredLight) -> tuple[object, ...]:

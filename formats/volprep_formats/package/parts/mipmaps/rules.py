@@ -41,9 +41,9 @@ def _chain(textures: list[Texture]) -> Iterator[str]:
     if [texture.mipmap for texture in textures] != list(range(len(textures))):
         yield f"is shared by {len(textures)} textures, which are not its mipmaps 0 to {len(textures) - 1} in order"
     for mipmap, texture in enumerate(textures):
-        if (texture.role, texture.gl.target, texture.mosaic) != ("volume", "TEXTURE_3D", None):
+        if (texture.role, texture.dimension, texture.mosaic) != ("volume", "3d", None):
             yield f"holds mipmaps, but {texture.name} is no volume in a 3D texture"
         if texture.shape_zyx != mipmap_shape(finest.shape_zyx, mipmap):
             yield f"holds mipmap {mipmap} of {texture.shape_zyx} texels, which is wrong for {finest.shape_zyx}"
-        if texture.gl != finest.gl:
+        if texture.format != finest.format:
             yield "holds mipmaps of several formats"

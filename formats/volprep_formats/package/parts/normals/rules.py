@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, FILTERED_CODES
-from volprep_formats.package.texture import COMPONENTS, Texture
+from volprep_formats.package.texture import Texture
+from volprep_formats.textures.texel_formats import COMPONENTS
 
 
 def normals_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -22,9 +23,7 @@ def normals_contradictions(manifest: Manifest) -> Iterator[str]:
         level = levels.get(-1 if texture.level is None else texture.level)
         if level is None:
             yield f"texture {texture.name} holds normals of level {texture.level}, which is not among the levels"
-        elif texture.mosaic is None and (
-            texture.gl.target != "TEXTURE_3D" or texture.shape_zyx != level.grid.shape_zyx
-        ):
+        elif texture.mosaic is None and (texture.dimension != "3d" or texture.shape_zyx != level.grid.shape_zyx):
             yield (
                 f"texture {texture.name} holds normals without a mosaic, so it must be 3D and have the shape "
                 f"{level.grid.shape_zyx}"
@@ -40,10 +39,10 @@ def _code(texture: Texture) -> Iterator[str]:
         yield "holds normals, but has no record of them"
         return
     components = DIRECTION_BYTES[normals.code] + (normals.largest_gradient is not None)
-    if COMPONENTS.get(texture.gl.format) != components:
-        yield f"holds normals of {components} components, its format is {texture.gl.format}"
-    if (normals.code == "snorm8") != (texture.gl.type == "BYTE"):
-        yield f"holds normals of code {normals.code}, but texels of type {texture.gl.type}"
+    if COMPONENTS.get(texture.format) != components:
+        yield f"holds normals of {components} components, its format is {texture.format}"
+    if (normals.code == "snorm8") != texture.format.endswith("snorm"):
+        yield f"holds normals of code {normals.code}, but texels of {texture.format}"
     if (texture.filter == "linear") != (normals.code in FILTERED_CODES):
         yield f"holds normals of code {normals.code}, but has the filter {texture.filter}"
     if texture.transfer is not None:

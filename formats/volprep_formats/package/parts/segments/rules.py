@@ -8,7 +8,8 @@ from itertools import groupby
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.segments.label_sets import sets_shape
 from volprep_formats.package.parts.segments.record import Segments, table_shape
-from volprep_formats.package.texture import COMPONENTS, Texture
+from volprep_formats.package.texture import Texture
+from volprep_formats.textures.texel_formats import COMPONENTS, has_bytes
 
 
 def segments_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -59,11 +60,11 @@ def _names(manifest: Manifest, segments: Segments) -> Iterator[str]:
 
 
 def _texture(manifest: Manifest, segments: Segments, texture: Texture) -> Iterator[str]:
-    if texture.filter != "nearest" or texture.gl.type != "UNSIGNED_BYTE":
+    if texture.filter != "nearest" or not has_bytes(texture.format):
         yield f"holds {texture.role}, but has a filter, or no bytes"
     if texture.role == "looks":
         shape = (1, *table_shape(len(segments.labels)))
-        if texture.shape_zyx != shape or texture.gl.format != "RGBA" or texture.level is not None:
+        if texture.shape_zyx != shape or COMPONENTS.get(texture.format) != 4 or texture.level is not None:
             yield f"is not the table of the looks of {len(segments.labels)} labels"
         if texture.transfer != segments.name:
             yield f"holds the looks of {texture.transfer}, which is not the picture of segments"
@@ -74,8 +75,8 @@ def _texture(manifest: Manifest, segments: Segments, texture: Texture) -> Iterat
     level = next((each for each in manifest.levels if each.index == texture.level), None)
     if level is None or not _has_shape(texture, level.grid.shape_zyx):
         yield "holds labels, but neither as a 3D texture nor as a mosaic of the shape of its level"
-    if COMPONENTS.get(texture.gl.format) != 1 + segments.wide:
-        yield f"holds {len(segments.labels)} labels in texels of {texture.gl.format}"
+    if COMPONENTS.get(texture.format) != 1 + segments.wide:
+        yield f"holds {len(segments.labels)} labels in texels of {texture.format}"
 
 
 def _label_sets(manifest: Manifest, segments: Segments, texture: Texture) -> Iterator[str]:
@@ -83,10 +84,10 @@ def _label_sets(manifest: Manifest, segments: Segments, texture: Texture) -> Ite
     table = next((each for each in tables if (each.transfer, each.level) == (segments.name, texture.level)), None)
     if table is None:
         yield "holds the labels of blocks of a level without a skip table of segments"
-    elif texture.shape_zyx != (1, *sets_shape(math.prod(table.blocks_zyx))) or texture.gl.target != "TEXTURE_2D":
+    elif texture.shape_zyx != (1, *sets_shape(math.prod(table.blocks_zyx))) or texture.dimension != "2d":
         yield "has not the shape of the labels of the blocks of its level"
-    if COMPONENTS.get(texture.gl.format) != 2:
-        yield f"holds numbers of 16 bits in texels of {texture.gl.format}"
+    if COMPONENTS.get(texture.format) != 2:
+        yield f"holds numbers of 16 bits in texels of {texture.format}"
     if texture.transfer != segments.name:
         yield f"holds the labels of blocks of {texture.transfer}, which is not the picture of segments"
     sharing = [each for each in manifest.textures if (each.role, each.level) == (texture.role, texture.level)]
@@ -97,6 +98,6 @@ def _label_sets(manifest: Manifest, segments: Segments, texture: Texture) -> Ite
 def _has_shape(texture: Texture, shape_zyx: tuple[int, int, int]) -> bool:
     mosaic = texture.mosaic
     if mosaic is None:
-        return texture.gl.target == "TEXTURE_3D" and texture.shape_zyx == shape_zyx
+        return texture.dimension == "3d" and texture.shape_zyx == shape_zyx
     held = (mosaic.slices, *mosaic.tile_shape_yx)
-    return texture.gl.target == "TEXTURE_2D" and held == shape_zyx and mosaic.slices_per_texel == 1
+    return texture.dimension == "2d" and held == shape_zyx and mosaic.slices_per_texel == 1

@@ -7,6 +7,7 @@ from volprep_formats.grid import Grid, blocks_along
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping, SkipTable
 from volprep_formats.package.texture import Texture
+from volprep_formats.textures.texel_formats import has_bytes
 
 _OCTANTS = 8
 _ENDS = 2
@@ -85,5 +86,5 @@ def _described(
             yield "is a mosaic whose tiles do not fit into its texture"
     if shape != held:
         yield f"has {shape} texels instead of {held}"
-    if role == "skip" and texture.gl.type != "UNSIGNED_BYTE":
+    if role == "skip" and not has_bytes(texture.format):
         yield "has entries that are no bytes"

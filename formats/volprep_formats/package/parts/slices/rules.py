@@ -6,9 +6,8 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.slices.record import AXES, SliceLayout, StackAxis
 from volprep_formats.package.texture import Texture
-from volprep_formats.textures.paletted import INTERNAL_FORMAT
 
-_FORMATS = (("RGBA", "RGBA", "UNSIGNED_BYTE"), (INTERNAL_FORMAT, None, None))
+_PALETTED = "palette8-rgba8unorm"
 
 
 def slices_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -30,7 +29,7 @@ def slices_contradictions(manifest: Manifest) -> Iterator[str]:
         yield f"it has programs or what only programs read, but profile {manifest.profile.name} has no shaders"
     if manifest.editing is not None:
         yield from (f"transfer functions are editable, but texture {each.name} has no palette"
-                    for each in manifest.textures if each.gl.internal_format != INTERNAL_FORMAT)  # fmt: skip
+                    for each in manifest.textures if each.format != _PALETTED)  # fmt: skip
     grids = {level.index: level.grid for level in manifest.levels}
     for (transfer, axis), textures in stacks.items():
         name = f"the stack of slices of {transfer} across {axis}"
@@ -43,10 +42,10 @@ def slices_contradictions(manifest: Manifest) -> Iterator[str]:
 
 def _texture(manifest: Manifest, texture: Texture, slices: SliceLayout) -> Iterator[str]:
     depth, height, width = texture.shape_zyx
-    if depth != 1 or texture.gl.target != "TEXTURE_2D" or height & (height - 1) or width & (width - 1):
+    if depth != 1 or texture.dimension != "2d" or height & (height - 1) or width & (width - 1):
         yield f"holds slices, so it must be 2D with sizes that are powers of two, not {texture.shape_zyx}"
-    if (texture.gl.internal_format, texture.gl.format, texture.gl.type) not in _FORMATS:
-        yield f"holds slices, but its format is {texture.gl.internal_format}/{texture.gl.format}/{texture.gl.type}"
+    if texture.format not in {"rgba8unorm", _PALETTED}:
+        yield f"holds slices, but its format is {texture.format}"
     rows, columns = slices.slice_shape_yx
     if slices.tiles_x * columns > width or -(-slices.slices // slices.tiles_x) * rows > height:
         yield f"has no room for {slices.slices} slices of {rows}×{columns} texels"
@@ -76,7 +75,7 @@ def _stack(textures: list[Texture], grids: dict[int, Grid], axis: StackAxis) -> 
             yield f"has the opacity of {texture.reference_mm} mm, its polygons are {apart_mm} mm apart"
         if texture.slices and ordered[0].slices and layout.layers != ordered[0].slices.layers:
             yield "has parts with different numbers of layers"
-        if texture.gl != textures[0].gl:
+        if texture.format != textures[0].format:
             yield "has several formats"
         at = layout.first + layout.slices
     if at != grid.shape_zyx[place]:

@@ -30,7 +30,7 @@ def slice_texels(package: Package, transfer: str, axis: StackAxis) -> UInt8Array
 def _texels(package: Package, texture: Texture) -> UInt8Array:
     """Return the texels of one texture [y, x, RGBA]."""
     data = package.read_bytes(texture.file)
-    if texture.gl.internal_format == paletted.INTERNAL_FORMAT:
+    if texture.format == "palette8-rgba8unorm":
         colours, indices = paletted.decode(data, (texture.shape_zyx[1], texture.shape_zyx[2]), texture.file)
         return colours[indices]
     return np.asarray(ktx2.decode(data, texture.file).data[0], np.uint8)

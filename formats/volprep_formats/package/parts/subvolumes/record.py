@@ -17,10 +17,11 @@ from pydantic import Field, ValidationError
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Count, Index
 from volprep_formats.package.parts.segments.record import LARGEST_LABEL
-from volprep_formats.package.texture import COMPONENTS, GlFormat, MosaicLayout, SampleFilter
+from volprep_formats.package.texture import MosaicLayout, SampleFilter
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record, problems
 from volprep_formats.textures.mosaic import own_slices, slices_of_mosaic, tiles_of
+from volprep_formats.textures.texel_formats import COMPONENTS, Dimension, TextureFormat
 from volprep_formats.untrusted_json import read_record
 
 Cuts = tuple[Index, ...]
@@ -104,9 +105,11 @@ class SubvolumeGrid(Record):
     ghost: Annotated[int, Field(ge=1, le=1)] | None = None
     """Layers of voxels that a piece holds beyond its cuts, on each side where the volume goes on: for the differences
     that light a sample. Absent for none."""
-    gl: GlFormat
-    """Upload parameters of a piece. Texels of two or three components hold a value and a label: one byte, or two with
+    texture_format: TextureFormat
+    """Format of a texel of a piece. Texels of two or three components hold a value and a label: one byte, or two with
     the low one first."""
+    dimension: Dimension
+    """Dimension of the texture of a piece."""
     filter: SampleFilter = "linear"
     """Texture filter of a piece: nearest if voxels are labels."""
     mosaic: MosaicLayout | None = None
@@ -159,30 +162,30 @@ class SubvolumeGrid(Record):
         return slices_of_mosaic([texels], self.mosaic)[:z, :y, :x]
 
 
-def constant_piece(code: int, gl: GlFormat, shape_zyx: tuple[int, int, int]) -> NDArray[np.generic]:
+def constant_piece(code: int, texel: TextureFormat, shape_zyx: tuple[int, int, int]) -> NDArray[np.generic]:
     """Return the voxels of a piece without a file: one code, in the format of the other pieces."""
-    if gl.type == "HALF_FLOAT":
+    if texel == "r16float":
         return np.full(shape_zyx, code / 65535, np.float16)
-    return np.full(shape_zyx, code, np.uint16 if gl.type == "UNSIGNED_SHORT" else np.uint8)
+    return np.full(shape_zyx, code, np.uint16 if texel == "r16unorm" else np.uint8)
 
 
-def label_bytes(gl: GlFormat) -> int:
+def label_bytes(texel: TextureFormat) -> int:
     """Return how many bytes of a label texels hold behind the value: 0 if pieces have no labels."""
-    return {2: 1, 3: 2}.get(COMPONENTS.get(gl.format, 1), 0)
+    return {2: 1, 3: 2}.get(COMPONENTS.get(texel, 1), 0)
 
 
-def constant_texture(piece: Subvolume | None, gl: GlFormat) -> NDArray[np.generic]:
+def constant_texture(piece: Subvolume | None, texel: TextureFormat) -> NDArray[np.generic]:
     """Return the only texel of the texture of a piece without a file, [1, 1, 1] or [1, 1, 1, component].
 
     It is 0 for a piece that does not exist.
     """
     code, label = (0, 0) if piece is None else (piece.minimum, piece.label or 0)
-    components = COMPONENTS.get(gl.format, 1)
-    texel = constant_piece(code, gl, (1, 1, 1))
+    components = COMPONENTS.get(texel, 1)
+    value = constant_piece(code, texel, (1, 1, 1))
     if components == 1:
-        return texel
-    texels = np.repeat(texel[..., None], components, axis=-1)
-    for component in range(1, 1 + label_bytes(gl)):
+        return value
+    texels = np.repeat(value[..., None], components, axis=-1)
+    for component in range(1, 1 + label_bytes(texel)):
         texels[..., component] = label >> 8 * (component - 1) & 0xFF
     return texels
 
@@ -225,8 +228,8 @@ def _problems(grid: SubvolumeGrid) -> list[str]:
             found.append(f"it has {len(listed)} {name} instead of {count}")
     if any(number >= len(grid.subvolumes) for point in grid.points for number in point.subvolumes):
         found.append("a point names a sub-volume that is not there")
-    if (grid.mosaic is None) != (grid.gl.target == "TEXTURE_3D"):
-        found.append(f"its pieces are {grid.gl.target}, {'without' if grid.mosaic is None else 'with'} a mosaic")
+    if (grid.mosaic is None) != (grid.dimension == "3d"):
+        found.append(f"its pieces are {grid.dimension}, {'without' if grid.mosaic is None else 'with'} a mosaic")
     # A mosaic is compared with pieces, which wrong cuts may not make.
     return found if found or grid.mosaic is None else _mosaic_problems(grid, grid.mosaic)
 
@@ -239,10 +242,10 @@ def _mosaic_problems(grid: SubvolumeGrid, mosaic: MosaicLayout) -> list[str]:
     wrong = {
         "lies in several textures": mosaic.textures != 1,
         f"has {mosaic.components_per_voxel} components in a voxel": mosaic.components_per_voxel
-        != 1 + label_bytes(grid.gl),
-        f"has {mosaic.slices_per_texel} slices in a texel of {grid.gl.format}": mosaic.slices_per_texel
+        != 1 + label_bytes(grid.texture_format),
+        f"has {mosaic.slices_per_texel} slices in a texel of {grid.texture_format}": mosaic.slices_per_texel
         * mosaic.components_per_voxel
-        != COMPONENTS.get(grid.gl.format),
+        != COMPONENTS.get(grid.texture_format),
         f"has one slice in a texel, but these are {mosaic.order}": mosaic.slices_per_texel == 1
         and mosaic.order != "interleaved",
         f"has tiles of {mosaic.tile_shape_yx} for pieces of {(sides[0], sides[1])}": any(
