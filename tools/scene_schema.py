@@ -15,9 +15,9 @@ def scene_schema() -> Schema:
     lab: Schema = {}
     for name, keys in KEYS.items():
         record = table_of(name).__name__
-        own = records[record]["properties"]
+        own, meaning = records[record]["properties"], records[record]["description"]
         moved = {key: own.pop(key) for key in [*own] if key in keys}
-        lab[name] = {"type": "object", "additionalProperties": False, "properties": moved}
+        lab[name] = {"type": "object", "additionalProperties": False, "description": meaning, "properties": moved}
         if not own:
             del records[record], fields[name]
     told = "Keys for studies, which a plan would never choose."
