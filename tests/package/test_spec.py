@@ -83,6 +83,22 @@ def test_a_page_is_short(path: Path) -> None:
     assert path.stat().st_size <= (40_000 if path.name == "README.md" else 10_000)
 
 
+@pytest.mark.parametrize("path", WRITTEN, ids=lambda path: path.name)
+def test_each_name_in_the_text_is_a_field_or_a_name_of_shaders(path: Path) -> None:
+    text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    names = re.findall(r"\b[a-z]{2,}(?:_[a-z]+)+\b", " ".join(re.findall(r"`([^`\n]+)`", text)))
+    fields = re.findall(r"\w+", "".join(page.read_text(encoding="utf-8") for page in GENERATED))
+    assert set(names) - set(fields) <= {
+        "clip_from_world",
+        "world_from_box",
+        "your_from_world",
+        "scan_value",
+        "box_x",
+        "box_y",
+        "box_z",
+    }
+
+
 def test_every_code_that_a_check_can_give_is_in_the_table() -> None:
     told = set(re.findall(r"^\| (VP4\d{3}) \|", SPEC, re.MULTILINE))
     readers = (check, contents, editing, files, manifest_json, meshes, ktx2, paletted, reader, single_file)
