@@ -1,6 +1,6 @@
 """`make fuzz`: the damaged files of the tests for as long as there is time, from a new seed.
 
-Usage: python -m tests.robustness.fuzz [--seconds 300] [--seed N] [--only NAME]. The seed is printed first, and all is
+Usage: python -m tests.robustness.fuzz [--seconds 300] [--seed N] [--only NAME ...]. The seed is printed first, and all is
 repeated with it. A file that ends in anything but a volume or a coded error is kept in out/fuzz; the exit status is 1.
 So is a file that contradicts itself and is read as another picture than it was made from (`lies.py`).
 """
@@ -11,7 +11,7 @@ import sys
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,7 +27,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="make fuzz", description="Read damaged files for a while.")
     parser.add_argument("--seconds", type=float, default=300.0, help="how long (300)")
     parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31), help="of an earlier run")
-    parser.add_argument("--only", default="", help="kinds whose name contains this")
+    parser.add_argument("--only", nargs="*", default=[""], help="kinds whose name contains one of these")
     options = parser.parse_args()
     warnings.simplefilter("error")  # as in the tests
     sys.path.append(str(ROOT / "tests" / "support"))
@@ -40,8 +40,8 @@ def main() -> int:
     from .subjects import SUBJECTS, VDB, sound_file
 
     kinds = (*SUBJECTS, VDB) if find_spec("volprep_formats._vdb") else SUBJECTS
-    subjects = [(subject, sound_file(subject)) for subject in kinds if options.only in subject.name]
-    lies = [lie for lie in LIES if options.only in lie.name]
+    subjects = [(subject, sound_file(subject)) for subject in kinds if _is_asked(subject.name, options.only)]
+    lies = [lie for lie in LIES if _is_asked(lie.name, options.only)]
     kinds_of_lies = f"{len(lies)} kinds of lies"
     print(f"seed {options.seed}, {len(subjects)} kinds of files, {kinds_of_lies}, {options.seconds:g} s", flush=True)
     KEPT.mkdir(parents=True, exist_ok=True)
@@ -79,6 +79,10 @@ def main() -> int:
         print(f"{name}: {counts.total()} files, {dict(counts.most_common())}")
     print(f"{sum(counts.total() for counts in outcomes.values())} files, {failures} failures, seed {options.seed}")
     return 1 if failures else 0
+
+
+def _is_asked(name: str, words: Sequence[str]) -> bool:
+    return any(word in name for word in words)
 
 
 sys.exit(main())

@@ -397,6 +397,13 @@ def _slicer_segmentation(folder: Path) -> bytes:
     return seg_nrrd(folder / "sound.seg.nrrd", np.stack([_MASK, 1 - _MASK]), fields).read_bytes()
 
 
+def _label_volume(folder: Path) -> bytes:
+    file = folder / "sound.nii"
+    picture = nibabel.Nifti1Image(_noise().T % 5, np.diag([0.25, 0.5, 2.0, 1.0]))
+    nibabel.save(picture, file)
+    return file.read_bytes()
+
+
 VDB = Subject("OpenVDB", ".vdb", _vdb, read_volume)
 """Apart from the others, because not every build reads it."""
 
@@ -445,6 +452,7 @@ SUBJECTS = (
     Subject("DICOM segmentation", ".dcm", _segmentation, read_segmentation, cases=300),
     Subject("DICOM structure set", ".dcm", _structures, read_segmentation, cases=300),
     Subject("segmentation of Slicer", ".seg.nrrd", _slicer_segmentation, read_segmentation, cases=300),
+    Subject("volume of labels", ".nii", _label_volume, read_segmentation, cases=300),
     Subject("mosaic", ".png", _pictures(".png", "uint8"), _read_mosaic),
     Subject("package as a source", ".volpkg.parts", _package, _read_package),
     Subject("package in one file", ".volpkg.zip", _single_file, _read_single_file),
