@@ -1,8 +1,8 @@
 """`make fuzz`: the damaged files of the tests for as long as there is time, from a new seed.
 
-Usage: python -m tests.robustness.fuzz [--seconds 300] [--seed N] [--only NAME ...]. The seed is printed first, and all
-is repeated with it. A file that ends in anything but a volume or a coded error is kept in out/fuzz; the exit status is 1.
-So is a file that contradicts itself and is read as another picture than it was made from (`lies.py`).
+Usage: python -m tests.robustness.fuzz [--seconds 300] [--seed N] [--only NAME ...]. The seed is printed first, and
+all is repeated with it. A file that ends in anything but a volume or a coded error is kept in out/fuzz; the exit
+status is 1. So is a file that contradicts itself and is read as another picture than it was made from (`lies.py`).
 """
 
 import argparse
