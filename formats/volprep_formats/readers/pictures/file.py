@@ -2,8 +2,8 @@
 
 Its decoders are foreign code: `read_headers` and `decode_request` have their work done in worker processes, which alone
 import it.
-Values are given as they are stored: no colour space, no premultiplication. Fewer than 8, or 16, bits are spread over
-the whole range of 8, or 16, as OpenImageIO does.
+Values are given as they are stored, without premultiplication; only volumes in colour are converted to sRGB
+(`profile.py`). Fewer than 8, or 16, bits are spread over the whole range of 8, or 16, as OpenImageIO does.
 """
 
 import re
@@ -23,9 +23,9 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import channel_of_colours, colour_remarks
 from volprep_formats.readers.grey import grey_of, grey_remark
 from volprep_formats.readers.ome.tiff_chain import count_pages
-from volprep_formats.readers.pictures.colour_notes import colour_note, colour_note_remarks
 from volprep_formats.readers.pictures.description import FM_PER_MM, PixelDensity, order_of, spacing_fm_zyx
 from volprep_formats.readers.pictures.kinds import kind_of
+from volprep_formats.readers.pictures.profile import GAMMA, PROFILE, colour_note, colour_note_remarks, in_srgb
 from volprep_formats.regular_files import open_regular
 from volprep_formats.source import ColourChannel, GreyOf, StoredType
 
@@ -85,7 +85,7 @@ class Page:
     stains: int = 1
     """Of the first page of a stack: number of its channels, each with images of its own."""
     colour_note: int = 0
-    """What its file says about colours and is not applied (`colour_notes.py`)."""
+    """What its file says about its colours (`profile.py`)."""
     frames: int = 1
     """Of the first page of a stack: number of its time points."""
 
@@ -181,7 +181,7 @@ def page_remarks(page: Page, name: str, *, grey: GreyOf | ColourChannel | None) 
         remarks += colour_remarks(grey, has_alpha=page.alpha >= 0, is_linear=page.stored_type == "float32")
     elif grey is not None and page.channels - (page.alpha >= 0) == 3:
         remarks.append(grey_remark(grey))
-    remarks += colour_note_remarks(page.colour_note)
+    remarks += colour_note_remarks(page.colour_note, in_colour=isinstance(grey, ColourChannel))
     if page.has_resolution and page.spacing_mm_zyx is None:
         remarks.append("the resolution in the pictures is meant for paper and not used")
     if page.spread:
@@ -348,12 +348,15 @@ def _decode_pages(part: DecodeRequest) -> NDArray[np.generic]:
     height = part.row1 - part.row0
     result = np.empty((len(part.pages), height, part.columns), part.dtype)
     for index, target in zip(part.pages, result, strict=True):
-        if not picture.seek_subimage(index, 0) or _page(part.path, picture.spec()).kind != page.kind:
+        found = _page(part.path, picture.spec()) if picture.seek_subimage(index, 0) else None
+        if found is None or found.kind != page.kind:
             raise unsound(part.path, f"page {index} has changed")
         values = _values(picture, index, part)
         if values is None or values.size != height * page.columns * page.channels:
             raise unsound(part.path, picture.geterror())
         values = values.reshape(height, page.columns, page.channels)[:, : part.columns]
+        if found.colour_note in {PROFILE, GAMMA} and isinstance(part.grey, ColourChannel):
+            values = in_srgb(values, picture.spec(), page.alpha, is_premultiplied=bool(page.is_premultiplied))
         target[...] = _grey(part, values)
     picture.close()
     return result
