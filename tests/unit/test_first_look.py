@@ -34,10 +34,11 @@ def look(
     label_table: str | None = None,
     profile=GLES3,
     spacing_mm: float = 1.0,
+    far_mm: float = 1.0,
     faces: Sequence[float] = (),
 ):
     voxels = np.array(values, np.float32).reshape(1, 1, -1)
-    grid = Grid.of(voxels.shape, (spacing_mm, spacing_mm, spacing_mm))
+    grid = Grid.of(voxels.shape, (spacing_mm, spacing_mm, spacing_mm * far_mm))
     info = SourceInfo(format="raw", grid=grid, stored_type="float32", unit=unit, level_set=level_set)
     gauge = SlabMeasurer(info)
     gauge.add(voxels)
@@ -300,3 +301,13 @@ def test_a_piece_cut_out_of_an_object_looks_as_its_slices_do_on_its_faces() -> N
     whole = np.zeros_like(voxels)
     whole[6:24, 6:24, 6:24] = voxels[6:24, 6:24, 6:24]
     assert named(look_of(whole)) == "object"
+
+
+@pytest.mark.parametrize(
+    ("times", "far_mm", "name"), [(10.0, 4.0, "slices"), (10.0, 1.0, "object"), (1.0, 4.0, "object")]
+)
+def test_a_spine_beside_its_coil_looks_as_its_slices_do(times: float, far_mm: float, name: str) -> None:
+    rng = np.random.default_rng(4)
+    tissue = rng.normal(100.0, 25.0, 6000).clip(20.0) * np.exp(-np.linspace(0.0, np.log(times), 6000))
+    noise = np.abs(rng.normal(0.0, 2.0, 4000))
+    assert named(look([*tissue, *noise], far_mm=far_mm)) == name

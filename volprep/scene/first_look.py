@@ -4,12 +4,13 @@ Labels get a colour each. CT in Hounsfield units, or in values that are offset f
 tissue if it has no bone. A level set gets its surface. Values on both sides of 0, as maps of differences have, become
 denser with their distance from 0: blue below, red above. All others (MR, ultrasound, microscopy, micro-CT) get what
 surrounds the object transparent and the object in warm grey; bright vessels stay visible in a veil of the rest. A
-piece that is cut out of an object has no surroundings: its faces look like slices, and so do thin stacks.
+piece that is cut out of an object has no surroundings: its faces look like slices, and so do thin stacks and slices far
+apart through an object that is bright on one side, such as a spine.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +46,8 @@ _PIECE = "faces"
 _FILLED = 0.4
 """Share of the faces of the box above the background from which on a scan is a piece of something: a block of a head
 has 0.6; heads, brains, small animals and parts in a field of their own have 0 to 0.17."""
+_FAR_APART = 3.0
+"""Times the distance of pixels from which on slices are far apart."""
 _SHARE = 0.01
 """Part of the diagonal that opacities of surfaces are for."""
 _CT_SLICES = ((-200.0, "#000000", 0.0), (-150.0, "#1a1a1a", 0.6), (300.0, "#ffffff", 0.99))
@@ -135,6 +138,9 @@ def _of_values(
         return FirstLook("a scan of nearly one value", scene.with_transfer((_grey(info, statistics),)))
     if info.grid.is_thin_stack:
         return FirstLook("a thin stack, drawn as its slices look", scene.with_transfer((_slices(values),)))
+    if values.dim is not None and max(info.grid.spacing_mm_zyx) >= _FAR_APART * min(info.grid.spacing_mm_zyx):
+        said = "slices far apart, brighter on one side, drawn as they look"
+        return FirstLook(said, scene.with_transfer((_slices(replace(values, background=values.dim)),)))
     kind = "bright vessels in tissue" if values.vessels is not None else "an object in a dark field"
     background = f"{kind}, whose values up to {values.background:.4g} are background"
     return FirstLook(background, _lit(scene.with_transfer((_object(statistics, values),)), profile))
