@@ -4,7 +4,7 @@
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long lint docs bench papers levels-study mutants fuzz fuzz-c fuzz-native fuzz-readers sanitize phantoms strangers tampers wheel always
+.PHONY: help combinations demo test test-long lint docs bench papers levels-study mutants fuzz fuzz-c fuzz-native fuzz-readers sanitize phantoms strangers tampers wheel always
 
 # Real scans, where they lie beside the checkout. Tests that need them are skipped if this is empty.
 VOLPREP_TEST_DATA ?= $(abspath $(wildcard ../shared/data))
@@ -53,6 +53,7 @@ help:
 	@echo "make fuzz-readers damaged packages for the readers in Python, JavaScript and C, which must agree; ARGS='--count 1000 --seed 1'"
 	@echo "make tampers      a lie in every field of the manifest of packages of every kind, found or listed as harmless"
 	@echo "make strangers    builds 278 scans that others published, and makes a table and sheets of first pictures (out/strangers)"
+	@echo "make combinations builds, validates and witnesses every pair of features; table in out/combinations; ARGS=--triples takes hours"
 	@echo "make phantoms     builds and validates phantoms of combined features; table, reports and a sheet (out/phantoms)"
 	@echo "make sanitize     tests of native code against a build with AddressSanitizer and UndefinedBehaviorSanitizer"
 	@echo "make wheel        a wheel with everything native inside, and an sdist (dist/); built twice they are the same bytes"
@@ -108,6 +109,9 @@ tampers: $(NATIVE) $(TEST)
 
 strangers: $(NATIVE) $(TEST)
 	.venv/bin/python -m tests.strangers $(ARGS)
+
+combinations: $(NATIVE) $(TEST)
+	.venv/bin/python -m tests.combinations $(ARGS)
 
 phantoms: $(NATIVE) $(TEST)
 	.venv/bin/python -m tests.phantoms $(ARGS)

@@ -1,0 +1,41 @@
+"""Every pair of features is within its default tolerance, or refused by the plan; `make combinations` has more."""
+
+from pathlib import Path
+
+import pytest
+
+from .factors import REFUSED, name_of, row_of
+from .outcome import outcome_of
+from .pairs import all_combinations, alone, combinations_of, is_refused, rows_of_pairs
+
+_ROWS = rows_of_pairs()
+_ALONE = alone(_ROWS)
+
+
+def test_rows_have_every_pair_that_is_not_listed_as_refused() -> None:
+    had = set().union(*map(combinations_of, _ROWS))
+
+    assert [each for each in all_combinations() if each not in had and not is_refused(dict(each))] == []
+    assert [name_of(row) for row in _ROWS if is_refused(row)] == []
+
+
+def test_every_rule_of_refusals_is_of_two_factors_and_of_some_pair_that_is_tried_alone() -> None:
+    for rule in REFUSED:
+        assert len(rule) == 2
+        assert any(is_refused(row) and all(row[factor] in rule[factor] for factor in rule) for row in _ALONE)
+
+
+@pytest.mark.long(keep=2)
+@pytest.mark.parametrize("name", [name_of(row) for row in _ROWS])
+def test_a_row_of_pairs_is_within(name: str, tmp_path: Path) -> None:
+    outcome = outcome_of(row_of(name), tmp_path)
+
+    assert (outcome.result, outcome.said) == ("within", "")
+
+
+@pytest.mark.long(keep=3)
+@pytest.mark.parametrize("name", [name_of(row) for row in _ALONE])
+def test_a_pair_of_no_row_is_refused_with_a_code(name: str, tmp_path: Path) -> None:
+    outcome = outcome_of(row_of(name), tmp_path)
+
+    assert outcome.result == "refused", outcome.said
