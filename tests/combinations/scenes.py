@@ -6,7 +6,7 @@ from pathlib import Path
 
 import nibabel
 import numpy as np
-from colour_scene import ball, write_pictures
+import tifffile
 
 from volprep_formats.arrays import Float64Array
 
@@ -19,7 +19,7 @@ _PICTURE_SIZE = 48
 _PLANE = "[{ normal = [0.0, 1.0, 0.2], constant_mm = -8.0 }]"
 _SOURCES = {
     "labels": 'path = "labels.nii"\nlabels = true',
-    "colour": 'path = "slices.tif"\nstack = { spacing_mm_zyx = [1.5, 1.0, 0.75] }',
+    "colour": 'path = "slices.tif"\nstack = { spacing_mm_zyx = [1.2, 1.0, 0.9] }',
     "channels": 'channels = [{ name = "first", path = "scan.nii" }, { name = "second", path = "other.nii" }]',
 }
 _FUNCTION = """[[transfer]]
@@ -105,7 +105,11 @@ def _write_files(folder: Path) -> None:
     _nifti(folder / "scan.nii", np.rint(1000 * (values + noise)).astype(np.int16))
     _nifti(folder / "other.nii", np.rint(1000 * _hill((0.4, 0.6, 0.35), 0.25)).astype(np.int16))
     _nifti(folder / "labels.nii", np.digitize(values, (0.3, 0.7)).astype(np.uint8))
-    write_pictures(folder / "slices.tif", ball())
+    shares = np.stack(
+        [*(_hill(at, 0.4) for at in ((0.4, 0.4, 0.4), (0.6, 0.5, 0.4), (0.5, 0.6, 0.7))), values], axis=-1
+    )
+    pixels = np.rint(255 * np.clip(shares, 0.0, 1.0)).astype(np.uint8)
+    tifffile.imwrite(folder / "slices.tif", pixels, photometric="rgb", extrasamples=["unassalpha"])
 
 
 def _hill(centre_zyx: tuple[float, float, float], width: float) -> Float64Array:
